@@ -1,0 +1,231 @@
+//! What one connection may do, for a peer that the handshake has authenticated.
+//!
+//! There is one gate for each connection and it holds the peer, so no decision rests on what the client says of itself:
+//! a client id or a user name is only compared, never believed. Rights are those of [`crate::acl`]; the handshake is
+//! `tls`, and counting connections is [`crate::server`].
+
+use std::future::ready;
+use std::net::SocketAddr;
+use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use mqtt5::broker::auth::{AuthProvider, AuthResult};
+use mqtt5::packet::connect::ConnectPacket;
+use mqtt5::protocol::v5::reason_codes::ReasonCode;
+use thiserror::Error;
+use tokio::sync::mpsc;
+use wire::id::PeerId;
+
+use crate::acl::{self, Refusal};
+
+/// The one protocol level that is spoken, as in CONNECT.
+pub const PROTOCOL_LEVEL: u8 = 5;
+
+/// What happened at the live broker, for its log and for tests.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// `peer` holds a session.
+    Admitted {
+        /// Who the handshake authenticated.
+        peer: PeerId,
+    },
+    /// A connection of `peer` has ended.
+    Closed {
+        /// Who the handshake authenticated.
+        peer: PeerId,
+    },
+    /// Something was refused.
+    Denied(Denial),
+}
+
+/// Why the live broker refused a connection or a packet.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum Denial {
+    /// As many connections as are allowed stand already.
+    #[error("expected at most {expected} connections, got one more")]
+    Connections {
+        /// The bound.
+        expected: usize,
+    },
+    /// One identity may hold a session and a second connection that takes it over, no more.
+    #[error("expected at most {expected} connections of {peer}, got one more")]
+    ConnectionsOfPeer {
+        /// Whose certificate it was.
+        peer: PeerId,
+        /// The bound.
+        expected: usize,
+    },
+    /// The TLS handshake failed: no certificate, a foreign one, a wrong version.
+    #[error("expected a TLS 1.3 handshake with a certificate of this run, got: {got}")]
+    Handshake {
+        /// What the TLS stack says.
+        got: String,
+    },
+    /// The TLS handshake did not finish in time.
+    #[error("expected a complete handshake in time, got a silent or slow peer")]
+    HandshakeTimeout,
+    /// The certificate does not name one identity of the closed set.
+    #[error("expected a certificate with one urn:holdsafe name, got {got}")]
+    Principal {
+        /// What it names instead.
+        got: String,
+    },
+    /// A protocol level other than MQTT 5.
+    #[error("expected MQTT protocol level {PROTOCOL_LEVEL} of {peer}, got {got}")]
+    ProtocolLevel {
+        /// Who the handshake authenticated.
+        peer: PeerId,
+        /// The level in CONNECT.
+        got: u8,
+    },
+    /// The client calls itself something other than its certificate does.
+    #[error("expected client id {expected}, got `{got}`")]
+    ClientId {
+        /// Who the handshake authenticated.
+        expected: PeerId,
+        /// The client id in CONNECT.
+        got: String,
+    },
+    /// A will would speak for a peer after its session has ended.
+    #[error("expected no will of {peer}, got one for `{got}`")]
+    Will {
+        /// Who the handshake authenticated.
+        peer: PeerId,
+        /// The topic of the will.
+        got: String,
+    },
+    /// The table of rights does not grant it to `peer`.
+    #[error("refused to {peer}: {refusal}")]
+    Access {
+        /// Who the handshake authenticated.
+        peer: PeerId,
+        /// What the table says.
+        refusal: Refusal,
+    },
+}
+
+impl Denial {
+    /// The name of the refusal, as in logs and documents.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Denial::Connections { .. } => "connections",
+            Denial::ConnectionsOfPeer { .. } => "connections_of_peer",
+            Denial::Handshake { .. } => "handshake",
+            Denial::HandshakeTimeout => "handshake_timeout",
+            Denial::Principal { .. } => "principal",
+            Denial::ProtocolLevel { .. } => "protocol_level",
+            Denial::ClientId { .. } => "client_id",
+            Denial::Will { .. } => "will",
+            Denial::Access { refusal, .. } => refusal.name(),
+        }
+    }
+
+    /// The MQTT reason code that a refused CONNECT is answered with.
+    fn reason(&self) -> ReasonCode {
+        match self {
+            Denial::ProtocolLevel { .. } => ReasonCode::UnsupportedProtocolVersion,
+            Denial::ClientId { .. } => ReasonCode::ClientIdentifierNotValid,
+            Denial::Connections { .. }
+            | Denial::ConnectionsOfPeer { .. }
+            | Denial::Handshake { .. }
+            | Denial::HandshakeTimeout
+            | Denial::Principal { .. }
+            | Denial::Will { .. }
+            | Denial::Access { .. } => ReasonCode::NotAuthorized,
+        }
+    }
+}
+
+/// Where events go: a bounded queue that never makes the broker wait. What does not fit is counted.
+#[derive(Clone)]
+pub(crate) struct Events {
+    queue: mpsc::Sender<Event>,
+    lost: Arc<AtomicU64>,
+}
+
+impl Events {
+    /// A queue of `length` events.
+    pub(crate) fn queue(length: usize) -> (Self, mpsc::Receiver<Event>) {
+        let (queue, events) = mpsc::channel(length);
+        (Self { queue, lost: Arc::new(AtomicU64::new(0)) }, events)
+    }
+
+    /// Notes an event.
+    pub(crate) fn note(&self, event: Event) {
+        if self.queue.try_send(event).is_err() {
+            self.lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// How many events did not fit.
+    pub(crate) fn lost(&self) -> u64 {
+        self.lost.load(Ordering::Relaxed)
+    }
+}
+
+/// The gate of one connection.
+pub(crate) struct Gate {
+    /// Who the handshake authenticated.
+    pub(crate) peer: PeerId,
+    /// Where refusals are noted.
+    pub(crate) events: Events,
+}
+
+impl Gate {
+    fn check_connect(&self, connect: &ConnectPacket) -> Result<(), Denial> {
+        let peer = self.peer;
+        if connect.protocol_version != PROTOCOL_LEVEL {
+            return Err(Denial::ProtocolLevel { peer, got: connect.protocol_version });
+        }
+        if connect.client_id != peer.name() {
+            return Err(Denial::ClientId { expected: peer, got: shown(&connect.client_id) });
+        }
+        match &connect.will {
+            Some(will) => Err(Denial::Will { peer, got: shown(&will.topic) }),
+            None => Ok(()),
+        }
+    }
+
+    fn granted<T>(&self, asked: Result<T, Refusal>) -> bool {
+        match asked {
+            Ok(_) => true,
+            Err(refusal) => {
+                self.events.note(Event::Denied(Denial::Access { peer: self.peer, refusal }));
+                false
+            }
+        }
+    }
+}
+
+type Answer<'a, T> = Pin<Box<dyn Future<Output = T> + Send + 'a>>;
+
+impl AuthProvider for Gate {
+    fn authenticate<'a>(&'a self, connect: &'a ConnectPacket, _: SocketAddr) -> Answer<'a, mqtt5::error::Result<AuthResult>> {
+        let result = match self.check_connect(connect) {
+            Ok(()) => {
+                self.events.note(Event::Admitted { peer: self.peer });
+                AuthResult::success_with_user(self.peer.name())
+            }
+            Err(denial) => {
+                let reason = denial.reason();
+                self.events.note(Event::Denied(denial));
+                AuthResult::fail(reason)
+            }
+        };
+        Box::pin(ready(Ok(result)))
+    }
+
+    fn authorize_publish<'a>(&'a self, _: &str, _: Option<&'a str>, topic: &'a str) -> Answer<'a, bool> {
+        Box::pin(ready(self.granted(acl::permit_topic(self.peer, topic))))
+    }
+
+    fn authorize_subscribe<'a>(&'a self, _: &str, _: Option<&'a str>, topic_filter: &'a str) -> Answer<'a, bool> {
+        Box::pin(ready(self.granted(acl::permit_filter(self.peer, topic_filter))))
+    }
+}
+
+/// The first characters of a text that a client chose, for a log line of bounded length.
+fn shown(text: &str) -> String {
+    text.chars().take(acl::MAX_TOPIC_LEN).collect()
+}

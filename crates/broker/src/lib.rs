@@ -1,0 +1,125 @@
+//! The embedded MQTT broker of the command plane: its own process, its own certificate, one row of rights per identity.
+//!
+//! The broker carries commands from the gateway to the units and their acknowledgements back. It can neither mint nor
+//! alter nor re-time one: commands and acknowledgements are signed end to end. What a command means is the business of
+//! `gateway` and `autonomy`.
+//!
+//! - [`acl`] is the table of rights and the one place that reads it.
+//! - [`Broker`], in this file, is the model of the live broker: who receives a publication, without payloads, queues
+//!   or time. The twin routes with it.
+//! - [`server`] is the live broker, with its parts in [`tls`] (handshake, identity) and [`gate`] (what one connection may
+//!   do). TLS, identity, rights and bounds are ours; packets, sessions and routing are those of the `mqtt5` crate.
+//! - [`process`] starts the live broker from a service spec.
+//!
+//! The model and the live broker share [`acl`]; that they also agree on who receives is held by `tests/command_path.rs`.
+
+pub mod acl;
+pub mod gate;
+pub mod process;
+pub mod server;
+pub mod tls;
+
+use arrayvec::ArrayVec;
+use wire::core::Subject;
+use wire::id::PeerId;
+
+use crate::acl::{Pattern, Refusal, Verb};
+
+/// The most identities that one publication is delivered to: all of them.
+pub const MAX_RECEIVERS: usize = 16;
+
+/// Those who receive a publication, each once, in the order of [`PeerId`].
+pub type Receivers = ArrayVec<PeerId, MAX_RECEIVERS>;
+
+/// The deterministic model of the live broker.
+///
+/// Subscriptions live as long as the identity's session; nothing is retained and nothing is queued for who is away,
+/// as in the live broker. A publisher that is subscribed to what it publishes receives it.
+#[derive(Clone, Debug, Default)]
+pub struct Broker {
+    /// Sorted and without duplicates, hence bounded: the closed set has 16 identities and few patterns for each.
+    subscriptions: Vec<(PeerId, Pattern)>,
+}
+
+impl Broker {
+    /// A broker without sessions.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Subscribes `peer` to the topics of `filter`. To subscribe again changes nothing.
+    ///
+    /// # Errors
+    /// The table does not grant it.
+    pub fn subscribe(&mut self, peer: PeerId, filter: &str) -> Result<(), Refusal> {
+        let entry = (peer, acl::permit_filter(peer, filter)?);
+        if let Err(place) = self.subscriptions.binary_search(&entry) {
+            self.subscriptions.insert(place, entry);
+        }
+        Ok(())
+    }
+
+    /// Ends the session of `peer`, and with it all that it subscribed to.
+    pub fn disconnect(&mut self, peer: PeerId) {
+        self.subscriptions.retain(|(holder, _)| *holder != peer);
+    }
+
+    /// Who receives what `publisher` sends to `subject`. Does not allocate.
+    ///
+    /// # Errors
+    /// The table does not grant it; then nobody receives.
+    pub fn publish(&self, publisher: PeerId, subject: Subject) -> Result<Receivers, Refusal> {
+        let sent = Pattern::One(subject);
+        acl::permit(publisher, Verb::Publish, sent)?;
+        let mut receivers = Receivers::new();
+        for (holder, pattern) in &self.subscriptions {
+            // The list is sorted by holder, so a holder whose filters overlap is met in one run.
+            if pattern.covers(sent) && receivers.last() != Some(holder) {
+                receivers.push(*holder);
+            }
+        }
+        Ok(receivers)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wire::id::UnitId;
+
+    #[test]
+    fn a_command_reaches_its_unit_alone_and_the_ack_reaches_the_gateway_once() {
+        let broker = subscribed();
+        let command = broker.publish(PeerId::GATEWAY, Subject::Command(UnitId::A)).expect("granted");
+        assert_eq!(command.as_slice(), [PeerId::UNIT_A]);
+        let ack = broker.publish(PeerId::UNIT_A, Subject::Ack(UnitId::A)).expect("granted");
+        assert_eq!(ack.as_slice(), [PeerId::GATEWAY], "two filters of one identity deliver once");
+    }
+
+    #[test]
+    fn an_identity_that_is_away_receives_nothing() {
+        let mut broker = subscribed();
+        broker.disconnect(PeerId::UNIT_A);
+        let receivers = broker.publish(PeerId::GATEWAY, Subject::Command(UnitId::A)).expect("granted");
+        assert!(receivers.is_empty());
+    }
+
+    #[test]
+    fn a_teammate_can_neither_command_nor_acknowledge_for_another() {
+        let mut broker = subscribed();
+        for subject in [Subject::Command(UnitId::A), Subject::Ack(UnitId::A), Subject::Command(UnitId::B)] {
+            let refusal = broker.publish(PeerId::UNIT_B, subject).expect_err("not granted");
+            assert_eq!(refusal.name(), "not_granted");
+        }
+        broker.subscribe(PeerId::UNIT_B, "hs/cmd/unit-a").expect_err("another unit's commands are not its own");
+    }
+
+    fn subscribed() -> Broker {
+        let mut broker = Broker::new();
+        broker.subscribe(PeerId::GATEWAY, "hs/ack/+").expect("granted");
+        broker.subscribe(PeerId::GATEWAY, "hs/ack/unit-a").expect("granted");
+        broker.subscribe(PeerId::UNIT_A, "hs/cmd/unit-a").expect("granted");
+        broker.subscribe(PeerId::UNIT_B, "hs/cmd/unit-b").expect("granted");
+        broker
+    }
+}

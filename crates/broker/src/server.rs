@@ -1,0 +1,302 @@
+//! The live broker: our own TLS front and bounds around the packet handling and routing of `mqtt5`.
+//!
+//! It listens on a loopback port that the system chooses. Each connection is counted, handshaken under a time limit,
+//! tied to the identity in its certificate, and given its own [`crate::gate`]. All state is in memory and dies with
+//! the session; nothing is retained, there are no `$SYS` topics, and every queue has a bound.
+//!
+//! Not used on purpose: the server of `mqtt5` itself, which trusts the client id, accepts TLS 1.2 and handshakes
+//! inside its accept loop. What a publication means is left to the services; the log and the end of the process to
+//! [`crate::process`].
+
+use std::io;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::time::Duration;
+
+use link::loopback::{AddressRefused, LoopbackAddr};
+use link::pki::Credential;
+use mqtt5::broker::client_handler::ClientHandler;
+use mqtt5::broker::config::BrokerConfig;
+use mqtt5::broker::resource_monitor::{ResourceLimits, ResourceMonitor};
+use mqtt5::broker::router::MessageRouter;
+use mqtt5::broker::storage::client_queue::QueueLimits;
+use mqtt5::broker::storage::{DynamicStorage, MemoryBackend};
+use mqtt5::broker::sys_topics::BrokerStats;
+use mqtt5::broker::tls_acceptor::TlsStreamWrapper;
+use mqtt5::broker::transport::BrokerTransport;
+use thiserror::Error;
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{Semaphore, broadcast, mpsc};
+use tokio::task::{JoinHandle, JoinSet};
+use tokio_rustls::TlsAcceptor;
+use wire::id::PeerId;
+
+use crate::gate::{Denial, Event, Events, Gate};
+use crate::tls::{self, CredentialError};
+
+/// The largest MQTT packet, in bytes. A command or an acknowledgement is under 2 KiB.
+pub const MAX_PACKET: usize = 8 * 1024;
+/// The most messages that wait for one slow subscriber.
+pub const MAX_QUEUED: usize = 64;
+/// The most bytes that wait for one slow subscriber.
+pub const MAX_QUEUED_BYTES: usize = 256 * 1024;
+/// The most unacknowledged publications in each direction of a session.
+pub const MAX_IN_FLIGHT: u16 = 16;
+/// The most messages that one identity may publish in a second.
+pub const MAX_MESSAGES_PER_SECOND: u32 = 4_000;
+/// The most payload bytes that one identity may publish in a second.
+pub const MAX_BYTES_PER_SECOND: u64 = 2 * 1024 * 1024;
+/// The most filters in one session.
+pub const MAX_SUBSCRIPTIONS: usize = 8;
+/// The most connections with one certificate: the session and one that takes it over.
+pub const MAX_CONNECTIONS_OF_PEER: usize = 2;
+/// The most events that wait to be read.
+pub const MAX_EVENTS: usize = 1024;
+
+const IDENTITIES: usize = 16;
+const SWEEP: Duration = Duration::from_secs(1);
+const DRAIN_LIMIT: Duration = Duration::from_secs(1);
+const ACCEPT_PAUSE: Duration = Duration::from_millis(10);
+
+/// The bounds that a test may want to move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// The most connections at once, half-open ones included.
+    pub connections: usize,
+    /// How long a TLS handshake may take.
+    pub handshake: Duration,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { connections: 32, handshake: Duration::from_secs(3) }
+    }
+}
+
+/// Why the live broker did not start.
+#[derive(Debug, Error)]
+pub enum StartError {
+    /// No loopback port.
+    #[error("cannot listen on loopback: {0}")]
+    Listen(#[from] io::Error),
+    /// The bound socket says that it is somewhere else.
+    #[error("bound off loopback: {0}")]
+    Address(#[from] AddressRefused),
+    /// The credential does not make a TLS server.
+    #[error("cannot serve TLS with this credential: {0}")]
+    Tls(#[from] CredentialError),
+}
+
+/// A running broker. To drop it ends it as [`Server::stop`] does, without waiting.
+pub struct Server {
+    address: LoopbackAddr,
+    events: mpsc::Receiver<Event>,
+    noted: Events,
+    stop: broadcast::Sender<()>,
+    task: JoinHandle<()>,
+}
+
+impl Server {
+    /// Listens on a loopback port and serves from then on.
+    ///
+    /// # Errors
+    /// No port can be had, or the credential is no good.
+    pub async fn start(credential: &Credential, limits: Limits) -> Result<Self, StartError> {
+        let acceptor = tls::acceptor(credential)?;
+        let listener = TcpListener::bind(LoopbackAddr::ANY_PORT.socket()).await?;
+        let address = LoopbackAddr::try_from(listener.local_addr()?)?;
+        let (noted, events) = Events::queue(MAX_EVENTS);
+        let (stop, _) = broadcast::channel(1);
+        let front = Arc::new(Front::new(acceptor, limits, noted.clone(), stop.clone()));
+        let task = tokio::spawn(accept(listener, front, stop.subscribe()));
+        Ok(Self { address, events, noted, stop, task })
+    }
+
+    /// Where it listens.
+    pub fn address(&self) -> LoopbackAddr {
+        self.address
+    }
+
+    /// The next event; `None` when the broker has ended.
+    pub async fn event(&mut self) -> Option<Event> {
+        self.events.recv().await
+    }
+
+    /// How many events were lost because nobody read them.
+    pub fn lost_events(&self) -> u64 {
+        self.noted.lost()
+    }
+
+    /// Closes the port, says goodbye to every client and waits until all connections have ended.
+    pub async fn stop(mut self) {
+        // Nobody hears it when the accept loop has ended already.
+        let _ = self.stop.send(());
+        let _ = (&mut self.task).await;
+    }
+}
+
+impl Drop for Server {
+    fn drop(&mut self) {
+        let _ = self.stop.send(());
+    }
+}
+
+/// What all connections share.
+struct Front {
+    acceptor: TlsAcceptor,
+    limits: Limits,
+    events: Events,
+    stop: broadcast::Sender<()>,
+    connections: Arc<Semaphore>,
+    of_peer: [Arc<Semaphore>; IDENTITIES],
+    config: Arc<BrokerConfig>,
+    storage: Arc<DynamicStorage>,
+    router: Arc<MessageRouter>,
+    stats: Arc<BrokerStats>,
+    monitor: Arc<ResourceMonitor>,
+}
+
+impl Front {
+    fn new(acceptor: TlsAcceptor, limits: Limits, events: Events, stop: broadcast::Sender<()>) -> Self {
+        let queue = QueueLimits { max_messages: MAX_QUEUED, max_bytes: MAX_QUEUED_BYTES };
+        let storage = Arc::new(DynamicStorage::Memory(MemoryBackend::with_queue_limits(queue)));
+        Self {
+            acceptor,
+            limits,
+            events,
+            stop,
+            connections: Arc::new(Semaphore::new(limits.connections)),
+            of_peer: std::array::from_fn(|_| Arc::new(Semaphore::new(MAX_CONNECTIONS_OF_PEER))),
+            config: Arc::new(bounds(limits)),
+            router: Arc::new(MessageRouter::with_storage(Arc::clone(&storage))),
+            storage,
+            stats: Arc::new(BrokerStats::new()),
+            monitor: Arc::new(ResourceMonitor::new(rates(limits))),
+        }
+    }
+}
+
+/// The bounds on packets, queues and features.
+fn bounds(limits: Limits) -> BrokerConfig {
+    BrokerConfig {
+        bind_addresses: Vec::new(),
+        max_clients: limits.connections,
+        session_expiry_interval: Duration::ZERO,
+        max_packet_size: MAX_PACKET,
+        topic_alias_maximum: 0,
+        retain_available: false,
+        maximum_qos: 1,
+        subscription_identifier_available: false,
+        shared_subscription_available: false,
+        max_subscriptions_per_client: MAX_SUBSCRIPTIONS,
+        client_channel_capacity: MAX_QUEUED,
+        max_outbound_inflight: MAX_IN_FLIGHT,
+        server_receive_maximum: Some(MAX_IN_FLIGHT),
+        sys_topics_enabled: false,
+        ..BrokerConfig::default()
+    }
+}
+
+/// The bounds on rates. The library asks only for those of messages and bytes; connections are counted by our front.
+fn rates(limits: Limits) -> ResourceLimits {
+    ResourceLimits {
+        max_connections: limits.connections,
+        max_connections_per_ip: limits.connections,
+        max_message_rate_per_client: MAX_MESSAGES_PER_SECOND,
+        max_bandwidth_per_client: MAX_BYTES_PER_SECOND,
+        rate_limit_window: Duration::from_secs(1),
+        ..ResourceLimits::default()
+    }
+}
+
+async fn accept(listener: TcpListener, front: Arc<Front>, mut stop: broadcast::Receiver<()>) {
+    let mut connections = JoinSet::new();
+    let mut sweep = tokio::time::interval(SWEEP);
+    loop {
+        tokio::select! {
+            _ = stop.recv() => break,
+            _ = sweep.tick() => front.router.sweep_sessions().await,
+            Some(ended) = connections.join_next(), if !connections.is_empty() => report(ended),
+            accepted = listener.accept() => match accepted {
+                Ok((stream, from)) => admit(&mut connections, &front, stream, from),
+                Err(error) => {
+                    tracing::warn!(%error, "no connection accepted");
+                    tokio::time::sleep(ACCEPT_PAUSE).await;
+                }
+            },
+        }
+    }
+    drop(listener);
+    let drain = async {
+        while let Some(ended) = connections.join_next().await {
+            report(ended);
+        }
+    };
+    if tokio::time::timeout(DRAIN_LIMIT, drain).await.is_err() {
+        tracing::warn!(left = connections.len(), "connections did not end in time");
+        connections.shutdown().await;
+    }
+}
+
+fn report(ended: Result<(), tokio::task::JoinError>) {
+    if let Err(error) = ended {
+        tracing::error!(%error, "a connection's task failed");
+    }
+}
+
+/// Counts a connection and serves it in a task of its own, so that a silent peer holds up nobody.
+fn admit(connections: &mut JoinSet<()>, front: &Arc<Front>, stream: TcpStream, from: SocketAddr) {
+    let Ok(permit) = Arc::clone(&front.connections).try_acquire_owned() else {
+        front.events.note(Event::Denied(Denial::Connections { expected: front.limits.connections }));
+        return;
+    };
+    let stop = front.stop.subscribe();
+    let front = Arc::clone(front);
+    connections.spawn(async move {
+        let served = serve(&front, stream, from, stop).await;
+        drop(permit);
+        match served {
+            Ok(Some(peer)) => front.events.note(Event::Closed { peer }),
+            Ok(None) => {}
+            Err(denial) => front.events.note(Event::Denied(denial)),
+        }
+    });
+}
+
+/// Serves one connection to its end and says whose it was; `None` when the broker stopped during the handshake.
+async fn serve(
+    front: &Front,
+    stream: TcpStream,
+    from: SocketAddr,
+    mut stop: broadcast::Receiver<()>,
+) -> Result<Option<PeerId>, Denial> {
+    stream.set_nodelay(true).map_err(|error| Denial::Handshake { got: error.to_string() })?;
+    let handshake = tokio::time::timeout(front.limits.handshake, front.acceptor.accept(stream));
+    let stream = tokio::select! {
+        _ = stop.recv() => return Ok(None),
+        done = handshake => match done {
+            Ok(Ok(stream)) => stream,
+            Ok(Err(error)) => return Err(Denial::Handshake { got: error.to_string() }),
+            Err(_) => return Err(Denial::HandshakeTimeout),
+        },
+    };
+    let peer = tls::principal(stream.get_ref().1.peer_certificates())?;
+    let Ok(_slot) = Arc::clone(&front.of_peer[peer.index()]).try_acquire_owned() else {
+        return Err(Denial::ConnectionsOfPeer { peer, expected: MAX_CONNECTIONS_OF_PEER });
+    };
+    let session = ClientHandler::new(
+        BrokerTransport::tls(TlsStreamWrapper::new(stream)),
+        from,
+        Arc::clone(&front.config),
+        Arc::clone(&front.router),
+        Arc::new(Gate { peer, events: front.events.clone() }),
+        Some(Arc::clone(&front.storage)),
+        Arc::clone(&front.stats),
+        Arc::clone(&front.monitor),
+        stop,
+    );
+    if let Err(error) = session.run().await {
+        tracing::debug!(%peer, %error, "session ended");
+    }
+    Ok(Some(peer))
+}

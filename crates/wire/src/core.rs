@@ -1,0 +1,322 @@
+//! The few verbs every core speaks, and the mouthfuls it is fed.
+//!
+//! A core is handed time and bytes and gives bytes back; it never reads a clock, a socket or a generator it did not
+//! seed itself. A process feeds it from the operating system, the twin from an event queue, a replay from a file.
+//! What moves the bytes belongs to `link` (live) and to `campaign::twin` (virtual).
+//!
+//! The contract: after `handle`, call `output` until it gives `None`, then wait for the next input or until
+//! `deadline`, whichever is first. Time never goes backwards.
+
+use minicbor::{Decode, Encode};
+
+use crate::id::{PeerId, SessionId, UnitId};
+use crate::time::Instant;
+
+/// A channel between processes of one host, carried over shared memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[cbor(index_only)]
+pub enum Topic {
+    /// Rendered sensor frames, sim to perception.
+    #[n(0)]
+    Frames,
+    /// Candidate observations: from the detector stages, or from sim when the twin is unrendered.
+    #[n(1)]
+    Candidates,
+    /// Odometry and localisation, sim to autonomy.
+    #[n(2)]
+    Navigation,
+    /// Corroborated tracks, perception to autonomy.
+    #[n(3)]
+    Tracks,
+    /// Leased set-points, autonomy to sim.
+    #[n(4)]
+    Drive,
+    /// The abstract act, autonomy to sim.
+    #[n(5)]
+    Act,
+    /// What the gateway accepted, gateway to console.
+    #[n(6)]
+    Feed,
+    /// Signed intents and stage confirmations, console to gateway.
+    #[n(7)]
+    Intents,
+    /// The recorder's seals, back to the services that depend on them.
+    #[n(8)]
+    Seals,
+}
+
+impl Topic {
+    /// Every topic, in wire order.
+    pub const ALL: [Topic; 9] = [
+        Topic::Frames,
+        Topic::Candidates,
+        Topic::Navigation,
+        Topic::Tracks,
+        Topic::Drive,
+        Topic::Act,
+        Topic::Feed,
+        Topic::Intents,
+        Topic::Seals,
+    ];
+
+    /// The name used in service names, policies and logs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Topic::Frames => "frames",
+            Topic::Candidates => "candidates",
+            Topic::Navigation => "navigation",
+            Topic::Tracks => "tracks",
+            Topic::Drive => "drive",
+            Topic::Act => "act",
+            Topic::Feed => "feed",
+            Topic::Intents => "intents",
+            Topic::Seals => "seals",
+        }
+    }
+
+    /// The largest message, in bytes, a channel of this topic is made for.
+    pub fn max_len(self) -> usize {
+        match self {
+            Topic::Frames => 256 * 1024,
+            Topic::Candidates => 8 * 1024,
+            Topic::Navigation | Topic::Drive | Topic::Act | Topic::Seals => 512,
+            Topic::Tracks => 4 * 1024,
+            Topic::Feed | Topic::Intents => 2 * 1024,
+        }
+    }
+}
+
+/// A subject of the command plane (MQTT).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+pub enum Subject {
+    /// Commands to a unit: `hs/cmd/<unit>`.
+    #[n(0)]
+    Command(#[n(0)] UnitId),
+    /// Acknowledgements from a unit: `hs/ack/<unit>`.
+    #[n(1)]
+    Ack(#[n(0)] UnitId),
+}
+
+impl Subject {
+    /// The MQTT topic name of this subject.
+    pub fn topic(self) -> String {
+        match self {
+            Subject::Command(unit) => format!("hs/cmd/{unit}"),
+            Subject::Ack(unit) => format!("hs/ack/{unit}"),
+        }
+    }
+
+    /// The subject with this MQTT topic name; `None` outside the closed set (only vehicles are subjects).
+    pub fn from_topic(topic: &str) -> Option<Self> {
+        let vehicle = |name| UnitId::from_name(name).filter(|unit| unit.node().unit().is_some());
+        match topic.strip_prefix("hs/")?.split_once('/')? {
+            ("cmd", name) => vehicle(name).map(Subject::Command),
+            ("ack", name) => vehicle(name).map(Subject::Ack),
+            _ => None,
+        }
+    }
+}
+
+/// One side of a byte stream or datagram path that passes through a relay.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[cbor(index_only)]
+pub enum Side {
+    /// The side that opened the path.
+    #[n(0)]
+    Client,
+    /// The side that listens.
+    #[n(1)]
+    Server,
+}
+
+impl Side {
+    /// The other side.
+    pub fn other(self) -> Side {
+        match self {
+            Side::Client => Side::Server,
+            Side::Server => Side::Client,
+        }
+    }
+}
+
+/// What wakes a core.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum Input {
+    /// The deadline that the core asked for has come.
+    #[n(0)]
+    Timeout,
+    /// A message on a shared-memory channel.
+    #[n(1)]
+    Bus {
+        /// Channel.
+        #[n(0)]
+        topic: Topic,
+        /// Sealed bus message (`wire::bus`).
+        #[cbor(n(1), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// A secure session stands; `peer` is who the handshake authenticated.
+    #[n(2)]
+    Opened {
+        /// Local handle of the session.
+        #[n(0)]
+        session: SessionId,
+        /// Who the handshake authenticated.
+        #[n(1)]
+        peer: PeerId,
+    },
+    /// One application record out of a secure session.
+    #[n(3)]
+    Record {
+        /// Local handle of the session.
+        #[n(0)]
+        session: SessionId,
+        /// Plaintext.
+        #[cbor(n(1), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// A secure session has ended.
+    #[n(4)]
+    Closed {
+        /// Local handle of the session.
+        #[n(0)]
+        session: SessionId,
+    },
+    /// A publication on the command plane. `publisher` is what the broker says; nothing rests on it.
+    #[n(5)]
+    Published {
+        /// Subject.
+        #[n(0)]
+        subject: Subject,
+        /// Payload.
+        #[cbor(n(1), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// A datagram reached a relay from `side` (ciphertext).
+    #[n(6)]
+    Datagram {
+        /// Where it came from.
+        #[n(0)]
+        side: Side,
+        /// Bytes on the wire.
+        #[cbor(n(1), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// A piece of a byte stream reached a relay from `side`; an empty piece is the end of that direction.
+    #[n(7)]
+    Stream {
+        /// Connection handle.
+        #[n(0)]
+        connection: SessionId,
+        /// Where it came from.
+        #[n(1)]
+        side: Side,
+        /// Bytes on the wire.
+        #[cbor(n(2), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// An audit entry reached the recorder.
+    #[n(8)]
+    Audit {
+        /// Encoded `wire::audit::Entry`.
+        #[cbor(n(0), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// The run is over: send nothing more, keep accounting for what still arrives.
+    #[n(9)]
+    Quiesce,
+    /// Write the closing account; no input follows.
+    #[n(10)]
+    Finish,
+}
+
+/// What a core gives back.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum Output {
+    /// Publish on a shared-memory channel.
+    #[n(0)]
+    Bus {
+        /// Channel.
+        #[n(0)]
+        topic: Topic,
+        /// Sealed bus message.
+        #[cbor(n(1), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// Send one record into a secure session.
+    #[n(1)]
+    Record {
+        /// Local handle of the session.
+        #[n(0)]
+        session: SessionId,
+        /// Plaintext.
+        #[cbor(n(1), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// Publish on the command plane.
+    #[n(2)]
+    Publish {
+        /// Subject.
+        #[n(0)]
+        subject: Subject,
+        /// Payload.
+        #[cbor(n(1), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// Emit a datagram towards `side` (relay only).
+    #[n(3)]
+    Datagram {
+        /// Where it goes.
+        #[n(0)]
+        side: Side,
+        /// Bytes on the wire.
+        #[cbor(n(1), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// Emit a piece of a byte stream towards `side` (relay only); an empty piece ends that direction.
+    #[n(4)]
+    Stream {
+        /// Connection handle.
+        #[n(0)]
+        connection: SessionId,
+        /// Where it goes.
+        #[n(1)]
+        side: Side,
+        /// Bytes on the wire.
+        #[cbor(n(2), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// Cut a relayed stream in both directions at once.
+    #[n(5)]
+    Reset {
+        /// Connection handle.
+        #[n(0)]
+        connection: SessionId,
+    },
+    /// An encoded `wire::audit::Entry` for the instrument plane.
+    #[n(6)]
+    Audit {
+        /// Encoded entry.
+        #[cbor(n(0), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
+    /// Words for a person at a terminal (the console's text view); never read by another core.
+    #[n(7)]
+    Text {
+        /// UTF-8 without control characters other than newline.
+        #[n(0)]
+        text: String,
+    },
+}
+
+/// A deterministic service core.
+pub trait Core {
+    /// Take one input at local time `now`.
+    fn handle(&mut self, now: Instant, input: &Input);
+
+    /// When the core next wants [`Input::Timeout`]; `None` while it only waits for input.
+    fn deadline(&self) -> Option<Instant>;
+
+    /// The next output, until `None`.
+    fn output(&mut self) -> Option<Output>;
+}
