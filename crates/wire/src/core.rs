@@ -13,8 +13,11 @@ use crate::id::{PeerId, SessionId, UnitId};
 use crate::time::Instant;
 
 /// A channel between processes of one host, carried over shared memory.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
+)]
 #[cbor(index_only)]
+#[serde(rename_all = "snake_case")]
 pub enum Topic {
     /// Rendered sensor frames, sim to perception.
     #[n(0)]

@@ -1,0 +1,341 @@
+//! The audit log: each node chains its own events and signs the head once a second; the recorder seals them all.
+//!
+//! An entry holds the SHA-256 of the entry before it, so that an edit, a deletion or a swap breaks the chain at a known
+//! place. Writing files is left to `link`; judging what the events mean, to the oracle.
+
+use minicbor::{Decode, Encode};
+use sha2::{Digest, Sha256};
+
+use crate::bus::{ChannelKey, Sender};
+use crate::codec::{self, List, Malformed};
+use crate::core::{Core, Input, Output, Topic};
+use crate::event::Event;
+use crate::id::{Boot, NodeId};
+use crate::sign::{Key, Purpose};
+use crate::time::{Instant, Span};
+
+/// Longest encoded entry, bytes.
+pub const MAX_ENTRY: usize = 512;
+
+/// How often a node signs its head, and the recorder seals.
+const SIGN_PERIOD: Span = Span::s(1);
+const SEAL_PERIOD: Span = Span::ms(250);
+
+/// One event in a node's chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Entry {
+    /// Whose chain.
+    #[n(0)]
+    pub node: NodeId,
+    /// Its boot.
+    #[n(1)]
+    pub boot: Boot,
+    /// Position in the chain, from 1.
+    #[n(2)]
+    pub counter: u64,
+    /// When, on the node's own clock.
+    #[n(3)]
+    pub at: Instant,
+    /// What.
+    #[n(4)]
+    pub event: Event,
+    /// SHA-256 of the encoded entry before; zero for the first.
+    #[cbor(n(5), with = "minicbor::bytes")]
+    pub previous: [u8; 32],
+}
+
+impl Entry {
+    /// Decodes one entry.
+    pub fn decode(bytes: &[u8]) -> Result<Entry, Malformed> {
+        codec::decode(bytes, MAX_ENTRY)
+    }
+}
+
+/// A node's own chain.
+#[derive(Debug)]
+pub struct Journal {
+    node: NodeId,
+    boot: Boot,
+    counter: u64,
+    head: [u8; 32],
+    key: Option<Key>,
+    signed: Option<Instant>,
+}
+
+impl Journal {
+    /// An empty chain; with a key, its head is signed once a second.
+    pub fn new(node: NodeId, boot: Boot, key: Option<Key>) -> Self {
+        Self { node, boot, counter: 0, head: [0; 32], key, signed: None }
+    }
+
+    /// The same chain in a forked world.
+    #[must_use]
+    pub fn fork(&self) -> Journal {
+        let key = self.key.as_ref().map(Key::fork);
+        Journal { node: self.node, boot: self.boot, counter: self.counter, head: self.head, key, signed: self.signed }
+    }
+
+    /// Appends `event` and queues it, with a signature over the head when one is due.
+    pub fn write(&mut self, now: Instant, event: Event, out: &mut std::collections::VecDeque<Output>) {
+        out.push_back(Output::Audit { bytes: self.append(now, event) });
+        if self.key.is_some() && self.signed.is_none_or(|at| now.since(at) >= SIGN_PERIOD) {
+            self.sign(now, out);
+        }
+    }
+
+    /// Signs the head now; the last thing a node does.
+    pub fn sign(&mut self, now: Instant, out: &mut std::collections::VecDeque<Output>) {
+        let Some(key) = &self.key else { return };
+        let signed = key.sign(Purpose::Head, &self.head);
+        let signature: [u8; 64] = *signed.last_chunk().expect("a COSE_Sign1 ends with its 64-byte signature");
+        self.signed = Some(now);
+        out.push_back(Output::Audit { bytes: self.append(now, Event::Signed { signature }) });
+    }
+
+    /// How many entries there are.
+    pub fn counter(&self) -> u64 {
+        self.counter
+    }
+
+    fn append(&mut self, now: Instant, event: Event) -> Vec<u8> {
+        self.counter += 1;
+        let entry =
+            Entry { node: self.node, boot: self.boot, counter: self.counter, at: now, event, previous: self.head };
+        let bytes = codec::encode(&entry);
+        debug_assert!(bytes.len() <= MAX_ENTRY, "entry above MAX_ENTRY");
+        self.head = Sha256::digest(&bytes).into();
+        bytes
+    }
+}
+
+/// Where a chain has been followed to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Head {
+    /// Whose.
+    #[n(0)]
+    pub node: NodeId,
+    /// Boot.
+    #[n(1)]
+    pub boot: Boot,
+    /// Entries so far.
+    #[n(2)]
+    pub counter: u64,
+    /// SHA-256 of the last.
+    #[cbor(n(3), with = "minicbor::bytes")]
+    pub hash: [u8; 32],
+}
+
+/// Why an entry does not continue its chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ChainError {
+    /// Unreadable.
+    #[error("unreadable entry: {0}")]
+    Malformed(#[from] Malformed),
+    /// Not the next one, or not on this predecessor.
+    #[error("chain of {node} broken at entry {counter}")]
+    Broken {
+        /// Whose chain.
+        node: NodeId,
+        /// The first entry that does not fit.
+        counter: u64,
+    },
+}
+
+/// Follows the chains of all nodes, one entry at a time.
+#[derive(Clone, Debug, Default)]
+pub struct Chains(List<Head, 16>);
+
+impl Chains {
+    /// Checks that `bytes` continues its node's chain, and moves on.
+    pub fn follow(&mut self, bytes: &[u8]) -> Result<Entry, ChainError> {
+        let entry = Entry::decode(bytes)?;
+        let broken = ChainError::Broken { node: entry.node, counter: entry.counter };
+        let hash: [u8; 32] = Sha256::digest(bytes).into();
+        let next = Head { node: entry.node, boot: entry.boot, counter: entry.counter, hash };
+        match self.0.0.iter_mut().find(|head| head.node == entry.node) {
+            Some(head) if entry.boot > head.boot => {
+                let first = entry.counter == 1 && entry.previous == [0; 32];
+                first.then(|| *head = next).ok_or(broken)?;
+            }
+            Some(head) => {
+                let follows =
+                    entry.boot == head.boot && entry.counter == head.counter + 1 && entry.previous == head.hash;
+                follows.then(|| *head = next).ok_or(broken)?;
+            }
+            None => {
+                let first = entry.counter == 1 && entry.previous == [0; 32];
+                (first && self.0.push(next)).then_some(()).ok_or(broken)?;
+            }
+        }
+        Ok(entry)
+    }
+
+    /// The heads, in order of first appearance.
+    pub fn heads(&self) -> &[Head] {
+        &self.0
+    }
+}
+
+/// What the recorder tells those who need their log sealed.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Seal {
+    /// Entries sealed so far.
+    #[n(0)]
+    pub entries: u64,
+    /// SHA-256 over all sealed entries' hashes, in order of arrival.
+    #[cbor(n(1), with = "minicbor::bytes")]
+    pub head: [u8; 32],
+    /// Each chain's head.
+    #[n(2)]
+    pub heads: List<SealedHead, 16>,
+}
+
+/// How far one chain is sealed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct SealedHead {
+    /// Whose.
+    #[n(0)]
+    pub node: NodeId,
+    /// Boot.
+    #[n(1)]
+    pub boot: Boot,
+    /// Entries sealed.
+    #[n(2)]
+    pub counter: u64,
+}
+
+/// The recorder's core: follows every chain, seals four times a second and says so on the bus.
+#[derive(Debug)]
+pub struct Recorder {
+    chains: Chains,
+    entries: u64,
+    head: [u8; 32],
+    journal: Journal,
+    seals: Sender,
+    next: Instant,
+    out: std::collections::VecDeque<Output>,
+}
+
+impl Recorder {
+    /// A recorder that starts at `now`.
+    pub fn new(boot: Boot, key: Key, seals: ChannelKey, now: Instant) -> Self {
+        Self {
+            chains: Chains::default(),
+            entries: 0,
+            head: [0; 32],
+            journal: Journal::new(NodeId::RECORDER, boot, Some(key)),
+            seals: Sender::new(Topic::Seals, NodeId::RECORDER, boot, seals),
+            next: now + SEAL_PERIOD,
+            out: std::collections::VecDeque::new(),
+        }
+    }
+
+    /// The same recorder in a forked world.
+    #[must_use]
+    pub fn fork(&self) -> Recorder {
+        Recorder {
+            chains: self.chains.clone(),
+            entries: self.entries,
+            head: self.head,
+            journal: self.journal.fork(),
+            seals: self.seals.clone(),
+            next: self.next,
+            out: self.out.clone(),
+        }
+    }
+
+    /// Entries sealed so far and the head over them.
+    pub fn sealed(&self) -> (u64, [u8; 32]) {
+        (self.entries, self.head)
+    }
+
+    fn take(&mut self, now: Instant, bytes: &[u8]) {
+        match self.chains.follow(bytes) {
+            Ok(_) => {
+                self.entries += 1;
+                let hash = Sha256::new().chain_update(self.head).chain_update(Sha256::digest(bytes)).finalize();
+                self.head = hash.into();
+            }
+            Err(ChainError::Broken { node, counter }) => {
+                self.journal.write(now, Event::ChainBroken { node, counter }, &mut self.out);
+            }
+            Err(ChainError::Malformed(_)) => {
+                self.journal.write(now, Event::ChainBroken { node: NodeId::RECORDER, counter: 0 }, &mut self.out);
+            }
+        }
+    }
+
+    fn seal(&mut self, now: Instant) {
+        let heads = self.chains.heads().iter();
+        let heads = heads.map(|h| SealedHead { node: h.node, boot: h.boot, counter: h.counter }).collect();
+        let seal = Seal { entries: self.entries, head: self.head, heads };
+        let bytes = self.seals.seal(now, &codec::encode(&seal));
+        self.out.push_back(Output::Bus { topic: Topic::Seals, bytes });
+        self.journal.write(now, Event::Sealed { entries: self.entries, head: self.head }, &mut self.out);
+        self.next = now + SEAL_PERIOD;
+    }
+}
+
+impl Core for Recorder {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        match input {
+            Input::Audit { bytes } => self.take(now, bytes),
+            Input::Timeout if now >= self.next => self.seal(now),
+            Input::Finish => {
+                self.seal(now);
+                self.journal.sign(now, &mut self.out);
+            }
+            Input::Timeout
+            | Input::Quiesce
+            | Input::Bus { .. }
+            | Input::Opened { .. }
+            | Input::Record { .. }
+            | Input::Closed { .. }
+            | Input::Published { .. }
+            | Input::Datagram { .. }
+            | Input::Stream { .. } => {}
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        Some(self.next)
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::VecDeque;
+
+    fn log(n: usize) -> Vec<Vec<u8>> {
+        let mut journal = Journal::new(NodeId::UNIT_A, Boot(1), None);
+        let mut out = VecDeque::new();
+        (0..n).for_each(|i| journal.write(Instant(i as u64), Event::Started, &mut out));
+        out.into_iter().map(|o| if let Output::Audit { bytes } = o { bytes } else { Vec::new() }).collect()
+    }
+
+    fn verify(log: &[Vec<u8>]) -> Result<(), ChainError> {
+        let mut chains = Chains::default();
+        log.iter().try_for_each(|bytes| chains.follow(bytes).map(|_| ()))
+    }
+
+    #[test]
+    fn an_edit_a_deletion_and_a_swap_break_the_chain_where_they_are() {
+        assert_eq!(verify(&log(20)), Ok(()));
+        let mut deleted = log(20);
+        deleted.remove(7);
+        assert_eq!(verify(&deleted), Err(ChainError::Broken { node: NodeId::UNIT_A, counter: 9 }));
+        let mut swapped = log(20);
+        swapped.swap(3, 4);
+        assert_eq!(verify(&swapped), Err(ChainError::Broken { node: NodeId::UNIT_A, counter: 5 }));
+        for byte in 0..log(3)[1].len() {
+            let mut edited = log(3);
+            edited[1][byte] ^= 1;
+            assert!(verify(&edited).is_err(), "byte {byte}");
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The command plane: an operator's signed intent, its signed confirmation, and the unit's signed acknowledgement.
+//!
+//! Every intent repeats a nonce that the unit issued in its telemetry, so the unit can bound the intent's age without
+//! trusting console, gateway or broker; none of the three can mint, alter or re-time one.
+
+use minicbor::bytes::ByteSlice;
+use minicbor::{Decode, Encode};
+
+use crate::codec::Text;
+use crate::id::{CommandId, Nonce, TrackId, UnitId};
+use crate::mode::Mode;
+use crate::refusal::Reason;
+
+/// Longest payload on the command plane, bytes.
+pub const MAX_ORDER: usize = 1024;
+
+/// What an operator may ask of a unit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum CommandKind {
+    /// Stop and stay stopped. Towards safe: one step.
+    #[n(0)]
+    Hold,
+    /// Give up authority. Towards safe: one step.
+    #[n(1)]
+    Disarm,
+    /// IDLE to READY.
+    #[n(2)]
+    Enable,
+    /// HOLD_SAFE to READY.
+    #[n(3)]
+    Resume,
+    /// READY to PREPARE_TO_ACT on this track.
+    #[n(4)]
+    Arm(#[n(0)] TrackId),
+    /// Use the authority held on this track.
+    #[n(5)]
+    Confirm(#[n(0)] TrackId),
+}
+
+impl CommandKind {
+    /// Whether the kind leads towards the safe side and needs one step only.
+    pub fn towards_safe(self) -> bool {
+        match self {
+            CommandKind::Hold | CommandKind::Disarm => true,
+            CommandKind::Enable | CommandKind::Resume | CommandKind::Arm(_) | CommandKind::Confirm(_) => false,
+        }
+    }
+
+    /// Name in scripts and logs.
+    pub fn name(self) -> &'static str {
+        match self {
+            CommandKind::Hold => "hold",
+            CommandKind::Disarm => "disarm",
+            CommandKind::Enable => "enable",
+            CommandKind::Resume => "resume",
+            CommandKind::Arm(_) => "arm",
+            CommandKind::Confirm(_) => "confirm",
+        }
+    }
+}
+
+/// What the operator signs first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Intent {
+    /// Idempotency key.
+    #[n(0)]
+    pub id: CommandId,
+    /// Which unit.
+    #[n(1)]
+    pub unit: UnitId,
+    /// The unit's command nonce as last displayed.
+    #[n(2)]
+    pub nonce: Nonce,
+    /// What is asked.
+    #[n(3)]
+    pub kind: CommandKind,
+    /// Why, in the operator's words; empty only towards safe.
+    #[n(4)]
+    pub reason: Text<64>,
+}
+
+/// What the operator signs second, for everything that leads away from safe.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Confirmation {
+    /// The command confirmed.
+    #[n(0)]
+    pub id: CommandId,
+    /// SHA-256 of the signed intent's bytes.
+    #[cbor(n(1), with = "minicbor::bytes")]
+    pub intent: [u8; 32],
+}
+
+/// What travels to the unit: both signed steps, as they left the operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Order<'b> {
+    /// COSE_Sign1 over [`Intent`].
+    #[b(0)]
+    pub intent: &'b ByteSlice,
+    /// COSE_Sign1 over [`Confirmation`]; absent towards safe.
+    #[b(1)]
+    pub confirmation: Option<&'b ByteSlice>,
+}
+
+/// What the unit answers, signed by it (COSE_Sign1).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Ack {
+    /// The command answered.
+    #[n(0)]
+    pub id: CommandId,
+    /// SHA-256 of the signed intent's bytes.
+    #[cbor(n(1), with = "minicbor::bytes")]
+    pub intent: [u8; 32],
+    /// Why it was refused; absent when it was executed.
+    #[n(2)]
+    pub refused: Option<Reason>,
+    /// Mode after it.
+    #[n(3)]
+    pub mode: Mode,
+}
+
+/// Console to gateway.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum Request<'b> {
+    /// Stage a signed intent; towards safe it is sent at once.
+    #[n(0)]
+    Stage(#[b(0)] &'b ByteSlice),
+    /// Send the staged intent with its signed confirmation.
+    #[n(1)]
+    Release(#[b(0)] &'b ByteSlice),
+}

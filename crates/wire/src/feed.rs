@@ -1,0 +1,70 @@
+//! What the gateway tells the console. On arrival it is untrusted again: the console checks tag, schema and signature.
+
+use minicbor::bytes::ByteSlice;
+use minicbor::{Decode, Encode};
+
+use crate::id::{CommandId, PeerId, UnitId};
+use crate::policy::Waived;
+use crate::refusal::Reason;
+use crate::time::{Instant, Span};
+
+/// One message of the feed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum Feed<'b> {
+    /// A report passed the boundary.
+    #[n(0)]
+    Accepted(#[b(0)] AcceptedReport<'b>),
+    /// Something was refused.
+    #[n(1)]
+    Refused(#[n(0)] Reason, #[n(1)] Option<PeerId>),
+    /// A session opened (true) or ended (false).
+    #[n(2)]
+    Session(#[n(0)] PeerId, #[n(1)] bool),
+    /// A command's progress at the gateway.
+    #[n(3)]
+    Command(#[n(0)] CommandId, #[n(1)] CommandStage),
+    /// The unit's signed acknowledgement, as it came.
+    #[n(4)]
+    Acknowledged(#[b(0)] &'b ByteSlice),
+}
+
+/// A report that passed the boundary, for display.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct AcceptedReport<'b> {
+    /// Whose session brought it.
+    #[n(0)]
+    pub via: PeerId,
+    /// The unit that the boundary attributes it to.
+    #[n(1)]
+    pub unit: UnitId,
+    /// When the gateway received it, on the control host's clock.
+    #[n(2)]
+    pub received: Instant,
+    /// Upper bound of its age at `received`; absent when freshness was waived and unknown.
+    #[n(3)]
+    pub age: Option<Span>,
+    /// Checks that were waived on its way.
+    #[n(4)]
+    pub waived: Waived,
+    /// The signed report.
+    #[b(5)]
+    pub report: &'b ByteSlice,
+}
+
+/// How far a command has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[cbor(index_only)]
+pub enum CommandStage {
+    /// Held at the gateway until its confirmation comes.
+    #[n(0)]
+    Staged,
+    /// Published to the unit.
+    #[n(1)]
+    Sent,
+    /// Refused by the gateway.
+    #[n(2)]
+    Refused,
+    /// Staged too long without a confirmation.
+    #[n(3)]
+    Expired,
+}

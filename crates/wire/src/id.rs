@@ -1,0 +1,282 @@
+//! Identities. Two of them are deliberately different types: [`PeerId`] is who the session authenticated, [`NodeId`]
+//! is who a record says it is. The project's central finding lives in the gap between them, so there is no `From`
+//! between the two; comparing them is the business of `trust::attribution` alone.
+
+use core::fmt;
+
+use minicbor::{Decode, Encode};
+
+/// The names that certificates, scenario files and logs use, by number.
+///
+/// The set is closed: a name outside it is refused when parsed, a number outside it when decoded.
+const NAMES: [&str; 16] = [
+    "unit-a",
+    "unit-b",
+    "unit-c",
+    "unit-d",
+    "sim",
+    "perception",
+    "gateway",
+    "broker",
+    "console",
+    "recorder",
+    "relay-telemetry",
+    "relay-command",
+    "insider-b",
+    "operator-1",
+    "operator-2",
+    "campaign",
+];
+
+macro_rules! name_id {
+    ($(#[$doc:meta])* $name:ident) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Encode)]
+        #[cbor(transparent)]
+        pub struct $name(#[n(0)] u8);
+
+        impl $name {
+            /// The identity with this name, or `None` when the name is not in the closed set.
+            pub fn from_name(name: &str) -> Option<Self> {
+                NAMES.iter().position(|n| *n == name).map(|i| Self(i as u8))
+            }
+
+            /// The name, as in certificates and logs.
+            pub fn name(self) -> &'static str {
+                NAMES[self.0 as usize]
+            }
+
+            /// Position in the closed set, for tables indexed by identity.
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+
+        impl<'b, C> Decode<'b, C> for $name {
+            fn decode(d: &mut minicbor::Decoder<'b>, _: &mut C) -> Result<Self, minicbor::decode::Error> {
+                let n = d.u8()?;
+                if usize::from(n) < NAMES.len() {
+                    Ok(Self(n))
+                } else {
+                    Err(minicbor::decode::Error::message("identity outside the closed set"))
+                }
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(self.name())
+            }
+        }
+
+        impl fmt::Debug for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                write!(f, "{}({})", stringify!($name), self.name())
+            }
+        }
+
+        impl serde::Serialize for $name {
+            fn serialize<S: serde::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
+                s.serialize_str(self.name())
+            }
+        }
+
+        impl<'de> serde::Deserialize<'de> for $name {
+            fn deserialize<D: serde::Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+                let name = <std::borrow::Cow<'de, str>>::deserialize(d)?;
+                Self::from_name(&name).ok_or_else(|| serde::de::Error::custom(format!("unknown identity `{name}`")))
+            }
+        }
+    };
+}
+
+name_id! {
+    /// Who a handshake authenticated: the subject of the certificate, `urn:holdsafe:<name>`.
+    PeerId
+}
+name_id! {
+    /// Who a record or log entry says it is from. A claim until `trust::attribution` has tied it to evidence.
+    NodeId
+}
+name_id! {
+    /// A vehicle, as the subject of a command or of an accepted state. One unit has one node.
+    UnitId
+}
+
+impl NodeId {
+    /// Unit A, the platform under test.
+    pub const UNIT_A: NodeId = NodeId(0);
+    /// Unit B, a teammate.
+    pub const UNIT_B: NodeId = NodeId(1);
+    /// Unit C, a third unit.
+    pub const UNIT_C: NodeId = NodeId(2);
+    /// The simulation.
+    pub const SIM: NodeId = NodeId(4);
+    /// Perception of the platform under test.
+    pub const PERCEPTION: NodeId = NodeId(5);
+    /// The gateway.
+    pub const GATEWAY: NodeId = NodeId(6);
+    /// The command broker.
+    pub const BROKER: NodeId = NodeId(7);
+    /// The supervisory console.
+    pub const CONSOLE: NodeId = NodeId(8);
+    /// The recorder.
+    pub const RECORDER: NodeId = NodeId(9);
+    /// The datagram relay on the telemetry link.
+    pub const RELAY_TELEMETRY: NodeId = NodeId(10);
+    /// The stream relay on the command link.
+    pub const RELAY_COMMAND: NodeId = NodeId(11);
+    /// The insider who holds teammate B's credentials.
+    pub const INSIDER_B: NodeId = NodeId(12);
+    /// The first operator.
+    pub const OPERATOR: NodeId = NodeId(13);
+    /// The campaign engine or launcher itself.
+    pub const CAMPAIGN: NodeId = NodeId(15);
+
+    /// The unit this node speaks for, when it is one.
+    pub fn unit(self) -> Option<UnitId> {
+        (self.0 < 4).then_some(UnitId(self.0))
+    }
+}
+
+impl PeerId {
+    /// The gateway's certificate.
+    pub const GATEWAY: PeerId = PeerId(6);
+    /// Unit A's certificate.
+    pub const UNIT_A: PeerId = PeerId(0);
+    /// Unit B's certificate.
+    pub const UNIT_B: PeerId = PeerId(1);
+    /// Unit C's certificate.
+    pub const UNIT_C: PeerId = PeerId(2);
+
+    /// The subject alternative name in this peer's certificate.
+    pub fn uri(self) -> String {
+        format!("urn:holdsafe:{}", self.name())
+    }
+
+    /// Reads the subject alternative name of a certificate.
+    pub fn from_uri(uri: &str) -> Option<Self> {
+        uri.strip_prefix("urn:holdsafe:").and_then(Self::from_name)
+    }
+}
+
+impl UnitId {
+    /// The platform under test.
+    pub const A: UnitId = UnitId(0);
+    /// The teammate.
+    pub const B: UnitId = UnitId(1);
+    /// The third unit.
+    pub const C: UnitId = UnitId(2);
+
+    /// The node that speaks for this unit.
+    pub fn node(self) -> NodeId {
+        NodeId(self.0)
+    }
+}
+
+/// Local handle of a secure session or relayed connection; never sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[cbor(transparent)]
+pub struct SessionId(#[n(0)] pub u32);
+
+/// Counts the starts of a node; only ever rises.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Encode,
+    Decode,
+    serde::Serialize,
+    serde::Deserialize,
+)]
+#[cbor(transparent)]
+pub struct Boot(#[n(0)] pub u32);
+
+/// Sequence number within one boot, from 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[cbor(transparent)]
+pub struct Sequence(#[n(0)] pub u64);
+
+impl Sequence {
+    /// The number after this one.
+    pub fn next(self) -> Sequence {
+        Sequence(self.0.saturating_add(1))
+    }
+}
+
+/// An unguessable number that a receiver issues and a sender repeats.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[cbor(transparent)]
+pub struct Nonce(#[n(0)] pub u64);
+
+/// A record, wherever it travels: (node, boot, sequence).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+pub struct RecordId {
+    /// Who says it made the record.
+    #[n(0)]
+    pub node: NodeId,
+    /// Its boot.
+    #[n(1)]
+    pub boot: Boot,
+    /// Its sequence within the boot.
+    #[n(2)]
+    pub sequence: Sequence,
+}
+
+impl fmt::Display for RecordId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}/{}", self.node, self.boot.0, self.sequence.0)
+    }
+}
+
+macro_rules! count_id {
+    ($(#[$doc:meta])* $name:ident($inner:ty)) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize)]
+        #[cbor(transparent)]
+        pub struct $name(#[n(0)] pub $inner);
+    };
+}
+
+count_id! {
+    /// A set of sensor readings taken at one instant.
+    FrameId(u64)
+}
+count_id! {
+    /// A track of the platform's tracker; never reused within a boot.
+    TrackId(u32)
+}
+count_id! {
+    /// A true object of the simulated world; ground truth only.
+    ObjectId(u16)
+}
+count_id! {
+    /// A world of the twin; a fork makes a new one. Live runs have world 0.
+    WorldId(u64)
+}
+
+/// A command of one operator: (operator, boot, sequence); the idempotency key of the command plane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+pub struct CommandId {
+    /// Operator whose key signed it.
+    #[n(0)]
+    pub operator: NodeId,
+    /// Console boot.
+    #[n(1)]
+    pub boot: Boot,
+    /// Sequence within the boot, from 1.
+    #[n(2)]
+    pub sequence: Sequence,
+}
+
+impl fmt::Display for CommandId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}/{}", self.operator, self.boot.0, self.sequence.0)
+    }
+}

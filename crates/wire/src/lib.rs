@@ -1,0 +1,42 @@
+//! What holdsafe's services say to each other, and what it takes to believe it.
+//!
+//! No I/O, no clock, no service. Who sends what to whom:
+//!
+//! | message | from | to | over | module |
+//! |---|---|---|---|---|
+//! | `Frames`, `Candidates` | sim | perception | shared memory | [`sensor`] |
+//! | `Navigation` | sim | perception, autonomy | shared memory | [`sensor`] |
+//! | `Tracks` | perception | autonomy | shared memory | [`track`] |
+//! | `Drive`, `Act` | autonomy | sim | shared memory | [`drive`] |
+//! | `Hop` with `Report` | autonomy | gateway | DTLS | [`hop`], [`report`] |
+//! | `Hop` with `Grant`, `Teammate` | gateway | autonomy | DTLS | [`hop`] |
+//! | `Order` | gateway | autonomy | MQTT over TLS | [`command`] |
+//! | `Ack` | autonomy | gateway | MQTT over TLS | [`command`] |
+//! | `Feed` | gateway | console | shared memory | [`feed`] |
+//! | `Request` | console | gateway | shared memory | [`command`] |
+//! | `Entry` | everyone | recorder | instrument plane | [`audit`], [`event`] |
+//! | `Seal` | recorder | autonomy | shared memory | [`audit`] |
+//!
+//! A reviewer of trust starts at [`trust`], then reads `gateway/src/admit.rs` and `autonomy/src/transition.rs`.
+
+pub mod audit;
+pub mod bounds;
+pub mod bus;
+pub mod codec;
+pub mod command;
+pub mod core;
+pub mod drive;
+pub mod event;
+pub mod feed;
+pub mod hop;
+pub mod id;
+pub mod mode;
+pub mod policy;
+pub mod refusal;
+pub mod report;
+pub mod sensor;
+pub mod setup;
+pub mod sign;
+pub mod time;
+pub mod track;
+pub mod trust;

@@ -1,0 +1,170 @@
+//! The one file that says which checks, guards and display rules stand: each is `required` or `waived`.
+//!
+//! Length, schema, minting and accounting are not listed because they cannot be waived. A run with anything waived is
+//! an ablation: it needs the scenario loader's token before authority is minted, and every artefact says so.
+
+use std::collections::BTreeMap;
+
+use minicbor::{Decode, Encode};
+
+use crate::mode::{Guard, Guards};
+
+/// A check of the trust boundary that a policy can waive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Check {
+    /// Age below the limit.
+    Freshness,
+    /// The session's peer is the record's origin.
+    Origin,
+    /// The origin's signature.
+    Signature,
+    /// The receiver's session nonce.
+    Session,
+    /// Boot and sequence.
+    Sequence,
+    /// Live product.
+    Product,
+    /// The keyed tag of a shared-memory message.
+    Tag,
+    /// The peer or signer may do this at all.
+    Role,
+    /// A command younger than the nonce it repeats.
+    Late,
+    /// A command not seen before.
+    Duplicate,
+    /// The second signed step of a command away from safe.
+    Confirmation,
+}
+
+impl Check {
+    /// Every check, in order.
+    pub const ALL: [Check; 11] = [
+        Check::Freshness,
+        Check::Origin,
+        Check::Signature,
+        Check::Session,
+        Check::Sequence,
+        Check::Product,
+        Check::Tag,
+        Check::Role,
+        Check::Late,
+        Check::Duplicate,
+        Check::Confirmation,
+    ];
+
+    /// Name in policy files and events.
+    pub fn name(self) -> &'static str {
+        match self {
+            Check::Freshness => "freshness",
+            Check::Origin => "origin",
+            Check::Signature => "signature",
+            Check::Session => "session",
+            Check::Sequence => "sequence",
+            Check::Product => "product",
+            Check::Tag => "tag",
+            Check::Role => "role",
+            Check::Late => "late",
+            Check::Duplicate => "duplicate",
+            Check::Confirmation => "confirmation",
+        }
+    }
+}
+
+/// A rule of the display.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DisplayRule {
+    /// Values age with the console's own clock and are marked late, stale, lost.
+    AgeOut,
+    /// A report is shown only under its unit's signature.
+    Signature,
+}
+
+/// Whether a check stands.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Requirement {
+    /// It stands.
+    #[default]
+    Required,
+    /// It is passed over, and that is recorded.
+    Waived,
+}
+
+/// A set of waived checks, as events carry it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[cbor(transparent)]
+pub struct Waived(#[n(0)] pub u16);
+
+impl Waived {
+    /// With one more.
+    #[must_use]
+    pub fn with(self, check: Check) -> Waived {
+        Waived(self.0 | 1 << check as u16)
+    }
+
+    /// Both together.
+    #[must_use]
+    pub fn union(self, other: Waived) -> Waived {
+        Waived(self.0 | other.0)
+    }
+
+    /// Whether nothing is waived: the evidence is full.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// The members, in order.
+    pub fn iter(self) -> impl Iterator<Item = Check> {
+        Check::ALL.into_iter().filter(move |c| self.0 & (1 << *c as u16) != 0)
+    }
+}
+
+/// A policy as its file states it. What a table leaves out is required.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Policy {
+    /// Name in reports.
+    #[serde(default)]
+    pub name: String,
+    /// Checks of the trust boundary.
+    #[serde(default)]
+    pub boundary: BTreeMap<Check, Requirement>,
+    /// Guards of the state machine.
+    #[serde(default)]
+    pub guards: BTreeMap<Guard, Requirement>,
+    /// Rules of the display.
+    #[serde(default)]
+    pub display: BTreeMap<DisplayRule, Requirement>,
+    /// The record filter in front of a secure session (`link::guard`).
+    #[serde(default)]
+    pub record_guard: Requirement,
+}
+
+impl Policy {
+    /// Whether `check` stands.
+    pub fn check(&self, check: Check) -> Requirement {
+        self.boundary.get(&check).copied().unwrap_or_default()
+    }
+
+    /// Whether `rule` stands.
+    pub fn display(&self, rule: DisplayRule) -> Requirement {
+        self.display.get(&rule).copied().unwrap_or_default()
+    }
+
+    /// The waived guards.
+    pub fn waived_guards(&self) -> Guards {
+        let waived = self.guards.iter().filter(|(_, r)| **r == Requirement::Waived);
+        waived.fold(Guards::default(), |set, (g, _)| set.with(*g))
+    }
+
+    /// Whether every check, guard and rule stands.
+    pub fn is_full(&self) -> bool {
+        let stands = |r: &Requirement| *r == Requirement::Required;
+        self.boundary.values().all(stands)
+            && self.guards.values().all(stands)
+            && self.display.values().all(stands)
+            && stands(&self.record_guard)
+    }
+}

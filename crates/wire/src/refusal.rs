@@ -1,0 +1,328 @@
+//! Every reason to refuse, each with what was expected and what came.
+
+use minicbor::{Decode, Encode};
+
+use crate::codec::Malformed;
+use crate::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, UnitId};
+use crate::mode::Mode;
+use crate::sensor::ProductMode;
+use crate::time::Span;
+
+/// A refusal, as one check decided it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Refusal {
+    /// Longer than the channel carries.
+    #[error("length: at most {max} bytes expected, got {got}")]
+    Length {
+        /// Limit.
+        max: usize,
+        /// Length.
+        got: usize,
+    },
+    /// Not the message type that belongs here, or out of range.
+    #[error("schema: unreadable at byte {at}")]
+    Schema {
+        /// Offset.
+        at: usize,
+    },
+    /// Not the canonical encoding.
+    #[error("canonical: other than the canonical encoding at byte {at}")]
+    Canonical {
+        /// Offset.
+        at: usize,
+    },
+    /// Another version of the session layer.
+    #[error("version: {expected} expected, got {got}")]
+    Version {
+        /// Ours.
+        expected: u8,
+        /// Theirs.
+        got: u8,
+    },
+    /// Its age may be above the limit.
+    #[error("stale: at most {limit} expected, may be {age}")]
+    Stale {
+        /// Limit.
+        limit: Span,
+        /// Upper bound of the age.
+        age: Span,
+    },
+    /// No valid echo within the limit: no age can be bounded.
+    #[error("no echo: a valid echo within {limit} expected, got none")]
+    NoEcho {
+        /// Limit.
+        limit: Span,
+    },
+    /// The session's peer is not the record's origin.
+    #[error("origin: session of {peer} expected to carry its own records, got one of {origin}")]
+    Origin {
+        /// Who the session authenticated.
+        peer: PeerId,
+        /// Who the record says it is from.
+        origin: NodeId,
+    },
+    /// The signature does not verify with the key of the one who should have signed.
+    #[error("signature: one of {signer} expected, got another")]
+    Signature {
+        /// Whose key was tried.
+        signer: NodeId,
+    },
+    /// No key is known for the one who should have signed.
+    #[error("signer: a known signer expected, got {got}")]
+    Signer {
+        /// Who it says it is.
+        got: NodeId,
+    },
+    /// Another session's nonce.
+    #[error("session: nonce {expected:?} expected, got {got:?}")]
+    Session {
+        /// Ours.
+        expected: Nonce,
+        /// Theirs.
+        got: Nonce,
+    },
+    /// From before the sender's newest boot.
+    #[error("epoch: boot {expected:?} or later expected, got {got:?}")]
+    Epoch {
+        /// Newest seen.
+        expected: Boot,
+        /// In the record.
+        got: Boot,
+    },
+    /// Seen before, or too old for the window.
+    #[error("sequence: above {highest:?} or unseen in the window expected, got {got:?}")]
+    Replayed {
+        /// Highest accepted.
+        highest: Sequence,
+        /// In the record.
+        got: Sequence,
+    },
+    /// Further ahead than a sender can run.
+    #[error("jump: at most {limit} ahead of {highest:?} expected, got {got:?}")]
+    Jump {
+        /// Largest step.
+        limit: u64,
+        /// Highest accepted.
+        highest: Sequence,
+        /// In the record.
+        got: Sequence,
+    },
+    /// The tag does not verify under the channel's key.
+    #[error("tag: one under the key of {expected} expected, got another")]
+    Tag {
+        /// Who the channel belongs to.
+        expected: NodeId,
+    },
+    /// A live product expected, something else came.
+    #[error("product: live expected, got {got:?}")]
+    Product {
+        /// What came.
+        got: ProductMode,
+    },
+    /// Not addressed to this unit.
+    #[error("unit: {expected} expected, got {got}")]
+    Unit {
+        /// Us.
+        expected: UnitId,
+        /// Addressee.
+        got: UnitId,
+    },
+    /// The signer may not ask this.
+    #[error("role: an operator expected, got {got}")]
+    Role {
+        /// Signer.
+        got: NodeId,
+    },
+    /// The intent repeats no nonce that is still answerable: it is too old, or was never for us.
+    #[error("late: a nonce issued within {limit} expected, got {got:?}")]
+    Late {
+        /// Limit.
+        limit: Span,
+        /// In the intent.
+        got: Nonce,
+    },
+    /// The command, or one after it, was already seen.
+    #[error("duplicate: a command after {last:?} expected, got {got:?}")]
+    Duplicate {
+        /// Newest seen.
+        last: CommandId,
+        /// In the intent.
+        got: CommandId,
+    },
+    /// A command away from safe without its second signed step.
+    #[error("confirmation: one for {expected:?} expected, got none or another's")]
+    Confirmation {
+        /// The command.
+        expected: CommandId,
+    },
+    /// A command away from safe without a reason.
+    #[error("reason: one expected, got none")]
+    NoReason,
+    /// The machine's mode or a guard does not allow it.
+    #[error("interlock: not in {mode:?} with its present guards")]
+    Interlock {
+        /// Mode it was in.
+        mode: Mode,
+    },
+    /// A table is full.
+    #[error("room: at most {limit} expected")]
+    Full {
+        /// Bound.
+        limit: usize,
+    },
+}
+
+/// [`Refusal`] without its particulars: what is counted, acknowledged and documented.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
+)]
+#[cbor(index_only)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "each variant is documented at the Refusal of the same name")]
+pub enum Reason {
+    #[n(0)]
+    Length,
+    #[n(1)]
+    Schema,
+    #[n(2)]
+    Canonical,
+    #[n(3)]
+    Version,
+    #[n(4)]
+    Stale,
+    #[n(5)]
+    NoEcho,
+    #[n(6)]
+    Origin,
+    #[n(7)]
+    Signature,
+    #[n(8)]
+    Signer,
+    #[n(9)]
+    Session,
+    #[n(10)]
+    Epoch,
+    #[n(11)]
+    Replayed,
+    #[n(12)]
+    Jump,
+    #[n(13)]
+    Tag,
+    #[n(14)]
+    Product,
+    #[n(15)]
+    Unit,
+    #[n(16)]
+    Role,
+    #[n(17)]
+    Late,
+    #[n(18)]
+    Duplicate,
+    #[n(19)]
+    Confirmation,
+    #[n(20)]
+    NoReason,
+    #[n(21)]
+    Interlock,
+    #[n(22)]
+    Full,
+}
+
+impl Reason {
+    /// Every reason, in wire order.
+    pub const ALL: [Reason; 23] = [
+        Reason::Length,
+        Reason::Schema,
+        Reason::Canonical,
+        Reason::Version,
+        Reason::Stale,
+        Reason::NoEcho,
+        Reason::Origin,
+        Reason::Signature,
+        Reason::Signer,
+        Reason::Session,
+        Reason::Epoch,
+        Reason::Replayed,
+        Reason::Jump,
+        Reason::Tag,
+        Reason::Product,
+        Reason::Unit,
+        Reason::Role,
+        Reason::Late,
+        Reason::Duplicate,
+        Reason::Confirmation,
+        Reason::NoReason,
+        Reason::Interlock,
+        Reason::Full,
+    ];
+
+    /// Name in logs, tables and documents.
+    pub fn name(self) -> &'static str {
+        match self {
+            Reason::Length => "length",
+            Reason::Schema => "schema",
+            Reason::Canonical => "canonical",
+            Reason::Version => "version",
+            Reason::Stale => "stale",
+            Reason::NoEcho => "no_echo",
+            Reason::Origin => "origin",
+            Reason::Signature => "signature",
+            Reason::Signer => "signer",
+            Reason::Session => "session",
+            Reason::Epoch => "epoch",
+            Reason::Replayed => "replayed",
+            Reason::Jump => "jump",
+            Reason::Tag => "tag",
+            Reason::Product => "product",
+            Reason::Unit => "unit",
+            Reason::Role => "role",
+            Reason::Late => "late",
+            Reason::Duplicate => "duplicate",
+            Reason::Confirmation => "confirmation",
+            Reason::NoReason => "no_reason",
+            Reason::Interlock => "interlock",
+            Reason::Full => "full",
+        }
+    }
+}
+
+impl Refusal {
+    /// The reason without its particulars.
+    pub fn reason(&self) -> Reason {
+        match self {
+            Refusal::Length { .. } => Reason::Length,
+            Refusal::Schema { .. } => Reason::Schema,
+            Refusal::Canonical { .. } => Reason::Canonical,
+            Refusal::Version { .. } => Reason::Version,
+            Refusal::Stale { .. } => Reason::Stale,
+            Refusal::NoEcho { .. } => Reason::NoEcho,
+            Refusal::Origin { .. } => Reason::Origin,
+            Refusal::Signature { .. } => Reason::Signature,
+            Refusal::Signer { .. } => Reason::Signer,
+            Refusal::Session { .. } => Reason::Session,
+            Refusal::Epoch { .. } => Reason::Epoch,
+            Refusal::Replayed { .. } => Reason::Replayed,
+            Refusal::Jump { .. } => Reason::Jump,
+            Refusal::Tag { .. } => Reason::Tag,
+            Refusal::Product { .. } => Reason::Product,
+            Refusal::Unit { .. } => Reason::Unit,
+            Refusal::Role { .. } => Reason::Role,
+            Refusal::Late { .. } => Reason::Late,
+            Refusal::Duplicate { .. } => Reason::Duplicate,
+            Refusal::Confirmation { .. } => Reason::Confirmation,
+            Refusal::NoReason => Reason::NoReason,
+            Refusal::Interlock { .. } => Reason::Interlock,
+            Refusal::Full { .. } => Reason::Full,
+        }
+    }
+}
+
+impl From<Malformed> for Refusal {
+    fn from(malformed: Malformed) -> Self {
+        match malformed {
+            Malformed::TooLong { max, got } => Refusal::Length { max, got },
+            Malformed::Schema { at } => Refusal::Schema { at },
+            Malformed::NonCanonical { at } => Refusal::Canonical { at },
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Telemetry: what a unit reports of itself, signed at its origin.
+//!
+//! A report keeps its origin's identity, boot, sequence and stamp wherever it is forwarded; the session it happens to
+//! travel in is the business of `wire::hop`.
+
+use minicbor::{Decode, Encode};
+
+use crate::codec::List;
+use crate::id::{Boot, CommandId, NodeId, Nonce, RecordId, Sequence, TrackId};
+use crate::mode::{Cause, Guards, Mode};
+use crate::refusal::Reason;
+use crate::sensor::{Class, Modalities, Pose, ProductMode};
+use crate::time::{PeerStamp, Span};
+
+/// Longest encoded and signed report in bytes; leaves room for the hop in one 1,200-byte datagram.
+pub const MAX_REPORT: usize = 1024;
+
+/// A track as reported to the operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct ReportedTrack {
+    /// Identity within the unit's tracker.
+    #[n(0)]
+    pub id: TrackId,
+    /// Class.
+    #[n(1)]
+    pub class: Class,
+    /// East, millimetres.
+    #[n(2)]
+    pub x_mm: i32,
+    /// North, millimetres.
+    #[n(3)]
+    pub y_mm: i32,
+    /// Confidence in permille.
+    #[n(4)]
+    pub confidence: u16,
+    /// Modalities that supported the last update.
+    #[n(5)]
+    pub supported: Modalities,
+    /// Age of the last update when the report was made.
+    #[n(6)]
+    pub age: Span,
+}
+
+/// Authority as reported to the operator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct ReportedAuthority {
+    /// Designated track.
+    #[n(0)]
+    pub track: TrackId,
+    /// Time left when the report was made.
+    #[n(1)]
+    pub left: Span,
+}
+
+/// A unit's state, 10 times a second.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Report {
+    /// Who says it made this.
+    #[n(0)]
+    pub origin: NodeId,
+    /// Its boot.
+    #[n(1)]
+    pub boot: Boot,
+    /// Its report sequence, from 1.
+    #[n(2)]
+    pub sequence: Sequence,
+    /// Its clock.
+    #[n(3)]
+    pub stamp: PeerStamp,
+    /// Where the content comes from.
+    #[n(4)]
+    pub product: ProductMode,
+    /// Mode of the state machine.
+    #[n(5)]
+    pub mode: Mode,
+    /// Cause of the last transition.
+    #[n(6)]
+    pub cause: Cause,
+    /// Guards that fail now.
+    #[n(7)]
+    pub failing: Guards,
+    /// Where the unit holds itself to be.
+    #[n(8)]
+    pub pose: Pose,
+    /// Forward speed, mm/s.
+    #[n(9)]
+    pub speed_mm_s: i32,
+    /// Age of the localisation behind `pose` when the report was made.
+    #[n(10)]
+    pub pose_age: Span,
+    /// Authority, while it is held.
+    #[n(11)]
+    pub authority: Option<ReportedAuthority>,
+    /// What an intent has to repeat to prove that it is younger than this nonce.
+    #[n(12)]
+    pub command_nonce: Nonce,
+    /// The last command seen and, if it was refused, why.
+    #[n(13)]
+    pub last_command: Option<(CommandId, Option<Reason>)>,
+    /// Share of the route driven, permille.
+    #[n(14)]
+    pub progress: u16,
+    /// Tracks, at most 8, oldest first.
+    #[n(15)]
+    pub tracks: List<ReportedTrack, 8>,
+}
+
+impl Report {
+    /// The report's identity.
+    pub fn id(&self) -> RecordId {
+        RecordId { node: self.origin, boot: self.boot, sequence: self.sequence }
+    }
+}

@@ -1,0 +1,312 @@
+//! What sensors and the detector stages give: frames, navigation readings, candidate observations.
+//!
+//! Frames: world is ENU (x east, y north, z up); body is x forward, y left, z up with its origin on the ground under
+//! the chassis centre; pixels count from the upper left. Units are in the field names' docs and are integers.
+
+use minicbor::bytes::ByteSlice;
+use minicbor::{Decode, Encode};
+
+use crate::codec::List;
+use crate::id::FrameId;
+use crate::time::Instant;
+
+/// One of the sensors that a track can rest on.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
+)]
+#[cbor(index_only)]
+#[serde(rename_all = "snake_case")]
+pub enum Modality {
+    /// Colour camera through the detector.
+    #[n(0)]
+    Rgb,
+    /// Depth camera.
+    #[n(1)]
+    Depth,
+    /// Thermal camera through the thermal stage.
+    #[n(2)]
+    Thermal,
+    /// LiDAR.
+    #[n(3)]
+    Lidar,
+}
+
+impl Modality {
+    /// Every modality.
+    pub const ALL: [Modality; 4] = [Modality::Rgb, Modality::Depth, Modality::Thermal, Modality::Lidar];
+
+    /// Name in logs and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Modality::Rgb => "rgb",
+            Modality::Depth => "depth",
+            Modality::Thermal => "thermal",
+            Modality::Lidar => "lidar",
+        }
+    }
+}
+
+/// A set of modalities.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[cbor(transparent)]
+pub struct Modalities(#[n(0)] pub u8);
+
+impl Modalities {
+    /// With one more.
+    #[must_use]
+    pub fn with(self, m: Modality) -> Modalities {
+        Modalities(self.0 | 1 << m as u8)
+    }
+
+    /// Whether `m` is in the set.
+    pub fn has(self, m: Modality) -> bool {
+        self.0 & (1 << m as u8) != 0
+    }
+
+    /// How many.
+    pub fn count(self) -> u32 {
+        self.0.count_ones()
+    }
+}
+
+/// Where a product comes from; the paper's provenance hint against mode confusion.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
+#[cbor(index_only)]
+#[serde(rename_all = "snake_case")]
+pub enum ProductMode {
+    /// Made now, by this platform's sensors (in the twin: by the simulated ones).
+    #[default]
+    #[n(0)]
+    Live,
+    /// Made by a generator for training or test.
+    #[n(1)]
+    Synthetic,
+    /// Played back from a recording.
+    #[n(2)]
+    Replay,
+}
+
+/// What an object is.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
+)]
+#[cbor(index_only)]
+#[serde(rename_all = "snake_case")]
+pub enum Class {
+    /// A vehicle: the class that an act may be designated on.
+    #[n(0)]
+    Vehicle,
+    /// A person.
+    #[n(1)]
+    Person,
+    /// Something made to look like a vehicle.
+    #[n(2)]
+    Decoy,
+    /// Anything else that is in the way.
+    #[n(3)]
+    Obstacle,
+}
+
+impl Class {
+    /// Every class, in the detector's channel order.
+    pub const ALL: [Class; 4] = [Class::Vehicle, Class::Person, Class::Decoy, Class::Obstacle];
+}
+
+/// One synchronous set of sensor readings. A modality that gave nothing is absent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Frames<'b> {
+    /// Counts from 1 within a boot.
+    #[n(0)]
+    pub frame: FrameId,
+    /// When the readings were taken, on the vehicle host's clock.
+    #[n(1)]
+    pub stamp: Instant,
+    /// Image width in pixels; all image modalities share it.
+    #[n(2)]
+    pub width: u16,
+    /// Image height in pixels.
+    #[n(3)]
+    pub height: u16,
+    /// Row-major RGB, 3 bytes a pixel.
+    #[b(4)]
+    pub rgb: Option<&'b ByteSlice>,
+    /// Row-major depth along the optical axis, u16 little-endian millimetres, 0 = no return.
+    #[b(5)]
+    pub depth: Option<&'b ByteSlice>,
+    /// Row-major temperature, u16 little-endian centikelvin.
+    #[b(6)]
+    pub thermal: Option<&'b ByteSlice>,
+    /// Range of each beam, ring-major (16 × 360), u16 little-endian millimetres, 0 = no return.
+    #[b(7)]
+    pub lidar: Option<&'b ByteSlice>,
+}
+
+/// A planar pose from localisation.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode, serde::Serialize)]
+pub struct Pose {
+    /// East, millimetres.
+    #[n(0)]
+    pub x_mm: i32,
+    /// North, millimetres.
+    #[n(1)]
+    pub y_mm: i32,
+    /// Heading, counter-clockwise from east, milliradians in (−π, π].
+    #[n(2)]
+    pub yaw_mrad: i16,
+}
+
+/// A localisation reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Fix {
+    /// World pose.
+    #[n(0)]
+    pub pose: Pose,
+    /// One standard deviation of position as the source states it, millimetres.
+    #[n(1)]
+    pub sigma_mm: u16,
+}
+
+/// A wheel-odometry reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Odometry {
+    /// Forward speed, mm/s.
+    #[n(0)]
+    pub speed_mm_s: i32,
+    /// Yaw rate, mrad/s, counter-clockwise.
+    #[n(1)]
+    pub yaw_rate_mrad_s: i16,
+}
+
+/// Localisation and odometry, sim to perception and autonomy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Navigation {
+    /// When taken, on the vehicle host's clock.
+    #[n(0)]
+    pub stamp: Instant,
+    /// Absent while localisation gives nothing.
+    #[n(1)]
+    pub fix: Option<Fix>,
+    /// Absent while odometry gives nothing.
+    #[n(2)]
+    pub odometry: Option<Odometry>,
+}
+
+/// A box in pixels, upper left inclusive, lower right exclusive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct PixelBox {
+    /// Left.
+    #[n(0)]
+    pub x0: u16,
+    /// Top.
+    #[n(1)]
+    pub y0: u16,
+    /// Right.
+    #[n(2)]
+    pub x1: u16,
+    /// Bottom.
+    #[n(3)]
+    pub y1: u16,
+}
+
+/// A detector's candidate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Detection {
+    /// Class with the highest score.
+    #[n(0)]
+    pub class: Class,
+    /// Score in permille.
+    #[n(1)]
+    pub score: u16,
+    /// Where in the image.
+    #[n(2)]
+    pub bounds: PixelBox,
+}
+
+/// A warm region of the thermal image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Blob {
+    /// Where in the image.
+    #[n(0)]
+    pub bounds: PixelBox,
+    /// Mean temperature, centikelvin.
+    #[n(1)]
+    pub mean_ck: u16,
+    /// Highest temperature, centikelvin.
+    #[n(2)]
+    pub peak_ck: u16,
+}
+
+/// Depth inside a detection's box.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct DepthSample {
+    /// Index of the detection in the same message.
+    #[n(0)]
+    pub detection: u8,
+    /// Median depth of the box's central half, millimetres along the optical axis.
+    #[n(1)]
+    pub median_mm: u16,
+}
+
+/// A group of LiDAR returns above ground.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Cluster {
+    /// Centroid in the body frame, millimetres forward.
+    #[n(0)]
+    pub x_mm: i32,
+    /// Centroid in the body frame, millimetres left.
+    #[n(1)]
+    pub y_mm: i32,
+    /// Largest horizontal extent, millimetres.
+    #[n(2)]
+    pub width_mm: u16,
+    /// Vertical extent, millimetres.
+    #[n(3)]
+    pub height_mm: u16,
+}
+
+/// Everything the detector stages give for one frame. An absent list says that its stage gave no product; an empty
+/// one says that it looked and saw nothing.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Candidates {
+    /// Frame that the candidates are from.
+    #[n(0)]
+    pub frame: FrameId,
+    /// Its stamp.
+    #[n(1)]
+    pub stamp: Instant,
+    /// Where the product comes from.
+    #[n(2)]
+    pub mode: ProductMode,
+    /// Colour detections.
+    #[n(3)]
+    pub rgb: Option<List<Detection, 32>>,
+    /// Depth inside the colour detections.
+    #[n(4)]
+    pub depth: Option<List<DepthSample, 32>>,
+    /// Warm regions.
+    #[n(5)]
+    pub thermal: Option<List<Blob, 32>>,
+    /// LiDAR clusters.
+    #[n(6)]
+    pub lidar: Option<List<Cluster, 64>>,
+}
+
+/// The pinhole camera that all image modalities share, and its place on the body.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Camera {
+    /// Pixels.
+    pub width: u16,
+    /// Pixels.
+    pub height: u16,
+    /// Focal length, pixels; the principal point is the image centre.
+    pub focal_px: f32,
+    /// Mounting point ahead of the body origin, metres; the optical axis is the body's x axis.
+    pub forward_m: f32,
+    /// Mounting height above the body origin, metres.
+    pub up_m: f32,
+}
+
+impl Camera {
+    /// 160 × 120 with a horizontal field of view of 90°.
+    pub const GROUND: Camera = Camera { width: 160, height: 120, focal_px: 80.0, forward_m: 1.0, up_m: 1.2 };
+}

@@ -1,0 +1,108 @@
+//! What every core is made from: who it is, its own keys, the policy and the bounds.
+//!
+//! Live, the launcher hands this over an inherited descriptor; in the twin it is passed by value. Each service gets
+//! only its own secret and the keys of its own channels.
+
+use crate::bounds::Bounds;
+use crate::bus::{ChannelKey, Sender};
+use crate::core::Topic;
+use crate::id::{Boot, NodeId, WorldId};
+use crate::policy::Policy;
+use crate::sign::{Key, Keyring};
+use crate::time::Span;
+use crate::trust::BusGate;
+
+/// One channel that a core sends or receives on.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct Channel {
+    /// Which.
+    pub topic: Topic,
+    /// Who alone may write it.
+    pub producer: NodeId,
+    /// Its key.
+    pub key: ChannelKey,
+}
+
+/// The making of a core.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct Setup {
+    /// Who the core is.
+    pub node: NodeId,
+    /// How often it has started.
+    pub boot: Boot,
+    /// The world it runs in; zero live.
+    pub world: WorldId,
+    /// Seed of everything it draws.
+    pub seed: u64,
+    /// Policy in force.
+    pub policy: Policy,
+    /// Bounds in force.
+    pub bounds: Bounds,
+    /// Its own Ed25519 secret.
+    pub secret: Secret,
+    /// Everybody's public keys.
+    pub public_keys: Vec<(NodeId, [u8; 32])>,
+    /// Its channels.
+    pub channels: Vec<Channel>,
+    /// The scenario loader's consent to a policy that waives something.
+    pub ablation: Option<Ablation>,
+}
+
+/// 32 secret bytes; never printed.
+#[derive(Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Secret(pub [u8; 32]);
+
+impl core::fmt::Debug for Secret {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("Secret(…)")
+    }
+}
+
+/// The scenario loader's token: this run is an ablation, named so in every artefact.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Ablation {
+    /// Scenario that asked for it.
+    pub scenario: String,
+}
+
+/// A core asked for a channel that its setup does not list.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("no key for channel `{}` in this setup", .0.name())]
+pub struct NoChannel(pub Topic);
+
+impl Setup {
+    /// The core's own signing key.
+    pub fn key(&self) -> Key {
+        Key::from_bytes(&self.secret.0)
+    }
+
+    /// Everybody's public keys.
+    pub fn keyring(&self) -> Keyring {
+        let mut ring = Keyring::default();
+        for (node, public) in &self.public_keys {
+            ring.insert(*node, public);
+        }
+        ring
+    }
+
+    /// The sending end of `topic`, as its producer.
+    pub fn sender(&self, topic: Topic) -> Result<Sender, NoChannel> {
+        let channel = self.channel(topic)?;
+        Ok(Sender::new(topic, self.node, self.boot, channel.key.clone()))
+    }
+
+    /// The gate in front of `topic`; a message may be at most `freshness` old.
+    pub fn gate(&self, topic: Topic, freshness: Span) -> Result<BusGate, NoChannel> {
+        let channel = self.channel(topic)?;
+        Ok(BusGate::new(topic, channel.producer, channel.key.clone(), freshness))
+    }
+
+    /// Whether authority may be minted under this policy: full, or an admitted ablation.
+    pub fn admits_authority(&self) -> bool {
+        self.policy.is_full() || self.ablation.is_some()
+    }
+
+    fn channel(&self, topic: Topic) -> Result<&Channel, NoChannel> {
+        self.channels.iter().find(|c| c.topic == topic).ok_or(NoChannel(topic))
+    }
+}

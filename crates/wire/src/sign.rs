@@ -1,0 +1,239 @@
+//! Signatures end to end: COSE_Sign1 (RFC 9052 §4.2) with Ed25519, one fixed profile.
+//!
+//! Protected header `{1: -8}` (EdDSA), empty unprotected header, attached payload. The external additional data names
+//! what is signed, so that a signature over one kind of payload can never serve for another.
+
+use arrayvec::ArrayVec;
+use ed25519_dalek::{Signature, Signer, SigningKey, VerifyingKey};
+use minicbor::Encoder;
+use minicbor::bytes::ByteSlice;
+use minicbor::{Decode, Encode};
+
+use crate::codec;
+use crate::id::NodeId;
+use crate::refusal::Refusal;
+
+/// `{1: -8}`: algorithm EdDSA.
+const PROTECTED: [u8; 3] = [0xa1, 0x01, 0x27];
+
+/// Longest payload that is ever signed, bytes.
+pub const MAX_SIGNED_PAYLOAD: usize = 1024;
+
+/// What a signature is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// A unit's report.
+    Report,
+    /// An operator's intent.
+    Intent,
+    /// An operator's confirmation.
+    Confirmation,
+    /// A unit's acknowledgement.
+    Ack,
+    /// The head of an audit chain.
+    Head,
+}
+
+impl Purpose {
+    fn aad(self) -> &'static [u8] {
+        match self {
+            Purpose::Report => b"holdsafe report v1",
+            Purpose::Intent => b"holdsafe intent v1",
+            Purpose::Confirmation => b"holdsafe confirmation v1",
+            Purpose::Ack => b"holdsafe ack v1",
+            Purpose::Head => b"holdsafe head v1",
+        }
+    }
+}
+
+/// A node's own signing key. Neither printed nor copied about.
+pub struct Key(SigningKey);
+
+impl Key {
+    /// From 32 secret bytes.
+    pub fn from_bytes(secret: &[u8; 32]) -> Self {
+        Key(SigningKey::from_bytes(secret))
+    }
+
+    /// The public half.
+    pub fn public(&self) -> [u8; 32] {
+        self.0.verifying_key().to_bytes()
+    }
+
+    /// Signs `payload` (at most [`MAX_SIGNED_PAYLOAD`] bytes); gives the encoded COSE_Sign1.
+    pub fn sign(&self, purpose: Purpose, payload: &[u8]) -> Vec<u8> {
+        let signature = self.0.sign(&to_be_signed(purpose, payload)).to_bytes();
+        codec::encode(&Sign1 {
+            protected: <&ByteSlice>::from(&PROTECTED[..]),
+            unprotected: EmptyMap,
+            payload: <&ByteSlice>::from(payload),
+            signature: <&ByteSlice>::from(&signature[..]),
+        })
+    }
+
+    /// A second handle on the same key, for a forked world.
+    #[must_use]
+    pub fn fork(&self) -> Key {
+        Key(self.0.clone())
+    }
+}
+
+impl core::fmt::Debug for Key {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str("Key(…)")
+    }
+}
+
+/// The public keys of the closed set of identities.
+#[derive(Clone, Debug, Default)]
+pub struct Keyring([Option<VerifyingKey>; 16]);
+
+impl Keyring {
+    /// Adds a public key; false when the bytes are not a point on the curve.
+    pub fn insert(&mut self, node: NodeId, public: &[u8; 32]) -> bool {
+        let key = VerifyingKey::from_bytes(public).ok();
+        self.0[node.index()] = key;
+        key.is_some()
+    }
+
+    /// Verifies that `signed` is `signer`'s for `purpose` (strict verification, no malleability).
+    pub fn verify(&self, signer: NodeId, purpose: Purpose, signed: &Signed<'_>) -> Result<(), Refusal> {
+        let key = self.0[signer.index()].as_ref().ok_or(Refusal::Signer { got: signer })?;
+        let signature = Signature::from_bytes(signed.signature);
+        key.verify_strict(&to_be_signed(purpose, signed.payload), &signature).map_err(|_| Refusal::Signature { signer })
+    }
+}
+
+/// A parsed COSE_Sign1 whose signature nobody has checked yet.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Signed<'b> {
+    /// Payload bytes.
+    pub payload: &'b [u8],
+    signature: &'b [u8; 64],
+}
+
+impl<'b> Signed<'b> {
+    /// Parses the one profile that is spoken here; `max` bounds the whole encoding.
+    pub fn parse(bytes: &'b [u8], max: usize) -> Result<Self, Refusal> {
+        let outer: Sign1<'b> = codec::decode(bytes, max)?;
+        let protected: &[u8] = outer.protected;
+        let payload: &'b [u8] = outer.payload;
+        let signature: &'b [u8] = outer.signature;
+        match <&[u8; 64]>::try_from(signature) {
+            Ok(signature) if protected == PROTECTED && payload.len() <= MAX_SIGNED_PAYLOAD => {
+                Ok(Signed { payload, signature })
+            }
+            Ok(_) | Err(_) => Err(Refusal::Schema { at: 0 }),
+        }
+    }
+}
+
+/// The Sig_structure of RFC 9052 §4.4.
+fn to_be_signed(purpose: Purpose, payload: &[u8]) -> ArrayVec<u8, 1152> {
+    let mut encoder = Encoder::new(Bounded(ArrayVec::new()));
+    let written = encoder
+        .array(4)
+        .and_then(|e| e.str("Signature1"))
+        .and_then(|e| e.bytes(&PROTECTED))
+        .and_then(|e| e.bytes(purpose.aad()))
+        .and_then(|e| e.bytes(payload))
+        .map(|_| ());
+    debug_assert!(written.is_ok(), "payload above MAX_SIGNED_PAYLOAD");
+    encoder.into_writer().0
+}
+
+struct Bounded(ArrayVec<u8, 1152>);
+
+impl minicbor::encode::Write for Bounded {
+    type Error = arrayvec::CapacityError;
+    fn write_all(&mut self, buf: &[u8]) -> Result<(), Self::Error> {
+        self.0.try_extend_from_slice(buf)
+    }
+}
+
+#[derive(Encode, Decode)]
+struct Sign1<'b> {
+    #[b(0)]
+    protected: &'b ByteSlice,
+    #[n(1)]
+    unprotected: EmptyMap,
+    #[b(2)]
+    payload: &'b ByteSlice,
+    #[b(3)]
+    signature: &'b ByteSlice,
+}
+
+struct EmptyMap;
+
+impl<C> Encode<C> for EmptyMap {
+    fn encode<W: minicbor::encode::Write>(
+        &self,
+        e: &mut Encoder<W>,
+        _: &mut C,
+    ) -> Result<(), minicbor::encode::Error<W::Error>> {
+        e.map(0)?.ok()
+    }
+}
+
+impl<'b, C> Decode<'b, C> for EmptyMap {
+    fn decode(d: &mut minicbor::Decoder<'b>, _: &mut C) -> Result<Self, minicbor::decode::Error> {
+        match d.map()? {
+            Some(0) => Ok(EmptyMap),
+            Some(_) | None => Err(minicbor::decode::Error::message("unprotected header expected empty")),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn key() -> Key {
+        Key::from_bytes(&[7; 32])
+    }
+
+    fn ring() -> Keyring {
+        let mut ring = Keyring::default();
+        assert!(ring.insert(NodeId::UNIT_A, &key().public()));
+        ring
+    }
+
+    #[test]
+    fn what_we_sign_an_independent_cose_library_reads_and_verifies() {
+        use coset::CborSerializable;
+        let bytes = key().sign(Purpose::Report, b"state");
+        let read = coset::CoseSign1::from_slice(&bytes).unwrap();
+        assert_eq!(read.payload.as_deref(), Some(&b"state"[..]));
+        let verifying = VerifyingKey::from_bytes(&key().public()).unwrap();
+        read.verify_signature(b"holdsafe report v1", |sig, data| {
+            verifying.verify_strict(data, &Signature::from_slice(sig).unwrap())
+        })
+        .unwrap();
+    }
+
+    #[test]
+    fn a_signature_serves_its_purpose_and_signer_only() {
+        let bytes = key().sign(Purpose::Report, b"state");
+        let signed = Signed::parse(&bytes, 256).unwrap();
+        assert_eq!(ring().verify(NodeId::UNIT_A, Purpose::Report, &signed), Ok(()));
+        assert_eq!(
+            ring().verify(NodeId::UNIT_A, Purpose::Ack, &signed),
+            Err(Refusal::Signature { signer: NodeId::UNIT_A })
+        );
+        assert_eq!(
+            ring().verify(NodeId::UNIT_B, Purpose::Report, &signed),
+            Err(Refusal::Signer { got: NodeId::UNIT_B })
+        );
+    }
+
+    #[test]
+    fn every_flipped_bit_is_refused() {
+        let bytes = key().sign(Purpose::Report, b"state");
+        for bit in 0..bytes.len() * 8 {
+            let mut bad = bytes.clone();
+            bad[bit / 8] ^= 1 << (bit % 8);
+            let verdict = Signed::parse(&bad, 256).and_then(|s| ring().verify(NodeId::UNIT_A, Purpose::Report, &s));
+            assert!(verdict.is_err(), "bit {bit}");
+        }
+    }
+}

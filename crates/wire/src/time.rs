@@ -1,0 +1,265 @@
+//! Time on one host, and stamps from another.
+//!
+//! Every host has its own monotonic clock with an arbitrary zero and a small drift. [`Instant`] is this host's time;
+//! [`PeerStamp`] is a number some other host wrote. The two do not subtract: the only bridge is [`AgeBound`], which
+//! needs a challenge that this host issued and the other echoed.
+
+use core::fmt;
+use core::ops::{Add, AddAssign, Sub};
+
+use minicbor::{Decode, Encode};
+
+use crate::id::Nonce;
+
+/// A span of time in microseconds.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Encode,
+    Decode,
+    serde::Serialize,
+    serde::Deserialize,
+)]
+#[cbor(transparent)]
+pub struct Span(#[n(0)] pub u64);
+
+impl Span {
+    /// No time.
+    pub const ZERO: Span = Span(0);
+
+    /// So many milliseconds.
+    pub const fn ms(n: u64) -> Span {
+        Span(n * 1000)
+    }
+
+    /// So many seconds.
+    pub const fn s(n: u64) -> Span {
+        Span(n * 1_000_000)
+    }
+
+    /// In milliseconds, for people.
+    pub fn as_ms(self) -> f64 {
+        self.0 as f64 / 1000.0
+    }
+
+    /// The longer of two.
+    pub fn max(self, other: Span) -> Span {
+        Span(self.0.max(other.0))
+    }
+}
+
+impl Add for Span {
+    type Output = Span;
+    fn add(self, other: Span) -> Span {
+        Span(self.0.saturating_add(other.0))
+    }
+}
+
+impl fmt::Display for Span {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.3} ms", self.as_ms())
+    }
+}
+
+/// A point on this host's monotonic clock, in microseconds from its arbitrary zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[cbor(transparent)]
+pub struct Instant(#[n(0)] pub u64);
+
+impl Instant {
+    /// Time since `earlier`; zero if `earlier` is later.
+    pub fn since(self, earlier: Instant) -> Span {
+        Span(self.0.saturating_sub(earlier.0))
+    }
+
+    /// The same point as a number for another host to read.
+    pub fn stamp(self) -> PeerStamp {
+        PeerStamp(self.0)
+    }
+}
+
+impl Add<Span> for Instant {
+    type Output = Instant;
+    fn add(self, span: Span) -> Instant {
+        Instant(self.0.saturating_add(span.0))
+    }
+}
+
+impl AddAssign<Span> for Instant {
+    fn add_assign(&mut self, span: Span) {
+        *self = *self + span;
+    }
+}
+
+impl Sub<Span> for Instant {
+    type Output = Instant;
+    fn sub(self, span: Span) -> Instant {
+        Instant(self.0.saturating_sub(span.0))
+    }
+}
+
+/// A stamp some other host wrote, in its microseconds from its zero. Believed by nobody.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[cbor(transparent)]
+pub struct PeerStamp(#[n(0)] pub u64);
+
+impl PeerStamp {
+    /// Signed difference to another stamp *of the same host*, in microseconds.
+    pub fn minus(self, other: PeerStamp) -> i64 {
+        (self.0 as i64).wrapping_sub(other.0 as i64)
+    }
+}
+
+/// An upper bound of a record's age. Only [`AgeBound::age`] and [`Age::on_one_host`] make one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Age(Span);
+
+impl Age {
+    /// Age of something stamped on this very host.
+    pub fn on_one_host(stamped: Instant, now: Instant) -> Age {
+        Age(now.since(stamped))
+    }
+
+    /// The same record's age when it was already `before` old at the start of this one.
+    #[must_use]
+    pub fn after(self, before: Span) -> Age {
+        Age(self.0 + before)
+    }
+
+    /// The bound.
+    pub fn upper(self) -> Span {
+        self.0
+    }
+}
+
+/// The echo of a challenge: the nonce, and the echoing host's clock when it first saw it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Echo {
+    /// The nonce that was issued.
+    #[n(0)]
+    pub nonce: Nonce,
+    /// The echoing host's clock on first sight.
+    #[n(1)]
+    pub seen: PeerStamp,
+}
+
+/// Relative clock error that two hosts may have; above any crystal in use (RFC 5905 takes 15 ppm as typical).
+pub const MAX_DRIFT_PPM: u64 = 200;
+
+/// Bounds the age of another host's records by challenge and echo.
+///
+/// A nonce issued here at `s` and first seen there at `τ` proves that `τ`, read on that host's clock, is not earlier
+/// than `s` read on ours. A record stamped `σ` there and received here at `r` is then at most `r − s − (σ − τ)` old:
+/// delay on either path can only make the bound larger. The bound is widened by [`MAX_DRIFT_PPM`] of the distance.
+#[derive(Clone, Debug)]
+pub struct AgeBound {
+    issued: Option<(Nonce, Instant)>,
+    previous: Option<(Nonce, Instant)>,
+    /// The last proven pair (s, τ) and when it was proven.
+    proven: Option<(Instant, PeerStamp)>,
+    limit: Span,
+}
+
+impl AgeBound {
+    /// With `limit`, the longest time an echo may serve, counted from the issue of its nonce.
+    pub fn new(limit: Span) -> Self {
+        Self { issued: None, previous: None, proven: None, limit }
+    }
+
+    /// Notes that `nonce` went out at `now`. The one before stays answerable; older ones do not.
+    pub fn issue(&mut self, nonce: Nonce, now: Instant) {
+        self.previous = self.issued;
+        self.issued = Some((nonce, now));
+    }
+
+    /// The nonce to repeat in outgoing records.
+    pub fn current(&self) -> Option<Nonce> {
+        self.issued.map(|(n, _)| n)
+    }
+
+    /// When the current nonce was issued.
+    pub fn issued_at(&self) -> Option<Instant> {
+        self.issued.map(|(_, at)| at)
+    }
+
+    /// Takes an echo into account. False when its nonce was not ours or is no longer answerable.
+    pub fn prove(&mut self, echo: Echo) -> bool {
+        let issued_at = [self.issued, self.previous].into_iter().flatten().find(|(n, _)| *n == echo.nonce);
+        let Some((_, s)) = issued_at else { return false };
+        if self.proven.is_none_or(|(proven_s, _)| s > proven_s) {
+            self.proven = Some((s, echo.seen));
+        }
+        true
+    }
+
+    /// The largest age that a record stamped `sigma` and received at `received` can have; `None` without a valid
+    /// echo within the limit, when everything has to count as stale.
+    pub fn age(&self, sigma: PeerStamp, received: Instant) -> Option<Age> {
+        let (s, tau) = self.proven?;
+        let elapsed = received.since(s);
+        if elapsed > self.limit {
+            return None;
+        }
+        let ahead = sigma.minus(tau);
+        let drift = (ahead.unsigned_abs().saturating_mul(MAX_DRIFT_PPM)).div_ceil(1_000_000);
+        let age = (elapsed.0 as i64).saturating_sub(ahead).saturating_add(drift as i64);
+        // A stamp beyond anything that could have been written by now is a lie, not youth.
+        if age < -(drift as i64) { None } else { Some(Age(Span(age.max(0) as u64))) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn proven(s: u64, tau: u64) -> AgeBound {
+        let mut bound = AgeBound::new(Span::s(3));
+        bound.issue(Nonce(7), Instant(s));
+        assert!(bound.prove(Echo { nonce: Nonce(7), seen: PeerStamp(tau) }));
+        bound
+    }
+
+    #[test]
+    fn age_is_never_below_the_true_age_whatever_the_delays() {
+        // Peer clock = ours + 1_000_000; challenge takes 5 ms, record written 40 ms after, arrives 30 ms later.
+        let bound = proven(10_000, 1_015_000);
+        let age = bound.age(PeerStamp(1_055_000), Instant(85_000)).unwrap().upper();
+        assert!(age >= Span::ms(30), "{age}");
+        assert!(age <= Span::ms(30) + Span::ms(5) + Span(10), "{age}");
+    }
+
+    #[test]
+    fn a_delayed_challenge_only_ages_records() {
+        let prompt = proven(10_000, 1_015_000).age(PeerStamp(1_055_000), Instant(85_000)).unwrap();
+        let delayed = proven(10_000, 1_045_000).age(PeerStamp(1_055_000), Instant(85_000)).unwrap();
+        assert!(delayed > prompt);
+    }
+
+    #[test]
+    fn a_foreign_nonce_proves_nothing_and_no_echo_means_stale() {
+        let mut bound = AgeBound::new(Span::s(3));
+        bound.issue(Nonce(7), Instant(0));
+        assert!(!bound.prove(Echo { nonce: Nonce(8), seen: PeerStamp(0) }));
+        assert_eq!(bound.age(PeerStamp(0), Instant(1)), None);
+    }
+
+    #[test]
+    fn an_echo_beyond_its_limit_means_stale() {
+        let bound = proven(0, 0);
+        assert!(bound.age(PeerStamp(2_900_000), Instant(3_000_000)).is_some());
+        assert_eq!(bound.age(PeerStamp(2_900_000), Instant(3_000_001)), None);
+    }
+
+    #[test]
+    fn a_stamp_from_the_future_is_not_young() {
+        let bound = proven(0, 0);
+        assert_eq!(bound.age(PeerStamp(2_000_000), Instant(1_000_000)), None);
+    }
+}

@@ -1,0 +1,186 @@
+//! Ordering: the only way from attributed to ordered.
+//!
+//! Evidence: the receiver's own session nonce, a boot counter that only rises, and a sequence that was not seen
+//! before. State changes only when every judgement has passed, so a refused record leaves no trace in a window.
+
+use super::attribution::SignedReport;
+use super::{Attributed, BusMessage, Ordered};
+use crate::command::Intent;
+use crate::hop::Hop;
+use crate::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence};
+use crate::policy::{Check, Policy, Requirement};
+use crate::refusal::Refusal;
+
+/// An anti-replay window over one sender's sequence (the scheme of RFC 6479, with one 64-bit word).
+#[derive(Clone, Debug)]
+pub struct Window {
+    boot: Boot,
+    highest: Sequence,
+    seen: u64,
+    width: u8,
+    jump: u64,
+}
+
+impl Window {
+    /// Accepts sequences up to `width` (at most 64) behind the highest, each once, and at most `jump` ahead of it.
+    /// Width 0 accepts rising sequences only.
+    pub fn new(width: u8, jump: u64) -> Self {
+        Self { boot: Boot(0), highest: Sequence(0), seen: 0, width: width.min(64), jump }
+    }
+
+    /// The highest sequence accepted in the newest boot.
+    pub fn highest(&self) -> Sequence {
+        self.highest
+    }
+
+    /// Judges without taking note.
+    fn judge(&self, boot: Boot, got: Sequence) -> Result<(), Refusal> {
+        if boot < self.boot {
+            return Err(Refusal::Epoch { expected: self.boot, got: boot });
+        }
+        let (highest, seen) = if boot > self.boot { (Sequence(0), 0) } else { (self.highest, self.seen) };
+        if got.0 > highest.0 {
+            let first = highest == Sequence(0);
+            if !first && got.0 - highest.0 > self.jump {
+                return Err(Refusal::Jump { limit: self.jump, highest, got });
+            }
+            return Ok(());
+        }
+        let behind = highest.0 - got.0;
+        let unseen = behind < u64::from(self.width) && behind < 64 && seen & (1 << behind) == 0 && got.0 > 0;
+        if unseen { Ok(()) } else { Err(Refusal::Replayed { highest, got }) }
+    }
+
+    fn note(&mut self, boot: Boot, got: Sequence) {
+        if boot > self.boot {
+            (self.boot, self.highest, self.seen) = (boot, Sequence(0), 0);
+        }
+        if got > self.highest {
+            let step = got.0 - self.highest.0;
+            self.seen = if step < 64 { self.seen << step } else { 0 } | 1;
+            self.highest = got;
+        } else {
+            self.seen |= 1 << (self.highest.0 - got.0);
+        }
+    }
+
+    /// Judges and, if nothing stands against it, takes note.
+    fn admit(&mut self, boot: Boot, got: Sequence) -> Result<(), Refusal> {
+        self.judge(boot, got)?;
+        self.note(boot, got);
+        Ok(())
+    }
+}
+
+/// A window for each (peer, origin) pair, bounded by the closed set of identities.
+#[derive(Clone, Debug)]
+pub struct Windows {
+    windows: Vec<((PeerId, NodeId), Window)>,
+    width: u8,
+    jump: u64,
+}
+
+impl Windows {
+    /// All windows have this width and jump.
+    pub fn new(width: u8, jump: u64) -> Self {
+        Self { windows: Vec::new(), width, jump }
+    }
+
+    fn of(&mut self, peer: PeerId, origin: NodeId) -> &mut Window {
+        let at = match self.windows.iter().position(|(pair, _)| *pair == (peer, origin)) {
+            Some(at) => at,
+            None => {
+                self.windows.push(((peer, origin), Window::new(self.width, self.jump)));
+                self.windows.len() - 1
+            }
+        };
+        &mut self.windows[at].1
+    }
+}
+
+impl<'b> Attributed<Hop<'b>> {
+    /// Of this session, and not seen in it before.
+    pub fn in_session(self, policy: &Policy, session: Nonce, window: &mut Window) -> Result<Ordered<Hop<'b>>, Refusal> {
+        let ours: Attributed<Hop<'b>> = self.check(policy, Check::Session, |hop, _| {
+            let got = hop.session;
+            if got == session { Ok(()) } else { Err(Refusal::Session { expected: session, got }) }
+        })?;
+        let (boot, sequence) = (ours.message.boot, ours.message.sequence);
+        ours.check(policy, Check::Sequence, |_, _| window.admit(boot, sequence))
+    }
+}
+
+impl<'b> Attributed<SignedReport<'b>> {
+    /// Not seen from this peer for this origin before.
+    pub fn from_origin(
+        self,
+        policy: &Policy,
+        peer: PeerId,
+        windows: &mut Windows,
+    ) -> Result<Ordered<SignedReport<'b>>, Refusal> {
+        let report = &self.message.report;
+        let (origin, boot, sequence) = (report.origin, report.boot, report.sequence);
+        self.check(policy, Check::Sequence, |_, _| windows.of(peer, origin).admit(boot, sequence))
+    }
+}
+
+impl<'b, M> Attributed<BusMessage<'b, M>> {
+    /// Later than all that came before on this channel.
+    pub fn on_channel(self, policy: &Policy, window: &mut Window) -> Result<Ordered<BusMessage<'b, M>>, Refusal> {
+        let (boot, sequence) = (self.message.header.boot, self.message.header.sequence);
+        self.check(policy, Check::Sequence, |_, _| window.admit(boot, sequence))
+    }
+}
+
+impl Attributed<Intent> {
+    /// After every command that this operator has given: at most once, whatever the transport repeats.
+    pub fn once(self, policy: &Policy, last: &mut Option<CommandId>) -> Result<Ordered<Intent>, Refusal> {
+        let got = self.message.id;
+        let ordered = self.check(policy, Check::Duplicate, |_, _| match *last {
+            Some(seen) if (got.boot, got.sequence) <= (seen.boot, seen.sequence) => {
+                Err(Refusal::Duplicate { last: seen, got })
+            }
+            Some(_) | None => Ok(()),
+        })?;
+        if policy.check(Check::Duplicate) == Requirement::Required {
+            *last = Some(got);
+        }
+        Ok(ordered)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_sequence_passes_once_whatever_the_order() {
+        let mut window = Window::new(32, 600);
+        for n in [5, 3, 4, 40, 39, 9] {
+            assert_eq!(window.admit(Boot(1), Sequence(n)), Ok(()), "{n}");
+            assert!(matches!(window.admit(Boot(1), Sequence(n)), Err(Refusal::Replayed { .. })), "{n} again");
+        }
+        assert!(matches!(window.admit(Boot(1), Sequence(8)), Err(Refusal::Replayed { .. })), "behind the window");
+    }
+
+    #[test]
+    fn an_older_boot_is_refused_for_ever() {
+        let mut window = Window::new(32, 600);
+        window.admit(Boot(2), Sequence(1)).unwrap();
+        let refusal = window.admit(Boot(1), Sequence(9));
+        assert_eq!(refusal, Err(Refusal::Epoch { expected: Boot(2), got: Boot(1) }));
+    }
+
+    #[test]
+    fn running_the_counter_ahead_is_refused() {
+        let mut window = Window::new(32, 600);
+        window.admit(Boot(1), Sequence(1)).unwrap();
+        assert!(matches!(window.admit(Boot(1), Sequence(602)), Err(Refusal::Jump { .. })));
+        window.admit(Boot(1), Sequence(601)).unwrap();
+    }
+
+    #[test]
+    fn sequence_zero_is_never_accepted() {
+        assert!(Window::new(32, 600).admit(Boot(1), Sequence(0)).is_err());
+    }
+}
