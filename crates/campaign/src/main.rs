@@ -1,0 +1,3 @@
+//! The `holdsafe` command.
+
+fn main() {}

@@ -1,0 +1,15 @@
+//! From trials to results: the object of `run --json`, the rows of the reference evaluation, the table.
+//!
+//! Twin n and live n are never added; INVALID trials are never dropped: each bound is given once over the valid trials
+//! and once with INVALID counted as failure. Nothing here judges a trial.
+
+mod reference;
+mod run;
+mod table;
+
+pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
+pub use run::{CellSummary, LatencySummary, Mode, RunObject, Summary};
+pub use table::{latency_table, reference_table, run_table};
+
+/// Version of every JSON object that this build prints.
+pub const SCHEMA_VERSION: u32 = 1;

@@ -1,0 +1,249 @@
+//! The object that `holdsafe run --json` prints for one scenario.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::Serialize;
+
+use super::SCHEMA_VERSION;
+use crate::stats::{LEVEL, Sample, events_upper, rate_upper};
+use crate::trial::{Latency, Outcome, Trial};
+
+/// Which clock a trial ran on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// In one thread on a virtual clock.
+    Twin,
+    /// Processes, sockets, real clocks.
+    Live,
+}
+
+impl Mode {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Mode::Twin => "twin",
+            Mode::Live => "live",
+        }
+    }
+}
+
+/// All trials of one scenario in one mode.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunObject {
+    /// Version of this object.
+    pub schema_version: u32,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Twin or live.
+    pub mode: Mode,
+    /// The base seed; trial i has seed + i.
+    pub seed: u64,
+    /// Why this is an ablation, where it is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub watermark: Option<String>,
+    /// Every trial, in order of cell and seed.
+    pub trials: Vec<Trial>,
+    /// All trials together.
+    pub summary: Summary,
+    /// The same by cell, where the scenario has cells.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cells: Vec<CellSummary>,
+}
+
+/// Trials folded together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Trials.
+    pub n: usize,
+    /// How often each class came out; classes that did not are left out.
+    pub outcomes: BTreeMap<Outcome, u64>,
+    /// Exact one-sided upper 95 % bound on the unsafe rate, over the valid trials.
+    pub unsafe_upper_95: f64,
+    /// The same with INVALID counted as unsafe.
+    pub unsafe_upper_95_invalid_counted: f64,
+    /// Different decision hashes.
+    pub distinct_decisions: usize,
+    /// Latencies.
+    pub latency_ms: LatencySummary,
+    /// False trips per hour, as observed.
+    pub false_trips_per_hour: f64,
+    /// Exact one-sided upper 95 % bound on it.
+    pub false_trips_per_hour_upper_95: Option<f64>,
+    /// Share of time in nominal control.
+    pub nominal_share: f64,
+    /// CPU time of all trials, in all processes.
+    pub cpu_seconds: f64,
+    /// Simulated (twin) or real (live) seconds of all trials.
+    pub sim_seconds: f64,
+}
+
+/// Latencies folded together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct LatencySummary {
+    /// To DEGRADED.
+    pub to_degraded: Sample,
+    /// To HOLD_SAFE.
+    pub to_hold_safe: Sample,
+    /// To the loss of authority.
+    pub to_authority_revoked: Sample,
+}
+
+/// One cell of a scenario that has them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CellSummary {
+    /// Which.
+    pub cell: String,
+    /// The classes that were expected.
+    pub expected: Vec<Outcome>,
+    /// Records accepted and refused, all its trials together.
+    pub accepted: u64,
+    /// Refused, by reason.
+    pub dropped: BTreeMap<String, u64>,
+    /// Its trials.
+    pub summary: Summary,
+}
+
+impl RunObject {
+    /// Folds `trials` of `scenario`; `expected` gives each cell's classes, in order, empty where there are no cells.
+    pub fn new(scenario: &str, mode: Mode, seed: u64, trials: Vec<Trial>, expected: &[(String, Vec<Outcome>)]) -> Self {
+        let cell = |(cell, expected): &(String, Vec<Outcome>)| {
+            let own: Vec<&Trial> = trials.iter().filter(|t| t.cell.as_deref() == Some(cell)).collect();
+            CellSummary::new(cell, expected, &own)
+        };
+        let cells = expected.iter().map(cell).collect();
+        let summary = Summary::of(&trials.iter().collect::<Vec<_>>());
+        let scenario = scenario.to_owned();
+        Self { schema_version: SCHEMA_VERSION, scenario, mode, seed, watermark: None, trials, summary, cells }
+    }
+}
+
+impl CellSummary {
+    fn new(cell: &str, expected: &[Outcome], trials: &[&Trial]) -> Self {
+        let mut dropped = BTreeMap::new();
+        for (reason, n) in trials.iter().flat_map(|t| &t.dropped) {
+            *dropped.entry(reason.clone()).or_insert(0) += n;
+        }
+        Self {
+            cell: cell.to_owned(),
+            expected: expected.to_vec(),
+            accepted: trials.iter().map(|t| t.accepted).sum(),
+            dropped,
+            summary: Summary::of(trials),
+        }
+    }
+}
+
+impl Summary {
+    /// Of `trials`, all of one mode.
+    pub fn of(trials: &[&Trial]) -> Self {
+        let mut outcomes = BTreeMap::new();
+        for trial in trials {
+            *outcomes.entry(trial.outcome).or_insert(0) += 1;
+        }
+        let count = |class: Outcome| outcomes.get(&class).copied().unwrap_or(0);
+        let (n, broken, invalid) = (trials.len() as u64, count(Outcome::Unsafe), count(Outcome::Invalid));
+        let decisions: BTreeSet<&str> = trials.iter().map(|t| t.decision_hash.as_str()).collect();
+        let seconds: f64 = trials.iter().map(|t| t.sim_seconds).sum();
+        let trips: u64 = trials.iter().map(|t| u64::from(t.false_trips)).sum();
+        let nominal: f64 = trials.iter().map(|t| t.nominal_seconds).sum();
+        let per = |value: f64, whole: f64| if whole > 0.0 { value / whole } else { 0.0 };
+        Self {
+            n: trials.len(),
+            unsafe_upper_95: rate_upper(broken, n - invalid, LEVEL),
+            unsafe_upper_95_invalid_counted: rate_upper(broken + invalid, n, LEVEL),
+            distinct_decisions: decisions.len(),
+            latency_ms: LatencySummary::of(trials),
+            false_trips_per_hour: per(trips as f64, seconds / 3600.0),
+            false_trips_per_hour_upper_95: events_upper(trips, seconds / 3600.0),
+            nominal_share: per(nominal, seconds),
+            cpu_seconds: trials.iter().map(|t| t.cpu_seconds).sum(),
+            sim_seconds: seconds,
+            outcomes,
+        }
+    }
+}
+
+impl LatencySummary {
+    fn of(trials: &[&Trial]) -> Self {
+        let sample = |pick: fn(&Latency) -> Option<f64>| Sample::of(trials.iter().filter_map(|t| pick(&t.latency_ms)));
+        Self {
+            to_degraded: sample(|l| l.to_degraded),
+            to_hold_safe: sample(|l| l.to_hold_safe),
+            to_authority_revoked: sample(|l| l.to_authority_revoked),
+        }
+    }
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+
+    /// A trial of ten seconds with this outcome.
+    pub(crate) fn trial(seed: u64, outcome: Outcome) -> Trial {
+        Trial {
+            seed,
+            cell: None,
+            outcome,
+            findings: Vec::new(),
+            receipt: true,
+            log_hash: format!("{seed:064x}"),
+            decision_hash: format!("{:064x}", seed % 3),
+            received: 100,
+            accepted: 90,
+            dropped: BTreeMap::from([("stale".to_owned(), 10)]),
+            transitions: Vec::new(),
+            latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },
+            sim_seconds: 10.0,
+            false_trips: 0,
+            nominal_seconds: 4.0,
+            cpu_seconds: 0.01,
+        }
+    }
+
+    #[test]
+    fn the_object_has_the_keys_that_were_promised() {
+        let trials = (0..59).map(|s| trial(s, Outcome::HoldSafe)).collect();
+        let object = serde_json::to_value(RunObject::new("delay", Mode::Twin, 7, trials, &[])).unwrap();
+        let keys = |v: &serde_json::Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+        let has = |v: &serde_json::Value, names: &str| {
+            for name in names.split(' ') {
+                assert!(keys(v).contains(&name.to_owned()), "{name} is missing in {:?}", keys(v));
+            }
+        };
+        has(&object, "schema_version scenario mode seed trials summary");
+        has(
+            &object["trials"][0],
+            "seed outcome receipt log_hash decision_hash received accepted dropped transitions latency_ms sim_seconds",
+        );
+        has(&object["trials"][0]["latency_ms"], "to_degraded to_hold_safe to_authority_revoked");
+        has(
+            &object["summary"],
+            "outcomes unsafe_upper_95 distinct_decisions latency_ms false_trips_per_hour nominal_share cpu_seconds sim_seconds",
+        );
+        has(&object["summary"]["latency_ms"]["to_degraded"], "n mean p95 p95_upper_95");
+        assert_eq!(object["summary"]["outcomes"]["HOLD_SAFE"], 59);
+        assert_eq!(object["summary"]["distinct_decisions"], 3);
+        assert_eq!(object["mode"], "twin");
+    }
+
+    #[test]
+    fn an_invalid_trial_is_never_dropped() {
+        let mut trials: Vec<Trial> = (0..59).map(|s| trial(s, Outcome::HoldSafe)).collect();
+        trials.push(trial(59, Outcome::Invalid));
+        let summary = Summary::of(&trials.iter().collect::<Vec<_>>());
+        assert!(summary.unsafe_upper_95 < 0.0496);
+        assert!(summary.unsafe_upper_95_invalid_counted > 0.07);
+        assert_eq!(summary.outcomes[&Outcome::Invalid], 1);
+    }
+
+    #[test]
+    fn a_cell_has_its_own_row() {
+        let mut own = trial(1, Outcome::Rejected);
+        own.cell = Some("verbatim/silent/session-bound".to_owned());
+        let expected = [(own.cell.clone().unwrap(), vec![Outcome::Rejected])];
+        let object = RunObject::new("teammate", Mode::Twin, 1, vec![own, trial(2, Outcome::HoldSafe)], &expected);
+        assert_eq!(object.cells.len(), 1);
+        assert_eq!((object.cells[0].summary.n, object.cells[0].dropped["stale"]), (1, 10));
+    }
+}

@@ -1,0 +1,136 @@
+//! Tables for a person at a terminal. Numbers only: what is good or bad was decided by the oracle.
+
+use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
+
+use super::reference::{LiveLatency, Reference, ReferenceRow};
+use super::run::{RunObject, Summary};
+use crate::scenario::Evidence;
+use crate::stats::Sample;
+
+/// The table of the reference evaluation.
+pub fn reference_table(reference: &Reference) -> String {
+    let mut table = new_table(&[
+        "scenario",
+        "evidence, n",
+        "outcomes",
+        "unsafe below",
+        "to degraded ms",
+        "to hold-safe ms",
+        "to revoked ms",
+        "false trips",
+    ]);
+    for row in &reference.rows {
+        table.add_row(reference_row(row));
+    }
+    format!("{table}\nms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound.\n")
+}
+
+fn reference_row(row: &ReferenceRow) -> Vec<String> {
+    let name = row.cell.as_ref().map_or_else(|| row.scenario.clone(), |cell| format!("{} {cell}", row.scenario));
+    let mut outcomes = outcomes(&row.summary);
+    if row.unexpected > 0 {
+        outcomes.push_str(&format!(" ({} unexpected)", row.unexpected));
+    }
+    vec![
+        name,
+        format!("{} {}, {}", row.mode.name(), evidence(row.evidence), row.summary.n),
+        outcomes,
+        percent(row.summary.unsafe_upper_95),
+        sample(&row.summary.latency_ms.to_degraded),
+        sample(&row.summary.latency_ms.to_hold_safe),
+        sample(&row.summary.latency_ms.to_authority_revoked),
+        format!("{:.2}/h", row.summary.false_trips_per_hour),
+    ]
+}
+
+/// The table of one run.
+pub fn run_table(run: &RunObject) -> String {
+    let columns = ["cell", "n", "outcomes", "accepted / refused", "unsafe below", "to degraded ms", "to hold-safe ms"];
+    let mut table = new_table(&columns);
+    for cell in &run.cells {
+        let refused: Vec<String> = cell.dropped.iter().map(|(reason, n)| format!("{reason} {n}")).collect();
+        let accounts = format!("{} / {}", cell.accepted, if refused.is_empty() { "0".into() } else { refused.join(", ") });
+        table.add_row(run_row(&cell.cell, accounts, &cell.summary));
+    }
+    let accepted: u64 = run.trials.iter().map(|t| t.accepted).sum();
+    let received: u64 = run.trials.iter().map(|t| t.received).sum();
+    let accounts = format!("{accepted} / {}", received.saturating_sub(accepted));
+    table.add_row(run_row("all", accounts, &run.summary));
+    let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
+    format!("{mark}{} ({}, seed {})\n{table}\n", run.scenario, run.mode.name(), run.seed)
+}
+
+fn run_row(cell: &str, accounts: String, summary: &Summary) -> Vec<String> {
+    vec![
+        cell.to_owned(),
+        summary.n.to_string(),
+        outcomes(summary),
+        accounts,
+        percent(summary.unsafe_upper_95),
+        sample(&summary.latency_ms.to_degraded),
+        sample(&summary.latency_ms.to_hold_safe),
+    ]
+}
+
+/// Live latencies to degraded beside the paper's.
+pub fn latency_table(rows: &[LiveLatency]) -> String {
+    let mut table = new_table(&["loss", "to degraded, live ms", "n", "paper: mean ms", "paper: p95", "paper: n"]);
+    for row in rows {
+        table.add_row(vec![
+            format!("{} ({})", row.paper.loss, row.scenario),
+            sample(row.to_degraded()),
+            row.to_degraded().n.to_string(),
+            format!("{:.0}", row.paper.mean_ms),
+            format!("< {:.0} ms", row.paper.p95_below_ms),
+            row.paper.n.to_string(),
+        ]);
+    }
+    format!("{table}\nOther hardware and topology; the latency is mostly a chosen timeout: read it with the false trips.\n")
+}
+
+fn new_table(columns: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Dynamic);
+    table.set_header(columns.to_vec());
+    table
+}
+
+fn outcomes(summary: &Summary) -> String {
+    let parts: Vec<String> = summary.outcomes.iter().map(|(class, n)| format!("{} {n}", class.name())).collect();
+    parts.join(", ")
+}
+
+fn evidence(kind: Evidence) -> &'static str {
+    match kind {
+        Evidence::Model => "model",
+        Evidence::Stack => "stack",
+        Evidence::Live => "live",
+    }
+}
+
+fn percent(rate: f64) -> String {
+    format!("{:.2} %", rate * 100.0)
+}
+
+fn sample(sample: &Sample) -> String {
+    let whole = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.0}"));
+    if sample.n == 0 {
+        return "-".to_owned();
+    }
+    format!("{} / {} / {}", whole(sample.mean), whole(sample.p95), whole(sample.p95_upper_95))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::run::tests::trial;
+    use super::super::{Mode, RunObject};
+    use super::*;
+    use crate::trial::Outcome;
+
+    #[test]
+    fn a_run_shows_its_counts_and_its_bound() {
+        let trials = (0..59).map(|s| trial(s, Outcome::HoldSafe)).collect();
+        let text = run_table(&RunObject::new("delay", Mode::Twin, 7, trials, &[]));
+        assert!(text.contains("HOLD_SAFE 59") && text.contains("4.95 %"), "{text}");
+    }
+}

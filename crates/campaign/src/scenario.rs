@@ -1,0 +1,321 @@
+//! A scenario: one TOML file that says what world, what attack, what evidence, and what must come of it.
+//!
+//! Terms: a *cell* is one variation of a scenario with its own policy and its own expected classes; a *phase* is the
+//! shift that a seed gives to the times of all attacks and faults. One array per kind (`[[delay]]`, `[[replay]]`, …):
+//! tagged enums would lose the position of errors.
+//!
+//! These are plain data. Carrying them out belongs to the twin, the live launcher and the services; `read` takes a file
+//! in, `check` says what must fit together, `problem` shows an error in its file.
+
+mod attack;
+mod cell;
+mod check;
+mod fault;
+mod insider;
+mod operator;
+mod platform;
+mod problem;
+mod read;
+mod scene;
+mod setup;
+mod stream;
+mod template;
+mod value;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use attack::{
+    BurstLoss, Content, Corrupt, Damage, Delay, Direction, Duplicate, Inject, Jitter, Loss, Reorder, Reoriginate, Replay,
+    Windowed,
+};
+pub use cell::{Cell, Under, Variation};
+pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
+pub use insider::{CommandDuplicate, CommandReplay, Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
+pub use operator::{DisplayedState, Operator, Step, Verb};
+pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
+pub use problem::{Problem, Problems};
+pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
+pub use scene::{Class, Ground, Object, Point, Pose, Scene};
+pub use setup::{Setup, find_root, load_policy, shipped};
+pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
+pub use template::{schema, template};
+pub use value::{
+    Count, Extent, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text, ThreatId,
+    Whole,
+};
+
+use crate::trial::Outcome;
+
+/// The version of the scenario format that this build reads.
+pub const SCHEMA_VERSION: i64 = 1;
+
+/// A whole scenario, each value within its range, everything that must fit together checked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scenario {
+    /// Version of this format, 1.
+    pub schema_version: Whole<SCHEMA_VERSION, SCHEMA_VERSION>,
+    /// Name, equal to the file's name without `.toml`.
+    pub name: Located<Name>,
+    /// One line for tables.
+    pub title: Text<120>,
+    /// What is done to whom, and what must then happen.
+    pub description: Text<4000>,
+    /// Rows of the threat catalogue.
+    pub threats: Located<List<Located<ThreatId>, 16>>,
+    /// Which of STRIDE.
+    pub stride: List<Stride, 6>,
+    /// ATT&CK and ATLAS techniques.
+    #[serde(default)]
+    pub techniques: List<TechniqueId, 24>,
+    /// The boundary that is attacked.
+    pub interface: Interface,
+    /// Where the evidence comes from; n of different kinds is never added.
+    pub evidence: Evidence,
+    /// What the scenario puts to the test.
+    pub requirement: Requirement,
+    /// The outcome classes that are expected, committed before the run.
+    pub expected: Located<List<Outcome, 9>>,
+    /// Policy by name, a file of `policies/`.
+    #[serde(default = "default_policy")]
+    pub policy: Located<Name>,
+    /// Platform by name, a file of `platforms/`.
+    #[serde(default = "default_platform")]
+    pub platform: Located<Name>,
+    /// Length of a trial.
+    pub duration_s: Located<Real<100, 3_600_000>>,
+    /// Bounds of the platform that this scenario tightens.
+    #[serde(default)]
+    pub bounds: Tightened,
+    /// What a seed varies.
+    #[serde(default)]
+    pub varies: Varies,
+    /// A file with the scene, below the directory of the scenario; instead of `[scene]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene_file: Option<Located<RelativePath>>,
+    /// The world. After loading it is always there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scene: Option<Scene>,
+    /// What the operator does.
+    #[serde(default)]
+    pub operator: Operator,
+    /// Teammates beside the platform under test.
+    #[serde(default)]
+    pub unit: List<Unit, 3>,
+
+    /// Sensor faults.
+    #[serde(default)]
+    pub fault: List<Fault, 32>,
+    /// Processes killed or hung.
+    #[serde(default)]
+    pub kill: List<Kill, 16>,
+
+    /// Telemetry datagrams held back.
+    #[serde(default)]
+    pub delay: List<Delay, 16>,
+    /// Telemetry datagrams held back by random times.
+    #[serde(default)]
+    pub jitter: List<Jitter, 16>,
+    /// Telemetry datagrams lost, each by itself.
+    #[serde(default)]
+    pub loss: List<Loss, 16>,
+    /// Telemetry datagrams lost in bursts.
+    #[serde(default)]
+    pub burst_loss: List<BurstLoss, 16>,
+    /// Telemetry datagrams sent more than once.
+    #[serde(default)]
+    pub duplicate: List<Duplicate, 16>,
+    /// Telemetry datagrams that overtake each other.
+    #[serde(default)]
+    pub reorder: List<Reorder, 16>,
+    /// Captured telemetry datagrams sent again.
+    #[serde(default)]
+    pub replay: List<Replay, 16>,
+    /// Telemetry datagrams changed on the way.
+    #[serde(default)]
+    pub corrupt: List<Corrupt, 16>,
+    /// Telemetry sent on from the relay's own socket, without a credential.
+    #[serde(default)]
+    pub reoriginate: List<Reoriginate, 16>,
+    /// Datagrams of the relay's own making.
+    #[serde(default)]
+    pub inject: List<Inject, 16>,
+
+    /// Command-plane bytes held back.
+    #[serde(default)]
+    pub stream_delay: List<StreamDelay, 16>,
+    /// Command-plane bytes kept until the end of the window.
+    #[serde(default)]
+    pub stall: List<Stall, 16>,
+    /// Command-plane bytes let through at a rate.
+    #[serde(default)]
+    pub throttle: List<Throttle, 16>,
+    /// One direction of a command-plane connection ended.
+    #[serde(default)]
+    pub half_close: List<HalfClose, 16>,
+    /// Command-plane connections reset.
+    #[serde(default)]
+    pub reset: List<Reset, 16>,
+    /// Command-plane connections cut and kept from coming back.
+    #[serde(default)]
+    pub cut: List<Cut, 16>,
+    /// Command-plane bytes changed.
+    #[serde(default)]
+    pub stream_corrupt: List<StreamCorrupt, 16>,
+
+    /// An admitted teammate forwards a third unit's telemetry.
+    #[serde(default)]
+    pub teammate: List<Teammate, 4>,
+    /// An insider of the command plane publishes captured commands again.
+    #[serde(default)]
+    pub command_replay: List<CommandReplay, 16>,
+    /// An insider of the command plane doubles commands.
+    #[serde(default)]
+    pub command_duplicate: List<CommandDuplicate, 16>,
+    /// An admitted teammate sends records that are authenticated and broken.
+    #[serde(default)]
+    pub malformed: List<Malformed, 16>,
+
+    /// Variations, each with its own expected classes; without any the scenario is its only cell.
+    #[serde(default)]
+    pub cell: List<Located<Cell>, 64>,
+    /// Expected classes under another policy than the scenario's own.
+    #[serde(default)]
+    pub under: List<Under, 16>,
+}
+
+impl Scenario {
+    /// The scene; `read` refuses a scenario without one.
+    pub fn scene(&self) -> &Scene {
+        self.scene.as_ref().expect("invariant: a loaded scenario has its scene")
+    }
+}
+
+/// STRIDE, by letter or in full.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stride {
+    /// S.
+    Spoofing,
+    /// T.
+    Tampering,
+    /// R.
+    Repudiation,
+    /// I.
+    InformationDisclosure,
+    /// D.
+    DenialOfService,
+    /// E.
+    ElevationOfPrivilege,
+}
+
+impl Stride {
+    /// Its letter.
+    pub fn letter(self) -> char {
+        match self {
+            Stride::Spoofing => 'S',
+            Stride::Tampering => 'T',
+            Stride::Repudiation => 'R',
+            Stride::InformationDisclosure => 'I',
+            Stride::DenialOfService => 'D',
+            Stride::ElevationOfPrivilege => 'E',
+        }
+    }
+}
+
+/// Where an attack or fault enters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interface {
+    /// DTLS between platform and gateway.
+    TelemetryLink,
+    /// What an admitted peer sends over it.
+    TelemetryPeer,
+    /// MQTT over TLS between gateway, broker and platform.
+    CommandPlane,
+    /// The parser behind the gateway's boundary.
+    GatewayParser,
+    /// What the sensors give to perception.
+    PerceptionInput,
+    /// What perception gives to autonomy.
+    PerceptionOutput,
+    /// Localisation.
+    Localisation,
+    /// A process.
+    Process,
+    /// The host.
+    Host,
+    /// No interface: a control.
+    Control,
+}
+
+/// Where the evidence comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Evidence {
+    /// The twin's link model.
+    Model,
+    /// Real DTLS, TLS or broker in memory, paused time.
+    Stack,
+    /// Processes and sockets.
+    Live,
+}
+
+/// What a scenario puts to the test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Requirement {
+    /// What is sensed is what is there.
+    PerceptionIntegrity,
+    /// What is received is from whom it says, fresh and once.
+    CommunicationTrust,
+    /// Loss of trust is noticed and acted upon in time.
+    RuntimeAssurance,
+}
+
+/// What a seed varies. Everything else is the same in each trial.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Varies {
+    /// One uniform draw a trial, added to the time of every attack, fault, insider and kill: `[from, to]`.
+    pub injection_phase_s: Located<List<Real<0, 10_000>, 2>>,
+    /// Zero and drift of each host's clock, and the phase of its periods.
+    pub clocks: bool,
+    /// Delays of links and processing stages.
+    pub delays: bool,
+    /// Sensor and detector noise.
+    pub noise: bool,
+    /// Uniform shift of every object's position, up to so far in x and in y.
+    pub object_shift_m: Real<0, 5_000>,
+}
+
+impl Default for Varies {
+    fn default() -> Self {
+        Self {
+            injection_phase_s: Located::nowhere(List::default()),
+            clocks: true,
+            delays: true,
+            noise: true,
+            object_shift_m: Real::default(),
+        }
+    }
+}
+
+fn default_policy() -> Located<Name> {
+    Located::nowhere(Name::constant("default"))
+}
+
+fn default_platform() -> Located<Name> {
+    Located::nowhere(Name::constant("ground"))
+}
+
+impl Varies {
+    /// The phase's range in seconds; `(0, 0)` where nothing is drawn.
+    pub fn phase_s(&self) -> (f64, f64) {
+        match &self.injection_phase_s[..] {
+            [from, to] => (from.get(), to.get()),
+            [] | [_] | [_, _, ..] => (0.0, 0.0),
+        }
+    }
+}

@@ -1,0 +1,193 @@
+//! Attacks on telemetry datagrams by the relay that sits in the path and holds no key.
+//!
+//! Every attack has a start and a length on the trial's clock (the phase of the trial is added to the start) and a
+//! direction. What the relay does with them belongs to `adversary`.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::value::{Count, Located, Millis, Name, Real, Seconds, Share, Whole};
+
+/// Which way the datagrams or bytes go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Direction {
+    /// From the platform to the gateway.
+    Up,
+    /// From the gateway to the platform.
+    Down,
+    /// Both ways.
+    #[default]
+    Both,
+}
+
+impl Direction {
+    /// Whether it covers the way from the platform to the gateway.
+    pub fn covers_up(self) -> bool {
+        matches!(self, Direction::Up | Direction::Both)
+    }
+
+    /// Whether it covers the way from the gateway to the platform.
+    pub fn covers_down(self) -> bool {
+        matches!(self, Direction::Down | Direction::Both)
+    }
+}
+
+/// Declares attack tables, each with its window and its direction in front of its own parameters.
+macro_rules! attacks {
+    ($( $(#[$doc:meta])* $name:ident { $( $(#[$field_doc:meta])* $field:ident : $kind:ty ),* $(,)? } )+) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            /// Start on the trial's clock; the trial's phase is added.
+            pub at_s: Located<Seconds>,
+            /// Length of the window.
+            pub duration_s: Seconds,
+            /// Which way.
+            #[serde(default)]
+            pub direction: Direction,
+            $( $(#[$field_doc])* pub $field: $kind, )*
+        }
+
+        impl crate::scenario::attack::Windowed for $name {
+            fn at_s(&self) -> &Located<Seconds> {
+                &self.at_s
+            }
+            fn duration_s(&self) -> Seconds {
+                self.duration_s
+            }
+        }
+    )+};
+}
+pub(super) use attacks;
+
+/// Anything with a start on the trial's clock and a length.
+pub trait Windowed {
+    /// Start, before the trial's phase.
+    fn at_s(&self) -> &Located<Seconds>;
+    /// Length; zero for what happens once.
+    fn duration_s(&self) -> Seconds;
+}
+
+attacks! {
+    /// Holds datagrams back by a time that may grow.
+    Delay {
+        /// Delay at the start of the window.
+        by_ms: Millis,
+        /// Growth of the delay.
+        #[serde(default)]
+        growth_ms_per_s: Real<0, 1_000_000>,
+    }
+
+    /// Holds each datagram back by a uniform random time.
+    Jitter {
+        /// Longest delay.
+        up_to_ms: Millis,
+    }
+
+    /// Loses each datagram with the same probability.
+    Loss {
+        /// Probability.
+        share: Share,
+    }
+
+    /// Loses datagrams in bursts (Gilbert-Elliott): two states, one of which loses.
+    BurstLoss {
+        /// Probability to enter the losing state, at each datagram.
+        enter: Share,
+        /// Probability to leave it.
+        leave: Share,
+        /// Probability of loss while in it.
+        share: Share,
+    }
+
+    /// Sends each datagram again.
+    Duplicate {
+        /// Copies beside the original.
+        copies: Whole<1, 64>,
+        /// Time between copies.
+        #[serde(default)]
+        every_ms: Millis,
+    }
+
+    /// Holds some datagrams back so that later ones overtake them.
+    Reorder {
+        /// Probability for each datagram.
+        share: Share,
+        /// How long those are held.
+        hold_ms: Millis,
+    }
+
+    /// Captures datagrams and sends them again later.
+    Replay {
+        /// Age of the captured datagram when it is sent again.
+        lag_ms: Millis,
+        /// How many are sent again.
+        count: Count,
+        /// Time between them.
+        every_ms: Millis,
+    }
+
+    /// Changes datagrams on the way.
+    Corrupt {
+        /// Probability for each datagram.
+        share: Share,
+        /// The change.
+        damage: Damage,
+    }
+
+    /// Sends captured telemetry from the relay's own socket, claiming to be a peer, without a credential.
+    Reoriginate {
+        /// The unit it claims to be.
+        claim: Name,
+        /// How many datagrams.
+        count: Count,
+        /// Time between them.
+        every_ms: Millis,
+    }
+
+    /// Sends datagrams of the relay's own making.
+    Inject {
+        /// What they hold.
+        content: Content,
+        /// How many.
+        count: Count,
+        /// Time between them.
+        every_ms: Millis,
+    }
+}
+
+/// How a datagram is changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Damage {
+    /// One random bit flipped.
+    Flip,
+    /// Cut short at a random length.
+    Truncate,
+    /// Random bytes added.
+    Extend,
+    /// Head of this one, tail of the one before.
+    Splice,
+}
+
+/// What an injected datagram holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Content {
+    /// A plaintext epoch-0 fatal alert.
+    Alert,
+    /// A plaintext epoch-0 close_notify.
+    CloseNotify,
+    /// Plaintext epoch-0 application data.
+    PlainData,
+    /// An epoch-1 record of random bytes.
+    Garbage,
+    /// Random bytes that are no record at all.
+    Noise,
+    /// A well-formed ClientHello that nothing follows, from a fresh source.
+    SilentHello,
+    /// A ClientHello with broken lengths.
+    MalformedHello,
+}

@@ -1,0 +1,248 @@
+//! What must fit together in a scenario: names, times, units, polygon, script, cells.
+//!
+//! Ranges of single values are held by their types (`scenario::value`); this file looks at values side by side. Each
+//! finding names its place and its remedy.
+
+use std::collections::BTreeSet;
+use std::ops::Range;
+
+use wire::id::UnitId;
+
+use super::attack::Windowed;
+use super::{Evidence, Located, Name, Outcome, Platform, Role, Scenario, Scene, ThirdUnit};
+
+/// Something that does not fit.
+pub(super) struct Finding {
+    /// Where.
+    pub(super) bytes: Range<usize>,
+    /// What.
+    pub(super) message: String,
+    /// What to do.
+    pub(super) remedy: String,
+}
+
+fn finding<T>(at: &Located<T>, message: impl Into<String>, remedy: impl Into<String>) -> Finding {
+    Finding { bytes: at.bytes(), message: message.into(), remedy: remedy.into() }
+}
+
+/// Everything that does not fit in a scenario whose file is named `stem`; its scene is looked at by [`scene`].
+pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
+    let mut found = Vec::new();
+    if s.name.as_str() != stem {
+        found.push(finding(&s.name, format!("the file is named `{stem}`"), "make name and file name the same"));
+    }
+    if s.threats.is_empty() {
+        found.push(finding(&s.threats, "no threat named", "name at least one row of docs/threats.md, or N0"));
+    }
+    if s.cell.is_empty() {
+        found.extend(classes(&s.expected));
+    }
+    found.extend(s.under.iter().flat_map(|under| classes(&under.expected)));
+    found.extend(phase(s));
+    found.extend(times(s));
+    found.extend(faults(s));
+    found.extend(units(s));
+    found.extend(operator(s));
+    found.extend(cells(s));
+    if s.evidence == Evidence::Model && !s.kill.is_empty() && s.kill.iter().any(|k| k.ending == super::Ending::Hang) {
+        let at = &s.kill[0].at_s;
+        found.push(finding(at, "the link model has no hang", "set `evidence = \"live\"` or `ending = \"kill\"`"));
+    }
+    found
+}
+
+fn classes(expected: &Located<super::List<Outcome, 9>>) -> Option<Finding> {
+    let distinct: BTreeSet<Outcome> = expected.iter().copied().collect();
+    if expected.is_empty() {
+        Some(finding(expected, "no expected class", "name the outcome classes that may come of it"))
+    } else if distinct.len() != expected.len() {
+        Some(finding(expected, "a class is named twice", "name each class once"))
+    } else {
+        None
+    }
+}
+
+fn phase(s: &Scenario) -> Option<Finding> {
+    let phase = &s.varies.injection_phase_s;
+    match &phase[..] {
+        [] => None,
+        [from, to] if from <= to => None,
+        [_, _] => Some(finding(phase, "the phase ends before it begins", "write it as [from, to]")),
+        [_] | [_, _, ..] => Some(finding(phase, "a phase has two numbers", "write it as [from, to], or [] for none")),
+    }
+}
+
+/// Everything with a time on the trial's clock.
+fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
+    fn all<T: Windowed>(list: &[T]) -> impl Iterator<Item = &dyn Windowed> {
+        list.iter().map(|w| w as &dyn Windowed)
+    }
+    let datagrams = all(&s.delay).chain(all(&s.jitter)).chain(all(&s.loss)).chain(all(&s.burst_loss));
+    let datagrams = datagrams.chain(all(&s.duplicate)).chain(all(&s.reorder)).chain(all(&s.replay));
+    let datagrams = datagrams.chain(all(&s.corrupt)).chain(all(&s.reoriginate)).chain(all(&s.inject));
+    let streams = all(&s.stream_delay).chain(all(&s.stall)).chain(all(&s.throttle)).chain(all(&s.half_close));
+    let streams = streams.chain(all(&s.reset)).chain(all(&s.cut)).chain(all(&s.stream_corrupt));
+    let insiders = all(&s.teammate).chain(all(&s.command_replay)).chain(all(&s.command_duplicate));
+    let faults = all(&s.fault).chain(all(&s.kill)).chain(all(&s.malformed));
+    datagrams.chain(streams).chain(insiders).chain(faults).collect()
+}
+
+fn times(s: &Scenario) -> Vec<Finding> {
+    let (_, latest) = s.varies.phase_s();
+    let end = s.duration_s.get();
+    let late = windows(s).into_iter().filter(|w| w.at_s().get() + latest >= end);
+    late.map(|w| {
+        let message = format!("starts at {} s, up to {latest} s later by its phase; the trial ends at {end} s", w.at_s().get());
+        finding(w.at_s(), message, "start it earlier or make the trial longer")
+    })
+    .collect()
+}
+
+fn faults(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for fault in &s.fault {
+        if !fault.kind.fits(fault.sensor) {
+            let message = format!("{:?} has no fault of kind {:?}", fault.sensor, fault.kind).to_lowercase();
+            found.push(finding(&fault.at_s, message, "drift and jump are for localisation, occlusion for images"));
+        }
+        let needs = fault.kind.numbers();
+        match &fault.magnitude {
+            Some(at) if at.len() != needs => {
+                found.push(finding(at, format!("this kind takes {needs} numbers"), "see `holdsafe scenario schema`"));
+            }
+            Some(at) if fault.kind == super::FaultKind::Noise && at[0].get() < 1.0 => {
+                found.push(finding(at, "noise is not made less", "use a factor of at least 1"));
+            }
+            Some(at) if fault.kind == super::FaultKind::Occlusion && !(0.0..=1.0).contains(&at[0].get()) => {
+                found.push(finding(at, "not a share", "use a number from 0 to 1"));
+            }
+            None if needs > 0 => found.push(finding(&fault.at_s, "this kind needs a magnitude", "add `magnitude = [...]`")),
+            Some(_) | None => {}
+        }
+    }
+    found
+}
+
+fn units(s: &Scenario) -> Vec<Finding> {
+    let mut found = doubles(s.unit.iter().map(|u| &u.name));
+    let team = [UnitId::B, UnitId::C];
+    for unit in &s.unit {
+        if UnitId::from_name(unit.name.as_str()).is_none_or(|id| !team.contains(&id)) {
+            found.push(finding(&unit.name, "no such teammate", "a teammate is `unit-b` or `unit-c`"));
+        }
+    }
+    let has = |name: &str, role: Role| s.unit.iter().any(|u| u.name.as_str() == name && u.role == role);
+    let forwards = s.teammate.first().map(|t| &t.at_s);
+    let breaks = s.malformed.first().map(|m| &m.at_s);
+    if let Some(at) = forwards.or(breaks)
+        && !has("unit-b", Role::Insider)
+    {
+        found.push(finding(at, "an insider acts and there is none", "add `[[unit]]` unit-b with role \"insider\""));
+    }
+    let needs_c = s.teammate.iter().any(|t| matches!(t.c, ThirdUnit::Present | ThirdUnit::Silent));
+    if let Some(at) = forwards.filter(|_| needs_c)
+        && !has("unit-c", Role::Honest)
+    {
+        found.push(finding(at, "there is no unit C to forward", "add `[[unit]]` unit-c with role \"honest\""));
+    }
+    found
+}
+
+fn operator(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for step in &s.operator.step {
+        if step.verb.leads_away_from_safe() && step.reason.is_none() {
+            found.push(finding(&step.verb, "a step away from safe needs a reason", "add `reason`"));
+        }
+        if *step.verb == super::Verb::Arm && step.when_track.is_none() {
+            found.push(finding(&step.verb, "arming needs a track", "add `when_track` with the class"));
+        }
+        if step.at_s.get() >= s.duration_s.get() {
+            found.push(finding(&step.at_s, "the trial is over by then", "do it earlier or make the trial longer"));
+        }
+    }
+    for pair in s.operator.step.windows(2) {
+        if pair[1].at_s.get() < pair[0].at_s.get() {
+            found.push(finding(&pair[1].at_s, "earlier than the step before", "put the steps in order of time"));
+        }
+    }
+    found
+}
+
+fn cells(s: &Scenario) -> Vec<Finding> {
+    let mut seen = BTreeSet::new();
+    let mut found = Vec::new();
+    for cell in &s.cell {
+        if !seen.insert(cell.label()) {
+            found.push(finding(cell, format!("cell {} is there twice", cell.label()), "take one out"));
+        }
+        found.extend(classes(&cell.expected));
+    }
+    if let (Some(cell), true) = (s.cell.first(), s.teammate.is_empty()) {
+        found.push(finding(cell, "cells vary a `[[teammate]]` and there is none", "add one, or take the cells out"));
+    }
+    found
+}
+
+/// Everything that does not fit in a scene.
+pub(super) fn scene(scene: &Scene) -> Vec<Finding> {
+    let mut found = doubles(scene.object.iter().map(|o| &o.name));
+    for object in &scene.object {
+        if object.path_m.is_empty() {
+            found.push(finding(&object.path_m, "the object is nowhere", "give at least one point"));
+        }
+    }
+    let fence: Vec<(f64, f64)> = scene.geofence.iter().map(|[x, y]| (x.get(), y.get())).collect();
+    if fence.len() < 3 {
+        found.push(finding(&scene.geofence, "a geofence has at least three corners", "add corners, in order"));
+        return found;
+    }
+    if !inside(&fence, (scene.start.at_m[0].get(), scene.start.at_m[1].get())) {
+        found.push(finding(&scene.start, "the platform starts outside its geofence", "move the start or the fence"));
+    }
+    for point in scene.route.iter() {
+        if !inside(&fence, (point[0].get(), point[1].get())) {
+            found.push(finding(point, "a way point lies outside the geofence", "move the point or the fence"));
+        }
+    }
+    found
+}
+
+/// Everything that does not fit in a platform file named `stem`.
+pub(super) fn platform(platform: &Platform, stem: &str) -> Vec<Finding> {
+    let mut found = Vec::new();
+    if platform.name.as_str() != stem {
+        found.push(finding(&platform.name, format!("the file is named `{stem}`"), "make name and file name the same"));
+    }
+    let b = &platform.bounds;
+    if b.to_degraded_ms.get() > b.to_hold_safe_ms.get() {
+        found.push(finding(&b.to_degraded_ms, "later than the bound to hold-safe", "degrade no later than holding"));
+    }
+    if b.grant_period_ms.get() >= b.lease_ms.get() {
+        found.push(finding(&b.grant_period_ms, "not shorter than the lease it renews", "grant several times in a lease"));
+    }
+    if b.telemetry_period_ms.get() >= b.freshness_ms.get() {
+        found.push(finding(&b.telemetry_period_ms, "not shorter than the freshness window", "send several times in it"));
+    }
+    found
+}
+
+fn doubles<'a>(names: impl Iterator<Item = &'a Located<Name>>) -> Vec<Finding> {
+    let mut seen = BTreeSet::new();
+    names
+        .filter(|name| !seen.insert(name.as_str()))
+        .map(|name| finding(name, format!("`{}` is there twice", name.as_str()), "give each its own name"))
+        .collect()
+}
+
+/// Whether a point lies inside a polygon, by counting crossings.
+fn inside(fence: &[(f64, f64)], (x, y): (f64, f64)) -> bool {
+    let mut odd = false;
+    for (i, &(x1, y1)) in fence.iter().enumerate() {
+        let (x0, y0) = fence[(i + fence.len() - 1) % fence.len()];
+        if (y1 > y) != (y0 > y) && x < (x0 - x1) * (y - y1) / (y0 - y1) + x1 {
+            odd = !odd;
+        }
+    }
+    odd
+}

@@ -1,0 +1,148 @@
+//! Teammates, and insiders among them: holders of valid credentials who do what their role does not allow.
+//!
+//! An insider is an identity of its own beside the honest units; no service knows which one it is.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::attack::Windowed;
+use super::scene::Pose;
+use super::value::{Count, List, Located, Millis, Name, Seconds, Whole};
+
+/// A teammate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Unit {
+    /// `unit-b`, `unit-c` or `unit-d`; `unit-a` is the platform under test.
+    pub name: Located<Name>,
+    /// What it is.
+    pub role: Role,
+    /// Where it starts.
+    pub start: Pose,
+}
+
+/// What a teammate is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// It reports itself.
+    Honest,
+    /// It holds valid credentials and misuses them.
+    Insider,
+}
+
+/// An admitted teammate B forwards a third unit C's telemetry: the paper's central finding.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Teammate {
+    /// How it forwards.
+    pub form: Forwarding,
+    /// Whether C itself reports meanwhile.
+    pub c: ThirdUnit,
+    /// Start on the trial's clock; the trial's phase is added.
+    pub at_s: Located<Seconds>,
+    /// Length.
+    pub duration_s: Seconds,
+    /// Age of C's telemetry when it is forwarded.
+    #[serde(default)]
+    pub lag_ms: Millis,
+}
+
+/// How B forwards C's telemetry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Forwarding {
+    /// The record says C and is C's.
+    Verbatim,
+    /// The record says B, C's signature is kept.
+    Relabelled,
+    /// The record says B and is signed by B.
+    ReSigned,
+}
+
+/// Whether C reports while B forwards its telemetry.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ThirdUnit {
+    /// It reports.
+    Present,
+    /// Its own telemetry stops when the forwarding starts.
+    Silent,
+}
+
+/// An insider of the command plane publishes captured commands again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CommandReplay {
+    /// Start on the trial's clock; the trial's phase is added.
+    pub at_s: Located<Seconds>,
+    /// How many times.
+    pub count: Count,
+    /// Time between them.
+    pub every_ms: Millis,
+}
+
+/// An insider of the command plane doubles each command as it passes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct CommandDuplicate {
+    /// Start on the trial's clock; the trial's phase is added.
+    pub at_s: Located<Seconds>,
+    /// Length.
+    pub duration_s: Seconds,
+    /// Copies beside the original.
+    pub copies: Whole<1, 64>,
+}
+
+/// An admitted teammate sends records that are authenticated and broken.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Malformed {
+    /// Start on the trial's clock; the trial's phase is added.
+    pub at_s: Located<Seconds>,
+    /// The flaws, taken in turn.
+    pub flaws: Located<List<Flaw, 8>>,
+    /// How many records.
+    pub count: Count,
+    /// Time between them.
+    pub every_ms: Millis,
+}
+
+/// What is wrong with a malformed record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Flaw {
+    /// Longer than any record may be.
+    Length,
+    /// Not the schema.
+    Schema,
+    /// Not the one canonical encoding.
+    NonCanonical,
+    /// A value outside its range.
+    Range,
+    /// A list that claims more elements than there are bytes.
+    Count,
+    /// Random bytes.
+    Noise,
+}
+
+macro_rules! windowed {
+    ($($name:ident $length:expr;)+) => {$(
+        impl Windowed for $name {
+            fn at_s(&self) -> &Located<Seconds> {
+                &self.at_s
+            }
+            fn duration_s(&self) -> Seconds {
+                let length: fn(&Self) -> Seconds = $length;
+                length(self)
+            }
+        }
+    )+};
+}
+
+windowed! {
+    Teammate |x| x.duration_s;
+    CommandDuplicate |x| x.duration_s;
+    CommandReplay |_| Seconds::default();
+    Malformed |_| Seconds::default();
+}

@@ -1,0 +1,98 @@
+//! What the operator does, as a script: each step waits for its time and for what is displayed, then acts.
+//!
+//! The operator sees only what the console shows. The operator core that follows the script, with its own key, is not
+//! here; nor is what a verb needs in the state machine.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::scene::Class;
+use super::value::{List, Located, Name, Seconds, Text};
+
+/// The operator and the script.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Operator {
+    /// Whose key signs.
+    pub name: Name,
+    /// The steps, in order.
+    pub step: List<Step, 32>,
+}
+
+impl Default for Operator {
+    fn default() -> Self {
+        Self { name: Name::constant("operator-1"), step: List::default() }
+    }
+}
+
+/// One step: at its time at the earliest, once its conditions are displayed, it acts; a step that never comes true is
+/// passed over when the next one's time has come and its own patience is over.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Step {
+    /// Earliest time on the trial's clock.
+    pub at_s: Located<Seconds>,
+    /// Longest wait for the conditions after that.
+    #[serde(default = "patience")]
+    pub within_s: Seconds,
+    /// The state that has to be displayed.
+    #[serde(default)]
+    pub when_state: Option<DisplayedState>,
+    /// The class of a track that has to be displayed, fresh and corroborated.
+    #[serde(default)]
+    pub when_track: Option<Class>,
+    /// What the operator does.
+    #[serde(rename = "do")]
+    pub verb: Located<Verb>,
+    /// Why; needed for every step away from safe.
+    #[serde(default)]
+    pub reason: Option<Text<200>>,
+}
+
+fn patience() -> Seconds {
+    Seconds::constant(2.0)
+}
+
+/// What an operator can do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verb {
+    /// Idle to ready.
+    Enable,
+    /// Stage the arming of the track that `when_track` found.
+    Arm,
+    /// Confirm what is staged.
+    Confirm,
+    /// To hold-safe; one step, from any state.
+    Hold,
+    /// Consent to leave hold-safe.
+    Resume,
+    /// Give authority back.
+    Disarm,
+}
+
+impl Verb {
+    /// Whether it leads away from safe, and so needs a reason.
+    pub fn leads_away_from_safe(self) -> bool {
+        match self {
+            Verb::Enable | Verb::Arm | Verb::Resume => true,
+            Verb::Confirm | Verb::Hold | Verb::Disarm => false,
+        }
+    }
+}
+
+/// A state as the console shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+pub enum DisplayedState {
+    /// Not enabled.
+    Idle,
+    /// Enabled.
+    Ready,
+    /// Authority held.
+    PrepareToAct,
+    /// Restricted.
+    Degraded,
+    /// Stopped.
+    HoldSafe,
+}

@@ -1,0 +1,155 @@
+//! A platform file: the bounds of one platform, with ranges and places, and what a scenario may tighten.
+//!
+//! The bounds are fixed before anything is measured (`docs/bounds.md`). What a bound means is `wire::bounds`; here it is
+//! only read, checked and handed on.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use wire::bounds::Bounds;
+
+use super::value::{Located, Name, Text, Whole};
+
+/// Milliseconds of a bound: never zero.
+pub type Bound = Located<Whole<1, 60_000>>;
+/// Millimetres, millimetres per second, or per second squared.
+pub type Length = Whole<0, 100_000>;
+
+/// One platform.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Platform {
+    /// Name, equal to the file's name without `.toml`.
+    pub name: Located<Name>,
+    /// One line for tables.
+    pub title: Text<120>,
+    /// Its bounds.
+    pub bounds: BoundsTable,
+}
+
+/// Declares the table of bounds and its way to `wire::bounds`, which has the same fields.
+macro_rules! bounds_table {
+    ($( $(#[$doc:meta])* $field:ident : $kind:ty ),* $(,)?) => {
+        /// The bounds of a platform; the fields are those of [`Bounds`].
+        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+        #[serde(deny_unknown_fields)]
+        pub struct BoundsTable {
+            $( $(#[$doc])* pub $field: $kind, )*
+        }
+
+        impl BoundsTable {
+            /// The bounds as the services know them.
+            pub fn to_bounds(&self) -> Bounds {
+                Bounds { $( $field: self.$field.unsigned() as _, )* }
+            }
+        }
+    };
+}
+
+bounds_table! {
+    /// *Tf*: a record or reading older than this is stale.
+    freshness_ms: Bound,
+    /// *Td*: from the loss of a subsystem to DEGRADED.
+    to_degraded_ms: Bound,
+    /// *Th*: from the loss of trust to HOLD_SAFE.
+    to_hold_safe_ms: Bound,
+    /// Length of a supervision lease.
+    lease_ms: Bound,
+    /// Time between grants.
+    grant_period_ms: Bound,
+    /// Time between telemetry records.
+    telemetry_period_ms: Bound,
+    /// Time between control steps.
+    control_period_ms: Bound,
+    /// Age at which a perception product or localisation reading counts as lost.
+    product_limit_ms: Bound,
+    /// Length of a set-point's lease, enforced by the plant.
+    set_point_lease_ms: Bound,
+    /// Time between challenges.
+    challenge_period_ms: Bound,
+    /// How long an echo may serve, from the issue of its nonce.
+    echo_limit_ms: Bound,
+    /// How old a command's nonce may be.
+    command_limit_ms: Bound,
+    /// How long authority lives unused.
+    authority_ms: Bound,
+    /// How long guards hold before DEGRADED may end.
+    hysteresis_ms: Bound,
+    /// How long a loss that driving depends on may last before DEGRADED becomes HOLD_SAFE.
+    unrecovered_ms: Bound,
+    /// Longest time without a seal over the log before authority goes.
+    seal_limit_ms: Bound,
+    /// P11: farthest that a true object of the class may be from the designated position, millimetres.
+    designation_mm: Length,
+    /// Confidence from which a track can be designated, permille.
+    designation_confidence: Whole<0, 1_000>,
+    /// Highest speed, millimetres per second.
+    max_speed_mm_s: Length,
+    /// Speed while degraded, millimetres per second.
+    degraded_speed_mm_s: Length,
+    /// Deceleration that the plant is sure to reach, millimetres per second squared.
+    braking_mm_s2: Whole<1, 100_000>,
+    /// Distance from the fence kept beyond the stopping distance, millimetres.
+    fence_margin_mm: Length,
+    /// Two units claimed nearer than this cannot both be there, millimetres.
+    exclusion_mm: Length,
+    /// A teammate's claimed displacement may exceed its claimed speed's by this, millimetres.
+    teammate_slack_mm: Length,
+    /// Width of the anti-replay window, records.
+    replay_window: Whole<1, 64>,
+    /// Largest step of a sequence.
+    sequence_jump: Whole<1, 1_000_000>,
+}
+
+/// Bounds that a scenario tightens; absent ones stay the platform's.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Tightened {
+    /// *Tf*.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub freshness_ms: Option<Bound>,
+    /// *Td*.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_degraded_ms: Option<Bound>,
+    /// *Th*.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub to_hold_safe_ms: Option<Bound>,
+    /// Length of a supervision lease.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lease_ms: Option<Bound>,
+    /// Length of a set-point's lease.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub set_point_lease_ms: Option<Bound>,
+}
+
+impl Tightened {
+    /// The bounds that it would loosen, each with its place and the platform's value.
+    pub fn loosened<'a>(&'a self, base: &BoundsTable) -> Vec<(&'a Bound, i64)> {
+        let pairs = [
+            (&self.freshness_ms, &base.freshness_ms),
+            (&self.to_degraded_ms, &base.to_degraded_ms),
+            (&self.to_hold_safe_ms, &base.to_hold_safe_ms),
+            (&self.lease_ms, &base.lease_ms),
+            (&self.set_point_lease_ms, &base.set_point_lease_ms),
+        ];
+        let own = pairs.into_iter().filter_map(|(own, base)| own.as_ref().map(|own| (own, base.get())));
+        own.filter(|(own, base)| own.get() > *base).collect()
+    }
+
+    /// Whether any bound is tightened: the report then shows both results.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The bounds in force: the platform's, where not tightened.
+    pub fn over(&self, base: &BoundsTable) -> BoundsTable {
+        let pick = |own: &Option<Bound>, base: &Bound| own.clone().unwrap_or_else(|| base.clone());
+        BoundsTable {
+            freshness_ms: pick(&self.freshness_ms, &base.freshness_ms),
+            to_degraded_ms: pick(&self.to_degraded_ms, &base.to_degraded_ms),
+            to_hold_safe_ms: pick(&self.to_hold_safe_ms, &base.to_hold_safe_ms),
+            lease_ms: pick(&self.lease_ms, &base.lease_ms),
+            set_point_lease_ms: pick(&self.set_point_lease_ms, &base.set_point_lease_ms),
+            ..base.clone()
+        }
+    }
+}

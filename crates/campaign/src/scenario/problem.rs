@@ -1,0 +1,206 @@
+//! What is wrong with a file, shown in the file: message, place, remedy.
+//!
+//! A [`Problem`] renders as one screen on a terminal and as one object in JSON; it decides nothing.
+
+use std::fmt;
+use std::ops::Range;
+
+use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
+use serde::Serialize;
+
+/// How many problems of one file are shown; the rest are counted.
+const MAX_SHOWN: usize = 5;
+
+/// One problem.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    file: String,
+    message: String,
+    remedy: String,
+    place: Option<(NamedSource<String>, Range<usize>)>,
+}
+
+impl Problem {
+    /// A problem with the file as a whole.
+    pub fn with_file(file: &str, message: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self { file: file.to_owned(), message: message.into(), remedy: remedy.into(), place: None }
+    }
+
+    /// A problem at some bytes of the file's text.
+    pub fn at(file: &str, text: &str, bytes: Range<usize>, message: impl Into<String>, remedy: impl Into<String>) -> Self {
+        let start = floor_boundary(text, bytes.start);
+        let end = floor_boundary(text, bytes.end).max(start);
+        let source = NamedSource::new(file, text.to_owned()).with_language("toml");
+        Self { place: Some((source, start..end)), ..Self::with_file(file, message, remedy) }
+    }
+
+    /// A TOML or schema error, at the place that the parser names.
+    pub fn from_toml(file: &str, text: &str, error: &toml::de::Error) -> Self {
+        let message = error.message().trim().to_owned();
+        let remedy = remedy_for(&message);
+        match error.span() {
+            Some(bytes) => Self::at(file, text, bytes, message, remedy),
+            None => Self::with_file(file, message, remedy),
+        }
+    }
+
+    /// What is wrong.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// What to do about it.
+    pub fn remedy(&self) -> &str {
+        &self.remedy
+    }
+
+    /// Line and column, from 1, where the problem has a place.
+    pub fn line_column(&self) -> Option<(usize, usize)> {
+        let (source, bytes) = self.place.as_ref()?;
+        let before = source.inner().get(..bytes.start)?;
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().map_or(0, |l| l.chars().count()) + 1;
+        Some((line, column))
+    }
+
+    /// The text under the mark, where the problem has a place.
+    pub fn marked(&self) -> Option<&str> {
+        let (source, bytes) = self.place.as_ref()?;
+        source.inner().get(bytes.clone())
+    }
+}
+
+fn floor_boundary(text: &str, at: usize) -> usize {
+    let mut at = at.min(text.len());
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    at
+}
+
+fn remedy_for(message: &str) -> String {
+    let schema = "`holdsafe scenario schema` prints every key with its type and range";
+    let remedy = if message.starts_with("unknown field") {
+        "correct the key or take it out"
+    } else if message.starts_with("unknown variant") {
+        "use one of the values named above"
+    } else if message.starts_with("missing field") {
+        "add the key to this table"
+    } else if message.starts_with("invalid type") {
+        "write the value with the type named above"
+    } else if message.contains("out of range") || message.contains("not a finite number") {
+        "use a number within the range"
+    } else {
+        "correct the value"
+    };
+    format!("{remedy}; {schema}")
+}
+
+impl fmt::Display for Problem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.line_column() {
+            Some((line, column)) => write!(f, "{}:{line}:{column}: {}", self.file, self.message),
+            None => write!(f, "{}: {}", self.file, self.message),
+        }
+    }
+}
+
+impl std::error::Error for Problem {}
+
+impl Diagnostic for Problem {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        Some(Box::new(&self.remedy))
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.place.as_ref().map(|(source, _)| source as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        let (_, bytes) = self.place.as_ref()?;
+        Some(Box::new(std::iter::once(LabeledSpan::new_with_span(Some("here".to_owned()), bytes.clone()))))
+    }
+}
+
+/// At least one problem.
+#[derive(Clone, Debug)]
+pub struct Problems(Vec<Problem>);
+
+impl Problems {
+    /// `Err` when there is any problem.
+    pub fn none_or(problems: Vec<Problem>) -> Result<(), Self> {
+        if problems.is_empty() { Ok(()) } else { Err(Self(problems)) }
+    }
+
+    /// Every problem.
+    pub fn all(&self) -> &[Problem] {
+        &self.0
+    }
+
+    /// For a person: each of the first few with its place in the file.
+    pub fn render(&self, colour: bool) -> String {
+        let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+        let handler = GraphicalReportHandler::new_themed(theme).with_width(110).with_context_lines(1);
+        let mut text = String::new();
+        for problem in self.0.iter().take(MAX_SHOWN) {
+            if handler.render_report(&mut text, problem).is_err() {
+                text.push_str(&problem.to_string());
+            }
+        }
+        if self.0.len() > MAX_SHOWN {
+            text.push_str(&format!("and {} more\n", self.0.len() - MAX_SHOWN));
+        }
+        text
+    }
+
+    /// For a program.
+    pub fn rows(&self) -> Vec<ProblemRow> {
+        self.0.iter().map(ProblemRow::from).collect()
+    }
+}
+
+impl From<Problem> for Problems {
+    fn from(problem: Problem) -> Self {
+        Self(vec![problem])
+    }
+}
+
+impl fmt::Display for Problems {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, problem) in self.0.iter().enumerate() {
+            let gap = if i == 0 { "" } else { "\n" };
+            write!(f, "{gap}{problem}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for Problems {}
+
+/// A problem in JSON.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ProblemRow {
+    /// File.
+    pub file: String,
+    /// Line from 1.
+    pub line: Option<usize>,
+    /// Column from 1.
+    pub column: Option<usize>,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub remedy: String,
+}
+
+impl From<&Problem> for ProblemRow {
+    fn from(problem: &Problem) -> Self {
+        let place = problem.line_column();
+        Self {
+            file: problem.file.clone(),
+            line: place.map(|p| p.0),
+            column: place.map(|p| p.1),
+            message: problem.message.clone(),
+            remedy: problem.remedy.clone(),
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! The world of a trial: where the platform starts, where it goes, where it may be, and what stands and moves there.
+//!
+//! World frame: east, north, up, right-handed, metres; headings anticlockwise from east, radians.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::value::{Extent, List, Located, Name, Radians, Real, Seconds};
+
+/// A point on the ground: east, north.
+pub type Point = [Real<-50_000, 50_000>; 2];
+
+/// The world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Where the platform under test starts.
+    pub start: Located<Pose>,
+    /// Way points, in order.
+    pub route: Located<List<Located<Point>, 64>>,
+    /// The polygon that the platform may not leave: at least three corners, in order.
+    pub geofence: Located<List<Point, 64>>,
+    /// Ground.
+    #[serde(default)]
+    pub ground: Ground,
+    /// What stands and moves there.
+    #[serde(default)]
+    pub object: List<Object, 32>,
+}
+
+/// A place and a heading.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Pose {
+    /// East, north.
+    pub at_m: Point,
+    /// Anticlockwise from east.
+    #[serde(default)]
+    pub heading_rad: Radians,
+}
+
+/// Smooth uneven ground, drawn from its own seed so that every trial has the same.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Ground {
+    /// Seed of the relief.
+    pub seed: u32,
+    /// Greatest height above or below the mean.
+    pub amplitude_m: Real<0, 1_000>,
+    /// Distance between neighbouring hills.
+    pub wavelength_m: Real<10_000, 200_000>,
+    /// Temperature of ground and air.
+    pub temperature_k: Real<200_000, 350_000>,
+}
+
+impl Default for Ground {
+    fn default() -> Self {
+        Self {
+            seed: 1,
+            amplitude_m: Real::constant(0.35),
+            wavelength_m: Real::constant(22.0),
+            temperature_k: Real::constant(288.0),
+        }
+    }
+}
+
+/// What an object is in truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Class {
+    /// A vehicle.
+    Vehicle,
+    /// A person.
+    Person,
+    /// Something made to look like a vehicle.
+    Decoy,
+    /// Anything else in the way.
+    Obstacle,
+}
+
+/// One object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Object {
+    /// Its name in the report.
+    pub name: Located<Name>,
+    /// What it is.
+    pub class: Class,
+    /// Where it is, east and north: one point and it stands there, more and it goes from point to point.
+    pub path_m: Located<List<Point, 64>>,
+    /// Heading while it stands; on its way it faces where it goes.
+    #[serde(default)]
+    pub heading_rad: Radians,
+    /// Length along its heading, width, height.
+    pub size_m: [Extent; 3],
+    /// Temperature of its warm parts.
+    pub temperature_k: Real<200_000, 650_000>,
+    /// Paint: red, green, blue.
+    #[serde(default = "grey")]
+    pub colour: [u8; 3],
+    /// Speed along the path.
+    #[serde(default)]
+    pub speed_m_s: Real<0, 15_000>,
+    /// When it sets out.
+    #[serde(default)]
+    pub departs_s: Seconds,
+    /// Whether it goes on from the last point to the first, for ever.
+    #[serde(default)]
+    pub closed: bool,
+}
+
+fn grey() -> [u8; 3] {
+    [110, 110, 110]
+}

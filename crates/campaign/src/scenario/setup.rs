@@ -1,0 +1,98 @@
+//! Everything a trial needs beside its scenario: policy, bounds, whether sensors are rendered; and where the files lie.
+//!
+//! A waived check makes a run an ablation; the [`Setup`] says so, and whoever reports the run has to repeat it.
+
+use std::path::{Path, PathBuf};
+
+use wire::bounds::Bounds;
+use wire::policy::Policy;
+
+use super::read::{load_platform, read_text};
+use super::{Name, Platform, Problem, Problems, Scenario};
+
+/// Policy, bounds and rendering of a trial.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// Name of the policy, its file's stem.
+    pub policy_name: String,
+    /// The policy in force.
+    pub policy: Policy,
+    /// The bounds in force: the platform's, tightened by the scenario.
+    pub bounds: Bounds,
+    /// The platform as its file states it.
+    pub platform: Platform,
+    /// Whether sensors are rendered and the detector runs; else candidates are drawn from the noise model.
+    pub rendered: bool,
+}
+
+impl Setup {
+    /// For `scenario`, with the files below `root`; `policy` is a file that takes the place of the scenario's.
+    ///
+    /// # Errors
+    /// What is wrong with the platform or policy file, or a bound that the scenario loosens.
+    pub fn load(root: &Path, scenario: &Scenario, policy: Option<&Path>, rendered: bool) -> Result<Self, Problems> {
+        let platform = load_platform(&named(root, "platforms", &scenario.platform))?;
+        let loosened = scenario.bounds.loosened(&platform.bounds);
+        let problems = loosened.iter().map(|(bound, base)| {
+            let message = format!("a bound of {} ms is looser than the platform's {base} ms", bound.get());
+            let file = format!("{}.toml", scenario.name.as_str());
+            Problem::with_file(&file, message, "a scenario may only tighten bounds: lower it or take it out")
+        });
+        Problems::none_or(problems.collect())?;
+        let path = policy.map_or_else(|| named(root, "policies", &scenario.policy), Path::to_path_buf);
+        let policy_name = stem(&path);
+        let policy = load_policy(&path, &policy_name)?;
+        let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
+        Ok(Self { policy_name, policy, bounds, platform, rendered })
+    }
+
+    /// The words that every artefact of an ablation carries; `None` where every check, guard and rule stands.
+    pub fn watermark(&self) -> Option<String> {
+        (!self.policy.is_full()).then(|| format!("ABLATION: policy `{}` waives checks", self.policy_name))
+    }
+}
+
+/// Reads a policy file.
+///
+/// # Errors
+/// What is wrong with it, in its place.
+pub fn load_policy(path: &Path, name: &str) -> Result<Policy, Problems> {
+    let file = path.display().to_string();
+    let text = read_text(path, &file)?;
+    let policy: Policy = toml::from_str(&text).map_err(|e| Problem::from_toml(&file, &text, &e))?;
+    if policy.name != name {
+        let message = format!("the policy is named `{}`, its file `{name}`", policy.name);
+        return Err(Problem::with_file(&file, message, "make name and file name the same").into());
+    }
+    Ok(policy)
+}
+
+/// The nearest directory at or above `from` that holds scenarios and platforms.
+pub fn find_root(from: &Path) -> Option<PathBuf> {
+    let is_root = |dir: &&Path| dir.join("scenarios").is_dir() && dir.join("platforms").is_dir();
+    from.ancestors().find(is_root).map(Path::to_path_buf)
+}
+
+/// Every shipped scenario, by name.
+///
+/// # Errors
+/// When the directory cannot be listed.
+pub fn shipped(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(root.join("scenarios"))? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|e| e == "toml") && path.is_file() {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn named(root: &Path, directory: &str, name: &Name) -> PathBuf {
+    root.join(directory).join(format!("{name}.toml"))
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().and_then(|s| s.to_str()).unwrap_or_default().to_owned()
+}

@@ -1,0 +1,77 @@
+//! The schema of the scenario format, and the commented file that `scenario new` starts with.
+
+use schemars::generate::SchemaSettings;
+
+use super::{Name, Scenario};
+
+/// JSON Schema of a scenario file; draft 7, which TOML editors know.
+pub fn schema() -> serde_json::Value {
+    SchemaSettings::draft07().into_generator().into_root_schema_for::<Scenario>().to_value()
+}
+
+/// A scenario to start from: it passes `scenario check` as it is.
+pub fn template(name: &Name) -> String {
+    TEMPLATE.replace("{name}", name.as_str())
+}
+
+const TEMPLATE: &str = r#"# A scenario of holdsafe. `holdsafe scenario check FILE` says what is wrong with it,
+# `holdsafe scenario schema` prints every key with its type and range.
+schema_version = 1
+name = "{name}"                          # equal to the file's name
+title = "One line for the table"
+description = """
+What is done to whom, and what must then happen.
+"""
+threats = ["A04"]                        # rows of the threat catalogue
+stride = ["denial-of-service"]
+techniques = ["T0814"]                   # ATT&CK (T0814, T1499.004) or ATLAS (AML.T0015)
+interface = "telemetry-link"
+evidence = "model"                       # model | stack | live
+requirement = "communication-trust"      # perception-integrity | communication-trust | runtime-assurance
+expected = ["HOLD_SAFE"]                 # committed before the first run
+policy = "default"                       # a file of policies/
+platform = "ground"                      # a file of platforms/
+duration_s = 9.0
+
+[varies]
+injection_phase_s = [0.0, 0.5]           # one uniform draw a trial, added to the time of every attack and fault
+
+[scene]
+start = { at_m = [-10.0, -5.0], heading_rad = 0.0 }
+route = [[8.0, -6.0], [10.0, 4.0]]
+geofence = [[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [-40.0, 40.0]]
+
+[[scene.object]]
+name = "car"
+class = "vehicle"
+path_m = [[22.0, -6.0]]
+size_m = [4.2, 1.8, 1.6]
+temperature_k = 318.0
+colour = [60, 80, 150]
+
+# The operator sees only what is displayed: a step waits for its time and for its conditions.
+[[operator.step]]
+at_s = 1.0
+do = "enable"
+reason = "start of the mission"
+
+[[operator.step]]
+at_s = 2.5
+when_state = "READY"
+when_track = "vehicle"
+do = "arm"
+reason = "designated vehicle in view"
+
+[[operator.step]]
+at_s = 2.7
+do = "confirm"
+
+# The attack. Other tables: delay, jitter, burst_loss, duplicate, reorder, replay, corrupt, reoriginate, inject on
+# datagrams; stream_delay, stall, throttle, half_close, reset, cut, stream_corrupt on the command plane; fault, kill;
+# teammate, malformed, command_replay, command_duplicate by insiders.
+[[loss]]
+at_s = 4.0
+duration_s = 5.0
+direction = "both"
+share = 1.0
+"#;

@@ -1,0 +1,140 @@
+//! What one trial leaves behind, the same for the twin and for live runs.
+//!
+//! The engines fill a [`Trial`]; the oracle gives its [`Outcome`]; `report` folds trials into rows. Nothing here judges.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// How a trial ended; the first class that matches, in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+pub enum Outcome {
+    /// A safety property was broken (P1, P4, P5, P7, P8, P9, P11).
+    Unsafe,
+    /// The evidence does not hold: no receipt, the account does not balance, the log does not verify, the host stalled.
+    Invalid,
+    /// Only a time bound was missed (P2, P3).
+    Late,
+    /// Authority or freedom was lost without a fault or a true hazard.
+    FalseTrip,
+    /// Ended in HOLD_SAFE.
+    HoldSafe,
+    /// Ended in DEGRADED.
+    Degraded,
+    /// Refused, no change of mode.
+    Rejected,
+    /// Accepted, no response, nothing broken.
+    Undetected,
+    /// Nothing was done and nothing happened.
+    Nominal,
+}
+
+impl Outcome {
+    /// Every class, in the order in which they are tried.
+    pub const ALL: [Outcome; 9] = [
+        Outcome::Unsafe,
+        Outcome::Invalid,
+        Outcome::Late,
+        Outcome::FalseTrip,
+        Outcome::HoldSafe,
+        Outcome::Degraded,
+        Outcome::Rejected,
+        Outcome::Undetected,
+        Outcome::Nominal,
+    ];
+
+    /// The name in every file and table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Outcome::Unsafe => "UNSAFE",
+            Outcome::Invalid => "INVALID",
+            Outcome::Late => "LATE",
+            Outcome::FalseTrip => "FALSE_TRIP",
+            Outcome::HoldSafe => "HOLD_SAFE",
+            Outcome::Degraded => "DEGRADED",
+            Outcome::Rejected => "REJECTED",
+            Outcome::Undetected => "UNDETECTED",
+            Outcome::Nominal => "NOMINAL",
+        }
+    }
+}
+
+/// A change of mode of the platform under test.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TransitionRow {
+    /// Trace time from the start of the trial, in milliseconds.
+    pub t_ms: f64,
+    /// Mode before, as in `wire`.
+    pub from: String,
+    /// Mode after.
+    pub to: String,
+    /// The named cause.
+    pub cause: String,
+}
+
+/// Times from the receipt of the injection to what it caused, in milliseconds; `None` where it did not happen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Latency {
+    /// To DEGRADED (or straight to HOLD_SAFE).
+    pub to_degraded: Option<f64>,
+    /// To HOLD_SAFE.
+    pub to_hold_safe: Option<f64>,
+    /// To the loss of authority.
+    pub to_authority_revoked: Option<f64>,
+}
+
+/// One trial.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Trial {
+    /// The seed that reproduces it.
+    pub seed: u64,
+    /// The cell it belongs to, where the scenario has cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cell: Option<String>,
+    /// The class that the oracle gave.
+    pub outcome: Outcome,
+    /// Why that class: the broken property, the missing receipt; empty where the class says it all.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<String>,
+    /// Whether every injection was seen at its target by a second witness (true where nothing is injected).
+    pub receipt: bool,
+    /// SHA-256 over the canonical events, hexadecimal.
+    pub log_hash: String,
+    /// SHA-256 over modes, verdicts, reasons and ticks, hexadecimal.
+    pub decision_hash: String,
+    /// Records delivered to the boundary.
+    pub received: u64,
+    /// Records that it accepted.
+    pub accepted: u64,
+    /// Records that it refused, by reason.
+    pub dropped: BTreeMap<String, u64>,
+    /// Changes of mode, in order.
+    pub transitions: Vec<TransitionRow>,
+    /// Times from the injection.
+    pub latency_ms: Latency,
+    /// Simulated (twin) or real (live) seconds.
+    pub sim_seconds: f64,
+    /// Losses of authority or freedom without an injected fault or true hazard.
+    #[serde(skip)]
+    pub false_trips: u32,
+    /// Seconds in nominal control (READY or above).
+    #[serde(skip)]
+    pub nominal_seconds: f64,
+    /// CPU time it took, all processes together.
+    #[serde(skip)]
+    pub cpu_seconds: f64,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_class_is_written_as_it_is_named() {
+        for class in Outcome::ALL {
+            assert_eq!(serde_json::to_string(&class).unwrap(), format!("\"{}\"", class.name()));
+        }
+    }
+}
