@@ -10,7 +10,7 @@ use crate::bus::{ChannelKey, Sender};
 use crate::codec::{self, List, Malformed};
 use crate::core::{Core, Input, Output, Topic};
 use crate::event::Event;
-use crate::id::{Boot, NodeId};
+use crate::id::{Boot, NODES, NodeId};
 use crate::sign::{Key, Purpose};
 use crate::time::{Instant, Span};
 
@@ -143,7 +143,7 @@ pub enum ChainError {
 
 /// Follows the chains of all nodes, one entry at a time.
 #[derive(Clone, Debug, Default)]
-pub struct Chains(List<Head, 16>);
+pub struct Chains(List<Head, NODES>);
 
 impl Chains {
     /// Checks that `bytes` continues its node's chain, and moves on.
@@ -187,7 +187,7 @@ pub struct Seal {
     pub head: [u8; 32],
     /// Each chain's head.
     #[n(2)]
-    pub heads: List<SealedHead, 16>,
+    pub heads: List<SealedHead, NODES>,
 }
 
 /// How far one chain is sealed.

@@ -6,10 +6,13 @@ use core::fmt;
 
 use minicbor::{Decode, Encode};
 
+/// How many identities there are.
+pub const NODES: usize = 24;
+
 /// The names that certificates, scenario files and logs use, by number.
 ///
 /// The set is closed: a name outside it is refused when parsed, a number outside it when decoded.
-const NAMES: [&str; 16] = [
+const NAMES: [&str; NODES] = [
     "unit-a",
     "unit-b",
     "unit-c",
@@ -26,6 +29,14 @@ const NAMES: [&str; 16] = [
     "operator-1",
     "operator-2",
     "campaign",
+    "guard-gateway",
+    "guard-unit-a",
+    "guard-unit-b",
+    "guard-unit-c",
+    "perception-c",
+    "sim-c",
+    "insider-command",
+    "recorder-2",
 ];
 
 macro_rules! name_id {
@@ -132,6 +143,23 @@ impl NodeId {
     pub const OPERATOR: NodeId = NodeId(13);
     /// The campaign engine or launcher itself.
     pub const CAMPAIGN: NodeId = NodeId(15);
+    /// Perception of the third unit.
+    pub const PERCEPTION_C: NodeId = NodeId(20);
+    /// The third unit's simulation.
+    pub const SIM_C: NodeId = NodeId(21);
+    /// The insider on the command plane.
+    pub const INSIDER_COMMAND: NodeId = NodeId(22);
+
+    /// The record filter in front of this node's secure sessions, when the node has one.
+    pub fn guard(self) -> Option<NodeId> {
+        match self {
+            NodeId::GATEWAY => Some(NodeId(16)),
+            NodeId::UNIT_A => Some(NodeId(17)),
+            NodeId::UNIT_B | NodeId::INSIDER_B => Some(NodeId(18)),
+            NodeId::UNIT_C => Some(NodeId(19)),
+            NodeId(_) => None,
+        }
+    }
 
     /// The unit this node speaks for, when it is one.
     pub fn unit(self) -> Option<UnitId> {

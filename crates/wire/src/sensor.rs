@@ -310,3 +310,25 @@ impl Camera {
     /// 160 × 120 with a horizontal field of view of 90°.
     pub const GROUND: Camera = Camera { width: 160, height: 120, focal_px: 80.0, forward_m: 1.0, up_m: 1.2 };
 }
+
+/// The LiDAR's beams, and its place on the body. Ring 0 looks lowest; azimuth 0 of a ring looks along the body's x
+/// axis, and azimuths run counter-clockwise in equal steps over the full turn.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Lidar {
+    /// Rings.
+    pub rings: u16,
+    /// Beams in a ring.
+    pub azimuths: u16,
+    /// Elevation of ring 0, degrees.
+    pub lowest_deg: f32,
+    /// Elevation from one ring to the next, degrees.
+    pub ring_step_deg: f32,
+    /// Height above the body origin, metres.
+    pub up_m: f32,
+}
+
+impl Lidar {
+    /// 16 rings from −15° to +15°, one beam a degree.
+    pub const GROUND: Lidar =
+        Lidar { rings: 16, azimuths: 360, lowest_deg: -15.0, ring_step_deg: 2.0, up_m: 1.5 };
+}

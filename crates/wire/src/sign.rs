@@ -10,7 +10,7 @@ use minicbor::bytes::ByteSlice;
 use minicbor::{Decode, Encode};
 
 use crate::codec;
-use crate::id::NodeId;
+use crate::id::{NODES, NodeId};
 use crate::refusal::Refusal;
 
 /// `{1: -8}`: algorithm EdDSA.
@@ -86,7 +86,7 @@ impl core::fmt::Debug for Key {
 
 /// The public keys of the closed set of identities.
 #[derive(Clone, Debug, Default)]
-pub struct Keyring([Option<VerifyingKey>; 16]);
+pub struct Keyring([Option<VerifyingKey>; NODES]);
 
 impl Keyring {
     /// Adds a public key; false when the bytes are not a point on the curve.
