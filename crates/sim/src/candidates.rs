@@ -1,0 +1,316 @@
+//! Unrendered mode: candidates straight from ground truth, in place of sensors and detector stages.
+//!
+//! **The noise model is uncalibrated.** Its figures ([`NoiseModel`]) are placeholders until they have been fitted to
+//! the rendered pipeline; a result that rests on them is a hypothesis. What it does model: range, field of view,
+//! occlusion (one ray per object and viewpoint), misses that grow with range, jitter, class confusion and false
+//! positives, each modality with its own stream, and every fault of `fault`.
+//! Corroboration, tracking and all that follows are the real code; they cannot tell where a candidate came from.
+
+use rapier3d::prelude::Vector;
+use serde::{Deserialize, Serialize};
+use wire::codec::List;
+use wire::id::{FrameId, ObjectId};
+use wire::sensor::{Blob, Camera, Candidates, Class, Cluster, DepthSample, Detection, Lidar, PixelBox, ProductMode};
+use wire::time::{Instant, Span};
+
+use crate::fault::{Effect, Faults, imaging};
+use crate::noise::{Noise, Stream};
+use crate::plant::{Plant, State};
+use crate::scene::Object;
+use crate::sensor::camera::{clip, eye, project};
+use crate::sensor::{covered, depth, thermal};
+use crate::world::{Hit, Placement, Surface, View, World};
+
+/// Figures of the uncalibrated noise model.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NoiseModel {
+    /// Chance that a stage misses an object at no distance.
+    pub miss: f32,
+    /// Chance that it misses one at the end of its range.
+    pub miss_far: f32,
+    /// Chance that a stage sees something where nothing is, per frame.
+    pub false_positive: f32,
+    /// Chance that a decoy is called a vehicle, or a vehicle a decoy.
+    pub confusion: f32,
+    /// Deviation of a box's edges, pixels.
+    pub edge_px: f32,
+    /// Deviation of a LiDAR cluster's place on each axis, metres.
+    pub cluster_m: f32,
+    /// Range of the image stages, metres.
+    pub image_range: f32,
+    /// Range of the LiDAR stage, metres.
+    pub lidar_range: f32,
+}
+
+impl Default for NoiseModel {
+    fn default() -> Self {
+        NoiseModel {
+            miss: 0.02,
+            miss_far: 0.4,
+            false_positive: 0.01,
+            confusion: 0.03,
+            edge_px: 0.7,
+            cluster_m: 0.06,
+            image_range: 35.0,
+            lidar_range: 30.0,
+        }
+    }
+}
+
+impl NoiseModel {
+    fn misses(&self, noise: &mut Noise, share_of_range: f32, effect: &Effect) -> bool {
+        let chance = self.miss + (self.miss_far - self.miss) * share_of_range * share_of_range;
+        noise.chance((chance * f32::from(effect.noise)).min(1.0))
+    }
+}
+
+/// An object that a camera pixel could show.
+struct Seen<'a> {
+    object: &'a Object,
+    bounds: PixelBox,
+    /// Metres along the optical axis to its visible surface.
+    depth: f32,
+}
+
+/// The stages' stand-in, with their last products for frozen sensors.
+#[derive(Clone, Debug)]
+pub(crate) struct Stages {
+    model: NoiseModel,
+    camera: Camera,
+    lidar_geometry: Lidar,
+    rgb: Noise,
+    depth: Noise,
+    thermal: Noise,
+    lidar: Noise,
+    last: Option<Candidates>,
+}
+
+impl Stages {
+    pub(crate) fn new(model: NoiseModel, camera: Camera, lidar: Lidar, seed: u64) -> Self {
+        let noise = |stream| Noise::new(seed, stream);
+        Stages {
+            model,
+            camera,
+            lidar_geometry: lidar,
+            rgb: noise(Stream::RgbCandidates),
+            depth: noise(Stream::DepthCandidates),
+            thermal: noise(Stream::ThermalCandidates),
+            lidar: noise(Stream::LidarCandidates),
+            last: None,
+        }
+    }
+
+    /// The candidates of one frame.
+    pub(crate) fn observe(
+        &mut self,
+        (frame, stamp): (FrameId, Instant),
+        world: &World,
+        plant: &Plant,
+        faults: &Faults,
+        run: Span,
+    ) -> Candidates {
+        let [rgb, depth, thermal, lidar] = imaging(faults, run);
+        let (state, view) = (plant.state(world), world.view(plant.body()));
+        let seen = self.seen(world, &state, &view);
+        for noise in [&mut self.rgb, &mut self.depth, &mut self.thermal, &mut self.lidar] {
+            noise.seek(frame.0);
+        }
+        let last = self.last.take();
+        let detections =
+            pick(&rgb, || self.detections(&seen, &rgb), || last.as_ref().and_then(|l| l.rgb.clone()));
+        // A depth product refers to detections of its own message, so a frozen one must not outlive them.
+        let found: &[Detection] = detections.as_deref().unwrap_or_default();
+        let still_there = |d: &List<DepthSample, 32>| {
+            d.iter().filter(|s| usize::from(s.detection) < found.len()).copied().collect()
+        };
+        let depths = pick(
+            &depth,
+            || self.depths(found, &seen, &depth),
+            || last.as_ref().and_then(|l| l.depth.as_ref()).map(still_there),
+        );
+        let blobs = pick(&thermal, || self.blobs(&seen, world, &thermal), || last.as_ref().and_then(|l| l.thermal.clone()));
+        let clusters =
+            pick(&lidar, || self.clusters(world, &state, &view, &lidar), || last.as_ref().and_then(|l| l.lidar.clone()));
+        let now = Candidates {
+            frame,
+            stamp,
+            mode: ProductMode::Live,
+            rgb: detections,
+            depth: depths,
+            thermal: blobs,
+            lidar: clusters,
+        };
+        self.last = Some(now.clone());
+        now
+    }
+
+    fn seen<'a>(&self, world: &'a World, state: &State, view: &View<'_>) -> Vec<Seen<'a>> {
+        let objects = world.scene().objects.iter().zip(world.placements()).enumerate();
+        objects
+            .filter_map(|(index, (object, place))| {
+                let (_, depth) = project(&self.camera, state, place.centre)?;
+                if depth > self.model.image_range {
+                    return None;
+                }
+                let bounds = bounds(&self.camera, state, object, place)?;
+                let hit = sight(view, eye(&self.camera, state), place.centre, ObjectId(index as u16))?;
+                Some(Seen { object, bounds, depth: depth * hit.distance })
+            })
+            .collect()
+    }
+
+    fn detections(&mut self, seen: &[Seen<'_>], effect: &Effect) -> List<Detection, 32> {
+        let mut found = List::default();
+        for s in seen {
+            let share = s.depth / self.model.image_range;
+            let (missed, confused) =
+                (self.model.misses(&mut self.rgb, share, effect), self.rgb.chance(self.model.confusion));
+            let score = 930.0 - 250.0 * share + 40.0 * self.rgb.normal();
+            let bounds = self.jitter(s.bounds, effect);
+            if !missed && !hidden(&self.camera, effect, &s.bounds) {
+                let class = if confused { mistaken(s.object.class) } else { s.object.class };
+                found.push(Detection { class, score: score.clamp(300.0, 999.0) as u16, bounds });
+            }
+        }
+        if self.rgb.chance(self.model.false_positive) {
+            let class = Class::ALL[(self.rgb.uniform() * 4.0) as usize % 4];
+            let bounds = phantom(&self.camera, &mut self.rgb);
+            found.push(Detection { class, score: 350 + (self.rgb.uniform() * 250.0) as u16, bounds });
+        }
+        found
+    }
+
+    fn depths(&mut self, found: &[Detection], seen: &[Seen<'_>], effect: &Effect) -> List<DepthSample, 32> {
+        let sample = |(index, detection): (usize, &Detection)| {
+            let nearest = seen.iter().filter(|s| overlap(&s.bounds, &detection.bounds)).map(|s| s.depth);
+            let metres = nearest.min_by(f32::total_cmp).unwrap_or(depth::REACH * self.depth.uniform());
+            let error = self.depth.normal() * (0.02 + 0.0005 * metres * metres) * f32::from(effect.noise);
+            let covered = hidden(&self.camera, effect, &detection.bounds);
+            let median = if covered { depth::COVER_MM } else { ((metres + error) * 1000.0).clamp(1.0, 65_535.0) as u16 };
+            DepthSample { detection: index as u8, median_mm: median }
+        };
+        found.iter().enumerate().map(sample).collect()
+    }
+
+    fn blobs(&mut self, seen: &[Seen<'_>], world: &World, effect: &Effect) -> List<Blob, 32> {
+        let ambient = world.scene().ground.kelvin;
+        let mut found = List::default();
+        for s in seen {
+            let missed = self.model.misses(&mut self.thermal, s.depth / self.model.image_range, effect);
+            let jitter = 0.3 * self.thermal.normal();
+            let warmer = (s.object.kelvin - ambient) * thermal::contrast(s.depth);
+            if warmer > 4.0 && !missed && !hidden(&self.camera, effect, &s.bounds) {
+                let mean_ck = thermal::centikelvin(ambient + 0.75 * warmer + jitter);
+                let peak_ck = thermal::centikelvin(ambient + warmer + jitter);
+                found.push(Blob { bounds: s.bounds, mean_ck, peak_ck });
+            }
+        }
+        if self.thermal.chance(self.model.false_positive) {
+            let bounds = phantom(&self.camera, &mut self.thermal);
+            let warm = thermal::centikelvin(ambient + 6.0 + 6.0 * self.thermal.uniform());
+            found.push(Blob { bounds, mean_ck: warm, peak_ck: warm + 150 });
+        }
+        found
+    }
+
+    fn clusters(&mut self, world: &World, state: &State, view: &View<'_>, effect: &Effect) -> List<Cluster, 64> {
+        let origin = state.to_world(Vector::new(0.0, 0.0, self.lidar_geometry.up_m));
+        let mut found = List::default();
+        for (index, (object, place)) in world.scene().objects.iter().zip(world.placements()).enumerate() {
+            let Some(hit) = sight(view, origin, place.centre, ObjectId(index as u16)) else { continue };
+            let towards = place.centre - origin;
+            let range = towards.length() * hit.distance;
+            let missed = self.model.misses(&mut self.lidar, range / self.model.lidar_range, effect);
+            let jitter = self.model.cluster_m * f32::from(effect.noise);
+            let (dx, dy) = (self.lidar.normal() * jitter, self.lidar.normal() * jitter);
+            let centroid = state.to_body(origin + towards * (0.75 * hit.distance + 0.25));
+            if range <= self.model.lidar_range && !missed && !shadowed(effect, centroid) {
+                found.push(cluster(object, centroid.x + dx, centroid.y + dy));
+            }
+        }
+        found
+    }
+
+    fn jitter(&mut self, bounds: PixelBox, effect: &Effect) -> PixelBox {
+        let spread = self.model.edge_px * f32::from(effect.noise);
+        let mut edge = |v: u16| f32::from(v) + spread * self.rgb.normal();
+        let (low, high) = ([edge(bounds.x0), edge(bounds.y0)], [edge(bounds.x1) - 1.0, edge(bounds.y1) - 1.0]);
+        clip(&self.camera, low, high).unwrap_or(bounds)
+    }
+}
+
+/// A new product, the old one of a frozen sensor, or none of a dropped one.
+fn pick<T>(effect: &Effect, new: impl FnOnce() -> T, old: impl FnOnce() -> Option<T>) -> Option<T> {
+    if effect.dropout {
+        None
+    } else if effect.freeze {
+        old()
+    } else {
+        Some(new())
+    }
+}
+
+/// Whether nothing stands between: the hit on `id`, its distance as a share of the way to the centre.
+fn sight(view: &View<'_>, origin: Vector, centre: Vector, id: ObjectId) -> Option<Hit> {
+    view.cast(origin, centre - origin, 1.0).filter(|hit| hit.surface == Surface::Object(id))
+}
+
+/// The image box around the object's eight corners.
+pub(crate) fn bounds(camera: &Camera, state: &State, object: &Object, place: &Placement) -> Option<PixelBox> {
+    let [l, w, h] = object.size.map(|s| s / 2.0);
+    let [cos, sin] = place.facing;
+    let (mut low, mut high) = ([f32::MAX; 2], [f32::MIN; 2]);
+    for corner in 0..8u8 {
+        let sign = |bit: u8, v: f32| if corner & bit == 0 { v } else { -v };
+        let (along, across) = (sign(1, l), sign(2, w));
+        let offset = Vector::new(along * cos - across * sin, along * sin + across * cos, sign(4, h));
+        let (at, _) = project(camera, state, place.centre + offset)?;
+        for axis in 0..2 {
+            low[axis] = low[axis].min(at[axis]);
+            high[axis] = high[axis].max(at[axis]);
+        }
+    }
+    clip(camera, low, high)
+}
+
+fn cluster(object: &Object, x: f32, y: f32) -> Cluster {
+    let [length, width, height] = object.size;
+    Cluster {
+        x_mm: (x * 1000.0) as i32,
+        y_mm: (y * 1000.0) as i32,
+        width_mm: (length.max(width) * 900.0) as u16,
+        height_mm: (height * 850.0) as u16,
+    }
+}
+
+/// Whether an occlusion covers the middle of a box.
+fn hidden(camera: &Camera, effect: &Effect, bounds: &PixelBox) -> bool {
+    usize::from((bounds.x0 + bounds.x1) / 2) < covered(effect, usize::from(camera.width))
+}
+
+/// Whether an occlusion covers the LiDAR's beam to a place in the body frame.
+fn shadowed(effect: &Effect, at: Vector) -> bool {
+    let degrees = libm::atan2f(at.y, at.x).to_degrees();
+    let azimuth = if degrees < 0.0 { degrees + 360.0 } else { degrees };
+    azimuth < 360.0 * f32::from(effect.occluded) / 1000.0
+}
+
+fn overlap(a: &PixelBox, b: &PixelBox) -> bool {
+    a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1
+}
+
+fn mistaken(class: Class) -> Class {
+    match class {
+        Class::Vehicle => Class::Decoy,
+        Class::Decoy => Class::Vehicle,
+        Class::Person | Class::Obstacle => class,
+    }
+}
+
+fn phantom(camera: &Camera, noise: &mut Noise) -> PixelBox {
+    let x0 = (noise.uniform() * f32::from(camera.width - 24)) as u16;
+    let y0 = (noise.uniform() * f32::from(camera.height - 24)) as u16;
+    let (width, height) = (6 + (noise.uniform() * 16.0) as u16, 6 + (noise.uniform() * 16.0) as u16);
+    PixelBox { x0, y0, x1: x0 + width, y1: y0 + height }
+}

@@ -1,0 +1,119 @@
+//! The sim's ends of the shared-memory channels: what it publishes, and the gates before what it obeys.
+//!
+//! The gates always stand in full, whatever a run's policy waives elsewhere: the plant is one of the oracle's
+//! witnesses. Refusals are counted by reason; the first ones are also written down one by one.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use wire::bus::{ChannelKey, Sender};
+use wire::codec::Text;
+use wire::core::{Output, Topic};
+use wire::drive::{Act, Drive};
+use wire::event::{Account, Event, Interface};
+use wire::id::{Boot, NodeId};
+use wire::policy::Policy;
+use wire::refusal::{Reason, Refusal};
+use wire::time::{Instant, Span};
+use wire::trust::BusGate;
+
+use crate::truth::Witness;
+
+/// The oldest a set-point or act may be on arrival.
+pub const FRESHNESS: Span = Span::ms(300);
+/// How many refusals are written one by one; later ones are only counted.
+const WRITTEN_REFUSALS: u64 = 256;
+
+/// Keys of the sim's channels.
+#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+pub struct ChannelKeys {
+    /// Sim to perception.
+    pub frames: ChannelKey,
+    /// Sim to perception, unrendered.
+    pub candidates: ChannelKey,
+    /// Sim to perception and autonomy.
+    pub navigation: ChannelKey,
+    /// Autonomy to sim.
+    pub drive: ChannelKey,
+    /// Autonomy to sim.
+    pub act: ChannelKey,
+}
+
+/// All channels.
+#[derive(Clone)]
+pub(crate) struct Channels {
+    pub(crate) frames: Sender,
+    pub(crate) candidates: Sender,
+    pub(crate) navigation: Sender,
+    policy: Policy,
+    drive: BusGate,
+    act: BusGate,
+    refused: BTreeMap<(Topic, Reason), u64>,
+    received: BTreeMap<Topic, u64>,
+    accepted: BTreeMap<Topic, u64>,
+}
+
+impl Channels {
+    /// `driver` is the unit's autonomy, the only one the plant obeys.
+    pub(crate) fn new(keys: ChannelKeys, boot: Boot, driver: NodeId) -> Self {
+        let sender = |topic, key| Sender::new(topic, NodeId::SIM, boot, key);
+        Channels {
+            frames: sender(Topic::Frames, keys.frames),
+            candidates: sender(Topic::Candidates, keys.candidates),
+            navigation: sender(Topic::Navigation, keys.navigation),
+            policy: Policy::default(),
+            drive: BusGate::new(Topic::Drive, driver, keys.drive, FRESHNESS),
+            act: BusGate::new(Topic::Act, driver, keys.act, FRESHNESS),
+            refused: BTreeMap::new(),
+            received: BTreeMap::new(),
+            accepted: BTreeMap::new(),
+        }
+    }
+
+    /// A set-point through its gate.
+    pub(crate) fn drive(&mut self, now: Instant, bytes: &[u8]) -> Result<Drive, Refusal> {
+        let judged = self.drive.admit::<Drive>(&self.policy, now, bytes).map(|a| a.into_parts().0);
+        self.count(Topic::Drive, &judged);
+        judged
+    }
+
+    /// An act through its gate.
+    pub(crate) fn act(&mut self, now: Instant, bytes: &[u8]) -> Result<Act, Refusal> {
+        let judged = self.act.admit::<Act>(&self.policy, now, bytes).map(|a| a.into_parts().0);
+        self.count(Topic::Act, &judged);
+        judged
+    }
+
+    fn count<T>(&mut self, topic: Topic, judged: &Result<T, Refusal>) {
+        *self.received.entry(topic).or_default() += 1;
+        match judged {
+            Ok(_) => *self.accepted.entry(topic).or_default() += 1,
+            Err(refusal) => *self.refused.entry((topic, refusal.reason())).or_default() += 1,
+        }
+    }
+
+    /// Writes a refusal down, unless there have been too many.
+    pub(crate) fn note(
+        &self,
+        now: Instant,
+        topic: Topic,
+        refusal: &Refusal,
+        witness: &mut Witness,
+        out: &mut VecDeque<Output>,
+    ) {
+        if self.refused.values().sum::<u64>() <= WRITTEN_REFUSALS {
+            let detail = Text::new(&refusal.to_string());
+            let event = Event::Refused { at: Interface::Bus(topic), peer: None, reason: refusal.reason(), detail };
+            witness.write(now, event, out);
+        }
+    }
+
+    /// The closing account.
+    pub(crate) fn account(&self, now: Instant, witness: &mut Witness, out: &mut VecDeque<Output>) {
+        let received = self.received.iter().map(|(t, n)| (Account::Received(Interface::Bus(*t)), *n));
+        let accepted = self.accepted.iter().map(|(t, n)| (Account::Accepted(Interface::Bus(*t)), *n));
+        let refused = self.refused.iter().map(|((t, r), n)| (Account::Refused(Interface::Bus(*t), *r), *n));
+        for (account, n) in received.chain(accepted).chain(refused) {
+            witness.write(now, Event::Count { account, n }, out);
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! Sensor faults as scenario data: which sensor, what happens to it, from when and for how long.
+//!
+//! A fault changes readings before they leave sim, so no service knows that it is there. [`Faults::at`] folds what is
+//! active into one [`Effect`] for a sensor; `lib` writes its start, its end and every affected frame to the audit
+//! trail, which is the actor's half of the receipt.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use wire::event::{FaultKind, Sensor};
+use wire::time::Span;
+
+use crate::scene::SceneError;
+
+/// Most faults of one run.
+pub const MAX_FAULTS: usize = 32;
+
+/// What happens to the sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Disturbance {
+    /// It gives nothing.
+    Dropout,
+    /// It repeats its last content under fresh stamps.
+    Freeze,
+    /// Its noise is this many times the usual.
+    Noise {
+        /// Factor, at least 1.
+        factor: u16,
+    },
+    /// The left part of its view is covered by something close and at ambient temperature.
+    Occlusion {
+        /// Covered share of the width, permille.
+        permille: u16,
+    },
+    /// Its position walks away at a constant rate (localisation only).
+    Drift {
+        /// East, mm/s.
+        east_mm_s: i32,
+        /// North, mm/s.
+        north_mm_s: i32,
+    },
+    /// Its position is displaced while the fault lasts (localisation only).
+    Jump {
+        /// East, millimetres.
+        east_mm: i32,
+        /// North, millimetres.
+        north_mm: i32,
+    },
+}
+
+/// Whether a sensor is part of the frames (and not of the navigation readings).
+pub fn is_imaging(sensor: Sensor) -> bool {
+    match sensor {
+        Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar => true,
+        Sensor::Odometry | Sensor::Localisation => false,
+    }
+}
+
+/// One fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Fault {
+    /// What it befalls.
+    pub sensor: Sensor,
+    /// What happens.
+    pub disturbance: Disturbance,
+    /// Milliseconds after the start of the run.
+    pub start_ms: u64,
+    /// How long it lasts, milliseconds.
+    pub duration_ms: u64,
+}
+
+impl Fault {
+    /// Whether it is in force this long after the start of the run.
+    pub fn active(&self, run: Span) -> bool {
+        run >= self.begins() && run < self.ends()
+    }
+
+    /// When it starts, after the start of the run.
+    pub fn begins(&self) -> Span {
+        Span(self.start_ms.saturating_mul(1000))
+    }
+
+    /// When it ends, after the start of the run.
+    pub fn ends(&self) -> Span {
+        self.begins() + Span(self.duration_ms.saturating_mul(1000))
+    }
+
+    /// What it is called in the audit trail.
+    pub fn kind(&self) -> FaultKind {
+        match self.disturbance {
+            Disturbance::Dropout => FaultKind::Dropout,
+            Disturbance::Freeze => FaultKind::Freeze,
+            Disturbance::Noise { .. } => FaultKind::Noise,
+            Disturbance::Occlusion { .. } => FaultKind::Occlusion,
+            Disturbance::Drift { .. } => FaultKind::Drift,
+            Disturbance::Jump { .. } => FaultKind::Jump,
+        }
+    }
+
+    fn applies(&self) -> bool {
+        match self.disturbance {
+            Disturbance::Dropout | Disturbance::Freeze => true,
+            Disturbance::Noise { factor } => factor >= 1,
+            Disturbance::Occlusion { permille } => is_imaging(self.sensor) && permille <= 1000,
+            Disturbance::Drift { .. } | Disturbance::Jump { .. } => self.sensor == Sensor::Localisation,
+        }
+    }
+}
+
+/// What all active faults together do to one sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effect {
+    /// Gives nothing.
+    pub dropout: bool,
+    /// Repeats its last content.
+    pub freeze: bool,
+    /// Factor on its noise.
+    pub noise: u16,
+    /// Covered share of its view from the left, permille.
+    pub occluded: u16,
+    /// Displacement east and north, millimetres.
+    pub displaced_mm: [i64; 2],
+}
+
+impl Effect {
+    /// No fault.
+    pub const NONE: Effect = Effect { dropout: false, freeze: false, noise: 1, occluded: 0, displaced_mm: [0, 0] };
+
+    /// Whether a new reading has to be made.
+    pub fn refreshes(&self) -> bool {
+        !self.dropout && !self.freeze
+    }
+}
+
+/// The faults of a run.
+#[derive(Clone, Debug)]
+pub struct Faults(Arc<[Fault]>);
+
+impl Faults {
+    /// Takes at most [`MAX_FAULTS`] faults, each of which its sensor can have.
+    pub fn new(faults: &[Fault]) -> Result<Self, SceneError> {
+        if faults.len() > MAX_FAULTS {
+            return Err(SceneError::Count { field: "faults", got: faults.len(), low: 0, high: MAX_FAULTS });
+        }
+        match faults.iter().position(|f| !f.applies()) {
+            Some(index) => Err(SceneError::FaultDoesNotApply { index }),
+            None => Ok(Faults(faults.into())),
+        }
+    }
+
+    /// All of them, by index.
+    pub fn all(&self) -> &[Fault] {
+        &self.0
+    }
+
+    /// What befalls `sensor` this long after the start of the run.
+    pub fn at(&self, run: Span, sensor: Sensor) -> Effect {
+        let active = self.0.iter().filter(|f| f.sensor == sensor && f.active(run));
+        active.fold(Effect::NONE, |effect, fault| effect.with(fault, run))
+    }
+}
+
+/// What befalls colour, depth, thermal and LiDAR.
+pub(crate) fn imaging(faults: &Faults, run: Span) -> [Effect; 4] {
+    [Sensor::Rgb, Sensor::Depth, Sensor::Thermal, Sensor::Lidar].map(|s| faults.at(run, s))
+}
+
+impl Effect {
+    fn with(mut self, fault: &Fault, run: Span) -> Effect {
+        match fault.disturbance {
+            Disturbance::Dropout => self.dropout = true,
+            Disturbance::Freeze => self.freeze = true,
+            Disturbance::Noise { factor } => self.noise = self.noise.saturating_mul(factor),
+            Disturbance::Occlusion { permille } => self.occluded = self.occluded.max(permille),
+            Disturbance::Drift { east_mm_s, north_mm_s } => {
+                let us = (run.0 - fault.begins().0) as i64;
+                self.displaced_mm[0] += i64::from(east_mm_s) * us / 1_000_000;
+                self.displaced_mm[1] += i64::from(north_mm_s) * us / 1_000_000;
+            }
+            Disturbance::Jump { east_mm, north_mm } => {
+                self.displaced_mm[0] += i64::from(east_mm);
+                self.displaced_mm[1] += i64::from(north_mm);
+            }
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_drift_grows_with_time_and_ends_with_its_fault() {
+        let disturbance = Disturbance::Drift { east_mm_s: 500, north_mm_s: -100 };
+        let fault = Fault { sensor: Sensor::Localisation, disturbance, start_ms: 1000, duration_ms: 4000 };
+        let faults = Faults::new(&[fault]).unwrap();
+        assert_eq!(faults.at(Span::ms(3000), Sensor::Localisation).displaced_mm, [1000, -200]);
+        assert_eq!(faults.at(Span::ms(3000), Sensor::Odometry), Effect::NONE);
+        assert_eq!(faults.at(Span::ms(5000), Sensor::Localisation), Effect::NONE);
+    }
+
+    #[test]
+    fn a_lidar_cannot_jump() {
+        let disturbance = Disturbance::Jump { east_mm: 1, north_mm: 0 };
+        let fault = Fault { sensor: Sensor::Lidar, disturbance, start_ms: 0, duration_ms: 1 };
+        assert_eq!(Faults::new(&[fault]).unwrap_err(), SceneError::FaultDoesNotApply { index: 0 });
+    }
+}

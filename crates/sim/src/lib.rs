@@ -1,0 +1,328 @@
+//! Simulation of one ground unit: world, plant, sensors, sensor faults and ground truth.
+//!
+//! [`Sim`] is a deterministic core: time in, bytes out. It knows nothing of perception or autonomy. What it publishes
+//! is `Navigation` 20 times a second and, 10 times a second, `Frames` (rendered) or `Candidates` (unrendered); what it
+//! obeys is leased set-points; what it tells the oracle is in `truth`.
+//!
+//! Physics is stepped lazily: the world advances in fixed steps up to the time of each input, and the core asks to be
+//! woken only when something is due that another can see. What happens is a function of the inputs and their times,
+//! not of how often the core is woken.
+//!
+//! Code map: `scene` (what there is) → `world` (physics, rays) → `plant` (drives) → `sensor`, `candidates` (measure)
+//! → `fault` (spoils) → `truth` (tells).
+
+mod candidates;
+mod channel;
+pub mod fault;
+mod noise;
+pub mod plant;
+mod render;
+pub mod scene;
+pub mod sensor;
+pub mod terrain;
+mod truth;
+pub mod world;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use wire::audit::Journal;
+use wire::codec::encode;
+use wire::core::{Core, Input, Output, Topic};
+use wire::drive::Drive;
+use wire::event::Event;
+use wire::id::{Boot, FrameId, NodeId, UnitId};
+use wire::sensor::{Camera, Frames, Lidar, Navigation};
+use wire::sign::Key;
+use wire::time::{Instant, Span};
+
+pub use candidates::NoiseModel;
+pub use channel::{ChannelKeys, FRESHNESS};
+pub use render::{Label, Labelled, render};
+
+use crate::candidates::Stages;
+use crate::channel::Channels;
+use crate::fault::{Fault, Faults, imaging};
+use crate::plant::{Plant, SetPoint};
+use crate::scene::{Scene, SceneError};
+use crate::sensor::Imagers;
+use crate::sensor::localisation::Navigators;
+use crate::truth::Witness;
+use crate::world::{STEP, World};
+
+/// Steps between navigation readings (20 Hz).
+const NAVIGATION_STEPS: u64 = 5;
+/// Steps between frames (10 Hz), and between entries of truth.
+const FRAME_STEPS: u64 = 10;
+/// Most steps one input may cause; a host that overslept by more is caught up in several.
+const MAX_CATCH_UP: u64 = 100;
+
+/// Everything a sim is made from, apart from its keys and its clock.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SimConfig {
+    /// The unit whose body this is.
+    pub unit: UnitId,
+    /// Boot counter of the sim.
+    #[serde(default)]
+    pub boot: Boot,
+    /// Seed of all noise.
+    pub seed: u64,
+    /// Frames from ray casts (true) or candidates from ground truth.
+    pub rendered: bool,
+    /// Whether it writes ground truth. One sim of a run does: that of the platform under test.
+    pub witness: bool,
+    /// The world.
+    pub scene: Scene,
+    /// Sensor faults.
+    #[serde(default)]
+    pub faults: Vec<Fault>,
+    /// Noise of the unrendered mode; uncalibrated.
+    #[serde(default)]
+    pub noise: NoiseModel,
+}
+
+impl SimConfig {
+    /// The platform under test in the default scene.
+    pub fn new(seed: u64, rendered: bool) -> Self {
+        SimConfig {
+            unit: UnitId::A,
+            boot: Boot(1),
+            seed,
+            rendered,
+            witness: true,
+            scene: Scene::default(),
+            faults: Vec::new(),
+            noise: NoiseModel::default(),
+        }
+    }
+}
+
+/// What makes the readings of a frame.
+#[derive(Clone)]
+enum Eyes {
+    Rendered(Box<Imagers>),
+    Unrendered(Box<Stages>),
+}
+
+/// The core.
+pub struct Sim {
+    start: Instant,
+    steps: u64,
+    frame: FrameId,
+    stopped: bool,
+    world: World,
+    plant: Plant,
+    faults: Faults,
+    navigators: Navigators,
+    eyes: Eyes,
+    channels: Channels,
+    witness: Witness,
+    out: VecDeque<Output>,
+}
+
+impl Sim {
+    /// A sim whose run starts at `start` on its host's clock. `key` signs its journal.
+    pub fn new(config: &SimConfig, keys: ChannelKeys, key: Option<Key>, start: Instant) -> Result<Self, SceneError> {
+        config.scene.check()?;
+        let faults = Faults::new(&config.faults)?;
+        let mut world = World::new(Arc::new(config.scene.clone()));
+        let plant = Plant::new(&mut world, &config.scene.start);
+        let (camera, lidar) = (Camera::GROUND, Lidar::GROUND);
+        let eyes = if config.rendered {
+            Eyes::Rendered(Box::new(Imagers::new(camera, lidar, config.seed)))
+        } else {
+            Eyes::Unrendered(Box::new(Stages::new(config.noise, camera, lidar, config.seed)))
+        };
+        let journal = config.witness.then(|| Journal::new(NodeId::SIM, config.boot, key));
+        let mut sim = Sim {
+            start,
+            steps: 0,
+            frame: FrameId(0),
+            stopped: false,
+            world,
+            plant,
+            faults,
+            navigators: Navigators::new(config.seed),
+            eyes,
+            channels: Channels::new(keys, config.boot, config.unit.node()),
+            witness: Witness::new(journal, config.unit),
+            out: VecDeque::new(),
+        };
+        sim.witness.write(start, Event::Started, &mut sim.out);
+        sim.witness.state(start, &sim.world, &sim.plant, true, &mut sim.out);
+        Ok(sim)
+    }
+
+    /// The same sim in a forked world: from here on, the same inputs give the same outputs in both.
+    #[must_use]
+    pub fn fork(&self) -> Sim {
+        Sim {
+            start: self.start,
+            steps: self.steps,
+            frame: self.frame,
+            stopped: self.stopped,
+            world: self.world.clone(),
+            plant: self.plant.clone(),
+            faults: self.faults.clone(),
+            navigators: self.navigators.clone(),
+            eyes: self.eyes.clone(),
+            channels: self.channels.clone(),
+            witness: self.witness.fork(),
+            out: self.out.clone(),
+        }
+    }
+
+    /// Bytes that one fork occupies, roughly.
+    pub fn footprint(&self) -> usize {
+        let eyes = match &self.eyes {
+            Eyes::Rendered(imagers) => imagers.footprint(),
+            Eyes::Unrendered(_) => size_of::<Stages>(),
+        };
+        size_of::<Self>() + self.world.footprint() + eyes
+    }
+
+    /// The world and the plant in it, for a reviewer's view.
+    pub fn truth(&self) -> (&World, &Plant) {
+        (&self.world, &self.plant)
+    }
+
+    /// When so many steps will have been made.
+    fn time_of(&self, steps: u64) -> Instant {
+        self.start + Span(steps * STEP.0)
+    }
+
+    /// Steps the world up to `now`, publishing what falls due on the way.
+    fn advance(&mut self, now: Instant) {
+        let due = now.since(self.start).0 / STEP.0;
+        let last = due.min(self.steps + MAX_CATCH_UP);
+        while !self.stopped && self.steps < last {
+            self.steps += 1;
+            let at = self.time_of(self.steps);
+            let lapsed = self.plant.step(at, &mut self.world).is_some();
+            if lapsed {
+                self.witness.lease(at, &self.world, &self.plant, &mut self.out);
+            }
+            self.publish(at);
+        }
+    }
+
+    fn publish(&mut self, at: Instant) {
+        let run = at.since(self.start);
+        if self.steps.is_multiple_of(NAVIGATION_STEPS) {
+            self.navigate(at, run);
+        }
+        if self.steps.is_multiple_of(FRAME_STEPS) {
+            self.look(at, run);
+            self.witness.state(at, &self.world, &self.plant, false, &mut self.out);
+        }
+    }
+
+    fn navigate(&mut self, at: Instant, run: Span) {
+        let next = FrameId(self.frame.0 + 1);
+        self.witness.faults(at, run, (&self.faults, false), next, &mut self.out);
+        let state = self.plant.state(&self.world);
+        let reading = self.steps / NAVIGATION_STEPS;
+        let (fix, odometry) = self.navigators.read(reading, &state, &self.faults, run);
+        let body = encode(&Navigation { stamp: at, fix, odometry });
+        let bytes = self.channels.navigation.seal(at, &body);
+        self.out.push_back(Output::Bus { topic: Topic::Navigation, bytes });
+    }
+
+    fn look(&mut self, at: Instant, run: Span) {
+        self.frame = FrameId(self.frame.0 + 1);
+        self.witness.faults(at, run, (&self.faults, true), self.frame, &mut self.out);
+        let output = match &mut self.eyes {
+            Eyes::Rendered(imagers) => {
+                imagers.measure(self.frame.0, &self.world, &self.plant, &self.faults, run);
+                let body = frames(imagers, self.frame, at, imaging(&self.faults, run).map(|e| !e.dropout));
+                Output::Bus { topic: Topic::Frames, bytes: self.channels.frames.seal(at, &body) }
+            }
+            Eyes::Unrendered(stages) => {
+                let seen = stages.observe((self.frame, at), &self.world, &self.plant, &self.faults, run);
+                let bytes = self.channels.candidates.seal(at, &encode(&seen));
+                Output::Bus { topic: Topic::Candidates, bytes }
+            }
+        };
+        self.out.push_back(output);
+    }
+
+    fn obey(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {
+        let judged = match topic {
+            Topic::Drive => self.channels.drive(now, bytes).map(|drive| self.follow(now, &drive)),
+            Topic::Act => {
+                self.channels.act(now, bytes).map(|act| self.witness.act(now, &act, &self.world, &mut self.out))
+            }
+            // Channels that no launcher connects to a sim.
+            Topic::Frames
+            | Topic::Candidates
+            | Topic::Navigation
+            | Topic::Tracks
+            | Topic::Feed
+            | Topic::Intents
+            | Topic::Seals => Ok(()),
+        };
+        if let Err(refusal) = judged {
+            self.channels.note(now, topic, &refusal, &mut self.witness, &mut self.out);
+        }
+    }
+
+    fn follow(&mut self, now: Instant, drive: &Drive) {
+        let set_point = SetPoint {
+            speed: drive.speed_mm_s as f32 / 1e3,
+            curvature: drive.curvature_um as f32 / 1e6,
+            until: drive.stamp + drive.lease,
+        };
+        self.plant.accept(now, set_point);
+        self.witness.lease(now, &self.world, &self.plant, &mut self.out);
+    }
+}
+
+impl Core for Sim {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        self.advance(now);
+        match input {
+            Input::Bus { topic, bytes } => self.obey(now, *topic, bytes),
+            Input::Quiesce => self.stopped = true,
+            Input::Finish => {
+                self.stopped = true;
+                self.channels.account(now, &mut self.witness, &mut self.out);
+                self.witness.close(now, &mut self.out);
+            }
+            Input::Timeout
+            | Input::Opened { .. }
+            | Input::Record { .. }
+            | Input::Closed { .. }
+            | Input::Published { .. }
+            | Input::Datagram { .. }
+            | Input::Stream { .. }
+            | Input::Audit { .. } => {}
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        if self.stopped {
+            return None;
+        }
+        let reading = self.time_of((self.steps / NAVIGATION_STEPS + 1) * NAVIGATION_STEPS);
+        let lapse = self.plant.set_point().map(|s| {
+            let steps = s.until.since(self.start).0.div_ceil(STEP.0);
+            self.time_of(steps.max(self.steps + 1))
+        });
+        Some(lapse.map_or(reading, |at| at.min(reading)))
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+}
+
+/// The encoded frame, with the modalities that are `present`.
+fn frames(imagers: &Imagers, frame: FrameId, stamp: Instant, present: [bool; 4]) -> Vec<u8> {
+    let planes = [&imagers.rgb, &imagers.depth, &imagers.thermal, &imagers.ranges];
+    let [rgb, depth, thermal, lidar] =
+        core::array::from_fn(|k| present[k].then(|| <&minicbor::bytes::ByteSlice>::from(planes[k].as_slice())));
+    let Camera { width, height, .. } = imagers.camera();
+    encode(&Frames { frame, stamp, width, height, rgb, depth, thermal, lidar })
+}

@@ -1,0 +1,264 @@
+//! The plant: a four-wheeled ground vehicle that follows leased set-points.
+//!
+//! The whole of its interface is: [`Plant::accept`] a [`SetPoint`], [`Plant::step`], read its [`State`]. Another
+//! domain (air, space) is another module with these verbs. A set-point is followed only until its lease ends on the
+//! plant's own clock; then the plant brakes to standstill by itself and says so once. No message is needed to stop it.
+//!
+//! Body frame: x forward, y left, z up, origin on the ground under the chassis centre.
+
+use rapier3d::control::{DynamicRayCastVehicleController, WheelTuning};
+use rapier3d::prelude::*;
+use wire::time::{Instant, Span};
+
+use crate::scene::Start;
+use crate::world::{DT, World, turn};
+
+/// Greatest forward speed, m/s; set-points beyond are clamped.
+pub const MAX_SPEED: f32 = 3.0;
+/// Greatest reverse speed, m/s.
+pub const MAX_REVERSE: f32 = 1.0;
+/// Greatest acceleration under a set-point, m/s².
+pub const MAX_ACCELERATION: f32 = 1.5;
+/// Deceleration of the brakes on the level, m/s²; on the steepest ground a scene may have, more than 3.
+pub const BRAKING: f32 = 4.0;
+/// Greatest curvature, 1/m.
+pub const MAX_CURVATURE: f32 = 0.4;
+/// The longest lease that is honoured, counted from arrival.
+pub const MAX_LEASE: Span = Span::ms(1000);
+/// Below this speed, m/s, the vehicle counts as standing.
+pub const STANDSTILL: f32 = 0.05;
+
+/// Half length, half width and half height of the chassis, metres.
+const CHASSIS: [f32; 3] = [0.8, 0.45, 0.22];
+const MASS: f32 = 300.0;
+const WHEELBASE: f32 = 1.2;
+const TRACK: f32 = 0.9;
+const WHEEL_RADIUS: f32 = 0.3;
+const WHEEL_DROP: f32 = 0.1;
+const SUSPENSION_REST: f32 = 0.25;
+/// Spring rate per wheel and kilogram; with four wheels it sags 8 cm.
+const SUSPENSION_STIFFNESS: f32 = 30.0;
+const SAG: f32 = 9.81 / (4.0 * SUSPENSION_STIFFNESS);
+/// Height of the chassis centre above the ground at rest.
+const RIDE_HEIGHT: f32 = WHEEL_DROP + SUSPENSION_REST - SAG + WHEEL_RADIUS;
+/// Steering rate, radians per second.
+const STEERING_RATE: f32 = 1.5;
+const PROPORTIONAL: f32 = 4.0;
+const INTEGRAL: f32 = 1.5;
+
+/// What the plant is asked to do, and until when.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SetPoint {
+    /// Forward speed, m/s.
+    pub speed: f32,
+    /// Curvature, 1/m, positive to the left.
+    pub curvature: f32,
+    /// End of the lease, on the plant's clock.
+    pub until: Instant,
+}
+
+/// The plant as a body in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// Body origin, world frame, metres.
+    pub position: Vector,
+    /// Body to world.
+    pub rotation: Rotation,
+    /// Velocity of the chassis, world frame, m/s.
+    pub velocity: Vector,
+    /// Rate of turn about body z, rad/s.
+    pub yaw_rate: f32,
+}
+
+impl State {
+    /// Heading, radians counter-clockwise from east, in (−π, π].
+    pub fn yaw(&self) -> f32 {
+        let ahead = self.rotation * Vector::X;
+        libm::atan2f(ahead.y, ahead.x)
+    }
+
+    /// Speed along the body's x axis, m/s.
+    pub fn speed(&self) -> f32 {
+        self.velocity.dot(self.rotation * Vector::X)
+    }
+
+    /// A point of the body frame in the world frame.
+    pub fn to_world(&self, body: Vector) -> Vector {
+        self.position + self.rotation * body
+    }
+
+    /// A point of the world frame in the body frame.
+    pub fn to_body(&self, world: Vector) -> Vector {
+        self.rotation.inverse() * (world - self.position)
+    }
+}
+
+/// The vehicle and its controller.
+#[derive(Clone)]
+pub struct Plant {
+    vehicle: DynamicRayCastVehicleController,
+    set_point: Option<SetPoint>,
+    /// Speed that the controller tracks: the set-point, approached at [`MAX_ACCELERATION`].
+    reference: f32,
+    integral: f32,
+    steering: f32,
+}
+
+impl Plant {
+    /// Puts the vehicle into `world`, standing.
+    pub fn new(world: &mut World, start: &Start) -> Self {
+        let chassis = world.physics.bodies.insert(chassis_body(world, start));
+        let [length, width, height] = CHASSIS;
+        let shell = ColliderBuilder::cuboid(length, width, height).mass(MASS).friction(0.4);
+        world.physics.insert_collider(shell, Some(chassis));
+        Plant { vehicle: wheels(chassis), set_point: None, reference: 0.0, integral: 0.0, steering: 0.0 }
+    }
+
+    /// Takes a new set-point in place of the last. Speed and curvature are clamped to what the vehicle can do, the
+    /// lease to [`MAX_LEASE`] from `now`.
+    pub fn accept(&mut self, now: Instant, asked: SetPoint) {
+        self.set_point = Some(SetPoint {
+            speed: asked.speed.clamp(-MAX_REVERSE, MAX_SPEED),
+            curvature: asked.curvature.clamp(-MAX_CURVATURE, MAX_CURVATURE),
+            until: asked.until.min(now + MAX_LEASE),
+        });
+    }
+
+    /// The set-point whose lease stands.
+    pub fn set_point(&self) -> Option<SetPoint> {
+        self.set_point
+    }
+
+    /// The body that carries the sensors, for [`World::view`].
+    pub fn body(&self) -> RigidBodyHandle {
+        self.vehicle.chassis
+    }
+
+    /// Drives for the step that ends at `now`, then steps the world. Gives the set-point whose lease has just ended.
+    pub fn step(&mut self, now: Instant, world: &mut World) -> Option<SetPoint> {
+        let lapsed = self.set_point.take_if(|s| s.until <= now);
+        let (speed, curvature) = self.set_point.map_or((0.0, 0.0), |s| (s.speed, s.curvature));
+        self.steer(curvature);
+        self.throttle(speed, self.state(world).speed());
+        let physics = &mut world.physics;
+        let queries = physics.broad_phase.as_query_pipeline_mut(
+            physics.narrow_phase.query_dispatcher(),
+            &mut physics.bodies,
+            &mut physics.colliders,
+            QueryFilter::default().exclude_rigid_body(self.vehicle.chassis),
+        );
+        self.vehicle.update_vehicle(DT, queries);
+        world.step();
+        lapsed
+    }
+
+    /// Where the vehicle is and how it moves.
+    pub fn state(&self, world: &World) -> State {
+        let body = &world.physics.bodies[self.vehicle.chassis];
+        let pose = body.position();
+        let up = pose.rotation * Vector::Z;
+        State {
+            position: pose.translation - up * RIDE_HEIGHT,
+            rotation: pose.rotation,
+            velocity: body.linvel(),
+            yaw_rate: body.angvel().dot(up),
+        }
+    }
+
+    fn steer(&mut self, curvature: f32) {
+        let wanted = libm::atanf(WHEELBASE * curvature);
+        self.steering += (wanted - self.steering).clamp(-STEERING_RATE * DT, STEERING_RATE * DT);
+        for wheel in &mut self.vehicle.wheels_mut()[..2] {
+            wheel.steering = self.steering;
+        }
+    }
+
+    fn throttle(&mut self, wanted: f32, speed: f32) {
+        let stop = wanted.abs() < STANDSTILL;
+        let (force, brake) = if stop {
+            self.integral = 0.0;
+            self.reference = speed;
+            (0.0, MASS * BRAKING * DT / 4.0)
+        } else {
+            let step = if wanted.abs() < self.reference.abs() { BRAKING } else { MAX_ACCELERATION } * DT;
+            self.reference += (wanted - self.reference).clamp(-step, step);
+            let error = self.reference - speed;
+            self.integral = (self.integral + error * INTEGRAL * DT).clamp(-1.0, 1.0);
+            let asked = (PROPORTIONAL * error + self.integral).clamp(-BRAKING, BRAKING);
+            (MASS * asked / 4.0, 0.0)
+        };
+        for wheel in self.vehicle.wheels_mut() {
+            wheel.engine_force = force;
+            wheel.brake = brake;
+        }
+    }
+}
+
+/// The chassis never sleeps: wheel impulses on a sleeping body would pile up unseen.
+fn chassis_body(world: &World, start: &Start) -> RigidBody {
+    let (sin, cos) = libm::sincosf(start.heading);
+    let up = world.terrain().height(start.east, start.north) + RIDE_HEIGHT;
+    let pose = Pose::from_parts(Vector::new(start.east, start.north, up), turn([cos, sin]));
+    RigidBodyBuilder::dynamic().pose(pose).can_sleep(false).angular_damping(0.5).build()
+}
+
+/// Four wheels, the two that steer first.
+fn wheels(chassis: RigidBodyHandle) -> DynamicRayCastVehicleController {
+    let mut vehicle = DynamicRayCastVehicleController::new(chassis);
+    vehicle.index_up_axis = 2;
+    vehicle.index_forward_axis = 0;
+    let tuning = WheelTuning {
+        suspension_stiffness: SUSPENSION_STIFFNESS,
+        suspension_compression: 4.0,
+        suspension_damping: 5.0,
+        max_suspension_travel: 0.2,
+        side_friction_stiffness: 1.0,
+        friction_slip: 2.0,
+        max_suspension_force: 6000.0,
+    };
+    for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+        let mount = Vector::new(x * WHEELBASE / 2.0, y * TRACK / 2.0, -WHEEL_DROP);
+        vehicle.add_wheel(mount, -Vector::Z, -Vector::Y, SUSPENSION_REST, WHEEL_RADIUS, &tuning);
+    }
+    vehicle
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::scene::Scene;
+
+    fn drive(plant: &mut Plant, world: &mut World, from: u64, steps: u64, ask: Option<(f32, f32)>) -> Vec<Instant> {
+        let mut lapses = Vec::new();
+        for k in from + 1..=from + steps {
+            let now = Instant(k * 10_000);
+            if let Some((speed, curvature)) = ask {
+                plant.accept(now, SetPoint { speed, curvature, until: now + Span::ms(300) });
+            }
+            lapses.extend(plant.step(now, world).map(|_| now));
+        }
+        lapses
+    }
+
+    #[test]
+    fn the_vehicle_follows_a_set_point_and_brakes_when_its_lease_lapses() {
+        let scene = Scene { objects: Vec::new(), ..Scene::default() };
+        let mut world = World::new(Arc::new(scene.clone()));
+        let mut plant = Plant::new(&mut world, &scene.start);
+        drive(&mut plant, &mut world, 0, 100, None);
+        let parked = plant.state(&world);
+        assert!(parked.speed().abs() < STANDSTILL, "{parked:?}");
+        assert!((parked.position.z - world.terrain().height(-10.0, -5.0)).abs() < 0.1, "{parked:?}");
+
+        drive(&mut plant, &mut world, 100, 400, Some((2.0, 0.1)));
+        let moving = plant.state(&world);
+        assert!((moving.speed() - 2.0).abs() < 0.15, "{moving:?}");
+        assert!((moving.yaw_rate - 0.2).abs() < 0.04, "{moving:?}");
+
+        let lapses = drive(&mut plant, &mut world, 500, 200, None);
+        assert_eq!(lapses, [Instant(5_300_000)]);
+        assert!(plant.state(&world).speed().abs() < STANDSTILL);
+    }
+}

@@ -1,0 +1,93 @@
+//! Labelled frames for the trainer: the sensors' own planes with the truth about every visible object.
+//!
+//! The planes come from the same ray caster and the same noise as a live frame, so what a detector learns here is what
+//! it will be shown. Labels are ground truth and stay on the trainer's side.
+
+use std::sync::Arc;
+
+use wire::id::ObjectId;
+use wire::sensor::{Camera, Class, Lidar, PixelBox};
+use wire::time::{Instant, Span};
+
+use crate::fault::Faults;
+use crate::plant::Plant;
+use crate::scene::{Scene, SceneError, Start};
+use crate::sensor::Imagers;
+use crate::world::{STEP, Surface, World};
+
+/// Steps in which the vehicle settles on its springs before the picture is taken.
+const SETTLE: u64 = 40;
+
+/// An object as a frame shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Label {
+    /// Which.
+    pub object: ObjectId,
+    /// What it is.
+    pub class: Class,
+    /// The smallest box around the pixels that show it.
+    pub bounds: PixelBox,
+    /// How many pixels show it.
+    pub pixels: u32,
+}
+
+/// A frame with its labels, objects in order of their ids.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Labelled {
+    /// Pixels in a row.
+    pub width: u16,
+    /// Rows.
+    pub height: u16,
+    /// Row-major, 3 bytes a pixel.
+    pub rgb: Vec<u8>,
+    /// Row-major, u16 little-endian millimetres along the optical axis, 0 = no return.
+    pub depth: Vec<u8>,
+    /// Row-major, u16 little-endian centikelvin.
+    pub thermal: Vec<u8>,
+    /// Ring-major, u16 little-endian millimetres, 0 = no return.
+    pub lidar: Vec<u8>,
+    /// What it shows.
+    pub labels: Vec<Label>,
+}
+
+/// The frame that a unit standing at `pose` would take of `scene` at the start of a run. `seed` seeds the noise.
+pub fn render(scene: &Scene, pose: Start, seed: u64) -> Result<Labelled, SceneError> {
+    let scene = Scene { start: pose, ..scene.clone() };
+    scene.check()?;
+    let faults = Faults::new(&[])?;
+    let mut world = World::new(Arc::new(scene));
+    let mut plant = Plant::new(&mut world, &pose);
+    for k in 1..=SETTLE {
+        plant.step(Instant(k * STEP.0), &mut world);
+    }
+    let camera = Camera::GROUND;
+    let mut imagers = Imagers::new(camera, Lidar::GROUND, seed);
+    imagers.measure(1, &world, &plant, &faults, Span::ZERO);
+    let labels = labels(&imagers, &world);
+    Ok(Labelled {
+        width: camera.width,
+        height: camera.height,
+        rgb: imagers.rgb,
+        depth: imagers.depth,
+        thermal: imagers.thermal,
+        lidar: imagers.ranges,
+        labels,
+    })
+}
+
+fn labels(imagers: &Imagers, world: &World) -> Vec<Label> {
+    let objects = &world.scene().objects;
+    let mut found: Vec<Option<Label>> = vec![None; objects.len()];
+    let width = imagers.sweep().width();
+    for (k, pixel) in imagers.sweep().pixels().iter().enumerate() {
+        let Some(Surface::Object(object)) = pixel.hit.map(|h| h.surface) else { continue };
+        let index = usize::from(object.0);
+        let (x, y) = ((k % width) as u16, (k / width) as u16);
+        let bounds = PixelBox { x0: x, y0: y, x1: x + 1, y1: y + 1 };
+        let label = found[index].get_or_insert(Label { object, class: objects[index].class, bounds, pixels: 0 });
+        label.pixels += 1;
+        let b = &mut label.bounds;
+        *b = PixelBox { x0: b.x0.min(x), y0: b.y0.min(y), x1: b.x1.max(x + 1), y1: b.y1.max(y + 1) };
+    }
+    found.into_iter().flatten().collect()
+}

@@ -1,0 +1,290 @@
+//! The scene: what a world is made of, as data.
+//!
+//! A scene is written by a scenario and read by every sim of a run; each unit has its own sim with the same scene and
+//! another [`Start`]. Coordinates are ENU metres, x east and y north of the scene's centre; headings are radians
+//! counter-clockwise from east. [`Scene::check`] is the only gate: what passes it can be built without failing.
+//! Leaves physics to `world` and how things look to `sensor`.
+
+use serde::{Deserialize, Serialize};
+use wire::sensor::Class;
+
+/// Most objects a scene may have.
+pub const MAX_OBJECTS: usize = 64;
+/// Most points in a route, a geofence or an object's path.
+pub const MAX_POINTS: usize = 64;
+/// Half the side of the square that scene coordinates must lie in, metres.
+pub const HALF_EXTENT: f32 = 50.0;
+
+/// A point on the ground: metres east, metres north.
+pub type Point = [f32; 2];
+
+/// Why a scene cannot be built.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SceneError {
+    /// A number is NaN, infinite or beyond what the field allows.
+    #[error("{field} is {got}, outside {low} to {high}")]
+    OutOfRange {
+        /// Field.
+        field: &'static str,
+        /// Value in the scene.
+        got: f32,
+        /// Least value.
+        low: f32,
+        /// Greatest value.
+        high: f32,
+    },
+    /// A list has too few or too many items.
+    #[error("{field} has {got} items, {low} to {high} allowed")]
+    Count {
+        /// Field.
+        field: &'static str,
+        /// Items in the scene.
+        got: usize,
+        /// Fewest.
+        low: usize,
+        /// Most.
+        high: usize,
+    },
+    /// A fault names an effect that its sensor cannot have.
+    #[error("fault {index}: this sensor has no such effect")]
+    FaultDoesNotApply {
+        /// Index in the list of faults.
+        index: usize,
+    },
+}
+
+/// Where a unit starts, standing still.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Start {
+    /// Metres east.
+    pub east: f32,
+    /// Metres north.
+    pub north: f32,
+    /// Radians counter-clockwise from east.
+    pub heading: f32,
+}
+
+/// Smooth uneven ground.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Ground {
+    /// Seed of the relief.
+    pub seed: u64,
+    /// Greatest height above or below the mean, metres.
+    pub amplitude: f32,
+    /// Distance between neighbouring hills, metres.
+    pub wavelength: f32,
+    /// Temperature of ground and air, kelvin.
+    pub kelvin: f32,
+}
+
+/// One true object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Object {
+    /// What it is.
+    pub class: Class,
+    /// Length along its heading, width and height, metres.
+    pub size: [f32; 3],
+    /// Temperature of its warm parts, kelvin.
+    pub kelvin: f32,
+    /// Paint.
+    pub colour: [u8; 3],
+    /// One point: it stands there. More: it drives from point to point.
+    pub path: Vec<Point>,
+    /// Heading while it stands, radians; along the path it faces where it goes.
+    #[serde(default)]
+    pub heading: f32,
+    /// Speed along the path, m/s.
+    #[serde(default)]
+    pub speed: f32,
+    /// When it sets out, seconds after the start of the run.
+    #[serde(default)]
+    pub departs: f32,
+    /// Whether it goes on from the last point to the first, for ever.
+    #[serde(default)]
+    pub closed: bool,
+}
+
+/// The whole scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Scene {
+    /// Where this sim's unit starts.
+    pub start: Start,
+    /// Waypoints of the mission; sim only passes them on.
+    pub route: Vec<Point>,
+    /// Geofence: a simple polygon, in order, not closed by a repeated point.
+    pub geofence: Vec<Point>,
+    /// True objects; an object's id is its index.
+    pub objects: Vec<Object>,
+    /// Relief.
+    pub ground: Ground,
+}
+
+impl Default for Scene {
+    /// A loop of about 60 m inside a fence of 80 m × 80 m, with one object of each class.
+    fn default() -> Self {
+        let still = |class, size, kelvin, colour, at, heading| Object {
+            class,
+            size,
+            kelvin,
+            colour,
+            path: vec![at],
+            heading,
+            speed: 0.0,
+            departs: 0.0,
+            closed: false,
+        };
+        let walker = Object {
+            path: vec![[18.0, 4.0], [18.0, 20.0], [6.0, 20.0]],
+            speed: 1.2,
+            closed: true,
+            ..still(Class::Person, [0.5, 0.5, 1.75], 306.0, [150, 40, 40], [0.0, 0.0], 0.0)
+        };
+        Scene {
+            start: Start { east: -10.0, north: -5.0, heading: 0.0 },
+            route: vec![[8.0, -6.0], [10.0, 4.0], [0.0, 8.0], [-10.0, 6.0], [-12.0, -4.0]],
+            geofence: vec![[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [-40.0, 40.0]],
+            objects: vec![
+                still(Class::Vehicle, [4.2, 1.8, 1.6], 318.0, [60, 80, 150], [22.0, -6.0], 1.2),
+                walker,
+                still(Class::Decoy, [4.2, 1.8, 1.6], 289.0, [70, 85, 140], [18.0, -15.0], 0.7),
+                still(Class::Obstacle, [1.5, 1.5, 1.2], 288.0, [110, 100, 90], [2.0, 18.0], 0.3),
+            ],
+            ground: Ground { seed: 1, amplitude: 0.35, wavelength: 22.0, kelvin: 288.0 },
+        }
+    }
+}
+
+impl Scene {
+    /// Refuses what could not be built or has no bound.
+    pub fn check(&self) -> Result<(), SceneError> {
+        point("start", [self.start.east, self.start.north])?;
+        within("start.heading", self.start.heading, -7.0, 7.0)?;
+        count("route", self.route.len(), 0, MAX_POINTS)?;
+        self.route.iter().try_for_each(|p| point("route", *p))?;
+        count("geofence", self.geofence.len(), 3, MAX_POINTS)?;
+        self.geofence.iter().try_for_each(|p| point("geofence", *p))?;
+        within("ground.amplitude", self.ground.amplitude, 0.0, 1.0)?;
+        within("ground.wavelength", self.ground.wavelength, 10.0, 200.0)?;
+        within("ground.kelvin", self.ground.kelvin, 200.0, 350.0)?;
+        count("objects", self.objects.len(), 0, MAX_OBJECTS)?;
+        self.objects.iter().try_for_each(Object::check)
+    }
+
+    /// Signed distance to the geofence in metres: positive inside.
+    pub fn margin(&self, at: Point) -> f32 {
+        let n = self.geofence.len();
+        let mut nearest = f32::MAX;
+        let mut inside = false;
+        for i in 0..n {
+            let (a, b) = (self.geofence[i], self.geofence[(i + 1) % n]);
+            nearest = nearest.min(distance_to_segment(at, a, b));
+            let crosses = (a[1] > at[1]) != (b[1] > at[1]);
+            if crosses && at[0] < (b[0] - a[0]) * (at[1] - a[1]) / (b[1] - a[1]) + a[0] {
+                inside = !inside;
+            }
+        }
+        if inside { nearest } else { -nearest }
+    }
+}
+
+impl Object {
+    fn check(&self) -> Result<(), SceneError> {
+        self.size.iter().try_for_each(|s| within("object.size", *s, 0.1, 20.0))?;
+        within("object.kelvin", self.kelvin, 200.0, 650.0)?;
+        count("object.path", self.path.len(), 1, MAX_POINTS)?;
+        self.path.iter().try_for_each(|p| point("object.path", *p))?;
+        within("object.heading", self.heading, -7.0, 7.0)?;
+        within("object.speed", self.speed, 0.0, 15.0)?;
+        within("object.departs", self.departs, 0.0, 86_400.0)
+    }
+
+    /// Whether it ever moves.
+    pub fn moves(&self) -> bool {
+        self.path.len() > 1 && self.speed > 0.0
+    }
+
+    /// Where it is and where it faces (radians) `seconds` after the start: a closed form, so no error accumulates.
+    pub fn place(&self, seconds: f64) -> (Point, f32) {
+        if !self.moves() {
+            return (self.path[0], self.heading);
+        }
+        let legs = self.path.len() - usize::from(!self.closed);
+        let leg = |i: usize| (self.path[i], self.path[(i + 1) % self.path.len()]);
+        let total: f64 = (0..legs).map(|i| length(leg(i))).sum();
+        let gone = (seconds - f64::from(self.departs)).max(0.0) * f64::from(self.speed);
+        let mut left = if self.closed && total > 0.0 { gone % total } else { gone.min(total) };
+        for i in 0..legs {
+            let (a, b) = leg(i);
+            let len = length((a, b));
+            if left <= len && len > 0.0 || i + 1 == legs {
+                let share = if len > 0.0 { (left / len).min(1.0) as f32 } else { 0.0 };
+                let at = [a[0] + (b[0] - a[0]) * share, a[1] + (b[1] - a[1]) * share];
+                return (at, libm::atan2f(b[1] - a[1], b[0] - a[0]));
+            }
+            left -= len;
+        }
+        (self.path[0], self.heading)
+    }
+}
+
+fn length((a, b): (Point, Point)) -> f64 {
+    let (dx, dy) = (f64::from(b[0] - a[0]), f64::from(b[1] - a[1]));
+    (dx * dx + dy * dy).sqrt()
+}
+
+fn distance_to_segment(p: Point, a: Point, b: Point) -> f32 {
+    let (ab, ap) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+    let len2 = ab[0] * ab[0] + ab[1] * ab[1];
+    let t = if len2 > 0.0 { ((ap[0] * ab[0] + ap[1] * ab[1]) / len2).clamp(0.0, 1.0) } else { 0.0 };
+    let (dx, dy) = (ap[0] - ab[0] * t, ap[1] - ab[1] * t);
+    (dx * dx + dy * dy).sqrt()
+}
+
+fn point(field: &'static str, p: Point) -> Result<(), SceneError> {
+    within(field, p[0], -HALF_EXTENT, HALF_EXTENT)?;
+    within(field, p[1], -HALF_EXTENT, HALF_EXTENT)
+}
+
+fn within(field: &'static str, got: f32, low: f32, high: f32) -> Result<(), SceneError> {
+    if (low..=high).contains(&got) { Ok(()) } else { Err(SceneError::OutOfRange { field, got, low, high }) }
+}
+
+fn count(field: &'static str, got: usize, low: usize, high: usize) -> Result<(), SceneError> {
+    if (low..=high).contains(&got) { Ok(()) } else { Err(SceneError::Count { field, got, low, high }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_nan_is_refused_by_name() {
+        let mut scene = Scene::default();
+        assert_eq!(scene.check(), Ok(()));
+        scene.objects[0].size[1] = f32::NAN;
+        assert!(matches!(scene.check(), Err(SceneError::OutOfRange { field: "object.size", .. })));
+    }
+
+    #[test]
+    fn the_fence_margin_is_the_distance_to_its_nearest_side() {
+        let scene = Scene::default();
+        assert_eq!(scene.margin([0.0, 0.0]), 40.0);
+        assert_eq!(scene.margin([37.0, 10.0]), 3.0);
+        assert_eq!(scene.margin([42.0, 0.0]), -2.0);
+    }
+
+    #[test]
+    fn a_closed_path_comes_round_and_an_open_one_ends() {
+        let mut object = Scene::default().objects[1].clone();
+        object.path = vec![[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]];
+        object.speed = 1.0;
+        assert_eq!(object.place(12.0).0, [0.0, 0.0]);
+        assert_eq!(object.place(13.0).0, [1.0, 0.0]);
+        object.closed = false;
+        assert_eq!(object.place(100.0).0, [3.0, 4.0]);
+    }
+}

@@ -1,0 +1,99 @@
+//! The sensors: what the unit measures of the world, in the units of `wire::sensor`.
+//!
+//! One ray per pixel ([`camera::Sweep`]) serves colour, depth and thermal, so the three agree on what a pixel shows;
+//! [`lidar`] casts its own rays, [`localisation`] reads the plant. Each sensor has its own stream of noise.
+
+pub mod camera;
+pub mod depth;
+pub mod lidar;
+pub mod localisation;
+pub mod rgb;
+pub mod thermal;
+
+use wire::sensor::{Camera, Lidar};
+use wire::time::Span;
+
+use crate::fault::{Effect, Faults, imaging};
+use crate::noise::{Noise, Stream};
+use crate::plant::Plant;
+use crate::world::World;
+
+/// The imaging sensors with their newest planes; a frozen sensor keeps its old plane.
+#[derive(Clone)]
+pub struct Imagers {
+    camera: Camera,
+    sweep: camera::Sweep,
+    lidar: lidar::Lidar,
+    noise: [Noise; 4],
+    /// Row-major, 3 bytes a pixel.
+    pub rgb: Vec<u8>,
+    /// Row-major, u16 little-endian millimetres along the optical axis, 0 = no return.
+    pub depth: Vec<u8>,
+    /// Row-major, u16 little-endian centikelvin.
+    pub thermal: Vec<u8>,
+    /// Ring-major, u16 little-endian millimetres, 0 = no return.
+    pub ranges: Vec<u8>,
+}
+
+impl Imagers {
+    /// All four, seeded, with empty planes.
+    pub fn new(camera: Camera, lidar: Lidar, seed: u64) -> Self {
+        let pixels = usize::from(camera.width) * usize::from(camera.height);
+        let lidar = lidar::Lidar::new(lidar);
+        Imagers {
+            camera,
+            sweep: camera::Sweep::new(&camera),
+            ranges: vec![0; lidar.beams() * 2],
+            lidar,
+            noise: [Stream::Rgb, Stream::Depth, Stream::Thermal, Stream::Lidar].map(|s| Noise::new(seed, s)),
+            rgb: vec![0; pixels * 3],
+            depth: vec![0; pixels * 2],
+            thermal: vec![0; pixels * 2],
+        }
+    }
+
+    /// Measures the world as reading `n`, under the faults in force `run` after the start.
+    pub fn measure(&mut self, n: u64, world: &World, plant: &Plant, faults: &Faults, run: Span) {
+        let [rgb, depth, thermal, lidar] = imaging(faults, run);
+        let state = plant.state(world);
+        let view = world.view(plant.body());
+        self.noise.iter_mut().for_each(|noise| noise.seek(n));
+        let [rgb_noise, depth_noise, thermal_noise, lidar_noise] = &mut self.noise;
+        if rgb.refreshes() || depth.refreshes() || thermal.refreshes() {
+            self.sweep.cast(&self.camera, &state, &view);
+        }
+        if rgb.refreshes() {
+            rgb::expose(&self.sweep, world, rgb_noise, &rgb, &mut self.rgb);
+        }
+        if depth.refreshes() {
+            depth::expose(&self.sweep, depth_noise, &depth, &mut self.depth);
+        }
+        if thermal.refreshes() {
+            thermal::expose(&self.sweep, world, thermal_noise, &thermal, &mut self.thermal);
+        }
+        if lidar.refreshes() {
+            self.lidar.scan(&state, &view, lidar_noise, &lidar, &mut self.ranges);
+        }
+    }
+
+    /// The camera.
+    pub fn camera(&self) -> Camera {
+        self.camera
+    }
+
+    /// Bytes that a clone occupies.
+    pub fn footprint(&self) -> usize {
+        let planes = self.rgb.len() + self.depth.len() + self.thermal.len() + self.ranges.len();
+        size_of::<Self>() + planes + size_of_val(self.sweep.pixels())
+    }
+
+    /// What each pixel of the newest sweep shows.
+    pub fn sweep(&self) -> &camera::Sweep {
+        &self.sweep
+    }
+}
+
+/// How many columns of `width` a fault covers, from the left.
+pub(crate) fn covered(effect: &Effect, width: usize) -> usize {
+    width * usize::from(effect.occluded) / 1000
+}

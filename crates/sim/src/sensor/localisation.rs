@@ -1,0 +1,88 @@
+//! Localisation and wheel odometry: two readings of the plant's motion with noise of their own.
+//!
+//! A frozen source repeats its last reading; a dropped one gives nothing. Localisation states its usual deviation
+//! whatever a fault does to it, as a deceived receiver would.
+
+use wire::event::Sensor;
+use wire::sensor::{Fix, Odometry, Pose};
+use wire::time::Span;
+
+use crate::fault::{Effect, Faults};
+use crate::noise::{Noise, Stream};
+use crate::plant::State;
+
+/// Deviation of position on each axis, millimetres.
+pub const SIGMA_MM: u16 = 40;
+/// Deviation of heading, milliradians.
+const SIGMA_MRAD: f32 = 4.0;
+/// Deviation of speed, mm/s.
+const SIGMA_MM_S: f32 = 15.0;
+/// Deviation of the rate of turn, mrad/s.
+const SIGMA_MRAD_S: f32 = 3.0;
+
+/// Both sources with their last readings.
+#[derive(Clone, Debug)]
+pub(crate) struct Navigators {
+    localisation: Noise,
+    odometry: Noise,
+    last_fix: Option<Fix>,
+    last_odometry: Option<Odometry>,
+}
+
+impl Navigators {
+    pub(crate) fn new(seed: u64) -> Self {
+        Navigators {
+            localisation: Noise::new(seed, Stream::Localisation),
+            odometry: Noise::new(seed, Stream::Odometry),
+            last_fix: None,
+            last_odometry: None,
+        }
+    }
+
+    /// Reading `n` of both, under the faults in force `run` after the start.
+    pub(crate) fn read(
+        &mut self,
+        n: u64,
+        state: &State,
+        faults: &Faults,
+        run: Span,
+    ) -> (Option<Fix>, Option<Odometry>) {
+        let (fix, odometry) = (faults.at(run, Sensor::Localisation), faults.at(run, Sensor::Odometry));
+        if fix.refreshes() {
+            self.localisation.seek(n);
+            self.last_fix = Some(locate(state, &mut self.localisation, &fix));
+        }
+        if odometry.refreshes() {
+            self.odometry.seek(n);
+            self.last_odometry = Some(measure(state, &mut self.odometry, &odometry));
+        }
+        (self.last_fix.filter(|_| !fix.dropout), self.last_odometry.filter(|_| !odometry.dropout))
+    }
+}
+
+fn locate(state: &State, noise: &mut Noise, effect: &Effect) -> Fix {
+    let gain = f32::from(effect.noise);
+    let mut axis = |metres: f32, displaced: i64| {
+        let millimetres = metres * 1000.0 + noise.normal() * f32::from(SIGMA_MM) * gain;
+        (millimetres as i64).saturating_add(displaced).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+    };
+    let x_mm = axis(state.position.x, effect.displaced_mm[0]);
+    let y_mm = axis(state.position.y, effect.displaced_mm[1]);
+    let yaw_mrad = wrap_mrad(state.yaw() * 1000.0 + noise.normal() * SIGMA_MRAD * gain);
+    Fix { pose: Pose { x_mm, y_mm, yaw_mrad }, sigma_mm: SIGMA_MM }
+}
+
+fn measure(state: &State, noise: &mut Noise, effect: &Effect) -> Odometry {
+    let gain = f32::from(effect.noise);
+    Odometry {
+        speed_mm_s: (state.speed() * 1000.0 + noise.normal() * SIGMA_MM_S * gain) as i32,
+        yaw_rate_mrad_s: (state.yaw_rate * 1000.0 + noise.normal() * SIGMA_MRAD_S * gain) as i16,
+    }
+}
+
+/// An angle in milliradians, brought into (−π, π].
+pub(crate) fn wrap_mrad(mrad: f32) -> i16 {
+    const TURN: f32 = core::f32::consts::TAU * 1000.0;
+    let turns = libm::roundf(mrad / TURN);
+    (mrad - turns * TURN) as i16
+}

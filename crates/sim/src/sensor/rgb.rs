@@ -1,0 +1,89 @@
+//! The colour camera: Lambert shading of painted surfaces under one sun, haze with distance, noise by the pixel.
+//!
+//! Paint depends on the class and on where on the object a ray ended: vehicles have dark windows and wheels, persons
+//! legs and a head, decoys the windows of a vehicle but no wheels. Telling them apart is the detector's business.
+
+use rapier3d::prelude::Vector;
+use wire::sensor::Class;
+
+use crate::fault::Effect;
+use crate::noise::Noise;
+use crate::scene::Object;
+use crate::sensor::camera::{Pixel, REACH, Sweep};
+use crate::sensor::covered;
+use crate::terrain::{lattice, smooth};
+use crate::world::{Placement, Surface, World};
+
+/// Unit vector to the sun.
+const SUN: Vector = Vector::new(0.48, -0.36, 0.8);
+const AMBIENT: f32 = 0.4;
+const SKY: [f32; 3] = [176.0, 198.0, 222.0];
+const COVER: [u8; 3] = [14, 13, 12];
+/// Half width of the noise, of 255.
+const NOISE: f32 = 6.0;
+
+/// Writes the plane: 3 bytes a pixel.
+pub(crate) fn expose(sweep: &Sweep, world: &World, noise: &mut Noise, effect: &Effect, plane: &mut [u8]) {
+    let covered = covered(effect, sweep.width());
+    noise.fill(plane);
+    let gain = NOISE * f32::from(effect.noise) / 128.0;
+    for (k, (pixel, out)) in sweep.pixels().iter().zip(plane.chunks_exact_mut(3)).enumerate() {
+        if k % sweep.width() < covered {
+            out.copy_from_slice(&COVER);
+            continue;
+        }
+        let colour = shade(pixel, world);
+        for (channel, byte) in colour.iter().zip(out) {
+            *byte = (channel + (f32::from(*byte) - 127.5) * gain).clamp(0.0, 255.0) as u8;
+        }
+    }
+}
+
+fn shade(pixel: &Pixel, world: &World) -> [f32; 3] {
+    let Some(hit) = pixel.hit else { return SKY };
+    let paint = match hit.surface {
+        Surface::Ground => soil(pixel.point),
+        Surface::Object(id) => {
+            let (object, place) = (&world.scene().objects[usize::from(id.0)], &world.placements()[usize::from(id.0)]);
+            painted(object, on_object(object, place, pixel.point))
+        }
+    };
+    let light = AMBIENT + (1.0 - AMBIENT) * hit.normal.dot(SUN).max(0.0);
+    let haze = hit.distance / (REACH * 2.5);
+    core::array::from_fn(|c| paint[c] * light * (1.0 - haze) + SKY[c] * haze)
+}
+
+/// Where on an object a point lies: along its length, width and height, each in about −1..1.
+pub(crate) fn on_object(object: &Object, place: &Placement, point: Vector) -> [f32; 3] {
+    let (d, [cos, sin]) = (point - place.centre, place.facing);
+    let [length, width, height] = object.size;
+    [2.0 * (d.x * cos + d.y * sin) / length, 2.0 * (d.y * cos - d.x * sin) / width, 2.0 * d.z / height]
+}
+
+fn soil(point: Vector) -> [f32; 3] {
+    let patch = smooth(11, point.x / 3.0, point.y / 3.0);
+    let grain = lattice(12, (point.x * 5.0) as i64, (point.y * 5.0) as i64);
+    let t = (0.5 + 0.4 * patch).clamp(0.0, 1.0);
+    let tone = 1.0 + 0.12 * grain;
+    [(88.0 + 44.0 * t) * tone, (104.0 - 8.0 * t) * tone, (58.0 + 16.0 * t) * tone]
+}
+
+fn painted(object: &Object, [along, across, up]: [f32; 3]) -> [f32; 3] {
+    let coat = object.colour.map(f32::from);
+    let times = |factor: f32| coat.map(|c| c * factor);
+    match object.class {
+        Class::Vehicle if up < -0.35 && (along.abs() - 0.6).abs() < 0.2 => [20.0; 3],
+        Class::Vehicle if up > 0.3 && up < 0.85 && along.abs() < 0.75 => [34.0, 42.0, 52.0],
+        Class::Vehicle if along > 0.95 && up.abs() < 0.3 && across.abs() > 0.6 => [240.0, 236.0, 210.0],
+        Class::Vehicle => coat,
+        Class::Decoy if up > 0.3 && up < 0.85 && along.abs() < 0.75 => [70.0, 74.0, 80.0],
+        Class::Decoy => times(0.9 + 0.15 * lattice(21, (along * 4.0) as i64, (up * 3.0) as i64)),
+        Class::Person if up > 0.72 => [196.0, 154.0, 128.0],
+        Class::Person if up < -0.1 => [38.0, 40.0, 58.0],
+        Class::Person => coat,
+        Class::Obstacle => {
+            let grain = lattice(22, (along * 6.0) as i64, (across * 6.0) as i64 * 64 + (up * 6.0) as i64);
+            times(1.0 + 0.2 * grain)
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! Ground truth for the oracle, on the instrument plane only; no service reads it.
+//!
+//! Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the fence
+//! margin; once for standing objects, ten times a second for moving ones: where they are. At once: a lease that began
+//! or lapsed, an act as received with the true object nearest to the designated place, and the start and end of every
+//! sensor fault with the first frame that it touches.
+
+use std::collections::VecDeque;
+
+use wire::audit::Journal;
+use wire::core::Output;
+use wire::drive::Act;
+use wire::event::Event;
+use wire::id::{FrameId, ObjectId, UnitId};
+use wire::time::{Instant, Span};
+
+use crate::fault::{Faults, MAX_FAULTS, is_imaging};
+use crate::plant::Plant;
+use crate::sensor::localisation::wrap_mrad;
+use crate::world::World;
+
+/// Writes truth into the sim's journal; without one it stays silent.
+#[derive(Debug)]
+pub(crate) struct Witness {
+    journal: Option<Journal>,
+    unit: UnitId,
+    leased: bool,
+    faults_active: [bool; MAX_FAULTS],
+}
+
+impl Witness {
+    pub(crate) fn new(journal: Option<Journal>, unit: UnitId) -> Self {
+        Witness { journal, unit, leased: false, faults_active: [false; MAX_FAULTS] }
+    }
+
+    /// The same witness in a forked world.
+    pub(crate) fn fork(&self) -> Witness {
+        let journal = self.journal.as_ref().map(Journal::fork);
+        Witness { journal, unit: self.unit, leased: self.leased, faults_active: self.faults_active }
+    }
+
+    /// Appends an event.
+    pub(crate) fn write(&mut self, now: Instant, event: Event, out: &mut VecDeque<Output>) {
+        if let Some(journal) = &mut self.journal {
+            journal.write(now, event, out);
+        }
+    }
+
+    /// Signs the head: the last entry.
+    pub(crate) fn close(&mut self, now: Instant, out: &mut VecDeque<Output>) {
+        if let Some(journal) = &mut self.journal {
+            journal.sign(now, out);
+        }
+    }
+
+    /// The unit's truth, and where objects are: all of them, or those that move.
+    pub(crate) fn state(
+        &mut self,
+        now: Instant,
+        world: &World,
+        plant: &Plant,
+        all_objects: bool,
+        out: &mut VecDeque<Output>,
+    ) {
+        if self.journal.is_none() {
+            return;
+        }
+        self.unit(now, world, plant, out);
+        for (index, (object, place)) in world.scene().objects.iter().zip(world.placements()).enumerate() {
+            if all_objects || object.moves() {
+                let (x_mm, y_mm) = (mm(place.centre.x), mm(place.centre.y));
+                let object_id = ObjectId(index as u16);
+                self.write(now, Event::Object { object: object_id, class: object.class, x_mm, y_mm }, out);
+            }
+        }
+    }
+
+    /// The unit's truth at once, if its lease began or lapsed since it was last written.
+    pub(crate) fn lease(&mut self, now: Instant, world: &World, plant: &Plant, out: &mut VecDeque<Output>) {
+        if self.journal.is_some() && plant.set_point().is_some() != self.leased {
+            self.unit(now, world, plant, out);
+        }
+    }
+
+    fn unit(&mut self, now: Instant, world: &World, plant: &Plant, out: &mut VecDeque<Output>) {
+        let state = plant.state(world);
+        let (east, north) = (state.position.x, state.position.y);
+        self.leased = plant.set_point().is_some();
+        let event = Event::Truth {
+            unit: self.unit,
+            x_mm: mm(east),
+            y_mm: mm(north),
+            yaw_mrad: wrap_mrad(state.yaw() * 1000.0),
+            speed_mm_s: mm(state.speed()),
+            set_speed_mm_s: plant.set_point().map_or(0, |s| mm(s.speed)),
+            leased: self.leased,
+            fence_mm: mm(world.scene().margin([east, north])),
+        };
+        self.write(now, event, out);
+    }
+
+    /// An act as the plant received it.
+    pub(crate) fn act(&mut self, now: Instant, act: &Act, world: &World, out: &mut VecDeque<Output>) {
+        let nearest = world.nearest(act.x_mm as f32 / 1000.0, act.y_mm as f32 / 1000.0);
+        let event = Event::PlantAct {
+            authority: act.authority,
+            command: act.command,
+            object: nearest.map(|(id, _, _)| id),
+            class: nearest.map(|(_, class, _)| class),
+            distance_mm: nearest.map_or(u32::MAX, |(_, _, metres)| (metres * 1000.0) as u32),
+        };
+        self.write(now, event, out);
+    }
+
+    /// Starts and ends of faults since the last reading of this kind; `frame` is the one about to be made.
+    pub(crate) fn faults(
+        &mut self,
+        now: Instant,
+        run: Span,
+        (faults, imaging): (&Faults, bool),
+        frame: FrameId,
+        out: &mut VecDeque<Output>,
+    ) {
+        for (index, fault) in faults.all().iter().enumerate().filter(|(_, f)| is_imaging(f.sensor) == imaging) {
+            let active = fault.active(run);
+            if active != self.faults_active[index] {
+                self.faults_active[index] = active;
+                self.write(now, Event::Fault { sensor: fault.sensor, kind: fault.kind(), active, frame }, out);
+            }
+        }
+    }
+}
+
+/// Metres (or metres a second) as whole thousandths.
+fn mm(metres: f32) -> i32 {
+    libm::roundf(metres * 1000.0) as i32
+}

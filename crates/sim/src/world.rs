@@ -1,0 +1,246 @@
+//! The physical world: ground, objects and the rigid bodies in them, stepped by rapier.
+//!
+//! World frame: ENU, x east, y north, z up, metres; gravity along -z. One step is [`STEP`]. Standing objects are bare
+//! colliders, moving ones kinematic bodies placed by their path's closed form; the only dynamic body is the plant's.
+//! Everything a sensor sees comes from [`View::cast`], so all sensors agree on what is where.
+//! Leaves driving to `plant` and appearance to `sensor`.
+
+use std::sync::Arc;
+
+use rapier3d::parry::utils::Array2;
+use rapier3d::prelude::*;
+use wire::id::ObjectId;
+use wire::sensor::Class;
+use wire::time::Span;
+
+use crate::scene::{Object, Scene};
+use crate::terrain::{self, Terrain};
+
+/// Length of one physics step.
+pub const STEP: Span = Span::ms(10);
+/// Length of one physics step in seconds.
+pub const DT: f32 = 0.01;
+/// How deep objects stand in the ground, metres, so that no gap shows on a slope.
+const SUNK: f32 = 0.05;
+const GROUND_TAG: u128 = u128::MAX;
+
+/// What a ray met.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Surface {
+    /// Ground.
+    Ground,
+    /// A true object.
+    Object(ObjectId),
+}
+
+/// Where a ray ended.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// What it met.
+    pub surface: Surface,
+    /// Ray parameter: metres when the direction is a unit vector.
+    pub distance: f32,
+    /// Outward unit normal, world frame.
+    pub normal: Vector,
+}
+
+/// Position and facing of a true object.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Placement {
+    /// Centre of its box, world frame.
+    pub centre: Vector,
+    /// Unit vector it faces along, horizontal (cosine, sine of its heading).
+    pub facing: [f32; 2],
+}
+
+/// The world of one sim.
+pub struct World {
+    pub(crate) physics: PhysicsWorld,
+    scene: Arc<Scene>,
+    terrain: Arc<Terrain>,
+    placed: Vec<Placement>,
+    movers: Vec<(usize, RigidBodyHandle)>,
+    steps: u64,
+}
+
+impl World {
+    /// Builds the world of a scene that has passed [`Scene::check`].
+    pub fn new(scene: Arc<Scene>) -> Self {
+        let terrain = Arc::new(Terrain::new(&scene.ground));
+        let mut physics = PhysicsWorld::new();
+        physics.gravity = Vector::new(0.0, 0.0, -9.81);
+        physics.integration_parameters.dt = DT;
+        physics.insert_collider(ground_collider(&terrain), None);
+        let mut world = World { physics, scene, terrain, placed: Vec::new(), movers: Vec::new(), steps: 0 };
+        world.insert_objects();
+        world
+    }
+
+    fn insert_objects(&mut self) {
+        let scene = Arc::clone(&self.scene);
+        for (index, object) in scene.objects.iter().enumerate() {
+            let placement = self.placement(object, 0.0);
+            let collider = object_collider(object).user_data(index as u128);
+            if object.moves() {
+                let body = RigidBodyBuilder::kinematic_position_based().pose(pose_of(&placement));
+                let (handle, _) = self.physics.insert(body, collider);
+                self.movers.push((index, handle));
+            } else {
+                self.physics.insert_collider(collider.position(pose_of(&placement)), None);
+            }
+            self.placed.push(placement);
+        }
+    }
+
+    /// Advances by one [`STEP`]: objects move to where their paths say, then physics follows.
+    pub fn step(&mut self) {
+        self.steps += 1;
+        let scene = Arc::clone(&self.scene);
+        for k in 0..self.movers.len() {
+            let (index, handle) = self.movers[k];
+            let placement = self.placement(&scene.objects[index], self.seconds());
+            self.placed[index] = placement;
+            self.physics.bodies[handle].set_next_kinematic_position(pose_of(&placement));
+        }
+        self.physics.step();
+    }
+
+    /// Simulated seconds since the start.
+    pub fn seconds(&self) -> f64 {
+        (self.steps * STEP.0) as f64 / 1e6
+    }
+
+    /// The scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The relief.
+    pub fn terrain(&self) -> &Terrain {
+        &self.terrain
+    }
+
+    /// Where each object is, by id.
+    pub fn placements(&self) -> &[Placement] {
+        &self.placed
+    }
+
+    /// The object nearest a place on the ground, with its horizontal distance in metres.
+    pub fn nearest(&self, east: f32, north: f32) -> Option<(ObjectId, Class, f32)> {
+        let distance = |p: &Placement| {
+            let (dx, dy) = (p.centre.x - east, p.centre.y - north);
+            (dx * dx + dy * dy).sqrt()
+        };
+        let all = self.placed.iter().enumerate().map(|(i, p)| (i, distance(p)));
+        let (index, metres) = all.min_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some((ObjectId(index as u16), self.scene.objects[index].class, metres))
+    }
+
+    /// Opens the world for ray casts that do not see `own`, the body that carries the sensor.
+    pub fn view(&self, own: RigidBodyHandle) -> View<'_> {
+        let filter = QueryFilter::default().exclude_rigid_body(own);
+        View { queries: self.physics.query_pipeline_with_filter(filter) }
+    }
+
+    /// Bytes this world occupies beyond what its clones share, roughly: what one fork costs.
+    pub fn footprint(&self) -> usize {
+        let bodies = self.physics.bodies.len() * size_of::<RigidBody>();
+        let colliders = self.physics.colliders.len() * (size_of::<Collider>() + 2 * size_of::<Aabb>());
+        size_of::<Self>() + bodies + colliders + self.placed.len() * size_of::<Placement>()
+    }
+
+    fn placement(&self, object: &Object, seconds: f64) -> Placement {
+        let ([east, north], heading) = object.place(seconds);
+        let up = self.terrain.height(east, north) + object.size[2] / 2.0 - SUNK;
+        let (sin, cos) = libm::sincosf(heading);
+        Placement { centre: Vector::new(east, north, up), facing: [cos, sin] }
+    }
+}
+
+impl Clone for World {
+    /// A world that continues exactly as this one would. The pipelines hold scratch memory only and start empty.
+    fn clone(&self) -> Self {
+        let p = &self.physics;
+        let physics = PhysicsWorld {
+            gravity: p.gravity,
+            integration_parameters: p.integration_parameters,
+            physics_pipeline: PhysicsPipeline::new(),
+            collision_pipeline: CollisionPipeline::new(),
+            islands: p.islands.clone(),
+            broad_phase: p.broad_phase.clone(),
+            narrow_phase: p.narrow_phase.clone(),
+            bodies: p.bodies.clone(),
+            colliders: p.colliders.clone(),
+            impulse_joints: p.impulse_joints.clone(),
+            multibody_joints: p.multibody_joints.clone(),
+            soft_bodies: p.soft_bodies.clone(),
+            ccd_solver: p.ccd_solver.clone(),
+        };
+        World {
+            physics,
+            scene: Arc::clone(&self.scene),
+            terrain: Arc::clone(&self.terrain),
+            placed: self.placed.clone(),
+            movers: self.movers.clone(),
+            steps: self.steps,
+        }
+    }
+}
+
+/// The world at one instant, open for ray casts.
+pub struct View<'a> {
+    queries: QueryPipeline<'a>,
+}
+
+impl View<'_> {
+    /// The first surface along a ray, up to ray parameter `reach`.
+    pub fn cast(&self, origin: Vector, direction: Vector, reach: f32) -> Option<Hit> {
+        let ray = Ray::new(origin, direction);
+        let (handle, hit) = self.queries.cast_ray_and_get_normal(&ray, reach, true)?;
+        let tag = self.queries.colliders[handle].user_data;
+        let surface = if tag == GROUND_TAG { Surface::Ground } else { Surface::Object(ObjectId(tag as u16)) };
+        Some(Hit { surface, distance: hit.time_of_impact, normal: hit.normal })
+    }
+}
+
+/// Half a turn of the quaternion that lifts rapier's y-up height fields to z up.
+const HALF_SQRT: f32 = core::f32::consts::FRAC_1_SQRT_2;
+
+/// The relief as a collider. Rapier's height fields have height along y, rows along z and columns along x; turned by
+/// a quarter about x, height is z up and rows run from north to south.
+fn ground_collider(terrain: &Terrain) -> ColliderBuilder {
+    let n = terrain::CELLS + 1;
+    let mut heights = Array2::repeat(n, n, 0.0);
+    for row in 0..n {
+        for column in 0..n {
+            heights[(row, column)] = terrain.at(n - 1 - row, column);
+        }
+    }
+    let quarter = Rotation::from_xyzw(HALF_SQRT, 0.0, 0.0, HALF_SQRT);
+    ColliderBuilder::heightfield(heights, Vector::new(terrain::SIDE, 1.0, terrain::SIDE))
+        .position(Pose::from_rotation(quarter))
+        .friction(0.9)
+        .user_data(GROUND_TAG)
+}
+
+fn object_collider(object: &Object) -> ColliderBuilder {
+    let [length, width, height] = object.size.map(|s| s / 2.0);
+    match object.class {
+        Class::Person => {
+            let radius = length.min(width);
+            ColliderBuilder::capsule_z((height - radius).max(0.01), radius)
+        }
+        Class::Vehicle | Class::Decoy | Class::Obstacle => ColliderBuilder::cuboid(length, width, height),
+    }
+}
+
+fn pose_of(placement: &Placement) -> Pose {
+    Pose::from_parts(placement.centre, turn(placement.facing))
+}
+
+/// The rotation about z that turns east to `facing`, by half-angle identities and without trigonometry.
+pub(crate) fn turn([cos, sin]: [f32; 2]) -> Rotation {
+    let w = ((1.0 + cos).max(0.0) / 2.0).sqrt();
+    let z = ((1.0 - cos).max(0.0) / 2.0).sqrt();
+    Rotation::from_xyzw(0.0, 0.0, if sin < 0.0 { -z } else { z }, w).normalize()
+}

@@ -1,0 +1,248 @@
+//! What the sim promises to the rest: repeatable, forkable, sensors that agree, faults that stay where they are.
+
+use std::collections::BTreeMap;
+
+use sim::fault::{Disturbance, Fault};
+use sim::plant::STANDSTILL;
+use sim::scene::{Scene, Start};
+use sim::{ChannelKeys, Sim, SimConfig};
+use wire::audit::Entry;
+use wire::bus::{ChannelKey, HEADER_LEN, Sender, TAG_LEN};
+use wire::codec::encode;
+use wire::core::{Core, Input, Output, Topic};
+use wire::drive::{Act, Drive};
+use wire::event::{Event, FaultKind, Sensor};
+use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, Sequence, TrackId, WorldId};
+use wire::sensor::{Candidates, Class, Frames};
+use wire::time::{Instant, Span};
+
+#[test]
+fn the_same_seed_gives_the_same_bytes() {
+    for rendered in [false, true] {
+        let run = |seed| Rig::new(SimConfig::new(seed, rendered)).run(2_000, Some((1500, 80_000)));
+        assert_eq!(run(7), run(7));
+        assert_ne!(run(7), run(8));
+    }
+}
+
+#[test]
+fn how_often_the_core_is_woken_changes_nothing() {
+    let ask = Some((1500, 80_000));
+    let sparse = Rig::new(SimConfig::new(7, false)).run(3_000, ask);
+    let mut rig = Rig::new(SimConfig::new(7, false));
+    rig.wake_every_ms = Some(3);
+    assert_eq!(rig.run(3_000, ask), sparse);
+}
+
+#[test]
+fn a_fork_continues_identically() {
+    let mut rig = Rig::new(SimConfig::new(7, false));
+    rig.run(3_000, Some((2000, 50_000)));
+    let mut fork = Rig { sim: rig.sim.fork(), drive: rig.drive.clone(), now: rig.now, wake_every_ms: None };
+    assert_eq!(fork.run(3_000, Some((2500, -60_000))), rig.run(3_000, Some((2500, -60_000))));
+}
+
+#[test]
+fn the_vehicle_follows_set_points_and_stands_still_after_its_lease() {
+    let mut rig = Rig::new(SimConfig::new(7, false));
+    rig.run(4_000, Some((2000, 0)));
+    let (world, plant) = rig.sim.truth();
+    assert!((plant.state(world).speed() - 2.0).abs() < 0.15);
+
+    let after = rig.run(2_000, None);
+    let (world, plant) = rig.sim.truth();
+    assert!(plant.state(world).speed().abs() < STANDSTILL);
+    let lapse = events(&after).into_iter().find_map(|(at, e)| matches!(e, Event::Truth { leased: false, .. }).then_some(at));
+    let lapse = lapse.expect("the lapse is written down");
+    // The last set-point is made at 4.0 s of the run, with a lease of 300 ms.
+    assert_eq!(lapse.since(START), Span::ms(4_300));
+}
+
+#[test]
+fn a_set_point_under_another_key_moves_nothing() {
+    let mut rig = Rig::new(SimConfig::new(7, false));
+    rig.drive = Sender::new(Topic::Drive, NodeId::UNIT_A, Boot(1), ChannelKey([9; 32]));
+    let log = rig.run(2_000, Some((2000, 0)));
+    let (world, plant) = rig.sim.truth();
+    assert!(plant.state(world).speed().abs() < STANDSTILL);
+    assert!(events(&log).iter().any(|(_, e)| matches!(e, Event::Refused { .. })));
+}
+
+#[test]
+fn depth_colour_and_heat_of_a_pixel_come_from_the_same_object() {
+    // A hot red box, 10 m ahead of the camera, on flat ground.
+    let mut scene = Scene::default();
+    scene.ground.amplitude = 0.0;
+    scene.objects.truncate(1);
+    scene.objects[0].path = vec![[13.0, 0.0]];
+    scene.objects[0].heading = 0.0;
+    scene.objects[0].class = Class::Obstacle;
+    scene.objects[0].size = [4.0, 4.0, 4.0];
+    scene.objects[0].colour = [220, 10, 10];
+    scene.objects[0].kelvin = 340.0;
+    let frame = sim::render(&scene, Start { east: 0.0, north: 0.0, heading: 0.0 }, 1).unwrap();
+    let u16_at = |plane: &[u8], k: usize| u16::from_le_bytes([plane[2 * k], plane[2 * k + 1]]);
+    let label = frame.labels[0];
+    assert_eq!(label.object, ObjectId(0));
+    for k in 0..usize::from(frame.width) * usize::from(frame.height) {
+        let (x, y) = ((k % 160) as u16, (k / 160) as u16);
+        let red = frame.rgb[3 * k] / 2 > frame.rgb[3 * k + 1];
+        let hot = u16_at(&frame.thermal, k) > 310 * 100;
+        let near = (9_000..=14_500).contains(&u16_at(&frame.depth, k)) && y < 65;
+        let b = label.bounds;
+        let inside = (b.x0..b.x1).contains(&x) && (b.y0..b.y1).contains(&y);
+        assert_eq!(red, hot, "pixel {x},{y}");
+        assert_eq!(red && y < 65, near, "pixel {x},{y}");
+        assert!(inside || !red, "pixel {x},{y}");
+    }
+    // Straight ahead, the box's near face is 11 m from the body origin and so 10 m from the camera.
+    assert!(u16_at(&frame.depth, 60 * 160 + 80).abs_diff(10_000) < 150);
+    assert!(u16_at(&frame.lidar, 7 * 360).abs_diff(11_000) < 150);
+}
+
+#[test]
+fn a_fault_of_one_sensor_leaves_the_bytes_of_the_others_unchanged() {
+    let clean = Rig::new(SimConfig::new(7, true)).run(1_000, None);
+    for disturbance in [Disturbance::Dropout, Disturbance::Freeze, Disturbance::Occlusion { permille: 400 }] {
+        let mut config = SimConfig::new(7, true);
+        config.faults.push(Fault { sensor: Sensor::Thermal, disturbance, start_ms: 300, duration_ms: 300 });
+        let log = Rig::new(config).run(1_000, None);
+        for (clean, got) in planes(&clean).iter().zip(planes(&log)) {
+            let faulty = (3..6).contains(&got.0.0);
+            assert_eq!((clean.1[0].as_ref(), clean.1[1].as_ref()), (got.1[0].as_ref(), got.1[1].as_ref()));
+            assert_eq!(clean.1[3], got.1[3]);
+            assert_eq!(clean.1[2] == got.1[2], !faulty, "{:?} {disturbance:?}", got.0);
+        }
+        let edges: Vec<_> = events(&log)
+            .into_iter()
+            .filter_map(|(_, e)| match e {
+                Event::Fault { sensor: Sensor::Thermal, active, frame, .. } => Some((active, frame)),
+                _ => None,
+            })
+            .collect();
+        assert_eq!(edges, [(true, FrameId(3)), (false, FrameId(6))]);
+    }
+}
+
+#[test]
+fn a_drift_walks_the_fix_away_from_the_truth_and_is_written_down() {
+    let mut config = SimConfig::new(7, false);
+    let disturbance = Disturbance::Drift { east_mm_s: 1000, north_mm_s: 0 };
+    config.faults.push(Fault { sensor: Sensor::Localisation, disturbance, start_ms: 500, duration_ms: 60_000 });
+    let log = Rig::new(config).run(3_500, None);
+    let bodies = bodies(&log, Topic::Navigation);
+    let last = minicbor::decode::<wire::sensor::Navigation>(bodies.last().unwrap()).unwrap();
+    assert!((last.fix.unwrap().pose.x_mm - -7_000).abs() < 400, "{last:?}");
+    assert!(events(&log).iter().any(|(_, e)| matches!(e, Event::Fault { kind: FaultKind::Drift, active: true, .. })));
+}
+
+#[test]
+fn unrendered_candidates_place_the_object_where_it_is() {
+    let mut config = SimConfig::new(7, false);
+    config.scene.objects.truncate(1);
+    config.scene.objects[0].path = vec![[6.0, -5.0]];
+    let log = Rig::new(config).run(3_000, None);
+    let bodies = bodies(&log, Topic::Candidates);
+    let frames: Vec<Candidates> = bodies.iter().map(|b| minicbor::decode(b).unwrap()).collect();
+    let clusters: Vec<_> = frames.iter().flat_map(|f| f.lidar.as_ref().unwrap().iter()).collect();
+    assert!(clusters.len() > 25);
+    assert!(clusters.iter().all(|c| (c.x_mm - 15_500).abs() < 1_500 && c.y_mm.abs() < 800), "{clusters:?}");
+    let vehicles = frames.iter().filter(|f| f.rgb.as_ref().unwrap().iter().any(|d| d.class == Class::Vehicle)).count();
+    let warm = frames.iter().filter(|f| !f.thermal.as_ref().unwrap().is_empty()).count();
+    assert!(vehicles > 22 && warm > 24, "{vehicles} {warm}");
+}
+
+#[test]
+fn an_act_is_answered_with_the_true_object_nearest_to_it() {
+    let mut rig = Rig::new(SimConfig::new(7, false));
+    rig.run(500, None);
+    let command = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(1) };
+    let (stamp, track) = (rig.now, TrackId(3));
+    let act = Act { stamp, world: WorldId(0), authority: 1, track, x_mm: 18_600, y_mm: -15_000, command };
+    let bytes = Sender::new(Topic::Act, NodeId::UNIT_A, Boot(1), ChannelKey([4; 32])).seal(rig.now, &encode(&act));
+    rig.sim.handle(rig.now, &Input::Bus { topic: Topic::Act, bytes });
+    let log = rig.drain();
+    let found = events(&log).into_iter().find_map(|(_, e)| match e {
+        Event::PlantAct { object, class, distance_mm, .. } => Some((object, class, distance_mm)),
+        _ => None,
+    });
+    assert_eq!(found, Some((Some(ObjectId(2)), Some(Class::Decoy), 600)));
+}
+
+#[test]
+fn a_config_survives_json_and_refuses_what_it_does_not_know() {
+    let config = SimConfig::new(7, true);
+    let json = serde_json::to_string(&config).unwrap();
+    assert_eq!(serde_json::from_str::<SimConfig>(&json).unwrap(), config);
+    assert!(serde_json::from_str::<SimConfig>(&json.replace("\"seed\"", "\"sede\"")).is_err());
+}
+
+/// Hosts have arbitrary zeros.
+const START: Instant = Instant(77_000_123);
+
+/// A sim with somebody at the wheel.
+struct Rig {
+    sim: Sim,
+    drive: Sender,
+    now: Instant,
+    wake_every_ms: Option<u64>,
+}
+
+impl Rig {
+    fn new(config: SimConfig) -> Rig {
+        let [frames, candidates, navigation, drive, act] = [0, 1, 2, 3, 4].map(|k| ChannelKey([k; 32]));
+        let keys = ChannelKeys { frames, candidates, navigation, drive: drive.clone(), act };
+        let drive = Sender::new(Topic::Drive, NodeId::UNIT_A, Boot(1), drive);
+        Rig { sim: Sim::new(&config, keys, None, START).unwrap(), drive, now: START, wake_every_ms: None }
+    }
+
+    /// Runs on, asking for (mm/s, 10⁻⁶/m) every 50 ms under leases of 300 ms.
+    fn run(&mut self, ms: u64, ask: Option<(i32, i32)>) -> Vec<Output> {
+        let mut log = Vec::new();
+        for _ in 0..ms / 50 {
+            let until = self.now + Span::ms(50);
+            loop {
+                let wish = self.wake_every_ms.map(|ms| self.now + Span::ms(ms)).or(self.sim.deadline());
+                let Some(at) = wish.filter(|at| *at <= until) else { break };
+                self.now = at;
+                self.sim.handle(at, &Input::Timeout);
+                log.extend(self.drain());
+            }
+            self.now = until;
+            if let Some((speed_mm_s, curvature_um)) = ask {
+                let drive = Drive { stamp: until, speed_mm_s, curvature_um, lease: Span::ms(300) };
+                let bytes = self.drive.seal(until, &encode(&drive));
+                self.sim.handle(until, &Input::Bus { topic: Topic::Drive, bytes });
+            }
+            log.extend(self.drain());
+        }
+        log
+    }
+
+    fn drain(&mut self) -> Vec<Output> {
+        std::iter::from_fn(|| self.sim.output()).collect()
+    }
+}
+
+fn events(log: &[Output]) -> Vec<(Instant, Event)> {
+    let entries = log.iter().filter_map(|o| match o {
+        Output::Audit { bytes } => Some(Entry::decode(bytes).unwrap()),
+        _ => None,
+    });
+    entries.map(|e| (e.at, e.event)).collect()
+}
+
+fn bodies(log: &[Output], wanted: Topic) -> Vec<&[u8]> {
+    let messages = log.iter().filter_map(|o| match o {
+        Output::Bus { topic, bytes } if *topic == wanted => Some(&bytes[HEADER_LEN..bytes.len() - TAG_LEN]),
+        _ => None,
+    });
+    messages.collect()
+}
+
+type Planes = [Option<Vec<u8>>; 4];
+
+fn planes(log: &[Output]) -> BTreeMap<FrameId, Planes> {
+    let frames = bodies(log, Topic::Frames).into_iter().map(|b| minicbor::decode::<Frames>(b).unwrap());
+    frames.map(|f| (f.frame, [f.rgb, f.depth, f.thermal, f.lidar].map(|p| p.map(|p| p.to_vec())))).collect()
+}
