@@ -310,6 +310,14 @@ pub enum Output {
         #[n(0)]
         text: String,
     },
+    /// Emit a datagram towards the server from a source address of the relay's own, which no session knows and no
+    /// credential covers (relay only).
+    #[n(8)]
+    Stranger {
+        /// Bytes on the wire.
+        #[cbor(n(0), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
 }
 
 /// A deterministic service core.

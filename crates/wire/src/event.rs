@@ -4,6 +4,7 @@
 //! processes than the service judged, so that no service is the only witness of its own conduct.
 
 use minicbor::{Decode, Encode};
+use sha2::{Digest, Sha256};
 
 use crate::codec::Text;
 use crate::command::CommandKind;
@@ -84,6 +85,9 @@ pub enum Account {
     /// Datagrams that the kernel dropped at our socket.
     #[n(13)]
     KernelDropped,
+    /// Datagrams that a relay sent towards the server from a source address of its own; not in `RelayOut`.
+    #[n(14)]
+    RelayStranger,
 }
 
 /// What the record filter in front of a session decided.
@@ -530,6 +534,13 @@ pub enum Event {
         #[n(2)]
         record: RecordId,
     },
+}
+
+/// The short hash of bytes on a wire, as [`Event::Attack`] and [`Event::GuardSaw`] carry it: the first eight bytes of
+/// their SHA-256, big endian. Both ends of a receipt have to use this one.
+pub fn wire_hash(bytes: &[u8]) -> u64 {
+    let digest: [u8; 32] = Sha256::digest(bytes).into();
+    digest.iter().take(8).fold(0, |hash, byte| hash << 8 | u64::from(*byte))
 }
 
 /// How a teammate's claim contradicts something.
