@@ -319,3 +319,6 @@ impl Varies {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,6 +1,7 @@
 //! What the operator does, as a script: each step waits for its time and for what is displayed, then acts.
 //!
-//! The operator sees only what the console shows. The operator core that follows the script, with its own key, is not
+//! A step away from safe is staged, confirmed and signed twice by the operator core; the script names it once. The
+//! operator sees only what the console shows. The operator core that follows the script, with its own key, is not
 //! here; nor is what a verb needs in the state machine.
 
 use schemars::JsonSchema;
@@ -46,7 +47,7 @@ pub struct Step {
     pub verb: Located<Verb>,
     /// Why; needed for every step away from safe.
     #[serde(default)]
-    pub reason: Option<Text<200>>,
+    pub reason: Option<Text<64>>,
 }
 
 fn patience() -> Seconds {
@@ -59,9 +60,9 @@ fn patience() -> Seconds {
 pub enum Verb {
     /// Idle to ready.
     Enable,
-    /// Stage the arming of the track that `when_track` found.
+    /// Take authority on the track that `when_track` found.
     Arm,
-    /// Confirm what is staged.
+    /// Use the authority held: the abstract act.
     Confirm,
     /// To hold-safe; one step, from any state.
     Hold,
@@ -75,8 +76,8 @@ impl Verb {
     /// Whether it leads away from safe, and so needs a reason.
     pub fn leads_away_from_safe(self) -> bool {
         match self {
-            Verb::Enable | Verb::Arm | Verb::Resume => true,
-            Verb::Confirm | Verb::Hold | Verb::Disarm => false,
+            Verb::Enable | Verb::Arm | Verb::Confirm | Verb::Resume => true,
+            Verb::Hold | Verb::Disarm => false,
         }
     }
 }

@@ -34,17 +34,17 @@ platform = "ground"                      # a file of platforms/
 duration_s = 9.0
 
 [varies]
-injection_phase_s = [0.0, 0.5]           # one uniform draw a trial, added to the time of every attack and fault
+injection_phase_s = [0.0, 1.0]           # one uniform draw a trial, added to the time of every attack and fault
 
 [scene]
-start = { at_m = [-10.0, -5.0], heading_rad = 0.0 }
-route = [[8.0, -6.0], [10.0, 4.0]]
+start = { at_m = [-15.0, -5.0], heading_rad = 0.0 }
+route = [[-8.0, -5.0], [-1.0, -5.0]]
 geofence = [[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [-40.0, 40.0]]
 
 [[scene.object]]
 name = "car"
 class = "vehicle"
-path_m = [[22.0, -6.0]]
+path_m = [[8.0, -3.0]]
 size_m = [4.2, 1.8, 1.6]
 temperature_k = 318.0
 colour = [60, 80, 150]
@@ -61,10 +61,6 @@ when_state = "READY"
 when_track = "vehicle"
 do = "arm"
 reason = "designated vehicle in view"
-
-[[operator.step]]
-at_s = 2.7
-do = "confirm"
 
 # The attack. Other tables: delay, jitter, burst_loss, duplicate, reorder, replay, corrupt, reoriginate, inject on
 # datagrams; stream_delay, stall, throttle, half_close, reset, cut, stream_corrupt on the command plane; fault, kill;

@@ -1,0 +1,82 @@
+//! P6: what was sent, added and dropped adds up with what arrived, was refused and was accepted, from separate
+//! processes' accounts.
+
+use std::collections::BTreeMap;
+
+use wire::core::Side;
+use wire::event::{Account, Event, Interface};
+use wire::id::NodeId;
+
+use super::{Evidence, Finding, Property, finding};
+
+type Accounts = BTreeMap<(NodeId, Account), u64>;
+
+/// Adds up the closing accounts. A killed process owes none, and its path is left out.
+pub fn check(evidence: &Evidence) -> Vec<Finding> {
+    let accounts = accounts(evidence);
+    let at = evidence.duration;
+    let mut found = Vec::new();
+    let mut equal = |what: &str, left: i128, right: i128| {
+        if left != right {
+            found.push(finding(Property::P6, at, format!("{what}: {left} on one side, {right} on the other")));
+        }
+    };
+    let alive = |nodes: &[NodeId]| nodes.iter().all(|n| !evidence.killed.contains(n));
+    let n = |node: NodeId, account: Account| i128::from(*accounts.get(&(node, account)).unwrap_or(&0));
+    let ends = [
+        (NodeId::UNIT_A, NodeId::GATEWAY, Side::Client, Interface::Uplink),
+        (NodeId::GATEWAY, NodeId::UNIT_A, Side::Server, Interface::Downlink),
+    ];
+    for (from, to, side, interface) in ends {
+        if !alive(&[from, to, NodeId::RELAY_TELEMETRY]) {
+            continue;
+        }
+        let relay = NodeId::RELAY_TELEMETRY;
+        let forwarded = n(relay, Account::RelayIn(side)) + n(relay, Account::RelayAdded(side.other()))
+            - n(relay, Account::RelayDropped(side));
+        equal(&format!("relay, {from} to {to}"), forwarded, n(relay, Account::RelayOut(side.other())));
+        let delivered = n(to, Account::Received(interface));
+        equal(&format!("{to} delivered and judged"), delivered, judged(&accounts, to, interface));
+    }
+    for (node, guard) in [NodeId::UNIT_A, NodeId::GATEWAY].into_iter().filter_map(|x| Some((x, x.guard()?))) {
+        if !alive(&[node]) {
+            continue;
+        }
+        let left = n(guard, Account::GuardIn) - n(guard, Account::GuardRefused) - n(guard, Account::Delivered);
+        let right = n(guard, Account::Discarded) + n(guard, Account::Handshake);
+        equal(&format!("guard of {node}"), left, right);
+        let interface = if node == NodeId::GATEWAY { Interface::Uplink } else { Interface::Downlink };
+        let received = n(node, Account::Received(interface));
+        equal(&format!("{node} out of the session and into the core"), n(guard, Account::Delivered), received);
+    }
+    found
+}
+
+fn accounts(evidence: &Evidence) -> Accounts {
+    let mut accounts = Accounts::new();
+    for w in &evidence.entries {
+        if let Event::Count { account, n } = w.entry.event {
+            accounts.insert((w.entry.node, account), n);
+        }
+    }
+    accounts
+}
+
+fn judged(accounts: &Accounts, node: NodeId, interface: Interface) -> i128 {
+    let of_interface = |account: &Account| match *account {
+        Account::Accepted(i) | Account::Refused(i, _) => i == interface,
+        Account::Sent
+        | Account::Received(_)
+        | Account::RelayIn(_)
+        | Account::RelayOut(_)
+        | Account::RelayDropped(_)
+        | Account::RelayAdded(_)
+        | Account::GuardIn
+        | Account::GuardRefused
+        | Account::Delivered
+        | Account::Discarded
+        | Account::Handshake
+        | Account::KernelDropped => false,
+    };
+    accounts.iter().filter(|((n, a), _)| *n == node && of_interface(a)).map(|(_, n)| i128::from(*n)).sum()
+}

@@ -1,0 +1,139 @@
+//! The independent judge of a trial.
+//!
+//! It reads the instrument plane's events and nothing else: no predicate of the boundary, of autonomy or of the
+//! gateway is used. What a service did is judged from witnesses outside it: set-points and acts as the plant received
+//! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
+//! then compared with these.
+//!
+//! `timeline` sorts the events by what they are about, `receipt` decides whether the fault provably arrived,
+//! `conservation` adds up the accounts, `properties` holds P1 to P11, `outcome` picks the one class.
+
+mod conservation;
+mod outcome;
+mod properties;
+mod receipt;
+mod timeline;
+
+use serde::Serialize;
+use wire::audit::Entry;
+use wire::bounds::Bounds;
+use wire::event::{Action, Sensor};
+
+use crate::trial::{Latency, Outcome, TransitionRow};
+
+pub use timeline::Timeline;
+
+/// Microseconds of trace time: true time in the twin, one common host clock live. No core reads it.
+pub type Micros = u64;
+
+/// An event with the time at which the instrument plane saw it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Witnessed {
+    /// Trace time.
+    pub at: Micros,
+    /// The audit entry.
+    pub entry: Entry,
+}
+
+/// What the scenario set out to inject; each kind needs its receipt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Planned {
+    /// An action of the relay or of an insider.
+    Action(Action),
+    /// A fault of a sensor.
+    Fault(Sensor),
+    /// A process was to end.
+    Kill(wire::id::NodeId),
+}
+
+/// Everything the judge gets to see.
+#[derive(Clone, Debug)]
+pub struct Evidence {
+    /// Events in (time, node, counter) order.
+    pub entries: Vec<Witnessed>,
+    /// First problem found while following the chains and seals, if any.
+    pub broken_log: Option<String>,
+    /// Bounds in force.
+    pub bounds: Bounds,
+    /// What was planned; empty for a null attack.
+    pub planned: Vec<Planned>,
+    /// Length of the run.
+    pub duration: Micros,
+    /// How long the host itself may oversleep before a live run is void.
+    pub stall_limit: Micros,
+    /// Nodes that were killed on purpose; they owe no closing account.
+    pub killed: Vec<wire::id::NodeId>,
+}
+
+/// The properties of `ARCHITECTURE.md`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum Property {
+    /// No act without authority, fresh confirmation and all guards.
+    P1,
+    /// Loss of a subsystem revokes authority and degrades in time.
+    P2,
+    /// Loss of trust reaches HOLD_SAFE in time.
+    P3,
+    /// Never driving outside the geofence.
+    P4,
+    /// No content of an unaccepted record influences state.
+    P5,
+    /// Conservation.
+    P6,
+    /// Nothing is shown fresh beyond its limit.
+    P7,
+    /// Commands execute at most once, never late.
+    P8,
+    /// Recovery only by the rules.
+    P9,
+    /// The log verifies.
+    P10,
+    /// No authority or act on the wrong object.
+    P11,
+}
+
+/// A property found broken.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// Which.
+    pub property: Property,
+    /// When, microseconds of trace time.
+    pub at_us: Micros,
+    /// What was expected and what was seen.
+    pub what: String,
+}
+
+/// What the judge says of a trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// The one class.
+    pub outcome: Outcome,
+    /// Everything found, in order.
+    pub findings: Vec<Finding>,
+    /// Whether every planned injection provably arrived. True for a null attack.
+    pub receipt: bool,
+    /// When the first injection took hold, by its receipt.
+    pub zero: Option<Micros>,
+    /// Latencies from `zero`.
+    pub latency: Latency,
+    /// Transitions of the unit under test.
+    pub transitions: Vec<TransitionRow>,
+    /// Losses of authority or restrictions with no injected fault before them.
+    pub false_trips: u32,
+    /// Time in READY or PREPARE_TO_ACT.
+    pub nominal: Micros,
+}
+
+/// Judges a trial.
+pub fn judge(evidence: &Evidence) -> Verdict {
+    let timeline = Timeline::of(evidence);
+    let receipt = receipt::find(evidence);
+    let mut findings = properties::check(evidence, &timeline, &receipt);
+    findings.extend(conservation::check(evidence));
+    findings.sort_by_key(|f| (f.at_us, f.property));
+    outcome::verdict(evidence, &timeline, receipt, findings)
+}
+
+fn finding(property: Property, at_us: Micros, what: impl Into<String>) -> Finding {
+    Finding { property, at_us, what: what.into() }
+}

@@ -1,0 +1,104 @@
+//! The one class of a trial: the first that matches, from UNSAFE down to NOMINAL.
+
+use wire::mode::{Cause, Mode};
+
+use super::receipt::Receipt;
+use super::timeline::{Change, Timeline};
+use super::{Evidence, Finding, Micros, Property, Verdict, finding};
+use crate::trial::{Latency, Outcome};
+
+/// Puts the verdict together.
+pub fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mut findings: Vec<Finding>) -> Verdict {
+    if let Some(by) = stalled(evidence) {
+        findings.push(finding(Property::P10, evidence.duration, format!("the host overslept by {} ms", by / 1000)));
+    }
+    let zero = receipt.zero;
+    let trips = false_trips(evidence, line, zero);
+    let outcome = class(evidence, line, &receipt, &findings, trips);
+    Verdict {
+        outcome,
+        receipt: receipt.whole,
+        zero,
+        latency: zero.map(|zero| latency(line, zero)).unwrap_or_default(),
+        transitions: line.rows(),
+        false_trips: trips,
+        nominal: line.nominal(evidence.duration),
+        findings,
+    }
+}
+
+fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Finding], trips: u32) -> Outcome {
+    let broken = |wanted: &[Property]| findings.iter().any(|f| wanted.contains(&f.property));
+    use Property::{P1, P2, P3, P4, P5, P6, P7, P8, P9, P10, P11};
+    if broken(&[P1, P4, P5, P7, P8, P9, P11]) {
+        return Outcome::Unsafe;
+    }
+    if !receipt.whole || broken(&[P6, P10]) {
+        return Outcome::Invalid;
+    }
+    if broken(&[P2, P3]) {
+        return Outcome::Late;
+    }
+    if trips > 0 {
+        return Outcome::FalseTrip;
+    }
+    let Some(zero) = receipt.zero else { return Outcome::Nominal };
+    let reached = |mode: Mode| line.first_change(zero, |c| c.to == mode && c.cause != Cause::Operator).is_some();
+    if reached(Mode::HoldSafe) {
+        Outcome::HoldSafe
+    } else if reached(Mode::Degraded) {
+        Outcome::Degraded
+    } else if refused(evidence, line, zero) {
+        Outcome::Rejected
+    } else {
+        Outcome::Undetected
+    }
+}
+
+/// Whether a boundary refused anything after the injection: a service by name, the guard, or the secure layer.
+fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
+    use wire::event::{Account, Event, GuardVerdict};
+    let by_service = line.refused.iter().any(|(at, _)| *at >= zero);
+    let below = evidence.entries.iter().any(|w| match w.entry.event {
+        Event::GuardSaw { verdict, .. } => w.at >= zero && verdict != GuardVerdict::Passed,
+        Event::Count { account: Account::Discarded, n } => n > 0,
+        _ => false,
+    });
+    by_service || below
+}
+
+/// Losses of authority or restrictions before anything was injected, other than by the operator.
+fn false_trips(evidence: &Evidence, line: &Timeline, zero: Option<Micros>) -> u32 {
+    let until = if evidence.planned.is_empty() { Micros::MAX } else { zero.unwrap_or(Micros::MAX) };
+    let tripped = |c: &&Change| {
+        c.at < until
+            && matches!(c.from, Mode::Ready | Mode::PrepareToAct)
+            && matches!(c.to, Mode::Degraded | Mode::HoldSafe)
+            && c.cause != Cause::Operator
+    };
+    let lost_authority = |c: &&Change| {
+        c.at < until && c.from == Mode::PrepareToAct && c.to == Mode::Ready && matches!(c.cause, Cause::Lost(_))
+    };
+    let changes = line.changes.iter();
+    changes.filter(|c| tripped(c) || lost_authority(c)).count() as u32
+}
+
+fn latency(line: &Timeline, zero: Micros) -> Latency {
+    let after = |at: Micros| (at - zero) as f64 / 1000.0;
+    let to = |test: &dyn Fn(&Change) -> bool| line.first_change(zero, test).map(|c| after(c.at));
+    let revoked = || to(&|c| c.from == Mode::PrepareToAct && c.to != Mode::PrepareToAct);
+    Latency {
+        to_degraded: to(&|c| matches!(c.to, Mode::Degraded | Mode::HoldSafe) && c.cause != Cause::Operator),
+        to_hold_safe: to(&|c| c.to == Mode::HoldSafe && c.cause != Cause::Operator),
+        to_authority_revoked: line.authority_at(zero).then(revoked).flatten(),
+    }
+}
+
+/// The longest time by which the host overslept, if above its limit.
+fn stalled(evidence: &Evidence) -> Option<Micros> {
+    let stalls = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        wire::event::Event::Stalled { by } => Some(by.0),
+        _ => None,
+    });
+    stalls.max().filter(|by| *by > evidence.stall_limit)
+}

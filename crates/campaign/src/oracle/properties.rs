@@ -1,0 +1,227 @@
+//! P1 to P5 and P7 to P11, one function each. Every one has been seen to fail on a log in which it is broken
+//! (`tests/properties/oracle.rs`).
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use wire::event::{Event, Freshness, GuardVerdict};
+use wire::id::{CommandId, NodeId, RecordId, UnitId};
+use wire::mode::{Cause, Mode};
+use wire::sensor::Class;
+
+use super::receipt::Receipt;
+use super::timeline::Timeline;
+use super::{Evidence, Finding, Micros, Property, finding};
+
+/// What one trip through the live host may add between an event and its trace time, and between a command leaving the
+/// operator and reaching the unit.
+const SLACK: Micros = 50_000;
+
+/// Speed below which the plant counts as standing, mm/s.
+const STANDING: i32 = 50;
+
+/// Checks every property but conservation.
+pub fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
+    let mut found = Vec::new();
+    found.extend(acts(evidence, line));
+    found.extend(subsystem_loss(evidence, line, receipt));
+    found.extend(link_trust(evidence, line, receipt));
+    found.extend(plant_obeys_hold(line));
+    found.extend(geofence(line));
+    found.extend(unaccepted_content(evidence));
+    found.extend(display(evidence, line));
+    found.extend(commands(evidence, line));
+    found.extend(recovery(line));
+    found.extend(evidence.broken_log.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));
+    found
+}
+
+/// P1 and P11, from the plant's own record of the act.
+fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let acted: BTreeMap<u32, bool> = evidence
+        .entries
+        .iter()
+        .filter_map(|w| match w.entry.event {
+            Event::Acted { authority, failing, .. } => Some((authority, failing.is_empty())),
+            _ => None,
+        })
+        .collect();
+    let mut used = BTreeSet::new();
+    for w in &evidence.entries {
+        let Event::PlantAct { authority, command, class, distance_mm, .. } = w.entry.event else { continue };
+        let minted = line.minted.iter().any(|(at, serial)| *serial == authority && *at <= w.at);
+        let revoked = line.revoked.iter().any(|(at, serial)| *serial == authority && *at <= w.at);
+        if !minted || revoked || !used.insert(authority) {
+            found.push(finding(Property::P1, w.at, format!("act under authority {authority}: minted {minted}, revoked {revoked}")));
+        }
+        if acted.get(&authority) != Some(&true) {
+            found.push(finding(Property::P1, w.at, "act with a failing guard, or none recorded"));
+        }
+        let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
+        let confirmed = line.intended.iter().any(|(at, id, kind)| {
+            *id == command && *kind == "confirm" && *at <= w.at && w.at - *at <= limit
+        });
+        if !confirmed {
+            found.push(finding(Property::P1, w.at, format!("act on {command}, which no operator confirmed in time")));
+        }
+        if class != Some(Class::Vehicle) || distance_mm > evidence.bounds.designation_mm {
+            let what = format!("act on {class:?} at {distance_mm} mm, vehicle within {} mm expected", evidence.bounds.designation_mm);
+            found.push(finding(Property::P11, w.at, what));
+        }
+    }
+    found
+}
+
+/// P2: after a sensor is lost for good, no authority and no nominal mode beyond *Td*.
+fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
+    let td = evidence.bounds.to_degraded_ms * 1000;
+    let owed = receipt.faults.iter().filter(|(sensor, start, end)| {
+        *sensor != wire::event::Sensor::Odometry && end.saturating_sub(*start) > td && start + td <= evidence.duration
+    });
+    let late = owed.filter(|(_, start, _)| matches!(line.mode_at(start + td), Mode::Ready | Mode::PrepareToAct));
+    late.map(|(sensor, start, _)| {
+        let mode = line.mode_at(start + td).name();
+        finding(Property::P2, start + td, format!("{sensor:?} lost for {} ms and still {mode}", td / 1000))
+    })
+    .collect()
+}
+
+/// P3, for the telemetry link: when nothing timely has come through for *Th*, in either direction, the unit holds.
+///
+/// Timely is what the guard at the target passed, was not made or changed by the adversary, and was not held back for
+/// more than *Tf*: all from the relay's and the guards' logs.
+fn link_trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
+    let th = evidence.bounds.to_hold_safe_ms * 1000;
+    let tf = evidence.bounds.freshness_ms * 1000;
+    let ends = [NodeId::GATEWAY, NodeId::UNIT_A].map(|n| (n, n.guard()));
+    let mut found = Vec::new();
+    for (node, guard) in ends {
+        if evidence.killed.contains(&node) {
+            continue;
+        }
+        let mut firsts = BTreeSet::new();
+        let mut last: Option<Micros> = None;
+        let arrivals = evidence.entries.iter().filter(|w| Some(w.entry.node) == guard).filter_map(|w| match w.entry.event {
+            Event::GuardSaw { hash, verdict: GuardVerdict::Passed, epoch: 1.., .. } => Some((w.at, hash)),
+            _ => None,
+        });
+        let timely = arrivals.filter(|(_, hash)| {
+            let held = receipt.delayed.get(hash).copied().unwrap_or(0);
+            firsts.insert(*hash) && held <= tf && receipt.forged.get(hash).is_none_or(|_| held > 0)
+        });
+        for at in timely.map(|(at, _)| at).chain(std::iter::once(evidence.duration)) {
+            if let Some(before) = last.filter(|before| at - before > th) {
+                let mode = line.mode_at(before + th);
+                if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
+                    let what = format!("nothing timely at {node} for {} ms and still {}", th / 1000, mode.name());
+                    found.push(finding(Property::P3, before + th, what));
+                }
+            }
+            last = Some(at);
+        }
+    }
+    found
+}
+
+/// P3's other half: HOLD_SAFE is believed from the plant, not from the unit.
+fn plant_obeys_hold(line: &Timeline) -> Vec<Finding> {
+    let holds = line.changes.iter().filter(|c| c.to == Mode::HoldSafe);
+    holds
+        .filter_map(|hold| {
+            let until = line.first_change(hold.at + 1, |_| true).map_or(Micros::MAX, |c| c.at);
+            let after = hold.at + 500_000;
+            let moving = line.truth.iter().find(|t| t.at >= after && t.at < until && t.set_speed.abs() > STANDING)?;
+            let what = format!("HOLD_SAFE, and the plant still follows {} mm/s", moving.set_speed);
+            Some(finding(Property::P3, moving.at, what))
+        })
+        .collect()
+}
+
+/// P4, from the true pose.
+fn geofence(line: &Timeline) -> Vec<Finding> {
+    let outside = line.truth.iter().find(|t| t.fence < 0 && t.speed.abs() > STANDING);
+    outside.map(|t| finding(Property::P4, t.at, format!("driving {} mm outside the fence", -t.fence))).into_iter().collect()
+}
+
+/// P5: what is displayed and what is executed came from accepted records and the operator's own intents.
+fn unaccepted_content(evidence: &Evidence) -> Vec<Finding> {
+    let mut accepted: BTreeSet<RecordId> = BTreeSet::new();
+    let mut intended: BTreeSet<CommandId> = BTreeSet::new();
+    let mut found = Vec::new();
+    for w in &evidence.entries {
+        match w.entry.event {
+            Event::Accepted { record, .. } if w.entry.node == NodeId::GATEWAY => {
+                accepted.insert(record);
+            }
+            Event::Intended { command, .. } => {
+                intended.insert(command);
+            }
+            Event::Displayed { report, freshness, .. } if freshness != Freshness::Lost && !accepted.contains(&report) => {
+                found.push(finding(Property::P5, w.at, format!("{report} is displayed and was never accepted")));
+            }
+            Event::Executed { command, refused: None, .. } if !intended.contains(&command) => {
+                found.push(finding(Property::P5, w.at, format!("{command} was executed and no operator gave it")));
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// P7: nothing of the unit under test is shown fresh beyond its limit, and the mode shown fresh was the unit's own at
+/// some instant within the last telemetry period + *Tf*.
+fn display(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+    let limit = (evidence.bounds.freshness_ms + evidence.bounds.telemetry_period_ms) * 1000 + SLACK;
+    let accepted: BTreeMap<RecordId, Micros> = line.accepted.iter().map(|(at, record)| (*record, *at)).collect();
+    let mut found = Vec::new();
+    for w in &evidence.entries {
+        let Event::Displayed { unit: UnitId::A, mode, freshness: Freshness::Fresh, report, .. } = w.entry.event else {
+            continue;
+        };
+        if let Some(at) = accepted.get(&report).filter(|at| w.at.saturating_sub(**at) > limit) {
+            let what = format!("{report} shown fresh {} ms after it was accepted", (w.at - at) / 1000);
+            found.push(finding(Property::P7, w.at, what));
+        }
+        if !line.was_in(mode, w.at.saturating_sub(limit), w.at) {
+            let was = line.mode_at(w.at).name();
+            found.push(finding(Property::P7, w.at, format!("{} shown fresh while the unit is {was}", mode.name())));
+        }
+    }
+    found
+}
+
+/// P8: at most once, never late.
+fn commands(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+    let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
+    let mut once = BTreeSet::new();
+    let mut found = Vec::new();
+    for (at, id, kind) in &line.executed {
+        if !once.insert(*id) {
+            found.push(finding(Property::P8, *at, format!("{kind} {id} executed again")));
+        }
+        let given = line.intended.iter().find(|(_, command, _)| command == id).map(|(given, _, _)| *given);
+        if given.is_some_and(|given| at.saturating_sub(given) > limit) {
+            found.push(finding(Property::P8, *at, format!("{kind} {id} executed more than {} ms late", limit / 1000)));
+        }
+    }
+    found
+}
+
+/// P9: HOLD_SAFE ends by an operator's Resume only; PREPARE_TO_ACT begins by a new Arm only.
+fn recovery(line: &Timeline) -> Vec<Finding> {
+    let by = |kind: &str, from: Micros, to: Micros| {
+        line.executed.iter().any(|(at, _, k)| *k == kind && *at + SLACK >= from && *at <= to + SLACK)
+    };
+    let mut found = Vec::new();
+    for change in &line.changes {
+        let near = change.at.saturating_sub(SLACK);
+        let left_hold = change.from == Mode::HoldSafe && change.to != Mode::HoldSafe;
+        if left_hold && !(change.cause == Cause::Operator && by("resume", near, change.at)) {
+            found.push(finding(Property::P9, change.at, "HOLD_SAFE left without an operator's resume"));
+        }
+        if change.to == Mode::PrepareToAct && !(change.cause == Cause::Operator && by("arm", near, change.at)) {
+            found.push(finding(Property::P9, change.at, "PREPARE_TO_ACT entered without an operator's arm"));
+        }
+    }
+    found
+}

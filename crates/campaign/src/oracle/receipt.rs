@@ -1,0 +1,186 @@
+//! Receipts: did the fault provably reach its target?
+//!
+//! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
+//! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
+//! time; for one that was dropped, that it never showed them. For a sensor fault, perception or autonomy must have seen
+//! the readings go missing.
+
+use std::collections::BTreeMap;
+
+use wire::event::{Action, Event, Sensor};
+use wire::id::NodeId;
+use wire::sensor::{Modalities, Modality};
+
+use super::{Evidence, Micros, Planned};
+
+/// What was established about the injections.
+#[derive(Clone, Debug, Default)]
+pub struct Receipt {
+    /// Every planned injection has both witnesses.
+    pub whole: bool,
+    /// Planned injections without one.
+    pub missing: Vec<Planned>,
+    /// The actor's first entry that has a second witness.
+    pub zero: Option<Micros>,
+    /// Sensor faults with receipts: (sensor, start, end).
+    pub faults: Vec<(Sensor, Micros, Micros)>,
+    /// Delay imposed on a datagram, by its hash; dropped ones have `Micros::MAX`.
+    pub delayed: BTreeMap<u64, Micros>,
+    /// Hashes that the adversary made or changed: never timely traffic.
+    pub forged: BTreeMap<u64, Micros>,
+}
+
+/// Looks for the receipts of everything planned.
+pub fn find(evidence: &Evidence) -> Receipt {
+    let mut receipt = Receipt { faults: faults(evidence), ..Receipt::default() };
+    note_datagrams(evidence, &mut receipt);
+    let mut zeros = Vec::new();
+    for planned in &evidence.planned {
+        let zero = match *planned {
+            Planned::Action(Action::Forward) => forwarded(evidence),
+            Planned::Action(Action::RepeatCommand) => repeated(evidence),
+            Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
+            Planned::Action(action) => datagram(evidence, action),
+            Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.0 == sensor).map(|f| f.1),
+        };
+        match zero {
+            Some(zero) => zeros.push(zero),
+            None => receipt.missing.push(*planned),
+        }
+    }
+    receipt.whole = receipt.missing.is_empty();
+    receipt.zero = zeros.into_iter().min();
+    receipt
+}
+
+fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
+    for w in &evidence.entries {
+        let Event::Attack { action, hash, delay, .. } = w.entry.event else { continue };
+        match action {
+            Action::Delay | Action::Reorder => {
+                receipt.delayed.insert(hash, delay.0);
+            }
+            Action::Drop => {
+                receipt.delayed.insert(hash, Micros::MAX);
+            }
+            Action::Corrupt | Action::Inject | Action::Reoriginate => {
+                receipt.forged.insert(hash, w.at);
+            }
+            // The first sight of these bytes was the original; later ones are not timely traffic.
+            Action::Duplicate | Action::Replay => {
+                receipt.forged.entry(hash).or_insert(w.at);
+            }
+            Action::Forward | Action::RepeatCommand | Action::Stream | Action::Kill => {}
+        }
+    }
+}
+
+/// Times at which any guard saw these bytes.
+fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
+    evidence.entries.iter().filter_map(move |w| match w.entry.event {
+        Event::GuardSaw { hash, .. } if hash == wanted => Some(w.at),
+        _ => None,
+    })
+}
+
+/// The first entry of `action` whose bytes the target's guard confirms.
+fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
+    let entries = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Attack { action: a, hash, delay, .. } if a == action => Some((w.at, hash, delay.0)),
+        _ => None,
+    });
+    let mut last = None;
+    for (at, hash, delay) in entries {
+        let confirmed = match action {
+            Action::Drop => {
+                last = Some(at);
+                seen(evidence, hash).next().is_none()
+            }
+            Action::Delay | Action::Reorder => seen(evidence, hash).any(|s| s >= at + delay),
+            Action::Duplicate | Action::Replay => {
+                seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1
+            }
+            Action::Corrupt | Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
+            Action::Stream => true,
+            Action::Forward | Action::RepeatCommand | Action::Kill => false,
+        };
+        if confirmed {
+            return Some(at);
+        }
+    }
+    debug_assert!(last.is_none() || action == Action::Drop);
+    None
+}
+
+/// A forwarded record counts when the gateway judged a record of that session after it was sent.
+fn forwarded(evidence: &Evidence) -> Option<Micros> {
+    let sent = evidence.entries.iter().find_map(|w| match w.entry.event {
+        Event::Attack { action: Action::Forward, .. } => Some((w.at, w.entry.node)),
+        _ => None,
+    })?;
+    let judged = |w: &&super::Witnessed| {
+        w.at >= sent.0
+            && w.entry.node == NodeId::GATEWAY
+            && match w.entry.event {
+                Event::Accepted { peer, .. } | Event::Refused { peer: Some(peer), .. } => peer.name() == "unit-b",
+                _ => false,
+            }
+    };
+    evidence.entries.iter().find(judged).map(|_| sent.0)
+}
+
+/// A repeated command counts when the unit refused or executed a command after it was sent.
+fn repeated(evidence: &Evidence) -> Option<Micros> {
+    let sent = evidence.entries.iter().find_map(|w| match w.entry.event {
+        Event::Attack { action: Action::RepeatCommand, .. } => Some(w.at),
+        _ => None,
+    })?;
+    let judged = |w: &&super::Witnessed| {
+        w.at >= sent && w.entry.node == NodeId::UNIT_A && matches!(w.entry.event, Event::Executed { .. } | Event::Refused { .. })
+    };
+    evidence.entries.iter().find(judged).map(|_| sent)
+}
+
+fn killed(evidence: &Evidence, planned: &Planned) -> Option<Micros> {
+    evidence.entries.iter().find_map(|w| match (w.entry.event, planned) {
+        (Event::Ended { node, killed: true }, Planned::Kill(wanted)) if node == *wanted => Some(w.at),
+        (Event::Ended { killed: true, .. }, Planned::Action(_)) => Some(w.at),
+        _ => None,
+    })
+}
+
+/// Sensor faults that the sim applied and that the other side saw.
+fn faults(evidence: &Evidence) -> Vec<(Sensor, Micros, Micros)> {
+    let mut found = Vec::new();
+    for (i, w) in evidence.entries.iter().enumerate() {
+        let Event::Fault { sensor, active: true, .. } = w.entry.event else { continue };
+        if w.entry.node != NodeId::SIM {
+            continue;
+        }
+        let rest = &evidence.entries[i..];
+        let end = rest.iter().find_map(|e| match e.entry.event {
+            Event::Fault { sensor: s, active: false, .. } if s == sensor && e.entry.node == NodeId::SIM => Some(e.at),
+            _ => None,
+        });
+        let end = end.unwrap_or(evidence.duration);
+        let observed = rest.iter().take_while(|e| e.at <= end.saturating_add(200_000)).any(|e| lacks(&e.entry.event, sensor));
+        if observed {
+            found.push((sensor, w.at, end));
+        }
+    }
+    found
+}
+
+/// Whether the event says that `sensor`'s readings are missing at their consumer.
+fn lacks(event: &Event, sensor: Sensor) -> bool {
+    let without = |present: &Modalities, m: Modality| !present.has(m);
+    match (event, sensor) {
+        (Event::FrameSeen { present, .. }, Sensor::Rgb) => without(present, Modality::Rgb),
+        (Event::FrameSeen { present, .. }, Sensor::Depth) => without(present, Modality::Depth),
+        (Event::FrameSeen { present, .. }, Sensor::Thermal) => without(present, Modality::Thermal),
+        (Event::FrameSeen { present, .. }, Sensor::Lidar) => without(present, Modality::Lidar),
+        (Event::NavigationSeen { fix, .. }, Sensor::Localisation) => !fix,
+        (Event::NavigationSeen { odometry, .. }, Sensor::Odometry) => !odometry,
+        _ => false,
+    }
+}

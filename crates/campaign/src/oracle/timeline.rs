@@ -1,0 +1,124 @@
+//! The events of a trial, sorted by what they are about. Nothing is judged here.
+
+use wire::event::Event;
+use wire::id::{CommandId, NodeId, RecordId, UnitId};
+use wire::mode::{Cause, Mode};
+
+use super::{Evidence, Micros};
+use crate::trial::TransitionRow;
+
+/// A change of mode of the unit under test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// When.
+    pub at: Micros,
+    /// From.
+    pub from: Mode,
+    /// To.
+    pub to: Mode,
+    /// Why, in the unit's own words.
+    pub cause: Cause,
+}
+
+/// A sample of the plant's truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Truth {
+    /// When.
+    pub at: Micros,
+    /// True forward speed, mm/s.
+    pub speed: i32,
+    /// Set-point that the plant follows, mm/s.
+    pub set_speed: i32,
+    /// Signed distance to the fence, positive inside, mm.
+    pub fence: i32,
+}
+
+/// The sorted events.
+#[derive(Clone, Debug, Default)]
+pub struct Timeline {
+    /// Mode changes of unit A.
+    pub changes: Vec<Change>,
+    /// Truth of unit A.
+    pub truth: Vec<Truth>,
+    /// Authority minted: (when, serial).
+    pub minted: Vec<(Micros, u32)>,
+    /// Authority that ended unused: (when, serial).
+    pub revoked: Vec<(Micros, u32)>,
+    /// Operator's intents.
+    pub intended: Vec<(Micros, CommandId, &'static str)>,
+    /// Commands that unit A executed.
+    pub executed: Vec<(Micros, CommandId, &'static str)>,
+    /// Reports that the gateway accepted of unit A.
+    pub accepted: Vec<(Micros, RecordId)>,
+    /// Refusals at network interfaces: when, and by whom.
+    pub refused: Vec<(Micros, NodeId)>,
+}
+
+impl Timeline {
+    /// Sorts the events of `evidence`.
+    pub fn of(evidence: &Evidence) -> Timeline {
+        let mut line = Timeline::default();
+        evidence.entries.iter().for_each(|w| line.take(w.at, w.entry.node, &w.entry.event));
+        line
+    }
+
+    fn take(&mut self, at: Micros, node: NodeId, event: &Event) {
+        let unit_a = node == NodeId::UNIT_A;
+        match *event {
+            Event::Transition { from, to, cause, .. } if unit_a => self.changes.push(Change { at, from, to, cause }),
+            Event::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, fence_mm, .. } => {
+                self.truth.push(Truth { at, speed: speed_mm_s, set_speed: set_speed_mm_s, fence: fence_mm });
+            }
+            Event::Minted { authority, .. } if unit_a => self.minted.push((at, authority)),
+            Event::Revoked { authority, .. } if unit_a => self.revoked.push((at, authority)),
+            Event::Intended { command, kind } => self.intended.push((at, command, kind.name())),
+            Event::Executed { command, kind, refused: None } if unit_a => {
+                self.executed.push((at, command, kind.name()));
+            }
+            Event::Accepted { record, .. } if node == NodeId::GATEWAY => self.accepted.push((at, record)),
+            Event::Refused { at: interface, .. } if !matches!(interface, wire::event::Interface::Bus(_)) => {
+                self.refused.push((at, node));
+            }
+            _ => {}
+        }
+    }
+
+    /// Mode of unit A at `at`.
+    pub fn mode_at(&self, at: Micros) -> Mode {
+        self.changes.iter().take_while(|c| c.at <= at).last().map_or(Mode::Idle, |c| c.to)
+    }
+
+    /// Whether unit A was in `mode` at some instant of `[from, to]`.
+    pub fn was_in(&self, mode: Mode, from: Micros, to: Micros) -> bool {
+        self.mode_at(from) == mode || self.changes.iter().any(|c| c.at >= from && c.at <= to && c.to == mode)
+    }
+
+    /// Whether unit A held authority at `at`.
+    pub fn authority_at(&self, at: Micros) -> bool {
+        self.mode_at(at) == Mode::PrepareToAct
+    }
+
+    /// The first change at or after `from` that satisfies `test`.
+    pub fn first_change(&self, from: Micros, test: impl Fn(&Change) -> bool) -> Option<Change> {
+        self.changes.iter().find(|c| c.at >= from && test(c)).copied()
+    }
+
+    /// Time in READY or PREPARE_TO_ACT up to `end`.
+    pub fn nominal(&self, end: Micros) -> Micros {
+        let starts = self.changes.iter();
+        let ends = self.changes.iter().skip(1).map(|c| c.at).chain(std::iter::once(end));
+        let spans = starts.zip(ends).filter(|(c, _)| matches!(c.to, Mode::Ready | Mode::PrepareToAct));
+        spans.map(|(c, until)| until.saturating_sub(c.at)).sum()
+    }
+
+    /// The transitions as rows of a report.
+    pub fn rows(&self) -> Vec<TransitionRow> {
+        let row = |c: &Change| TransitionRow {
+            t_ms: c.at as f64 / 1000.0,
+            from: c.from.name().into(),
+            to: c.to.name().into(),
+            cause: c.cause.label(),
+        };
+        self.changes.iter().map(row).collect()
+    }
+}
