@@ -1,0 +1,321 @@
+//! Shared-memory channels (iceoryx2), one per scope and topic, inside one domain.
+//!
+//! A [`Domain`] is a root directory and a file prefix; the vehicle's and the control room's are different, and a process
+//! opens only those it is told. Payloads are bytes, copied out once; whether to believe them is the core's business
+//! (`wire::bus`). A channel has one publisher at a time; a slow reader loses the oldest messages, never blocks.
+
+pub mod sweep;
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use iceoryx2::config::Config;
+use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher as Port;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::{AllocationStrategy, FileName, LogLevel, SemanticString, SignalHandlingMode, ipc, set_log_level};
+use iceoryx2::service::port_factory::{event, publish_subscribe};
+use tokio::sync::mpsc;
+use wire::core::{Input, Topic};
+
+type Ipc = ipc::Service;
+type Samples = publish_subscribe::PortFactory<Ipc, [u8], ()>;
+type Wakes = event::PortFactory<Ipc>;
+
+/// The longest scope name, in bytes.
+pub const MAX_SCOPE: usize = 32;
+
+/// Longest time a reader's thread sleeps before it looks whether it should end.
+const NAP: Duration = Duration::from_millis(100);
+
+/// Attempts, and the pause between them, to get past what a killed process left behind.
+const ATTEMPTS: (u32, Duration) = (40, Duration::from_millis(50));
+
+/// A channel could not be opened or used.
+#[derive(Debug, thiserror::Error)]
+pub enum BusError {
+    /// A root, prefix or scope outside the allowed form.
+    #[error("`{0}` is not a usable name for the bus")]
+    Name(String),
+    /// The message is longer than its topic allows.
+    #[error("{length} bytes on topic {topic:?}")]
+    TooLong {
+        /// Topic.
+        topic: Topic,
+        /// Bytes.
+        length: usize,
+    },
+    /// The shared-memory library refused.
+    #[error("{what}: {why}")]
+    Library {
+        /// What was tried.
+        what: &'static str,
+        /// The library's words.
+        why: String,
+    },
+}
+
+fn library(what: &'static str) -> impl Fn(&dyn std::fmt::Debug) -> BusError {
+    move |why| BusError::Library { what, why: format!("{why:?}") }
+}
+
+/// One root and prefix: what is published here is seen by nobody elsewhere.
+#[derive(Clone, Debug)]
+pub struct Domain {
+    config: Config,
+}
+
+impl Domain {
+    /// The domain below `root` whose files start with `prefix` (see [`sweep::checked_prefix`]).
+    ///
+    /// # Errors
+    /// When either is not a usable name.
+    pub fn new(root: &Path, prefix: &str) -> Result<Self, BusError> {
+        set_log_level(LogLevel::Fatal);
+        let name = |text: &str| BusError::Name(text.escape_default().take(64).collect());
+        let prefix = sweep::checked_prefix(prefix).ok_or_else(|| name(prefix))?;
+        let root_text = root.to_str().filter(|r| r.starts_with('/')).ok_or_else(|| name("root"))?;
+        let mut config = Config::default();
+        config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|_| name(prefix))?;
+        let root = iceoryx2::prelude::Path::new(root_text.as_bytes()).map_err(|_| name(root_text))?;
+        config.global.set_root_path(&root);
+        Ok(Self { config })
+    }
+
+    /// Opens the writing end of a channel. Not to be moved to another thread.
+    ///
+    /// # Errors
+    /// When the channel has a living publisher already or the library refuses.
+    pub fn publisher(&self, scope: &str, topic: Topic) -> Result<Publisher, BusError> {
+        let channel = self.open(scope, topic)?;
+        let port = persist(&channel.node, || {
+            let builder = channel.samples.publisher_builder();
+            builder
+                .initial_max_slice_len(topic.max_len())
+                .allocation_strategy(AllocationStrategy::Static)
+                .create()
+                .map_err(|e| library("publisher")(&e))
+        })?;
+        let bell = persist(&channel.node, || {
+            channel.wakes.notifier_builder().create().map_err(|e| library("notifier")(&e))
+        })?;
+        Ok(Publisher { topic, port, bell, _channel: channel })
+    }
+
+    /// Opens the reading end of a channel: a thread that sleeps until rung and moves messages to `to`.
+    ///
+    /// # Errors
+    /// When the library refuses.
+    pub fn subscribe(&self, scope: &str, topic: Topic, to: mpsc::Sender<Input>) -> Result<Subscription, BusError> {
+        let stop = Arc::new(AtomicBool::new(false));
+        let received = Arc::new(AtomicU64::new(0));
+        let (opened_tx, opened) = std::sync::mpsc::channel();
+        let (domain, scope, stopping, count) = (self.clone(), scope.to_owned(), stop.clone(), received.clone());
+        let thread = std::thread::Builder::new()
+            .name(format!("bus-{}", topic.name()))
+            .spawn(move || {
+                let ends = Ends::open(&domain, &scope, topic);
+                let failed = match ends {
+                    Ok(ends) => {
+                        let heard = opened_tx.send(Ok(())).is_ok();
+                        if heard {
+                            ends.forward(&to, &stopping, &count);
+                        }
+                        None
+                    }
+                    Err(error) => Some(error),
+                };
+                if let Some(error) = failed
+                    && opened_tx.send(Err(error)).is_err()
+                {
+                    tracing::trace!("nobody waits for a subscription");
+                }
+            })
+            .map_err(|e| library("thread")(&e))?;
+        opened.recv().map_err(|e| library("subscription thread")(&e))??;
+        Ok(Subscription { stop, received, thread: Some(thread) })
+    }
+
+    fn open(&self, scope: &str, topic: Topic) -> Result<Channel, BusError> {
+        let sound = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'-';
+        if scope.is_empty() || scope.len() > MAX_SCOPE || !scope.bytes().all(sound) {
+            return Err(BusError::Name(scope.escape_default().take(64).collect()));
+        }
+        let node = NodeBuilder::new()
+            .config(&self.config)
+            .signal_handling_mode(SignalHandlingMode::Disabled)
+            .create::<Ipc>()
+            .map_err(|e| library("node")(&e))?;
+        let text = format!("{scope}/{}", topic.name());
+        let name = text.as_str().try_into().map_err(|_| BusError::Name(text.clone()))?;
+        let depth = depth(topic);
+        let samples = persist(&node, || {
+            node.service_builder(&name)
+                .publish_subscribe::<[u8]>()
+                .max_publishers(1)
+                .max_subscribers(depth.subscribers)
+                .max_nodes(16)
+                .subscriber_max_buffer_size(depth.buffer)
+                .subscriber_max_borrowed_samples(1)
+                .history_size(0)
+                .enable_safe_overflow(true)
+                .open_or_create()
+                .map_err(|e| library("channel")(&e))
+        })?;
+        let wakes = persist(&node, || {
+            node.service_builder(&name)
+                .event()
+                .max_notifiers(2)
+                .max_listeners(depth.subscribers)
+                .max_nodes(16)
+                .open_or_create()
+                .map_err(|e| library("bell")(&e))
+        })?;
+        Ok(Channel { samples, wakes, node })
+    }
+}
+
+/// Tries again for a while: what a killed process held is cleaned up by its survivors.
+fn persist<T>(node: &Node<Ipc>, mut attempt: impl FnMut() -> Result<T, BusError>) -> Result<T, BusError> {
+    let mut last = attempt();
+    for _ in 1..ATTEMPTS.0 {
+        if last.is_ok() {
+            break;
+        }
+        std::thread::sleep(ATTEMPTS.1);
+        node.try_cleanup_dead_nodes();
+        last = attempt();
+    }
+    last
+}
+
+/// How much of a topic is kept for a reader that is behind, and how many readers it may have.
+struct Depth {
+    buffer: usize,
+    subscribers: usize,
+}
+
+fn depth(topic: Topic) -> Depth {
+    match topic {
+        Topic::Frames => Depth { buffer: 4, subscribers: 2 },
+        Topic::Candidates
+        | Topic::Navigation
+        | Topic::Tracks
+        | Topic::Drive
+        | Topic::Act
+        | Topic::Feed
+        | Topic::Intents
+        | Topic::Seals => Depth { buffer: 32, subscribers: 8 },
+    }
+}
+
+struct Channel {
+    samples: Samples,
+    wakes: Wakes,
+    node: Node<Ipc>,
+}
+
+/// The writing end of a channel.
+pub struct Publisher {
+    topic: Topic,
+    port: Port<Ipc, [u8], ()>,
+    bell: Notifier<Ipc>,
+    _channel: Channel,
+}
+
+impl Publisher {
+    /// The channel's topic.
+    pub fn topic(&self) -> Topic {
+        self.topic
+    }
+
+    /// Copies a message into shared memory and rings for its readers. Never waits for them.
+    ///
+    /// # Errors
+    /// When it is too long or the library refuses.
+    pub fn publish(&self, bytes: &[u8]) -> Result<(), BusError> {
+        if bytes.len() > self.topic.max_len() {
+            return Err(BusError::TooLong { topic: self.topic, length: bytes.len() });
+        }
+        let sample = self.port.loan_slice_uninit(bytes.len()).map_err(|e| library("loan")(&e))?;
+        sample.write_from_slice(bytes).send().map_err(|e| library("send")(&e))?;
+        self.bell.notify().map_err(|e| library("ring")(&e))?;
+        Ok(())
+    }
+}
+
+/// The reading end of a channel; dropping it ends its thread.
+pub struct Subscription {
+    stop: Arc<AtomicBool>,
+    received: Arc<AtomicU64>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Subscription {
+    /// Messages moved so far.
+    pub fn received(&self) -> u64 {
+        self.received.load(Ordering::Relaxed)
+    }
+}
+
+impl Drop for Subscription {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            tracing::warn!("a bus thread panicked");
+        }
+    }
+}
+
+/// What a reader's thread owns.
+struct Ends {
+    topic: Topic,
+    port: Subscriber<Ipc, [u8], ()>,
+    bell: Listener<Ipc>,
+    _channel: Channel,
+}
+
+impl Ends {
+    fn open(domain: &Domain, scope: &str, topic: Topic) -> Result<Self, BusError> {
+        let channel = domain.open(scope, topic)?;
+        let bell = persist(&channel.node, || {
+            channel.wakes.listener_builder().create().map_err(|e| library("listener")(&e))
+        })?;
+        let port = persist(&channel.node, || {
+            channel.samples.subscriber_builder().create().map_err(|e| library("subscriber")(&e))
+        })?;
+        Ok(Self { topic, port, bell, _channel: channel })
+    }
+
+    fn forward(&self, to: &mpsc::Sender<Input>, stop: &AtomicBool, received: &AtomicU64) {
+        while !stop.load(Ordering::Relaxed) && !to.is_closed() {
+            loop {
+                match self.port.receive() {
+                    Ok(Some(sample)) => {
+                        let bytes = sample.payload().to_vec();
+                        received.fetch_add(1, Ordering::Relaxed);
+                        if to.blocking_send(Input::Bus { topic: self.topic, bytes }).is_err() {
+                            return;
+                        }
+                    }
+                    Ok(None) => break,
+                    Err(error) => {
+                        tracing::debug!(?error, "bus message not received");
+                        break;
+                    }
+                }
+            }
+            if let Err(error) = self.bell.timed_wait(|_| {}, NAP) {
+                tracing::debug!(?error, "bus bell failed");
+                std::thread::sleep(Duration::from_millis(10));
+            }
+        }
+    }
+}

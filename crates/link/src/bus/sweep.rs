@@ -1,0 +1,50 @@
+//! Removing what a run left in shared memory, once all its processes are gone.
+
+use std::io;
+use std::path::Path;
+
+/// Where the kernel keeps shared-memory files.
+const SHARED_MEMORY: &str = "/dev/shm";
+
+/// A prefix that names one run and nothing else: `hs_`, then 3 to 40 lower-case letters, digits or `_`.
+pub fn checked_prefix(prefix: &str) -> Option<&str> {
+    let run = prefix.strip_prefix("hs_")?;
+    let sound = |b: u8| b.is_ascii_lowercase() || b.is_ascii_digit() || b == b'_';
+    ((3..=40).contains(&run.len()) && run.bytes().all(sound)).then_some(prefix)
+}
+
+/// Removes the shared-memory files of the domain `prefix`, and its root directory. Gives the number of files removed.
+/// To be called when no process of the run is left.
+///
+/// # Errors
+/// When the prefix is not one of ours, or a directory cannot be read.
+pub fn sweep(prefix: &str, root: &Path) -> io::Result<usize> {
+    let prefix = checked_prefix(prefix).ok_or_else(|| io::Error::other("not a prefix of a run"))?;
+    let mut removed = 0;
+    for entry in std::fs::read_dir(SHARED_MEMORY)? {
+        let entry = entry?;
+        let ours = entry.file_name().to_str().is_some_and(|name| name.starts_with(prefix));
+        if ours && entry.file_type()?.is_file() && std::fs::remove_file(entry.path()).is_ok() {
+            removed += 1;
+        }
+    }
+    match std::fs::remove_dir_all(root) {
+        Ok(()) => Ok(removed),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(removed),
+        Err(error) => Err(error),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_prefix_of_a_run_may_be_swept() {
+        assert!(checked_prefix("hs_run1_v_").is_some());
+        for prefix in ["", "hs_", "hs_a", "iox2_", "hs_../x", "hs_A12", "hs_*", "xhs_run1"] {
+            assert!(checked_prefix(prefix).is_none(), "{prefix}");
+            assert!(sweep(prefix, Path::new("/nonexistent-root")).is_err());
+        }
+    }
+}

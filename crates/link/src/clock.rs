@@ -1,0 +1,98 @@
+//! The host's clock, as a core sees it, and the trace clock, as the oracle sees it.
+//!
+//! Each simulated host has its own zero and drift over the machine's `CLOCK_MONOTONIC`. Processes of one host are given
+//! the same two numbers and so agree. The raw reading stamps traces; no core is ever handed it.
+
+use std::time::Duration;
+
+use nix::time::{ClockId, clock_gettime};
+use serde::{Deserialize, Serialize};
+use wire::time::Instant;
+
+/// Millionths in one.
+const MILLION: i128 = 1_000_000;
+
+/// The largest drift a host may be given, in parts per million.
+pub const DRIFT_LIMIT_PPM: i32 = 1_000;
+
+/// A host's monotonic clock: `zero_us + raw · (1 + drift_ppm / 10⁶)`, in microseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HostClock {
+    /// What this clock would have read when the machine's monotonic clock read zero, in microseconds.
+    pub zero_us: u64,
+    /// How much faster than the machine's clock it runs, in parts per million (clamped to [`DRIFT_LIMIT_PPM`]).
+    pub drift_ppm: i32,
+}
+
+impl HostClock {
+    /// The host's time now. Never goes backwards.
+    pub fn now(&self) -> Instant {
+        self.at_trace(trace_us())
+    }
+
+    /// The host's time at a raw reading.
+    pub fn at_trace(&self, raw_us: u64) -> Instant {
+        let raw = i128::from(raw_us);
+        let elapsed = raw + (raw * self.drift()).div_euclid(MILLION);
+        Instant(saturate(i128::from(self.zero_us) + elapsed))
+    }
+
+    /// The first raw reading at which the host's clock reads `at` or later.
+    pub fn trace_at(&self, at: Instant) -> u64 {
+        let elapsed = i128::from(at.0) - i128::from(self.zero_us);
+        if elapsed <= 0 {
+            return 0;
+        }
+        // div_ceil on the inverse, then one more microsecond for the rounding of the forward direction.
+        let raw = (elapsed * MILLION).div_euclid(MILLION + self.drift());
+        let raw = saturate(raw);
+        (raw..=raw.saturating_add(2)).find(|r| self.at_trace(*r) >= at).unwrap_or(raw.saturating_add(2))
+    }
+
+    /// How long to wait until the host's clock reads `at`; zero if it already does.
+    pub fn until(&self, at: Instant) -> Duration {
+        Duration::from_micros(self.trace_at(at).saturating_sub(trace_us()))
+    }
+
+    fn drift(&self) -> i128 {
+        i128::from(self.drift_ppm.clamp(-DRIFT_LIMIT_PPM, DRIFT_LIMIT_PPM))
+    }
+}
+
+/// The machine's `CLOCK_MONOTONIC` in microseconds: common to all processes, for traces only.
+pub fn trace_us() -> u64 {
+    let now = clock_gettime(ClockId::CLOCK_MONOTONIC).expect("invariant: Linux has CLOCK_MONOTONIC");
+    saturate(i128::from(now.tv_sec()) * MILLION + i128::from(now.tv_nsec()) / 1_000)
+}
+
+fn saturate(value: i128) -> u64 {
+    u64::try_from(value.max(0)).unwrap_or(u64::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_deadline_mapped_back_is_reached_and_not_a_microsecond_late() {
+        for drift_ppm in [-200, -37, 0, 1, 199, 1_000_000] {
+            let clock = HostClock { zero_us: 5_000_000_000, drift_ppm };
+            for raw in [0, 1, 999_999, 86_400_000_000, 8_640_000_000_001] {
+                let at = clock.at_trace(raw);
+                let back = clock.trace_at(at);
+                assert!(clock.at_trace(back) >= at, "{drift_ppm} {raw}");
+                assert!(back <= raw + 1, "{drift_ppm} {raw} {back}");
+            }
+        }
+    }
+
+    #[test]
+    fn processes_of_one_host_agree_and_hosts_do_not() {
+        let here = HostClock { zero_us: 7, drift_ppm: 20 };
+        let there = HostClock { zero_us: 90_000_000, drift_ppm: -20 };
+        let raw = trace_us();
+        assert_eq!(here.at_trace(raw), HostClock { zero_us: 7, drift_ppm: 20 }.at_trace(raw));
+        assert_ne!(here.at_trace(raw), there.at_trace(raw));
+    }
+}

@@ -1,0 +1,191 @@
+//! The life of one established association, from `Opened` to `Closed`.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+use std::time::Duration;
+
+use serde::Serialize;
+use tokio::sync::mpsc;
+use wire::id::{PeerId, SessionId};
+
+use super::{MAX_RECORD, Secure};
+use crate::guard::observe::{GuardCounters, GuardStats, ObservationLog};
+use crate::guard::{GuardMode, GuardSettings};
+
+/// Records that may wait to be sent into one session.
+pub const OUTBOUND: usize = 256;
+
+/// What a dialler or listener is made with.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Whether the guards drop unauthenticated records.
+    pub guard: GuardMode,
+    /// A session without a record for this long is ended (liveness itself is judged by the cores).
+    pub idle: Duration,
+    /// Where the guards' observations go, if anywhere.
+    pub log: Option<ObservationLog>,
+    /// Shared by all sessions of the process, so that their handles are unique.
+    pub sessions: Arc<AtomicU32>,
+    /// Shared by all sessions of one socket.
+    pub counters: Arc<SessionCounters>,
+}
+
+impl Settings {
+    /// Settings with counters of their own.
+    pub fn new(guard: GuardMode, idle: Duration) -> Self {
+        Self {
+            guard,
+            idle,
+            log: None,
+            sessions: Arc::new(AtomicU32::new(0)),
+            counters: Arc::new(SessionCounters::default()),
+        }
+    }
+
+    pub(super) fn guard(&self, association: u32) -> GuardSettings {
+        GuardSettings {
+            mode: self.guard,
+            association,
+            counters: self.counters.guard.clone(),
+            log: self.log.clone(),
+        }
+    }
+
+    pub(super) fn next_session(&self) -> SessionId {
+        SessionId(self.sessions.fetch_add(1, Ordering::Relaxed).wrapping_add(1))
+    }
+}
+
+/// What happens to sessions, in order per session.
+#[derive(Debug)]
+pub enum SessionEvent {
+    /// A session stands.
+    Opened(SessionHandle),
+    /// One application record.
+    Record(SessionId, Vec<u8>),
+    /// The session has ended.
+    Closed(SessionId),
+}
+
+/// The sending end of a session. Dropping it ends the session.
+#[derive(Debug)]
+pub struct SessionHandle {
+    /// Local handle.
+    pub session: SessionId,
+    /// Who the handshake authenticated.
+    pub peer: PeerId,
+    outbound: mpsc::Sender<Vec<u8>>,
+    counters: Arc<SessionCounters>,
+}
+
+impl SessionHandle {
+    /// Queues one record; false when it is too long, the queue is full or the session has ended (counted).
+    pub fn send(&self, record: Vec<u8>) -> bool {
+        let taken = record.len() <= MAX_RECORD && self.outbound.try_send(record).is_ok();
+        if !taken {
+            self.counters.unsent.fetch_add(1, Ordering::Relaxed);
+        }
+        taken
+    }
+}
+
+/// Counters shared by the sessions of one socket.
+#[derive(Debug, Default)]
+pub struct SessionCounters {
+    /// The guards' share.
+    pub guard: Arc<GuardCounters>,
+    pub(super) opened: AtomicU64,
+    pub(super) failed: AtomicU64,
+    pub(super) shed: AtomicU64,
+    pub(super) strangers: AtomicU64,
+    pub(super) overflowed: AtomicU64,
+    pub(super) delivered: AtomicU64,
+    pub(super) sent: AtomicU64,
+    pub(super) unsent: AtomicU64,
+}
+
+/// A reading of [`SessionCounters`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct SessionStats {
+    /// What the guards saw.
+    pub guard: GuardStats,
+    /// Handshakes completed.
+    pub opened: u64,
+    /// Handshakes that failed or took too long.
+    pub failed: u64,
+    /// Sound ClientHellos turned away because too many handshakes or sessions were open.
+    pub shed: u64,
+    /// Datagrams from unknown peers that open nothing.
+    pub strangers: u64,
+    /// Datagrams for which an association had no room.
+    pub overflowed: u64,
+    /// Application records delivered.
+    pub delivered: u64,
+    /// Application records sent.
+    pub sent: u64,
+    /// Application records not sent: too long, no room, session ended.
+    pub unsent: u64,
+}
+
+impl SessionCounters {
+    /// What has been counted so far.
+    pub fn read(&self) -> SessionStats {
+        let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        SessionStats {
+            guard: self.guard.read(),
+            opened: get(&self.opened),
+            failed: get(&self.failed),
+            shed: get(&self.shed),
+            strangers: get(&self.strangers),
+            overflowed: get(&self.overflowed),
+            delivered: get(&self.delivered),
+            sent: get(&self.sent),
+            unsent: get(&self.unsent),
+        }
+    }
+
+    pub(super) fn add(counter: &AtomicU64) {
+        counter.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+/// Carries one association until it ends. Returns early only when nobody listens to `events` any more.
+pub(super) async fn serve(secure: Secure, session: SessionId, settings: &Settings, events: &mpsc::Sender<SessionEvent>) {
+    let (outbound, mut to_send) = mpsc::channel(OUTBOUND);
+    let counters = &settings.counters;
+    SessionCounters::add(&counters.opened);
+    let handle = SessionHandle { session, peer: secure.peer(), outbound, counters: counters.clone() };
+    if events.send(SessionEvent::Opened(handle)).await.is_err() {
+        secure.close().await;
+        return;
+    }
+    let ends = tokio::time::Instant::now() + secure.life();
+    let mut heard = tokio::time::Instant::now();
+    loop {
+        tokio::select! {
+            received = secure.recv() => match received {
+                Ok(record) => {
+                    heard = tokio::time::Instant::now();
+                    SessionCounters::add(&counters.delivered);
+                    if events.send(SessionEvent::Record(session, record)).await.is_err() { break }
+                }
+                Err(error) => {
+                    tracing::debug!(%error, peer = %secure.peer(), "association ended");
+                    break;
+                }
+            },
+            record = to_send.recv() => match record {
+                Some(record) => match secure.send(&record).await {
+                    Ok(()) => SessionCounters::add(&counters.sent),
+                    Err(_) => { SessionCounters::add(&counters.unsent); break }
+                },
+                None => break,
+            },
+            () = tokio::time::sleep_until((heard + settings.idle).min(ends)) => break,
+        }
+    }
+    secure.close().await;
+    if events.send(SessionEvent::Closed(session)).await.is_err() {
+        tracing::trace!("nobody waits for the end of {session:?}");
+    }
+}

@@ -1,0 +1,220 @@
+//! A datagram path that stands between the network and the DTLS library.
+//!
+//! RFC 6347 §4.1.2.7 wants invalid records discarded; the library instead ends the association on one forged plaintext
+//! record, never repeats its last flight, and indexes past the end of a crafted ClientHello. The guard
+//!
+//! - lets only handshake and well-formed change-cipher records of epoch 0 through before completion,
+//! - drops every record of epoch 0 after completion,
+//! - repeats the last datagram sent before completion when the peer shows that it missed it,
+//! - checks every length of a ClientHello ([`hello`]),
+//! - counts all of it, and reports what it saw for receipts ([`observe`]).
+//!
+//! It holds no key. Whether a record is authentic is the library's business, whether it is fresh the gateway's.
+
+pub mod hello;
+pub mod observe;
+pub mod record;
+
+use std::net::SocketAddr;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use async_trait::async_trait;
+use serde::{Deserialize, Serialize};
+use webrtc_util::conn::Conn;
+
+use self::observe::{GuardCounters, Observation, ObservationLog, Verdict, digest};
+use self::record::{APPLICATION_DATA, CHANGE_CIPHER_SPEC, HANDSHAKE, RawRecord, Split};
+
+/// How often the last flight is repeated in one association.
+const RESENDS: u32 = 64;
+
+/// How many records of the next epoch may wait in the library before completion (its own queue has no bound).
+const EARLY_RECORDS: u32 = 64;
+
+/// Whether the guard drops unauthenticated records. Lengths are checked and flights repeated in both modes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GuardMode {
+    /// Drop what no key protects.
+    Required,
+    /// Pass it to the library, as the library alone would see it (an ablation).
+    Waived,
+}
+
+/// What a guard is made with.
+#[derive(Clone, Debug)]
+pub struct GuardSettings {
+    /// Whether unauthenticated records are dropped.
+    pub mode: GuardMode,
+    /// Number of the association, for the observations.
+    pub association: u32,
+    /// Shared by the guards of one socket.
+    pub counters: Arc<GuardCounters>,
+    /// Where observations go, if anywhere.
+    pub log: Option<ObservationLog>,
+}
+
+/// The guard of one association.
+pub struct GuardConn {
+    inner: Arc<dyn Conn + Send + Sync>,
+    settings: GuardSettings,
+    complete: AtomicBool,
+    early: AtomicU32,
+    resends: AtomicU32,
+    last_flight: Mutex<Vec<u8>>,
+}
+
+/// What is to be done with a datagram.
+struct Admitted {
+    kept: Vec<u8>,
+    missed_last_flight: bool,
+}
+
+impl GuardConn {
+    /// A guard before `inner`.
+    pub fn new(inner: Arc<dyn Conn + Send + Sync>, settings: GuardSettings) -> Self {
+        Self {
+            inner,
+            settings,
+            complete: AtomicBool::new(false),
+            early: AtomicU32::new(0),
+            resends: AtomicU32::new(0),
+            last_flight: Mutex::new(Vec::new()),
+        }
+    }
+
+    /// Notes that the handshake is complete: from here on no record of epoch 0 is taken.
+    pub fn complete(&self) {
+        self.complete.store(true, Ordering::SeqCst);
+    }
+
+    /// Decides on each record of a datagram.
+    fn admit(&self, datagram: &[u8]) -> Admitted {
+        let complete = self.complete.load(Ordering::SeqCst);
+        let mut admitted = Admitted { kept: Vec::with_capacity(datagram.len()), missed_last_flight: false };
+        self.settings.counters.datagram();
+        for piece in record::split(datagram) {
+            match piece {
+                Split::Record(raw) => {
+                    let verdict = self.judge(&raw, complete);
+                    admitted.missed_last_flight |= complete && raw.epoch == 0 && raw.content == HANDSHAKE;
+                    self.note(&raw, verdict);
+                    if verdict == Verdict::Passed {
+                        admitted.kept.extend_from_slice(raw.bytes);
+                    }
+                }
+                Split::Remainder(bytes) => {
+                    self.note(&RawRecord::unframed(bytes), Verdict::Unframed);
+                }
+            }
+        }
+        admitted
+    }
+
+    fn judge(&self, raw: &RawRecord<'_>, complete: bool) -> Verdict {
+        let waived = self.settings.mode == GuardMode::Waived;
+        if raw.epoch == 0 {
+            if raw.content == HANDSHAKE && !hello::lengths_hold(raw.body()) {
+                return Verdict::BadHello;
+            }
+            if complete && !waived {
+                return Verdict::PlaintextAfterCompletion;
+            }
+            let expected = match raw.content {
+                HANDSHAKE => true,
+                CHANGE_CIPHER_SPEC => raw.body() == [1],
+                _ => false,
+            };
+            return if expected || waived { Verdict::Passed } else { Verdict::PlaintextBeforeCompletion };
+        }
+        if !complete && self.early.fetch_add(1, Ordering::Relaxed) >= EARLY_RECORDS {
+            return Verdict::TooEarly;
+        }
+        Verdict::Passed
+    }
+
+    fn note(&self, raw: &RawRecord<'_>, verdict: Verdict) {
+        self.settings.counters.record(verdict, raw.epoch > 0 && raw.content == APPLICATION_DATA);
+        if let Some(log) = &self.settings.log {
+            log.push(
+                Observation {
+                    trace_us: crate::clock::trace_us(),
+                    association: self.settings.association,
+                    content: raw.content,
+                    epoch: raw.epoch,
+                    sequence: raw.sequence,
+                    length: u32::try_from(raw.bytes.len()).unwrap_or(u32::MAX),
+                    digest: digest(raw.bytes),
+                    verdict,
+                },
+                &self.settings.counters,
+            );
+        }
+    }
+
+    /// Repeats the last datagram sent before completion, a bounded number of times.
+    async fn repeat_last_flight(&self) {
+        if self.resends.fetch_add(1, Ordering::Relaxed) >= RESENDS {
+            return;
+        }
+        let flight = self.last_flight.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        if !flight.is_empty() && self.inner.send(&flight).await.is_ok() {
+            self.settings.counters.resend();
+        }
+    }
+}
+
+#[async_trait]
+impl Conn for GuardConn {
+    async fn connect(&self, addr: SocketAddr) -> webrtc_util::Result<()> {
+        self.inner.connect(addr).await
+    }
+
+    async fn recv(&self, buf: &mut [u8]) -> webrtc_util::Result<usize> {
+        loop {
+            let n = self.inner.recv(buf).await?;
+            let admitted = self.admit(&buf[..n]);
+            if admitted.missed_last_flight {
+                self.repeat_last_flight().await;
+            }
+            if !admitted.kept.is_empty() {
+                buf[..admitted.kept.len()].copy_from_slice(&admitted.kept);
+                return Ok(admitted.kept.len());
+            }
+        }
+    }
+
+    async fn recv_from(&self, buf: &mut [u8]) -> webrtc_util::Result<(usize, SocketAddr)> {
+        let n = self.recv(buf).await?;
+        let from = self.inner.remote_addr().ok_or(webrtc_util::Error::ErrNotFound)?;
+        Ok((n, from))
+    }
+
+    async fn send(&self, buf: &[u8]) -> webrtc_util::Result<usize> {
+        if !self.complete.load(Ordering::SeqCst) {
+            *self.last_flight.lock().unwrap_or_else(PoisonError::into_inner) = buf.to_vec();
+        }
+        self.inner.send(buf).await
+    }
+
+    async fn send_to(&self, buf: &[u8], target: SocketAddr) -> webrtc_util::Result<usize> {
+        self.inner.send_to(buf, target).await
+    }
+
+    fn local_addr(&self) -> webrtc_util::Result<SocketAddr> {
+        self.inner.local_addr()
+    }
+
+    fn remote_addr(&self) -> Option<SocketAddr> {
+        self.inner.remote_addr()
+    }
+
+    async fn close(&self) -> webrtc_util::Result<()> {
+        self.inner.close().await
+    }
+
+    fn as_any(&self) -> &(dyn std::any::Any + Send + Sync) {
+        self
+    }
+}

@@ -1,0 +1,180 @@
+//! What a guard counts and what it reports: the target's half of a receipt.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use minicbor::{Decode, Encode};
+use serde::Serialize;
+use tokio::sync::mpsc;
+
+/// What the guard did with a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, Serialize)]
+#[cbor(index_only)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Handed to the DTLS library.
+    #[n(0)]
+    Passed,
+    /// No record framing.
+    #[n(1)]
+    Unframed,
+    /// A ClientHello whose lengths do not hold.
+    #[n(2)]
+    BadHello,
+    /// Epoch 0 after completion: nothing protects it.
+    #[n(3)]
+    PlaintextAfterCompletion,
+    /// Epoch 0 before completion, and neither handshake nor change cipher spec.
+    #[n(4)]
+    PlaintextBeforeCompletion,
+    /// More records of the next epoch than may wait for completion.
+    #[n(5)]
+    TooEarly,
+}
+
+/// One record as the target saw it arrive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, Serialize)]
+pub struct Observation {
+    /// Raw monotonic microseconds, for traces only.
+    #[n(0)]
+    pub trace_us: u64,
+    /// Number of the association at this socket, from 1.
+    #[n(1)]
+    pub association: u32,
+    /// Record content type.
+    #[n(2)]
+    pub content: u8,
+    /// Record epoch.
+    #[n(3)]
+    pub epoch: u16,
+    /// Record sequence number.
+    #[n(4)]
+    pub sequence: u64,
+    /// Header and body, in bytes.
+    #[n(5)]
+    pub length: u32,
+    /// [`digest`] of header and body.
+    #[cbor(n(6), with = "minicbor::bytes")]
+    pub digest: [u8; 8],
+    /// What was done with it.
+    #[n(7)]
+    pub verdict: Verdict,
+}
+
+/// First eight bytes of the BLAKE3 hash of a record. A datagram of one record has the record's digest.
+pub fn digest(record: &[u8]) -> [u8; 8] {
+    let mut short = [0; 8];
+    short.copy_from_slice(&blake3::hash(record).as_bytes()[..8]);
+    short
+}
+
+/// A bounded way out for observations; what does not fit is counted, not waited for.
+#[derive(Clone, Debug)]
+pub struct ObservationLog(mpsc::Sender<Observation>);
+
+impl ObservationLog {
+    /// A log of at most `capacity` observations under way, and its reader.
+    pub fn new(capacity: usize) -> (Self, mpsc::Receiver<Observation>) {
+        let (tx, rx) = mpsc::channel(capacity);
+        (Self(tx), rx)
+    }
+
+    pub(super) fn push(&self, observation: Observation, counters: &GuardCounters) {
+        if self.0.try_send(observation).is_err() {
+            add(&counters.unlogged);
+        }
+    }
+}
+
+/// Counters shared by the guards of one socket.
+#[derive(Debug, Default)]
+pub struct GuardCounters {
+    datagrams: AtomicU64,
+    records: AtomicU64,
+    application: AtomicU64,
+    unframed: AtomicU64,
+    bad_hello: AtomicU64,
+    plaintext_after: AtomicU64,
+    plaintext_before: AtomicU64,
+    too_early: AtomicU64,
+    resent: AtomicU64,
+    unlogged: AtomicU64,
+}
+
+/// A reading of [`GuardCounters`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct GuardStats {
+    /// Datagrams that reached a guard.
+    pub datagrams: u64,
+    /// Records (and unframed remainders) in them.
+    pub records: u64,
+    /// Protected application records passed to the library; those it did not deliver it discarded.
+    pub application: u64,
+    /// Records refused for [`Verdict::Unframed`].
+    pub unframed: u64,
+    /// Records refused for [`Verdict::BadHello`].
+    pub bad_hello: u64,
+    /// Records refused for [`Verdict::PlaintextAfterCompletion`].
+    pub plaintext_after: u64,
+    /// Records refused for [`Verdict::PlaintextBeforeCompletion`].
+    pub plaintext_before: u64,
+    /// Records refused for [`Verdict::TooEarly`].
+    pub too_early: u64,
+    /// Last flights repeated.
+    pub resent: u64,
+    /// Observations for which the log had no room.
+    pub unlogged: u64,
+}
+
+impl GuardStats {
+    /// Records refused, whatever the reason.
+    pub fn refused(&self) -> u64 {
+        self.unframed + self.bad_hello + self.plaintext_after + self.plaintext_before + self.too_early
+    }
+}
+
+impl GuardCounters {
+    /// What has been counted so far.
+    pub fn read(&self) -> GuardStats {
+        let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        GuardStats {
+            datagrams: get(&self.datagrams),
+            records: get(&self.records),
+            application: get(&self.application),
+            unframed: get(&self.unframed),
+            bad_hello: get(&self.bad_hello),
+            plaintext_after: get(&self.plaintext_after),
+            plaintext_before: get(&self.plaintext_before),
+            too_early: get(&self.too_early),
+            resent: get(&self.resent),
+            unlogged: get(&self.unlogged),
+        }
+    }
+
+    pub(super) fn datagram(&self) {
+        add(&self.datagrams);
+    }
+
+    pub(super) fn resend(&self) {
+        add(&self.resent);
+    }
+
+    pub(super) fn record(&self, verdict: Verdict, protected_application: bool) {
+        add(&self.records);
+        match verdict {
+            Verdict::Passed => {
+                if protected_application {
+                    add(&self.application);
+                }
+            }
+            Verdict::Unframed => add(&self.unframed),
+            Verdict::BadHello => add(&self.bad_hello),
+            Verdict::PlaintextAfterCompletion => add(&self.plaintext_after),
+            Verdict::PlaintextBeforeCompletion => add(&self.plaintext_before),
+            Verdict::TooEarly => add(&self.too_early),
+        }
+    }
+}
+
+fn add(counter: &AtomicU64) {
+    counter.fetch_add(1, Ordering::Relaxed);
+}

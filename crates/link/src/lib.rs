@@ -1,0 +1,19 @@
+//! The only crate that knows sockets, shared memory, DTLS, MQTT, TLS, MCAP and the OS clock.
+//!
+//! It moves bytes between a core ([`wire::core::Core`]) and the machine, and writes down what went in and out. What a
+//! message means is left to the cores; what may listen where is fixed here: every socket takes a
+//! [`loopback::LoopbackAddr`].
+//!
+//! A process is `spec` (what it is told) → its core → [`drive::run`].
+
+pub mod bus;
+pub mod clock;
+pub mod crypto;
+pub mod dtls;
+pub mod guard;
+pub mod instrument;
+pub mod loopback;
+pub mod mouth;
+pub mod mqtt;
+pub mod pki;
+pub mod sockets;

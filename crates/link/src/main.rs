@@ -1,0 +1,2 @@
+//! The recorder process.
+fn main() {}

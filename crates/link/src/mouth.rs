@@ -1,0 +1,314 @@
+//! Mouth logs: everything that went into a core and everything that came out, in order.
+//!
+//! A log is a magic, a header, then entries; each is a length (u32, big-endian) and that many bytes of CBOR. Feeding the
+//! inputs to a fresh core must give the same outputs, byte for byte ([`replay`]). The writer may have been killed at any
+//! byte; the reader says what is wrong and where, and allocates no more than [`MAX_ENTRY`].
+
+use std::io::{self, Read, Write};
+
+use minicbor::{Decode, Encode};
+use wire::core::{Core, Input, Output};
+use wire::id::{Boot, NodeId};
+use wire::time::Instant;
+
+/// First bytes of every log.
+pub const MAGIC: [u8; 8] = *b"hsmouth1";
+
+/// The largest encoded entry, in bytes: a rendered frame and its envelope.
+pub const MAX_ENTRY: usize = 512 * 1024;
+
+/// Whose log it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Header {
+    /// The node.
+    #[n(0)]
+    pub node: NodeId,
+    /// Its boot.
+    #[n(1)]
+    pub boot: Boot,
+    /// The host's time with which the core was made.
+    #[n(2)]
+    pub started: Instant,
+}
+
+/// One thing that passed the mouth.
+#[derive(Clone, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum Entry {
+    /// Fed to the core at `now`.
+    #[n(0)]
+    Input {
+        /// The host's time.
+        #[n(0)]
+        now: Instant,
+        /// What was fed.
+        #[n(1)]
+        input: Input,
+    },
+    /// Given back after the last input.
+    #[n(1)]
+    Output(#[n(0)] Output),
+}
+
+/// [`Entry`] by reference; same bytes.
+#[derive(Encode)]
+enum EntryRef<'a> {
+    #[n(0)]
+    Input {
+        #[n(0)]
+        now: Instant,
+        #[n(1)]
+        input: &'a Input,
+    },
+    #[n(1)]
+    Output(#[n(0)] &'a Output),
+}
+
+/// A log could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum MouthError {
+    /// Not a mouth log.
+    #[error("no mouth log: the first bytes are wrong")]
+    Magic,
+    /// The file ends inside an entry (a killed writer leaves this).
+    #[error("cut off inside the entry at byte {at}")]
+    Truncated {
+        /// Offset of the entry.
+        at: u64,
+    },
+    /// A length beyond [`MAX_ENTRY`].
+    #[error("entry at byte {at} claims {length} bytes")]
+    TooLong {
+        /// Offset of the entry.
+        at: u64,
+        /// What it claims.
+        length: u64,
+    },
+    /// Bytes that are not exactly one entry.
+    #[error("entry at byte {at} does not decode: {why}")]
+    Malformed {
+        /// Offset of the entry.
+        at: u64,
+        /// The decoder's words.
+        why: String,
+    },
+    /// The file.
+    #[error("reading: {0}")]
+    Io(#[from] io::Error),
+}
+
+/// Writes a log, up to a number of bytes; what is beyond is counted.
+pub struct Writer<W: Write> {
+    out: W,
+    room: u64,
+    entries: u64,
+    dropped: u64,
+}
+
+impl<W: Write> Writer<W> {
+    /// Starts a log of at most `room` bytes of entries.
+    ///
+    /// # Errors
+    /// As the writer below.
+    pub fn new(mut out: W, header: Header, room: u64) -> io::Result<Self> {
+        out.write_all(&MAGIC)?;
+        let mut this = Self { out, room, entries: 0, dropped: 0 };
+        this.append(&header)?;
+        this.entries = 0;
+        Ok(this)
+    }
+
+    /// Notes an input.
+    ///
+    /// # Errors
+    /// As the writer below.
+    pub fn input(&mut self, now: Instant, input: &Input) -> io::Result<()> {
+        self.append(&EntryRef::Input { now, input })
+    }
+
+    /// Notes an output.
+    ///
+    /// # Errors
+    /// As the writer below.
+    pub fn output(&mut self, output: &Output) -> io::Result<()> {
+        self.append(&EntryRef::Output(output))
+    }
+
+    /// Hands everything to the writer below.
+    ///
+    /// # Errors
+    /// As the writer below.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+
+    /// Entries written, and entries for which there was no room.
+    pub fn counts(&self) -> (u64, u64) {
+        (self.entries, self.dropped)
+    }
+
+    fn append<T: Encode<()>>(&mut self, entry: &T) -> io::Result<()> {
+        let bytes = minicbor::to_vec(entry).map_err(io::Error::other)?;
+        let length = u32::try_from(bytes.len()).map_err(io::Error::other)?;
+        let cost = u64::from(length) + 4;
+        // Once one entry is left out the log cannot be replayed past it, so nothing follows.
+        if self.dropped > 0 || cost > self.room || bytes.len() > MAX_ENTRY {
+            self.dropped += 1;
+            return Ok(());
+        }
+        self.room -= cost;
+        self.entries += 1;
+        self.out.write_all(&length.to_be_bytes())?;
+        self.out.write_all(&bytes)
+    }
+}
+
+/// Reads a log entry by entry; ends after the first error.
+pub struct Reader<R: Read> {
+    source: R,
+    at: u64,
+    header: Header,
+    ended: bool,
+}
+
+impl<R: Read> Reader<R> {
+    /// Reads magic and header.
+    ///
+    /// # Errors
+    /// When these are not those of a mouth log.
+    pub fn new(mut source: R) -> Result<Self, MouthError> {
+        let mut magic = [0; MAGIC.len()];
+        if fill(&mut source, &mut magic)? < magic.len() || magic != MAGIC {
+            return Err(MouthError::Magic);
+        }
+        let mut at = MAGIC.len() as u64;
+        let header = record(&mut source, &mut at)?.ok_or(MouthError::Truncated { at })?;
+        Ok(Self { source, at, header, ended: false })
+    }
+
+    /// Whose log it is.
+    pub fn header(&self) -> Header {
+        self.header
+    }
+}
+
+impl<R: Read> Iterator for Reader<R> {
+    type Item = Result<Entry, MouthError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.ended {
+            return None;
+        }
+        let next = record(&mut self.source, &mut self.at).transpose();
+        self.ended = !matches!(next, Some(Ok(_)));
+        next
+    }
+}
+
+/// One length-prefixed record; `None` at a clean end.
+fn record<T: for<'b> Decode<'b, ()>>(source: &mut impl Read, at: &mut u64) -> Result<Option<T>, MouthError> {
+    let mut prefix = [0; 4];
+    match fill(source, &mut prefix)? {
+        0 => return Ok(None),
+        4 => {}
+        _ => return Err(MouthError::Truncated { at: *at }),
+    }
+    let length = u32::from_be_bytes(prefix) as usize;
+    if length > MAX_ENTRY {
+        return Err(MouthError::TooLong { at: *at, length: length as u64 });
+    }
+    let mut bytes = vec![0; length];
+    if fill(source, &mut bytes)? < length {
+        return Err(MouthError::Truncated { at: *at });
+    }
+    let malformed = |why: String| MouthError::Malformed { at: *at, why };
+    let mut decoder = minicbor::Decoder::new(&bytes);
+    let value = decoder.decode().map_err(|e| malformed(e.to_string()))?;
+    if decoder.position() != bytes.len() {
+        return Err(malformed("bytes after the entry".to_owned()));
+    }
+    *at += 4 + length as u64;
+    Ok(Some(value))
+}
+
+fn fill(source: &mut impl Read, buf: &mut [u8]) -> io::Result<usize> {
+    let mut filled = 0;
+    while filled < buf.len() {
+        match source.read(&mut buf[filled..]) {
+            Ok(0) => break,
+            Ok(n) => filled += n,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(filled)
+}
+
+/// What a replay went through.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Replayed {
+    /// Inputs fed.
+    pub inputs: u64,
+    /// Outputs compared and found equal.
+    pub outputs: u64,
+    /// Outputs of the last input that the log no longer has (its writer was killed).
+    pub unlogged: u64,
+}
+
+/// The core did not do what the log says.
+#[derive(Debug, thiserror::Error)]
+#[error("output {index} differs: expected {expected:?}, got {got:?}")]
+pub struct Divergence {
+    /// Number of the output in the log, from 0.
+    pub index: u64,
+    /// What the log has; `None` when the core said more than the log.
+    pub expected: Option<Output>,
+    /// What the core gave; `None` when it gave nothing more.
+    pub got: Option<Output>,
+}
+
+/// A replay did not come to the end of the log.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The core and the log differ.
+    #[error(transparent)]
+    Diverged(#[from] Box<Divergence>),
+    /// The log is damaged before its end; a cut in the last entry is not an error.
+    #[error(transparent)]
+    Unreadable(#[from] MouthError),
+}
+
+/// Feeds a log's inputs to a fresh core and compares what comes out.
+///
+/// # Errors
+/// At the first output that differs, and when the log is damaged anywhere but at its end.
+pub fn replay<R: Read>(log: Reader<R>, core: &mut dyn Core) -> Result<Replayed, ReplayError> {
+    let mut done = Replayed::default();
+    for entry in log {
+        match entry {
+            Ok(Entry::Input { now, input }) => {
+                if let Some(extra) = core.output() {
+                    return Err(diverged(done.outputs, None, Some(extra)));
+                }
+                core.handle(now, &input);
+                done.inputs += 1;
+            }
+            Ok(Entry::Output(expected)) => {
+                let got = core.output();
+                if got.as_ref() != Some(&expected) {
+                    return Err(diverged(done.outputs, Some(expected), got));
+                }
+                done.outputs += 1;
+            }
+            Err(MouthError::Truncated { .. }) => break,
+            Err(error) => return Err(error.into()),
+        }
+    }
+    while core.output().is_some() {
+        done.unlogged += 1;
+    }
+    Ok(done)
+}
+
+fn diverged(index: u64, expected: Option<Output>, got: Option<Output>) -> ReplayError {
+    ReplayError::Diverged(Box::new(Divergence { index, expected, got }))
+}

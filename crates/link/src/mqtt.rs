@@ -1,0 +1,248 @@
+//! The command plane's client: MQTT 5 over mutual TLS 1.3.
+//!
+//! Clean start, QoS 1, Nagle off, one certificate per connection, client identifier = certificate name. The driver
+//! never waits for it: both directions are bounded queues. QoS 1 can deliver twice, a broker can lose and a publisher's
+//! name is hearsay; all three are the cores' business.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::Duration;
+
+use rumqttc::mqttbytes::QoS;
+use rumqttc::mqttbytes::v5::Packet;
+use rumqttc::{AsyncClient, Event, EventLoop, MqttOptions, PublishOptions, SessionMode, TlsConfiguration, Transport};
+use serde::Serialize;
+use tokio::net::TcpStream;
+use tokio::sync::mpsc;
+use tokio::task::JoinHandle;
+use wire::core::{Input, Subject};
+use wire::id::{PeerId, UnitId};
+
+use crate::loopback::LoopbackAddr;
+use crate::pki::{Credential, PkiError, dns_name};
+
+/// Publications that may wait to be sent.
+pub const OUTBOUND: usize = 256;
+
+/// The largest payload, in bytes; the broker's limit is above it.
+pub const MAX_PAYLOAD: usize = 8 * 1024;
+
+/// First and longest pause between connection attempts.
+const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::from_millis(800));
+
+/// The topic name of a subject.
+pub fn topic_of(subject: Subject) -> String {
+    match subject {
+        Subject::Command(unit) => format!("hs/cmd/{unit}"),
+        Subject::Ack(unit) => format!("hs/ack/{unit}"),
+    }
+}
+
+/// The subject of a topic name, if it is one of ours.
+pub fn subject_of(topic: &str) -> Option<Subject> {
+    let unit = |name: &str| UnitId::from_name(name);
+    match topic.strip_prefix("hs/cmd/") {
+        Some(name) => unit(name).map(Subject::Command),
+        None => topic.strip_prefix("hs/ack/").and_then(unit).map(Subject::Ack),
+    }
+}
+
+/// What became of publications.
+#[derive(Debug, Default)]
+struct Counters {
+    connected: AtomicU64,
+    published: AtomicU64,
+    lost: AtomicU64,
+    received: AtomicU64,
+    refused: AtomicU64,
+}
+
+/// A reading of the counters.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct MqttStats {
+    /// Connections the broker accepted.
+    pub connected: u64,
+    /// Publications handed to the client library.
+    pub published: u64,
+    /// Publications lost: too long, or no room.
+    pub lost: u64,
+    /// Publications received on one of our subjects.
+    pub received: u64,
+    /// Publications received on another topic or too long.
+    pub refused: u64,
+}
+
+/// A connection that is kept up until this is dropped.
+pub struct Mqtt {
+    outbound: mpsc::Sender<(Subject, Vec<u8>)>,
+    counters: Arc<Counters>,
+    task: JoinHandle<()>,
+}
+
+impl Mqtt {
+    /// Connects to the broker at `at` as `own` and subscribes to `subjects`. Must be called inside a tokio runtime.
+    ///
+    /// # Errors
+    /// When the credential is unusable.
+    pub fn start(
+        at: LoopbackAddr,
+        own: PeerId,
+        broker: PeerId,
+        credential: &Credential,
+        subjects: Vec<Subject>,
+        to: mpsc::Sender<Input>,
+    ) -> Result<Self, PkiError> {
+        let options = options(at, own, broker, credential)?;
+        let (client, events) = AsyncClient::builder(options).capacity(OUTBOUND).build();
+        let (outbound, to_send) = mpsc::channel(OUTBOUND);
+        let counters = Arc::new(Counters::default());
+        let task = tokio::spawn(run(client, events, subjects, to_send, to, counters.clone()));
+        Ok(Self { outbound, counters, task })
+    }
+
+    /// Queues a publication, or loses it; both are counted.
+    pub fn publish(&self, subject: Subject, bytes: Vec<u8>) {
+        if bytes.len() > MAX_PAYLOAD || self.outbound.try_send((subject, bytes)).is_err() {
+            self.counters.lost.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// What has been counted so far.
+    pub fn stats(&self) -> MqttStats {
+        let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        MqttStats {
+            connected: get(&self.counters.connected),
+            published: get(&self.counters.published),
+            lost: get(&self.counters.lost),
+            received: get(&self.counters.received),
+            refused: get(&self.counters.refused),
+        }
+    }
+}
+
+impl Drop for Mqtt {
+    fn drop(&mut self) {
+        self.task.abort();
+    }
+}
+
+/// The client side of mutual TLS 1.3 with a certificate of this run.
+///
+/// # Errors
+/// When the credential is unusable.
+pub fn tls_client(credential: &Credential) -> Result<rustls::ClientConfig, PkiError> {
+    let builder = rustls::ClientConfig::builder_with_provider(crate::crypto::provider())
+        .with_protocol_versions(&[&rustls::version::TLS13])?
+        .with_root_certificates(credential.roots()?);
+    Ok(builder.with_client_auth_cert(credential.chain(), credential.key())?)
+}
+
+fn options(
+    at: LoopbackAddr,
+    own: PeerId,
+    broker: PeerId,
+    credential: &Credential,
+) -> Result<MqttOptions, PkiError> {
+    crate::crypto::init();
+    let tls = Arc::new(tls_client(credential)?);
+    // The name is checked against the broker's certificate; the connector below never resolves it.
+    let mut options = MqttOptions::new(own.name(), (dns_name(broker), at.port()));
+    options.set_transport(Transport::tls_with_config(TlsConfiguration::Rustls(tls)));
+    options.set_session_mode(SessionMode::Clean);
+    options.set_keep_alive(5);
+    options.set_max_packet_size(Some(16 * 1024));
+    options.set_socket_connector(move |_, _| async move {
+        let stream = TcpStream::connect(at.socket()).await?;
+        LoopbackAddr::try_from(stream.peer_addr()?).map_err(std::io::Error::other)?;
+        stream.set_nodelay(true)?;
+        Ok(stream)
+    });
+    Ok(options)
+}
+
+async fn run(
+    client: AsyncClient,
+    events: EventLoop,
+    subjects: Vec<Subject>,
+    to_send: mpsc::Receiver<(Subject, Vec<u8>)>,
+    to: mpsc::Sender<Input>,
+    counters: Arc<Counters>,
+) {
+    // Two futures, so that a publication never cancels a connection attempt inside the event loop.
+    tokio::select! {
+        () = send(&client, to_send, &counters) => {}
+        () = poll(&client, events, &subjects, &to, &counters) => {}
+    }
+}
+
+async fn send(client: &AsyncClient, mut to_send: mpsc::Receiver<(Subject, Vec<u8>)>, counters: &Counters) {
+    while let Some((subject, bytes)) = to_send.recv().await {
+        match client.try_publish(topic_of(subject), bytes, PublishOptions::new(QoS::AtLeastOnce)) {
+            Ok(()) => add(&counters.published),
+            Err(_) => add(&counters.lost),
+        }
+    }
+}
+
+async fn poll(
+    client: &AsyncClient,
+    mut events: EventLoop,
+    subjects: &[Subject],
+    to: &mpsc::Sender<Input>,
+    counters: &Counters,
+) {
+    let mut pause = PAUSES.0;
+    while !to.is_closed() {
+        match events.poll().await {
+            Ok(Event::Incoming(Packet::ConnAck(_))) => {
+                add(&counters.connected);
+                pause = PAUSES.0;
+                for subject in subjects {
+                    if let Err(error) = client.try_subscribe(topic_of(*subject), QoS::AtLeastOnce) {
+                        tracing::warn!(%error, "subscription not sent");
+                    }
+                }
+            }
+            Ok(Event::Incoming(Packet::Publish(publication))) => {
+                let subject = std::str::from_utf8(&publication.topic).ok().and_then(subject_of);
+                match subject {
+                    Some(subject) if publication.payload.len() <= MAX_PAYLOAD => {
+                        add(&counters.received);
+                        let input = Input::Published { subject, bytes: publication.payload.to_vec() };
+                        if to.send(input).await.is_err() {
+                            return;
+                        }
+                    }
+                    Some(_) | None => add(&counters.refused),
+                }
+            }
+            Ok(event) => tracing::trace!(?event, "mqtt"),
+            Err(error) => {
+                tracing::debug!(%error, "broker not reached");
+                tokio::time::sleep(pause).await;
+                pause = (pause * 2).min(PAUSES.1);
+            }
+        }
+    }
+}
+
+fn add(counter: &AtomicU64) {
+    counter.fetch_add(1, Ordering::Relaxed);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn subjects_and_topics_are_the_same_thing_both_ways() {
+        for unit in [UnitId::A, UnitId::B, UnitId::C] {
+            for subject in [Subject::Command(unit), Subject::Ack(unit)] {
+                assert_eq!(subject_of(&topic_of(subject)), Some(subject));
+            }
+        }
+        for topic in ["", "hs/cmd/", "hs/cmd/unit-a/x", "hs/ack/nobody", "hs/cmd/+", "#", "$SYS/x", "hs/CMD/unit-a"] {
+            assert_eq!(subject_of(topic), None, "{topic}");
+        }
+    }
+}

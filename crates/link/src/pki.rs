@@ -1,0 +1,217 @@
+//! Certificates of one run: an authority that lives in the launcher's memory, and what it issues.
+//!
+//! Leaves are P-256, valid for at most a day, and name their holder by exactly one URI, `urn:holdsafe:<name>`. A
+//! [`Credential`] goes to its service over the inherited pipe and never to a disk. What a name is allowed to do is the
+//! business of the cores.
+
+use std::time::{Duration, SystemTime};
+
+use rcgen::{
+    BasicConstraints, CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer, KeyPair,
+    KeyUsagePurpose, PKCS_ECDSA_P256_SHA256, SanType,
+};
+use rustls::RootCertStore;
+use rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs8KeyDer};
+use serde::{Deserialize, Serialize};
+use wire::id::PeerId;
+use x509_parser::prelude::{FromDer, GeneralName, X509Certificate};
+
+/// The longest life of anything the authority makes.
+pub const MAX_LIFE: Duration = Duration::from_secs(24 * 3600);
+
+/// How far back a certificate starts, so that a host whose wall clock is a little behind takes it.
+const BACKDATE: Duration = Duration::from_secs(300);
+
+/// A certificate could not be made, used or read.
+#[derive(Debug, thiserror::Error)]
+pub enum PkiError {
+    /// The certificate library refused.
+    #[error("certificate: {0}")]
+    Issue(#[from] rcgen::Error),
+    /// The TLS library refused the certificate or key.
+    #[error("tls: {0}")]
+    Tls(#[from] rustls::Error),
+    /// The private key is not a P-256 key in PKCS #8.
+    #[error("private key is not P-256 in PKCS #8")]
+    Key,
+    /// The leaf is not a certificate.
+    #[error("peer certificate does not parse")]
+    Unreadable,
+    /// The leaf has not exactly one URI name.
+    #[error("peer certificate has {0} URI names instead of one")]
+    UriNames(usize),
+    /// The URI is not a name of the closed set.
+    #[error("peer certificate names `{0}`, which is nobody here")]
+    UnknownName(String),
+}
+
+/// Which end of a handshake a certificate may serve.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Role {
+    /// Opens sessions.
+    Dials,
+    /// Accepts sessions.
+    Listens,
+    /// Both: the gateway accepts DTLS sessions and dials the broker.
+    Both,
+}
+
+/// What one holder needs to prove its name and check others.
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Credential {
+    /// The leaf certificate, DER.
+    #[serde(with = "hex")]
+    pub cert_der: Vec<u8>,
+    /// Its private key, PKCS #8 DER.
+    #[serde(with = "hex")]
+    pub key_pkcs8_der: Vec<u8>,
+    /// The authority of the run, DER.
+    #[serde(with = "hex")]
+    pub root_der: Vec<u8>,
+}
+
+impl std::fmt::Debug for Credential {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Credential").field("cert_len", &self.cert_der.len()).finish_non_exhaustive()
+    }
+}
+
+impl Credential {
+    /// The authority as a trust store.
+    pub fn roots(&self) -> Result<RootCertStore, PkiError> {
+        let mut store = RootCertStore::empty();
+        store.add(CertificateDer::from(self.root_der.clone()))?;
+        Ok(store)
+    }
+
+    /// The chain to present.
+    pub fn chain(&self) -> Vec<CertificateDer<'static>> {
+        vec![CertificateDer::from(self.cert_der.clone())]
+    }
+
+    /// The private key for rustls.
+    pub fn key(&self) -> PrivateKeyDer<'static> {
+        PrivateKeyDer::Pkcs8(PrivatePkcs8KeyDer::from(self.key_pkcs8_der.clone()))
+    }
+}
+
+/// The certificate authority of one run. Dropped, its key is gone.
+pub struct Authority {
+    issuer: Issuer<'static, KeyPair>,
+    root_der: Vec<u8>,
+    born: SystemTime,
+}
+
+impl Authority {
+    /// A fresh authority.
+    pub fn new() -> Result<Self, PkiError> {
+        let born = SystemTime::now();
+        let mut params = CertificateParams::new(Vec::<String>::new())?;
+        params.distinguished_name = common_name("holdsafe run authority");
+        params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
+        params.key_usages = vec![KeyUsagePurpose::KeyCertSign, KeyUsagePurpose::CrlSign];
+        params.not_before = (born - BACKDATE).into();
+        params.not_after = (born + MAX_LIFE).into();
+        let key = KeyPair::generate_for(&PKCS_ECDSA_P256_SHA256)?;
+        let root_der = params.self_signed(&key)?.der().to_vec();
+        Ok(Self { issuer: Issuer::new(params, key), root_der, born })
+    }
+
+    /// A credential for `holder`, valid as long as the authority.
+    pub fn issue(&self, holder: PeerId, role: Role) -> Result<Credential, PkiError> {
+        self.issue_between(holder, role, self.born - BACKDATE, self.born + MAX_LIFE)
+    }
+
+    /// A credential for `holder` with a validity of its own (expired and not yet valid ones are scenarios).
+    pub fn issue_between(
+        &self,
+        holder: PeerId,
+        role: Role,
+        not_before: SystemTime,
+        not_after: SystemTime,
+    ) -> Result<Credential, PkiError> {
+        let mut params = CertificateParams::new(vec![dns_name(holder)])?;
+        params.subject_alt_names.push(SanType::URI(holder.uri().try_into()?));
+        params.distinguished_name = common_name(holder.name());
+        params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
+        params.extended_key_usages = match role {
+            Role::Dials => vec![ExtendedKeyUsagePurpose::ClientAuth],
+            Role::Listens => vec![ExtendedKeyUsagePurpose::ServerAuth],
+            Role::Both => vec![ExtendedKeyUsagePurpose::ClientAuth, ExtendedKeyUsagePurpose::ServerAuth],
+        };
+        params.use_authority_key_identifier_extension = true;
+        params.not_before = not_before.into();
+        params.not_after = not_after.min(self.born + MAX_LIFE).into();
+        let key = KeyPair::generate_for(&PKCS_ECDSA_P256_SHA256)?;
+        let cert = params.signed_by(&key, &self.issuer)?;
+        Ok(Credential {
+            cert_der: cert.der().to_vec(),
+            key_pkcs8_der: key.serialize_der(),
+            root_der: self.root_der.clone(),
+        })
+    }
+}
+
+/// The host name in the certificate of `holder`, checked by whoever dials it. Reserved, so it resolves nowhere.
+pub fn dns_name(holder: PeerId) -> String {
+    format!("{}.holdsafe.invalid", holder.name())
+}
+
+/// Who a verified leaf certificate names: exactly one URI, out of the closed set.
+pub fn peer_of(leaf_der: &[u8]) -> Result<PeerId, PkiError> {
+    let (rest, leaf) = X509Certificate::from_der(leaf_der).map_err(|_| PkiError::Unreadable)?;
+    if !rest.is_empty() {
+        return Err(PkiError::Unreadable);
+    }
+    let names = leaf.subject_alternative_name().map_err(|_| PkiError::Unreadable)?.ok_or(PkiError::UriNames(0))?;
+    let mut uris = names.value.general_names.iter().filter_map(|name| match name {
+        GeneralName::URI(uri) => Some(*uri),
+        _ => None,
+    });
+    match (uris.next(), uris.count()) {
+        (None, _) => Err(PkiError::UriNames(0)),
+        (Some(uri), 0) => {
+            PeerId::from_uri(uri).ok_or_else(|| PkiError::UnknownName(uri.escape_default().take(64).collect()))
+        }
+        (Some(_), more) => Err(PkiError::UriNames(more + 1)),
+    }
+}
+
+/// How long a verified leaf certificate stays valid; zero when it has ended.
+pub fn remaining_life(leaf_der: &[u8]) -> Result<Duration, PkiError> {
+    let (_, leaf) = X509Certificate::from_der(leaf_der).map_err(|_| PkiError::Unreadable)?;
+    let ends = u64::try_from(leaf.validity().not_after.timestamp()).unwrap_or(0);
+    let ends = SystemTime::UNIX_EPOCH + Duration::from_secs(ends);
+    Ok(ends.duration_since(SystemTime::now()).unwrap_or(Duration::ZERO))
+}
+
+fn common_name(name: &str) -> DistinguishedName {
+    let mut distinguished = DistinguishedName::new();
+    distinguished.push(DnType::CommonName, name);
+    distinguished
+}
+
+/// Bytes as lower-case hexadecimal in JSON.
+mod hex {
+    use std::borrow::Cow;
+
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+
+    pub(super) fn serialize<S: Serializer>(bytes: &[u8], serializer: S) -> Result<S::Ok, S::Error> {
+        let text: String = bytes.iter().map(|b| format!("{b:02x}")).collect();
+        serializer.serialize_str(&text)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<u8>, D::Error> {
+        let text = <Cow<'de, str>>::deserialize(deserializer)?;
+        if text.len() > 16 * 1024 || !text.len().is_multiple_of(2) || !text.is_ascii() {
+            return Err(D::Error::custom("not hexadecimal bytes within bounds"));
+        }
+        (0..text.len())
+            .step_by(2)
+            .map(|i| u8::from_str_radix(&text[i..i + 2], 16).map_err(|_| D::Error::custom("not hexadecimal")))
+            .collect()
+    }
+}
