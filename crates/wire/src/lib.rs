@@ -19,6 +19,7 @@
 //!
 //! A reviewer of trust starts at [`trust`], then reads `gateway/src/admit.rs` and `autonomy/src/transition.rs`.
 
+pub mod account;
 pub mod audit;
 pub mod bounds;
 pub mod bus;

@@ -12,6 +12,7 @@
 mod attribution;
 mod freshness;
 mod ordering;
+mod statement;
 
 use minicbor::{Decode, Encode};
 
@@ -320,3 +321,4 @@ impl Clone for BusGate {
 }
 
 pub use attribution::SignedReport;
+pub use statement::{SignedStatement, Statement};
