@@ -39,6 +39,8 @@ pub struct NoiseModel {
     pub cluster_m: f32,
     /// Range of the image stages, metres.
     pub image_range: f32,
+    /// Area of the smallest box that an image stage can make out, pixels.
+    pub smallest_px: u32,
     /// Range of the LiDAR stage, metres.
     pub lidar_range: f32,
 }
@@ -53,6 +55,7 @@ impl Default for NoiseModel {
             edge_px: 0.7,
             cluster_m: 0.06,
             image_range: 35.0,
+            smallest_px: 14,
             lidar_range: 30.0,
         }
     }
@@ -117,21 +120,23 @@ impl Stages {
             noise.seek(frame.0);
         }
         let last = self.last.take();
-        let detections =
-            pick(&rgb, || self.detections(&seen, &rgb), || last.as_ref().and_then(|l| l.rgb.clone()));
+        let detections = pick(&rgb, || self.detections(&seen, &rgb), || last.as_ref().and_then(|l| l.rgb.clone()));
         // A depth product refers to detections of its own message, so a frozen one must not outlive them.
         let found: &[Detection] = detections.as_deref().unwrap_or_default();
-        let still_there = |d: &List<DepthSample, 32>| {
-            d.iter().filter(|s| usize::from(s.detection) < found.len()).copied().collect()
-        };
+        let still_there =
+            |d: &List<DepthSample, 32>| d.iter().filter(|s| usize::from(s.detection) < found.len()).copied().collect();
         let depths = pick(
             &depth,
             || self.depths(found, &seen, &depth),
             || last.as_ref().and_then(|l| l.depth.as_ref()).map(still_there),
         );
-        let blobs = pick(&thermal, || self.blobs(&seen, world, &thermal), || last.as_ref().and_then(|l| l.thermal.clone()));
-        let clusters =
-            pick(&lidar, || self.clusters(world, &state, &view, &lidar), || last.as_ref().and_then(|l| l.lidar.clone()));
+        let blobs =
+            pick(&thermal, || self.blobs(&seen, world, &thermal), || last.as_ref().and_then(|l| l.thermal.clone()));
+        let clusters = pick(
+            &lidar,
+            || self.clusters(world, &state, &view, &lidar),
+            || last.as_ref().and_then(|l| l.lidar.clone()),
+        );
         let now = Candidates {
             frame,
             stamp,
@@ -153,7 +158,7 @@ impl Stages {
                 if depth > self.model.image_range {
                     return None;
                 }
-                let bounds = bounds(&self.camera, state, object, place)?;
+                let bounds = bounds(&self.camera, state, object, place).filter(|b| self.visible(b))?;
                 let hit = sight(view, eye(&self.camera, state), place.centre, ObjectId(index as u16))?;
                 Some(Seen { object, bounds, depth: depth * hit.distance })
             })
@@ -187,7 +192,8 @@ impl Stages {
             let metres = nearest.min_by(f32::total_cmp).unwrap_or(depth::REACH * self.depth.uniform());
             let error = self.depth.normal() * (0.02 + 0.0005 * metres * metres) * f32::from(effect.noise);
             let covered = hidden(&self.camera, effect, &detection.bounds);
-            let median = if covered { depth::COVER_MM } else { ((metres + error) * 1000.0).clamp(1.0, 65_535.0) as u16 };
+            let median =
+                if covered { depth::COVER_MM } else { ((metres + error) * 1000.0).clamp(1.0, 65_535.0) as u16 };
             DepthSample { detection: index as u8, median_mm: median }
         };
         found.iter().enumerate().map(sample).collect()
@@ -230,6 +236,10 @@ impl Stages {
             }
         }
         found
+    }
+
+    fn visible(&self, b: &PixelBox) -> bool {
+        u32::from(b.x1 - b.x0) * u32::from(b.y1 - b.y0) >= self.model.smallest_px
     }
 
     fn jitter(&mut self, bounds: PixelBox, effect: &Effect) -> PixelBox {

@@ -54,8 +54,8 @@ pub(crate) struct Channels {
 
 impl Channels {
     /// `driver` is the unit's autonomy, the only one the plant obeys.
-    pub(crate) fn new(keys: ChannelKeys, boot: Boot, driver: NodeId) -> Self {
-        let sender = |topic, key| Sender::new(topic, NodeId::SIM, boot, key);
+    pub(crate) fn new(keys: ChannelKeys, (own, boot): (NodeId, Boot), driver: NodeId) -> Self {
+        let sender = |topic, key| Sender::new(topic, own, boot, key);
         Channels {
             frames: sender(Topic::Frames, keys.frames),
             candidates: sender(Topic::Candidates, keys.candidates),

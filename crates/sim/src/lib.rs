@@ -16,6 +16,7 @@ mod channel;
 pub mod fault;
 mod noise;
 pub mod plant;
+pub mod process;
 mod render;
 pub mod scene;
 pub mod sensor;
@@ -32,7 +33,7 @@ use wire::codec::encode;
 use wire::core::{Core, Input, Output, Topic};
 use wire::drive::Drive;
 use wire::event::Event;
-use wire::id::{Boot, FrameId, NodeId, UnitId};
+use wire::id::{Boot, FrameId, NodeId, UnitId, WorldId};
 use wire::sensor::{Camera, Frames, Lidar, Navigation};
 use wire::sign::Key;
 use wire::time::{Instant, Span};
@@ -62,7 +63,9 @@ const MAX_CATCH_UP: u64 = 100;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SimConfig {
-    /// The unit whose body this is.
+    /// Who this sim is on its channels and in its journal.
+    pub node: NodeId,
+    /// The unit whose body this is; its autonomy is the only one the plant obeys.
     pub unit: UnitId,
     /// Boot counter of the sim.
     #[serde(default)]
@@ -71,7 +74,7 @@ pub struct SimConfig {
     pub seed: u64,
     /// Frames from ray casts (true) or candidates from ground truth.
     pub rendered: bool,
-    /// Whether it writes ground truth. One sim of a run does: that of the platform under test.
+    /// Whether it writes a journal with ground truth. The platform under test's does; a teammate's need not.
     pub witness: bool,
     /// The world.
     pub scene: Scene,
@@ -87,6 +90,7 @@ impl SimConfig {
     /// The platform under test in the default scene.
     pub fn new(seed: u64, rendered: bool) -> Self {
         SimConfig {
+            node: NodeId::SIM,
             unit: UnitId::A,
             boot: Boot(1),
             seed,
@@ -135,7 +139,7 @@ impl Sim {
         } else {
             Eyes::Unrendered(Box::new(Stages::new(config.noise, camera, lidar, config.seed)))
         };
-        let journal = config.witness.then(|| Journal::new(NodeId::SIM, config.boot, key));
+        let journal = config.witness.then(|| Journal::new(config.node, config.boot, key));
         let mut sim = Sim {
             start,
             steps: 0,
@@ -146,7 +150,7 @@ impl Sim {
             faults,
             navigators: Navigators::new(config.seed),
             eyes,
-            channels: Channels::new(keys, config.boot, config.unit.node()),
+            channels: Channels::new(keys, (config.node, config.boot), config.unit.node()),
             witness: Witness::new(journal, config.unit),
             out: VecDeque::new(),
         };
@@ -155,9 +159,10 @@ impl Sim {
         Ok(sim)
     }
 
-    /// The same sim in a forked world: from here on, the same inputs give the same outputs in both.
+    /// The same sim in a forked world: from here on, the same inputs give the same outputs in both. A sim mints
+    /// nothing, so the world's id is of no use to it; it is taken because every core's fork is told.
     #[must_use]
-    pub fn fork(&self) -> Sim {
+    pub fn fork(&self, _world: WorldId) -> Sim {
         Sim {
             start: self.start,
             steps: self.steps,

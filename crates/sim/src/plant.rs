@@ -261,4 +261,22 @@ mod tests {
         assert_eq!(lapses, [Instant(5_300_000)]);
         assert!(plant.state(&world).speed().abs() < STANDSTILL);
     }
+
+    #[test]
+    fn from_full_speed_in_the_tightest_curve_it_stays_upright_and_brakes_with_at_least_3_m_s2() {
+        let scene = Scene { objects: Vec::new(), ..Scene::default() };
+        let mut world = World::new(Arc::new(scene.clone()));
+        let mut plant = Plant::new(&mut world, &scene.start);
+        drive(&mut plant, &mut world, 0, 500, Some((9.0, 9.0)));
+        let state = plant.state(&world);
+        assert!((state.rotation * Vector::Z).z > 0.9, "{state:?}");
+        assert!((2.6..3.2).contains(&state.speed()), "{state:?}");
+
+        drive(&mut plant, &mut world, 500, 300, Some((3.0, 0.0)));
+        let fast = plant.state(&world).speed();
+        assert!(fast > 2.8, "{fast}");
+        // The lease runs 0.3 s on; what is left of a second at 3 m/s² takes 2.1 m/s.
+        drive(&mut plant, &mut world, 800, 100, None);
+        assert!(plant.state(&world).speed() < fast - 2.1, "{:?}", plant.state(&world));
+    }
 }

@@ -38,7 +38,7 @@ fn how_often_the_core_is_woken_changes_nothing() {
 fn a_fork_continues_identically() {
     let mut rig = Rig::new(SimConfig::new(7, false));
     rig.run(3_000, Some((2000, 50_000)));
-    let mut fork = Rig { sim: rig.sim.fork(), drive: rig.drive.clone(), now: rig.now, wake_every_ms: None };
+    let mut fork = Rig { sim: rig.sim.fork(WorldId(1)), drive: rig.drive.clone(), now: rig.now, wake_every_ms: None };
     assert_eq!(fork.run(3_000, Some((2500, -60_000))), rig.run(3_000, Some((2500, -60_000))));
 }
 
@@ -52,7 +52,8 @@ fn the_vehicle_follows_set_points_and_stands_still_after_its_lease() {
     let after = rig.run(2_000, None);
     let (world, plant) = rig.sim.truth();
     assert!(plant.state(world).speed().abs() < STANDSTILL);
-    let lapse = events(&after).into_iter().find_map(|(at, e)| matches!(e, Event::Truth { leased: false, .. }).then_some(at));
+    let lapse =
+        events(&after).into_iter().find_map(|(at, e)| matches!(e, Event::Truth { leased: false, .. }).then_some(at));
     let lapse = lapse.expect("the lapse is written down");
     // The last set-point is made at 4.0 s of the run, with a lease of 300 ms.
     assert_eq!(lapse.since(START), Span::ms(4_300));
