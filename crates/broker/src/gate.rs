@@ -8,7 +8,7 @@ use std::future::ready;
 use std::net::SocketAddr;
 use std::pin::Pin;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
 use mqtt5::broker::auth::{AuthProvider, AuthResult};
 use mqtt5::packet::connect::ConnectPacket;
@@ -22,6 +22,9 @@ use crate::acl::{self, Refusal};
 /// The one protocol level that is spoken, as in CONNECT.
 pub const PROTOCOL_LEVEL: u8 = 5;
 
+/// The most refusals of one connection that are told one by one; those beyond are counted as lost events.
+pub const MAX_DENIALS_TOLD: u32 = 256;
+
 /// What happened at the live broker, for its log and for tests.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Event {
@@ -30,7 +33,7 @@ pub enum Event {
         /// Who the handshake authenticated.
         peer: PeerId,
     },
-    /// A connection of `peer` has ended.
+    /// A session of `peer` has ended.
     Closed {
         /// Who the handshake authenticated.
         peer: PeerId,
@@ -96,7 +99,7 @@ pub enum Denial {
         got: String,
     },
     /// The table of rights does not grant it to `peer`.
-    #[error("refused to {peer}: {refusal}")]
+    #[error("{refusal} (session of {peer})")]
     Access {
         /// Who the handshake authenticated.
         peer: PeerId,
@@ -154,25 +157,40 @@ impl Events {
     /// Notes an event.
     pub(crate) fn note(&self, event: Event) {
         if self.queue.try_send(event).is_err() {
-            self.lost.fetch_add(1, Ordering::Relaxed);
+            self.lose();
         }
     }
 
-    /// How many events did not fit.
-    pub(crate) fn lost(&self) -> u64 {
-        self.lost.load(Ordering::Relaxed)
+    /// Counts an event that is not told.
+    pub(crate) fn lose(&self) {
+        self.lost.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// The count of events that were not told; lives on when the queue has ended.
+    pub(crate) fn lost(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.lost)
     }
 }
 
 /// The gate of one connection.
 pub(crate) struct Gate {
-    /// Who the handshake authenticated.
-    pub(crate) peer: PeerId,
-    /// Where refusals are noted.
-    pub(crate) events: Events,
+    peer: PeerId,
+    events: Events,
+    admitted: AtomicBool,
+    denials: AtomicU32,
 }
 
 impl Gate {
+    /// The gate of a connection that the handshake has tied to `peer`.
+    pub(crate) fn new(peer: PeerId, events: Events) -> Self {
+        Self { peer, events, admitted: AtomicBool::new(false), denials: AtomicU32::new(0) }
+    }
+
+    /// Who came in by this gate, if it was opened.
+    pub(crate) fn admitted(&self) -> Option<PeerId> {
+        self.admitted.load(Ordering::Relaxed).then_some(self.peer)
+    }
+
     fn check_connect(&self, connect: &ConnectPacket) -> Result<(), Denial> {
         let peer = self.peer;
         if connect.protocol_version != PROTOCOL_LEVEL {
@@ -188,12 +206,15 @@ impl Gate {
     }
 
     fn granted<T>(&self, asked: Result<T, Refusal>) -> bool {
-        match asked {
-            Ok(_) => true,
-            Err(refusal) => {
-                self.events.note(Event::Denied(Denial::Access { peer: self.peer, refusal }));
-                false
-            }
+        let refused = asked.err().map(|refusal| self.deny(Denial::Access { peer: self.peer, refusal }));
+        refused.is_none()
+    }
+
+    fn deny(&self, denial: Denial) {
+        if self.denials.fetch_add(1, Ordering::Relaxed) < MAX_DENIALS_TOLD {
+            self.events.note(Event::Denied(denial));
+        } else {
+            self.events.lose();
         }
     }
 }
@@ -201,15 +222,20 @@ impl Gate {
 type Answer<'a, T> = Pin<Box<dyn Future<Output = T> + Send + 'a>>;
 
 impl AuthProvider for Gate {
-    fn authenticate<'a>(&'a self, connect: &'a ConnectPacket, _: SocketAddr) -> Answer<'a, mqtt5::error::Result<AuthResult>> {
+    fn authenticate<'a>(
+        &'a self,
+        connect: &'a ConnectPacket,
+        _: SocketAddr,
+    ) -> Answer<'a, mqtt5::error::Result<AuthResult>> {
         let result = match self.check_connect(connect) {
             Ok(()) => {
+                self.admitted.store(true, Ordering::Relaxed);
                 self.events.note(Event::Admitted { peer: self.peer });
                 AuthResult::success_with_user(self.peer.name())
             }
             Err(denial) => {
                 let reason = denial.reason();
-                self.events.note(Event::Denied(denial));
+                self.deny(denial);
                 AuthResult::fail(reason)
             }
         };

@@ -9,11 +9,12 @@
 //!   or time. The twin routes with it.
 //! - [`server`] is the live broker, with its parts in [`tls`] (handshake, identity) and [`gate`] (what one connection may
 //!   do). TLS, identity, rights and bounds are ours; packets, sessions and routing are those of the `mqtt5` crate.
-//! - [`process`] starts the live broker from a service spec.
+//! - [`audit`] says what happened there in the words of the audit log; [`process`] starts it from a service spec.
 //!
 //! The model and the live broker share [`acl`]; that they also agree on who receives is held by `tests/command_path.rs`.
 
 pub mod acl;
+pub mod audit;
 pub mod gate;
 pub mod process;
 pub mod server;
@@ -21,15 +22,12 @@ pub mod tls;
 
 use arrayvec::ArrayVec;
 use wire::core::Subject;
-use wire::id::PeerId;
+use wire::id::{NODES, PeerId};
 
 use crate::acl::{Pattern, Refusal, Verb};
 
-/// The most identities that one publication is delivered to: all of them.
-pub const MAX_RECEIVERS: usize = 16;
-
 /// Those who receive a publication, each once, in the order of [`PeerId`].
-pub type Receivers = ArrayVec<PeerId, MAX_RECEIVERS>;
+pub type Receivers = ArrayVec<PeerId, NODES>;
 
 /// The deterministic model of the live broker.
 ///
@@ -37,7 +35,7 @@ pub type Receivers = ArrayVec<PeerId, MAX_RECEIVERS>;
 /// as in the live broker. A publisher that is subscribed to what it publishes receives it.
 #[derive(Clone, Debug, Default)]
 pub struct Broker {
-    /// Sorted and without duplicates, hence bounded: the closed set has 16 identities and few patterns for each.
+    /// Sorted and without duplicates, hence bounded: the closed set has few identities and few patterns for each.
     subscriptions: Vec<(PeerId, Pattern)>,
 }
 

@@ -11,6 +11,7 @@
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use link::loopback::{AddressRefused, LoopbackAddr};
@@ -29,13 +30,13 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, broadcast, mpsc};
 use tokio::task::{JoinHandle, JoinSet};
 use tokio_rustls::TlsAcceptor;
-use wire::id::PeerId;
+use wire::id::{NODES, PeerId};
 
 use crate::gate::{Denial, Event, Events, Gate};
 use crate::tls::{self, CredentialError};
 
-/// The largest MQTT packet, in bytes. A command or an acknowledgement is under 2 KiB.
-pub const MAX_PACKET: usize = 8 * 1024;
+/// The largest MQTT packet, in bytes; above the largest payload that `link::mqtt` sends.
+pub const MAX_PACKET: usize = 16 * 1024;
 /// The most messages that wait for one slow subscriber.
 pub const MAX_QUEUED: usize = 64;
 /// The most bytes that wait for one slow subscriber.
@@ -53,7 +54,6 @@ pub const MAX_CONNECTIONS_OF_PEER: usize = 2;
 /// The most events that wait to be read.
 pub const MAX_EVENTS: usize = 1024;
 
-const IDENTITIES: usize = 16;
 const SWEEP: Duration = Duration::from_secs(1);
 const DRAIN_LIMIT: Duration = Duration::from_secs(1);
 const ACCEPT_PAUSE: Duration = Duration::from_millis(10);
@@ -91,25 +91,26 @@ pub enum StartError {
 pub struct Server {
     address: LoopbackAddr,
     events: mpsc::Receiver<Event>,
-    noted: Events,
+    lost: Arc<AtomicU64>,
     stop: broadcast::Sender<()>,
-    task: JoinHandle<()>,
+    task: Option<JoinHandle<()>>,
 }
 
 impl Server {
-    /// Listens on a loopback port and serves from then on.
+    /// Listens at `at` (port 0 lets the system choose) and serves from then on.
     ///
     /// # Errors
-    /// No port can be had, or the credential is no good.
-    pub async fn start(credential: &Credential, limits: Limits) -> Result<Self, StartError> {
+    /// The port cannot be had, or the credential is no good.
+    pub async fn start(at: LoopbackAddr, credential: &Credential, limits: Limits) -> Result<Self, StartError> {
         let acceptor = tls::acceptor(credential)?;
-        let listener = TcpListener::bind(LoopbackAddr::ANY_PORT.socket()).await?;
+        let listener = TcpListener::bind(at.socket()).await?;
         let address = LoopbackAddr::try_from(listener.local_addr()?)?;
         let (noted, events) = Events::queue(MAX_EVENTS);
-        let (stop, _) = broadcast::channel(1);
-        let front = Arc::new(Front::new(acceptor, limits, noted.clone(), stop.clone()));
-        let task = tokio::spawn(accept(listener, front, stop.subscribe()));
-        Ok(Self { address, events, noted, stop, task })
+        let lost = noted.lost();
+        let (stop, stopped) = broadcast::channel(1);
+        let front = Arc::new(Front::new(acceptor, limits, noted, stop.clone()));
+        let task = Some(tokio::spawn(accept(listener, front, stopped)));
+        Ok(Self { address, events, lost, stop, task })
     }
 
     /// Where it listens.
@@ -117,21 +118,24 @@ impl Server {
         self.address
     }
 
-    /// The next event; `None` when the broker has ended.
+    /// The next event; `None` when the broker has ended and all have been read.
     pub async fn event(&mut self) -> Option<Event> {
         self.events.recv().await
     }
 
-    /// How many events were lost because nobody read them.
+    /// How many events were not told: nobody read them, or one connection made too many.
     pub fn lost_events(&self) -> u64 {
-        self.noted.lost()
+        self.lost.load(Ordering::Relaxed)
     }
 
-    /// Closes the port, says goodbye to every client and waits until all connections have ended.
-    pub async fn stop(mut self) {
+    /// Closes the port, says goodbye to every client and waits until all connections have ended. The events that are
+    /// left can still be read.
+    pub async fn stop(&mut self) {
         // Nobody hears it when the accept loop has ended already.
         let _ = self.stop.send(());
-        let _ = (&mut self.task).await;
+        if let Some(task) = self.task.take() {
+            report(task.await);
+        }
     }
 }
 
@@ -148,7 +152,7 @@ struct Front {
     events: Events,
     stop: broadcast::Sender<()>,
     connections: Arc<Semaphore>,
-    of_peer: [Arc<Semaphore>; IDENTITIES],
+    of_peer: [Arc<Semaphore>; NODES],
     config: Arc<BrokerConfig>,
     storage: Arc<DynamicStorage>,
     router: Arc<MessageRouter>,
@@ -238,9 +242,10 @@ async fn accept(listener: TcpListener, front: Arc<Front>, mut stop: broadcast::R
     }
 }
 
+/// A task of ours ends by returning; anything else is a defect.
 fn report(ended: Result<(), tokio::task::JoinError>) {
     if let Err(error) = ended {
-        tracing::error!(%error, "a connection's task failed");
+        tracing::error!(%error, "a task failed");
     }
 }
 
@@ -263,7 +268,7 @@ fn admit(connections: &mut JoinSet<()>, front: &Arc<Front>, stream: TcpStream, f
     });
 }
 
-/// Serves one connection to its end and says whose it was; `None` when the broker stopped during the handshake.
+/// Serves one connection to its end and says whose session it held, if it came to one.
 async fn serve(
     front: &Front,
     stream: TcpStream,
@@ -284,12 +289,13 @@ async fn serve(
     let Ok(_slot) = Arc::clone(&front.of_peer[peer.index()]).try_acquire_owned() else {
         return Err(Denial::ConnectionsOfPeer { peer, expected: MAX_CONNECTIONS_OF_PEER });
     };
+    let gate = Arc::new(Gate::new(peer, front.events.clone()));
     let session = ClientHandler::new(
         BrokerTransport::tls(TlsStreamWrapper::new(stream)),
         from,
         Arc::clone(&front.config),
         Arc::clone(&front.router),
-        Arc::new(Gate { peer, events: front.events.clone() }),
+        gate.clone(),
         Some(Arc::clone(&front.storage)),
         Arc::clone(&front.stats),
         Arc::clone(&front.monitor),
@@ -298,5 +304,5 @@ async fn serve(
     if let Err(error) = session.run().await {
         tracing::debug!(%peer, %error, "session ended");
     }
-    Ok(Some(peer))
+    Ok(gate.admitted())
 }

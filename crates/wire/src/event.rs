@@ -38,6 +38,9 @@ pub enum Interface {
     /// Requests of the console, at the gateway.
     #[n(5)]
     Requests,
+    /// Connections, publications and subscriptions at the command broker.
+    #[n(6)]
+    Broker,
 }
 
 /// A quantity in a service's closing account.

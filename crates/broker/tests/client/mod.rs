@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use broker::server::Server;
 use link::crypto;
+use link::loopback::LoopbackAddr;
 use link::pki::{Authority, Credential, Role, dns_name};
 use rumqttc::{
     AsyncClient, Broker, ConnectReturnCode, ConnectionError, Event, EventLoop, LastWill, MqttOptions, Packet,
@@ -53,9 +53,9 @@ impl RunPki {
         self.trust(&TLS13).with_no_client_auth()
     }
 
-    /// A client of `server` under its own name.
-    pub async fn connect(&self, server: &Server, peer: PeerId) -> Client {
-        Client::open(server, peer.name(), self.tls(peer), None).await.expect("admitted")
+    /// A client of the broker at `at` under its own name.
+    pub async fn connect(&self, at: LoopbackAddr, peer: PeerId) -> Client {
+        Client::open(at, peer.name(), self.tls(peer), None).await.expect("admitted")
     }
 
     fn issue(&self, name: &str, role: Role) -> Credential {
@@ -77,6 +77,7 @@ fn with_certificate(builder: ConfigBuilder<ClientConfig, WantsClientCert>, own: 
 }
 
 /// A connected MQTT client. Dropping it drops the connection.
+#[derive(Debug)]
 pub struct Client {
     client: AsyncClient,
     inbox: mpsc::Receiver<(String, Vec<u8>)>,
@@ -92,17 +93,16 @@ impl Drop for Client {
 impl Client {
     /// Connects, or says what CONNACK said; `None` when it did not come to a CONNACK.
     pub async fn open(
-        server: &Server,
+        at: LoopbackAddr,
         client_id: &str,
         tls: ClientConfig,
         will: Option<LastWill>,
     ) -> Result<Client, Option<ConnectReturnCode>> {
         let name = dns_name(PeerId::from_name("broker").expect("a name of the closed set"));
-        let mut options = MqttOptions::new(client_id, Broker::tcp(name, server.address().port()));
+        let mut options = MqttOptions::new(client_id, Broker::tcp(name, at.port()));
         options.set_transport(Transport::tls_with_config(TlsConfiguration::Rustls(Arc::new(tls))));
-        let address = server.address().socket();
         options.set_socket_connector(move |_, _| async move {
-            let stream = TcpStream::connect(address).await?;
+            let stream = TcpStream::connect(at.socket()).await?;
             stream.set_nodelay(true)?;
             Ok(stream)
         });
@@ -183,9 +183,9 @@ async fn run(
 }
 
 /// A TLS connection on which nothing has been said.
-pub async fn raw_tls(server: &Server, tls: ClientConfig) -> TlsStream<TcpStream> {
+pub async fn raw_tls(at: LoopbackAddr, tls: ClientConfig) -> TlsStream<TcpStream> {
     let name = dns_name(PeerId::from_name("broker").expect("a name of the closed set"));
-    let stream = TcpStream::connect(server.address().socket()).await.expect("accepted");
+    let stream = TcpStream::connect(at.socket()).await.expect("accepted");
     let name = ServerName::try_from(name).expect("a host name");
     TlsConnector::from(Arc::new(tls)).connect(name, stream).await.expect("a certificate of the run")
 }
