@@ -13,11 +13,23 @@ const RECEIVE_BUFFER: usize = 1 << 20;
 
 /// A UDP socket bound at `at`, whose bound address has been checked again. Must be called inside a tokio runtime.
 pub fn udp(at: LoopbackAddr) -> io::Result<UdpSocket> {
+    UdpSocket::from_std(bound(at)?)
+}
+
+/// A UDP socket with a port of the kernel's choice that talks to `peer` alone. Must be called inside a tokio runtime.
+pub fn udp_to(peer: LoopbackAddr) -> io::Result<UdpSocket> {
+    let socket = bound(LoopbackAddr::ANY_PORT)?;
+    socket.connect(peer.socket())?;
+    LoopbackAddr::try_from(socket.peer_addr()?).map_err(io::Error::other)?;
+    UdpSocket::from_std(socket)
+}
+
+fn bound(at: LoopbackAddr) -> io::Result<std::net::UdpSocket> {
     let socket = std::net::UdpSocket::bind(at.socket())?;
     socket.set_nonblocking(true)?;
     LoopbackAddr::try_from(socket.local_addr()?).map_err(io::Error::other)?;
     setsockopt(&socket, sockopt::RcvBuf, &RECEIVE_BUFFER)?;
-    UdpSocket::from_std(socket)
+    Ok(socket)
 }
 
 /// Datagrams the kernel has dropped on the UDP socket bound at `local`, out of `/proc/net/udp`; `None` when it is not

@@ -1,0 +1,208 @@
+//! The loop around a core: wait for the first of its deadline and its inputs, feed it, carry out what it says.
+//!
+//! Links run on a worker thread and reach the loop through bounded queues; the core runs here and nowhere else. Every
+//! input and output is written to the mouth log on its way. What a message means is left to the core.
+
+mod outlets;
+mod sources;
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use serde_json::json;
+use tokio::sync::mpsc;
+use wire::core::{Core, Input};
+use wire::time::Instant;
+
+use self::outlets::Outlets;
+use self::sources::Sources;
+use crate::clock::HostClock;
+use crate::dtls::SessionEvent;
+use crate::guard::observe::Observation;
+use crate::instrument::Frame;
+use crate::spec::{Control, ServiceSpec, watch};
+
+/// How often buffered logs are handed to the operating system.
+const FLUSH_EVERY: Duration = Duration::from_millis(100);
+
+/// The specification is unusable, or a link could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum DriveError {
+    /// A link by name, and why.
+    #[error("{link}: {why}")]
+    Link {
+        /// Which link.
+        link: &'static str,
+        /// Why it could not be opened.
+        why: String,
+    },
+}
+
+fn cannot(link: &'static str) -> impl Fn(&dyn std::fmt::Display) -> DriveError {
+    move |why| DriveError::Link { link, why: why.to_string() }
+}
+
+/// What can wake the loop.
+#[derive(Debug)]
+enum Wake {
+    /// Shared memory, the command plane or a relayed path.
+    Input(Input),
+    /// A DTLS session.
+    Session(SessionEvent),
+    /// A service's audit entry reached the recorder.
+    Audit(Frame),
+    /// A guard saw a record.
+    Observed(Observation),
+    /// The launcher said something.
+    Control(Control),
+    /// The core's deadline has come.
+    Deadline,
+    /// Time to flush.
+    Flush,
+}
+
+/// Drives `core` with the links of `spec` until the launcher says `finish`. Prints `ready {json}` when the links are
+/// open and `stats {json}` at the end. Call it from `main`, outside any tokio runtime.
+pub fn run(spec: ServiceSpec, core: Box<dyn Core>) -> ExitCode {
+    let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
+    let outcome = match runtime {
+        Ok(runtime) => {
+            let outcome = runtime.block_on(drive(&spec, core));
+            runtime.shutdown_timeout(Duration::from_millis(200));
+            outcome
+        }
+        Err(error) => Err(cannot("runtime")(&error)),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("holdsafe {}: {error}", spec.node);
+            ExitCode::from(2)
+        }
+    }
+}
+
+async fn drive(spec: &ServiceSpec, core: Box<dyn Core>) -> Result<(), DriveError> {
+    let controls = watch().map_err(|e| cannot("stdin")(&e))?;
+    let (sources, senders) = sources::open(controls);
+    let outlets = Outlets::open(spec, &senders)?;
+    say("ready", &outlets.ready(spec.node));
+    let mut driver = Driver { clock: spec.clock, core, outlets, latest: Instant(0), inputs: 0, late_us: 0 };
+    driver.run(sources).await;
+    let stats = driver.outlets.finish();
+    say("stats", &json!({ "node": spec.node, "inputs": driver.inputs, "late_max_us": driver.late_us, "links": stats }));
+    // Kept until here, so that no source looks ended while the loop runs.
+    drop(senders);
+    Ok(())
+}
+
+/// Prints one line for the launcher: a word and a JSON value.
+pub fn say(word: &str, value: &serde_json::Value) {
+    use std::io::Write;
+    let mut out = std::io::stdout().lock();
+    if writeln!(out, "{word} {value}").and_then(|()| out.flush()).is_err() {
+        tracing::trace!("nobody reads standard output");
+    }
+}
+
+struct Driver {
+    clock: HostClock,
+    core: Box<dyn Core>,
+    outlets: Outlets,
+    latest: Instant,
+    inputs: u64,
+    late_us: u64,
+}
+
+impl Driver {
+    async fn run(&mut self, mut sources: Sources) {
+        let mut flush = tokio::time::interval(FLUSH_EVERY);
+        flush.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Skip);
+        loop {
+            let wake = tokio::select! {
+                wake = sources.next() => wake,
+                () = sleep_until(self.clock, self.core.deadline()) => Wake::Deadline,
+                _ = flush.tick() => Wake::Flush,
+            };
+            if self.on(wake) {
+                return;
+            }
+        }
+    }
+
+    /// Takes one wake; true when it was the last.
+    fn on(&mut self, wake: Wake) -> bool {
+        match wake {
+            Wake::Input(input) => self.feed(&input),
+            Wake::Session(SessionEvent::Opened(handle)) => {
+                let input = Input::Opened { session: handle.session, peer: handle.peer };
+                self.outlets.opened(handle);
+                self.feed(&input);
+            }
+            Wake::Session(SessionEvent::Record(session, bytes)) => self.feed(&Input::Record { session, bytes }),
+            Wake::Session(SessionEvent::Closed(session)) => {
+                self.outlets.closed(session);
+                self.feed(&Input::Closed { session });
+            }
+            Wake::Audit(frame) => {
+                if self.outlets.record(&frame) {
+                    self.feed(&Input::Audit { bytes: frame.bytes });
+                }
+            }
+            Wake::Observed(observation) => self.outlets.observed(&observation),
+            Wake::Control(Control::Quiesce) => self.feed(&Input::Quiesce),
+            Wake::Control(Control::Finish) => {
+                self.feed(&Input::Finish);
+                return true;
+            }
+            Wake::Deadline => self.deadline(),
+            Wake::Flush => self.outlets.flush(),
+        }
+        false
+    }
+
+    fn deadline(&mut self) {
+        let now = self.now();
+        if let Some(at) = self.core.deadline()
+            && at <= now
+        {
+            // A deadline in the distant past means "at once", not a stall.
+            if at.0 > 0 && self.inputs > 0 {
+                self.late_us = self.late_us.max(now.since(at).0);
+            }
+            self.feed(&Input::Timeout);
+        }
+    }
+
+    fn feed(&mut self, input: &Input) {
+        let now = self.now();
+        self.inputs += 1;
+        self.outlets.note_input(now, input);
+        self.core.handle(now, input);
+        while let Some(output) = self.core.output() {
+            self.outlets.carry_out(output);
+        }
+    }
+
+    /// The host's time, never before the last reading.
+    fn now(&mut self) -> Instant {
+        self.latest = self.latest.max(self.clock.now());
+        self.latest
+    }
+}
+
+async fn sleep_until(clock: HostClock, deadline: Option<Instant>) {
+    match deadline {
+        Some(at) => tokio::time::sleep(clock.until(at)).await,
+        None => std::future::pending().await,
+    }
+}
+
+/// The sending ends of every queue into the loop.
+struct Senders {
+    inputs: mpsc::Sender<Input>,
+    relayed: mpsc::Sender<Input>,
+    sessions: mpsc::Sender<SessionEvent>,
+    frames: mpsc::Sender<Frame>,
+    observations: crate::guard::observe::ObservationLog,
+}

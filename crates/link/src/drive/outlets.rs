@@ -1,0 +1,345 @@
+//! Where a core's outputs go, and the logs kept on the way.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
+use std::time::Duration;
+
+use serde_json::{Value, json};
+use wire::core::{Input, Output, Topic};
+use wire::id::{NodeId, SessionId};
+use wire::time::Instant;
+
+use super::{DriveError, Senders, cannot, say};
+use crate::bus::{Domain, Publisher, Subscription};
+use crate::clock::trace_us;
+use crate::dtls::dial::{Dialler, dial};
+use crate::dtls::listen::{Listener, listen};
+use crate::dtls::session::{SessionCounters, Settings};
+use crate::dtls::SessionHandle;
+use crate::guard::observe::Observation;
+use crate::instrument::{self, Frame, Instrument};
+use crate::mouth;
+use crate::mqtt::Mqtt;
+use crate::recorder::Recording;
+use crate::relay::{DatagramRelay, StreamRelay};
+use crate::sockets::kernel_drops;
+use crate::spec::ServiceSpec;
+
+/// Room for guard observations, in bytes.
+const OBSERVATION_BYTES: u64 = 128 << 20;
+
+/// Time for the last records to leave before the links are closed.
+const LINGER: Duration = Duration::from_millis(50);
+
+/// Every link of the process, by what the core may ask of it.
+pub(super) struct Outlets {
+    node: NodeId,
+    mouth: Option<mouth::Writer<BufWriter<File>>>,
+    observations: Option<Observations>,
+    publishers: Vec<Publisher>,
+    published: BTreeMap<Topic, [u64; 2]>,
+    subscriptions: Vec<(Topic, Subscription)>,
+    sessions: BTreeMap<SessionId, SessionHandle>,
+    dtls: Option<Arc<SessionCounters>>,
+    listener: Option<Listener>,
+    _dialler: Option<Dialler>,
+    mqtt: Option<Mqtt>,
+    datagrams: Option<DatagramRelay>,
+    streams: Option<StreamRelay>,
+    instrument: Option<Instrument>,
+    recording: Option<Recording>,
+    undeliverable: u64,
+}
+
+/// The log of what the guards saw, in the framing of a mouth log without its head.
+struct Observations {
+    out: BufWriter<File>,
+    room: u64,
+}
+
+impl Outlets {
+    /// Opens every link of the specification.
+    pub(super) fn open(spec: &ServiceSpec, senders: &Senders) -> Result<Self, DriveError> {
+        let mut this = Self {
+            node: spec.node,
+            mouth: open_mouth(spec)?,
+            observations: open_observations(spec)?,
+            publishers: Vec::new(),
+            published: BTreeMap::new(),
+            subscriptions: Vec::new(),
+            sessions: BTreeMap::new(),
+            dtls: None,
+            listener: None,
+            _dialler: None,
+            mqtt: None,
+            datagrams: None,
+            streams: None,
+            instrument: None,
+            recording: None,
+            undeliverable: 0,
+        };
+        this.open_instruments(spec, senders)?;
+        this.open_bus(spec, senders)?;
+        this.open_sessions(spec, senders)?;
+        this.open_relay(spec, senders)?;
+        Ok(this)
+    }
+
+    fn open_instruments(&mut self, spec: &ServiceSpec, senders: &Senders) -> Result<(), DriveError> {
+        if let Some(recorder) = &spec.recorder {
+            instrument::serve(&recorder.socket, senders.frames.clone()).map_err(|e| cannot("recorder socket")(&e))?;
+            self.recording = Some(Recording::new(recorder.directory.clone()));
+        }
+        if let Some(socket) = &spec.instrument {
+            self.instrument = Some(Instrument::start(socket.clone()).map_err(|e| cannot("instrument")(&e))?);
+        }
+        Ok(())
+    }
+
+    fn open_bus(&mut self, spec: &ServiceSpec, senders: &Senders) -> Result<(), DriveError> {
+        for bus in &spec.bus {
+            let domain = Domain::new(&bus.root, &bus.prefix).map_err(|e| cannot("bus")(&e))?;
+            for channel in &bus.publish {
+                let publisher = domain.publisher(&channel.scope, channel.topic);
+                self.publishers.push(publisher.map_err(|e| cannot("bus publisher")(&e))?);
+                self.published.insert(channel.topic, [0, 0]);
+            }
+            for channel in &bus.subscribe {
+                let subscription = domain.subscribe(&channel.scope, channel.topic, senders.inputs.clone());
+                self.subscriptions.push((channel.topic, subscription.map_err(|e| cannot("bus subscription")(&e))?));
+            }
+        }
+        Ok(())
+    }
+
+    fn open_sessions(&mut self, spec: &ServiceSpec, senders: &Senders) -> Result<(), DriveError> {
+        let handles = Arc::new(AtomicU32::new(0));
+        let counters = Arc::new(SessionCounters::default());
+        let settings = |idle_ms: u64| Settings {
+            log: Some(senders.observations.clone()),
+            sessions: handles.clone(),
+            counters: counters.clone(),
+            ..Settings::new(spec.guard, Duration::from_millis(idle_ms))
+        };
+        if let Some(to) = &spec.listen {
+            let sessions = senders.sessions.clone();
+            let listener = listen(to.at, to.credential.clone(), settings(to.idle_ms), sessions);
+            self.listener = Some(listener.map_err(|e| cannot("dtls listener")(&e))?);
+        }
+        if let Some(to) = &spec.dial {
+            let sessions = senders.sessions.clone();
+            self._dialler = Some(dial(to.remote, to.credential.clone(), to.expect, settings(to.idle_ms), sessions));
+        }
+        if spec.listen.is_some() || spec.dial.is_some() {
+            self.dtls = Some(counters.clone());
+        }
+        if let Some(to) = &spec.mqtt {
+            let inputs = senders.inputs.clone();
+            let mqtt = Mqtt::start(to.remote, to.own, to.expect, &to.credential, to.subscribe.clone(), inputs);
+            self.mqtt = Some(mqtt.map_err(|e| cannot("mqtt")(&e))?);
+        }
+        Ok(())
+    }
+
+    fn open_relay(&mut self, spec: &ServiceSpec, senders: &Senders) -> Result<(), DriveError> {
+        let Some(relay) = &spec.relay else { return Ok(()) };
+        if let Some(leg) = relay.datagram {
+            let opened = DatagramRelay::open(leg, senders.relayed.clone());
+            self.datagrams = Some(opened.map_err(|e| cannot("datagram relay")(&e))?);
+        }
+        if let Some(leg) = relay.stream {
+            let opened = StreamRelay::open(leg, senders.relayed.clone());
+            self.streams = Some(opened.map_err(|e| cannot("stream relay")(&e))?);
+        }
+        Ok(())
+    }
+
+    /// What the `ready` line says: the addresses that were bound.
+    pub(super) fn ready(&self, node: NodeId) -> Value {
+        json!({
+            "node": node,
+            "pid": std::process::id(),
+            "dtls": self.listener.as_ref().map(Listener::local),
+            "relay_datagram": self.datagrams.as_ref().map(DatagramRelay::local),
+            "relay_stream": self.streams.as_ref().map(StreamRelay::local),
+        })
+    }
+
+    pub(super) fn opened(&mut self, handle: SessionHandle) {
+        self.sessions.insert(handle.session, handle);
+    }
+
+    pub(super) fn closed(&mut self, session: SessionId) {
+        self.sessions.remove(&session);
+    }
+
+    /// Writes an audit frame to the recording; false when it is on no file.
+    pub(super) fn record(&mut self, frame: &Frame) -> bool {
+        self.recording.as_mut().is_some_and(|recording| recording.write(frame))
+    }
+
+    pub(super) fn note_input(&mut self, now: Instant, input: &Input) {
+        if let Some(mouth) = &mut self.mouth
+            && let Err(error) = mouth.input(now, input)
+        {
+            tracing::warn!(%error, "mouth log ended");
+            self.mouth = None;
+        }
+    }
+
+    pub(super) fn observed(&mut self, observation: &Observation) {
+        let Some(log) = &mut self.observations else { return };
+        let Ok(bytes) = minicbor::to_vec(observation) else { return };
+        let cost = bytes.len() as u64 + 4;
+        let length = u32::try_from(bytes.len()).unwrap_or(0);
+        let written = cost <= log.room
+            && log.out.write_all(&length.to_be_bytes()).and_then(|()| log.out.write_all(&bytes)).is_ok();
+        log.room = log.room.saturating_sub(cost);
+        if !written {
+            tracing::warn!("observation log ended");
+            self.observations = None;
+        }
+    }
+
+    /// Notes an output and carries it out. Nothing here waits.
+    pub(super) fn carry_out(&mut self, output: Output) {
+        if let Some(mouth) = &mut self.mouth
+            && let Err(error) = mouth.output(&output)
+        {
+            tracing::warn!(%error, "mouth log ended");
+            self.mouth = None;
+        }
+        match output {
+            Output::Bus { topic, bytes } => self.publish(topic, &bytes),
+            Output::Record { session, bytes } => match self.sessions.get(&session) {
+                Some(handle) => {
+                    handle.send(bytes);
+                }
+                None => self.undeliverable += 1,
+            },
+            Output::Publish { subject, bytes } => match &self.mqtt {
+                Some(mqtt) => mqtt.publish(subject, bytes),
+                None => self.undeliverable += 1,
+            },
+            Output::Datagram { side, bytes } => match &self.datagrams {
+                Some(relay) => relay.emit(side, &bytes),
+                None => self.undeliverable += 1,
+            },
+            Output::Stream { connection, side, bytes } => match &self.streams {
+                Some(relay) => relay.emit(connection, side, bytes),
+                None => self.undeliverable += 1,
+            },
+            Output::Reset { connection } => match &self.streams {
+                Some(relay) => relay.reset(connection),
+                None => self.undeliverable += 1,
+            },
+            Output::Audit { bytes } => self.audit(bytes),
+            Output::Stranger { bytes } => match &self.datagrams {
+                Some(relay) => relay.emit_stranger(&bytes),
+                None => self.undeliverable += 1,
+            },
+            Output::Text { text } => say("text", &json!(text)),
+        }
+    }
+
+    fn publish(&mut self, topic: Topic, bytes: &[u8]) {
+        // A seal goes out only when what it seals has been handed to the operating system.
+        if topic == Topic::Seals
+            && let Some(recording) = &mut self.recording
+            && !recording.flush()
+        {
+            self.undeliverable += 1;
+            return;
+        }
+        let counts = self.published.entry(topic).or_default();
+        for publisher in self.publishers.iter().filter(|p| p.topic() == topic) {
+            match publisher.publish(bytes) {
+                Ok(()) => counts[0] += 1,
+                Err(error) => {
+                    tracing::debug!(%error, "bus message not sent");
+                    counts[1] += 1;
+                }
+            }
+        }
+    }
+
+    fn audit(&mut self, bytes: Vec<u8>) {
+        let frame = Frame { trace_us: trace_us(), node: self.node, bytes };
+        if let Some(recording) = &mut self.recording {
+            recording.write(&frame);
+        } else if let Some(instrument) = &mut self.instrument {
+            instrument.push(frame);
+        } else {
+            self.undeliverable += 1;
+        }
+    }
+
+    /// Hands buffered logs to the operating system.
+    pub(super) fn flush(&mut self) {
+        let mouth = self.mouth.as_mut().map_or(Ok(()), mouth::Writer::flush);
+        let observations = self.observations.as_mut().map_or(Ok(()), |log| log.out.flush());
+        if let Err(error) = mouth.and(observations) {
+            tracing::warn!(%error, "logs not flushed");
+        }
+    }
+
+    /// Flushes everything and gives the closing account of the links.
+    pub(super) fn finish(&mut self) -> Value {
+        self.flush();
+        std::thread::sleep(LINGER);
+        let instrument = self.instrument.as_mut().map(Instrument::finish);
+        let recording = self.recording.as_mut().map(Recording::finish);
+        let bus: BTreeMap<&str, &[u64; 2]> = self.published.iter().map(|(t, counts)| (t.name(), counts)).collect();
+        let received: Vec<(&str, u64)> = self.subscriptions.iter().map(|(t, s)| (t.name(), s.received())).collect();
+        json!({
+            "dtls": self.dtls.as_ref().map(|counters| counters.read()),
+            "dtls_kernel_drops": self.listener.as_ref().map(|l| kernel_drops(l.local())),
+            "mqtt": self.mqtt.as_ref().map(Mqtt::stats),
+            "bus_published_failed": bus,
+            "bus_received": received,
+            "relay_datagram": self.datagrams.as_ref().map(DatagramRelay::stats),
+            "relay_datagram_kernel_drops": self.datagrams.as_ref().map(|r| kernel_drops(r.local())),
+            "relay_stream": self.streams.as_ref().map(StreamRelay::stats),
+            "instrument": instrument,
+            "recording": recording,
+            "mouth_entries_dropped": self.mouth.as_ref().map(mouth::Writer::counts),
+            "undeliverable": self.undeliverable,
+        })
+    }
+}
+
+fn open_mouth(spec: &ServiceSpec) -> Result<Option<mouth::Writer<BufWriter<File>>>, DriveError> {
+    if spec.mouth_bytes == 0 {
+        return Ok(None);
+    }
+    let file = create(&spec.run_dir.join("mouth"), &log_name(spec)).map_err(|e| cannot("mouth log")(&e))?;
+    let header = mouth::Header { node: spec.node, boot: spec.boot, started: spec.started() };
+    let writer = mouth::Writer::new(BufWriter::with_capacity(1 << 16, file), header, spec.mouth_bytes);
+    Ok(Some(writer.map_err(|e| cannot("mouth log")(&e))?))
+}
+
+fn open_observations(spec: &ServiceSpec) -> Result<Option<Observations>, DriveError> {
+    if spec.listen.is_none() && spec.dial.is_none() {
+        return Ok(None);
+    }
+    let file = create(&spec.run_dir.join("guard"), &log_name(spec)).map_err(|e| cannot("observation log")(&e))?;
+    Ok(Some(Observations { out: BufWriter::with_capacity(1 << 16, file), room: OBSERVATION_BYTES }))
+}
+
+/// `<node>.cbor` for the first boot, `<node>-<boot>.cbor` for later ones.
+fn log_name(spec: &ServiceSpec) -> String {
+    match spec.boot.0 {
+        0 | 1 => format!("{}.cbor", spec.node),
+        boot => format!("{}-{boot}.cbor", spec.node),
+    }
+}
+
+fn create(directory: &Path, name: &str) -> std::io::Result<File> {
+    std::fs::create_dir_all(directory)?;
+    File::options().write(true).create_new(true).mode(0o600).open(directory.join(name))
+}

@@ -1,0 +1,390 @@
+//! What a service process is told when it starts, and how it is told to stop.
+//!
+//! The launcher writes a [`ServiceSpec`] as JSON, preceded by its length (u32, big-endian), to the child's standard
+//! input and keeps the pipe open. Lines that follow are [`Control`]s; the end of the pipe ends the process at once.
+//! Keys travel here and nowhere else. What `config` holds is the service's own business.
+
+use std::io::{self, BufRead, Read, Write};
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+use tokio::sync::mpsc;
+use wire::core::{Subject, Topic};
+use wire::id::{Boot, NodeId, PeerId};
+use wire::time::Instant;
+
+use crate::clock::HostClock;
+use crate::guard::GuardMode;
+use crate::loopback::LoopbackAddr;
+use crate::pki::Credential;
+
+/// The largest specification, in bytes.
+pub const MAX_SPEC: usize = 1 << 20;
+
+/// The longest control line, in bytes.
+const MAX_LINE: u64 = 64;
+
+/// Exit status when the launcher's end of the pipe is gone.
+pub const ORPHANED: i32 = 3;
+
+/// Everything one service process needs to know.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ServiceSpec {
+    /// Who this process is in records and logs.
+    pub node: NodeId,
+    /// Which start of the node this is.
+    pub boot: Boot,
+    /// Seed of the core's generators.
+    pub seed: u64,
+    /// The host's clock.
+    pub clock: HostClock,
+    /// The run's directory (mode 0700): mouth logs, observations, the instrument socket.
+    pub run_dir: PathBuf,
+    /// Shared-memory domains this process takes part in.
+    #[serde(default)]
+    pub bus: Vec<BusSpec>,
+    /// Accepts DTLS sessions.
+    #[serde(default)]
+    pub listen: Option<DtlsListen>,
+    /// Keeps a DTLS session up.
+    #[serde(default)]
+    pub dial: Option<DtlsDial>,
+    /// Is a client of the command broker.
+    #[serde(default)]
+    pub mqtt: Option<MqttDial>,
+    /// Is the command broker (carried out by the broker crate).
+    #[serde(default)]
+    pub broker: Option<BrokerListen>,
+    /// Stands in the middle of a path.
+    #[serde(default)]
+    pub relay: Option<RelaySpec>,
+    /// The recorder's socket, for audit entries.
+    #[serde(default)]
+    pub instrument: Option<PathBuf>,
+    /// Is the recorder.
+    #[serde(default)]
+    pub recorder: Option<RecorderSpec>,
+    /// Whether the DTLS guard drops unauthenticated records.
+    pub guard: GuardMode,
+    /// Room for the mouth log, in bytes; 0 for none.
+    #[serde(default = "default_mouth_bytes")]
+    pub mouth_bytes: u64,
+    /// The core's own configuration.
+    #[serde(default)]
+    pub config: serde_json::Value,
+    /// The host's time when the specification was read.
+    #[serde(skip)]
+    started: Instant,
+}
+
+fn default_mouth_bytes() -> u64 {
+    1 << 30
+}
+
+/// A shared-memory domain and the channels used in it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BusSpec {
+    /// The domain's root directory (absolute).
+    pub root: PathBuf,
+    /// The domain's file prefix, `hs_…`.
+    pub prefix: String,
+    /// Channels read.
+    #[serde(default)]
+    pub subscribe: Vec<ChannelSpec>,
+    /// Channels written. A core's output on a topic goes to every channel of that topic.
+    #[serde(default)]
+    pub publish: Vec<ChannelSpec>,
+}
+
+/// One channel: a unit's or a domain's, and the topic.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChannelSpec {
+    /// Unit or domain, such as `unit-a` or `control`.
+    pub scope: String,
+    /// Topic, by name.
+    #[serde(with = "topic_name")]
+    pub topic: Topic,
+}
+
+/// Accepting DTLS sessions.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DtlsListen {
+    /// Where; port 0 lets the kernel choose, and the `ready` line tells.
+    pub at: LoopbackAddr,
+    /// Who we are.
+    pub credential: Credential,
+    /// A session silent for this long is ended, in milliseconds.
+    #[serde(default = "default_listen_idle_ms")]
+    pub idle_ms: u64,
+}
+
+fn default_listen_idle_ms() -> u64 {
+    30_000
+}
+
+/// Keeping one DTLS session up.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DtlsDial {
+    /// Where: the listener, or a relay before it.
+    pub remote: LoopbackAddr,
+    /// Who must answer.
+    pub expect: PeerId,
+    /// Who we are.
+    pub credential: Credential,
+    /// A session silent for this long is ended and opened again, in milliseconds.
+    #[serde(default = "default_dial_idle_ms")]
+    pub idle_ms: u64,
+}
+
+fn default_dial_idle_ms() -> u64 {
+    2_000
+}
+
+/// Being a client of the command broker.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MqttDial {
+    /// Where: the broker, or a relay before it.
+    pub remote: LoopbackAddr,
+    /// Who we are; the client identifier.
+    pub own: PeerId,
+    /// Who must answer.
+    pub expect: PeerId,
+    /// Our certificate.
+    pub credential: Credential,
+    /// Subjects to receive, by topic name (`hs/cmd/unit-a`).
+    #[serde(default, with = "subject_names")]
+    pub subscribe: Vec<Subject>,
+}
+
+/// Being the command broker.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BrokerListen {
+    /// Where.
+    pub at: LoopbackAddr,
+    /// Who we are.
+    pub credential: Credential,
+}
+
+/// Standing in the middle of one path.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RelaySpec {
+    /// A datagram path.
+    #[serde(default)]
+    pub datagram: Option<RelayLeg>,
+    /// A byte-stream path.
+    #[serde(default)]
+    pub stream: Option<RelayLeg>,
+}
+
+/// The two ends of a relayed path.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RelayLeg {
+    /// Where clients come.
+    pub at: LoopbackAddr,
+    /// Where the server is.
+    pub upstream: LoopbackAddr,
+}
+
+/// Being the recorder.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecorderSpec {
+    /// Where services connect (short: a socket path has room for 107 bytes).
+    pub socket: PathBuf,
+    /// Where recordings go; files are named `audit-<n>.mcap`.
+    pub directory: PathBuf,
+}
+
+/// A specification could not be read.
+#[derive(Debug, thiserror::Error)]
+pub enum SpecError {
+    /// Longer than [`MAX_SPEC`].
+    #[error("specification of {0} bytes")]
+    TooLong(usize),
+    /// The pipe.
+    #[error("reading the specification: {0}")]
+    Io(#[from] io::Error),
+    /// Not a specification.
+    #[error("specification does not parse: {0}")]
+    Json(#[from] serde_json::Error),
+}
+
+/// What the launcher says after the specification.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Control {
+    /// The run is over; keep accounting for what still arrives.
+    Quiesce,
+    /// Write the closing account and exit.
+    Finish,
+}
+
+impl Control {
+    /// The line that says it.
+    pub fn line(self) -> &'static str {
+        match self {
+            Control::Quiesce => "quiesce\n",
+            Control::Finish => "finish\n",
+        }
+    }
+
+    /// Reads a line.
+    pub fn parse(line: &str) -> Option<Control> {
+        [Control::Quiesce, Control::Finish].into_iter().find(|c| c.line().trim_end() == line.trim_end())
+    }
+}
+
+impl ServiceSpec {
+    /// A specification with no links, for the launcher to fill in.
+    pub fn new(node: NodeId, boot: Boot, seed: u64, clock: HostClock, run_dir: PathBuf) -> Self {
+        Self {
+            node,
+            boot,
+            seed,
+            clock,
+            run_dir,
+            bus: Vec::new(),
+            listen: None,
+            dial: None,
+            mqtt: None,
+            broker: None,
+            relay: None,
+            instrument: None,
+            recorder: None,
+            guard: GuardMode::Required,
+            mouth_bytes: default_mouth_bytes(),
+            config: serde_json::Value::Null,
+            started: Instant(0),
+        }
+    }
+
+    /// The core's own configuration as a value of the service's type.
+    ///
+    /// # Errors
+    /// When it is not one.
+    pub fn config<T: serde::de::DeserializeOwned>(&self) -> Result<T, SpecError> {
+        Ok(T::deserialize(&self.config)?)
+    }
+
+    /// The host's time when the specification was read: what a core is made with, and what the mouth log's header says.
+    pub fn started(&self) -> Instant {
+        self.started
+    }
+
+    /// Writes the specification as [`ServiceSpec::read`] wants it.
+    ///
+    /// # Errors
+    /// When it is too long or the pipe is gone.
+    pub fn write(&self, mut to: impl Write) -> Result<(), SpecError> {
+        let json = serde_json::to_vec(self)?;
+        let length = u32::try_from(json.len()).ok().filter(|_| json.len() <= MAX_SPEC);
+        let length = length.ok_or(SpecError::TooLong(json.len()))?;
+        to.write_all(&length.to_be_bytes())?;
+        to.write_all(&json)?;
+        to.flush()?;
+        Ok(())
+    }
+
+    /// Reads one specification and not a byte more.
+    ///
+    /// # Errors
+    /// When the pipe ends early, the length is out of bounds, or the JSON is not exactly a specification.
+    pub fn read(mut from: impl Read) -> Result<Self, SpecError> {
+        let mut prefix = [0; 4];
+        from.read_exact(&mut prefix)?;
+        let length = u32::from_be_bytes(prefix) as usize;
+        if length > MAX_SPEC {
+            return Err(SpecError::TooLong(length));
+        }
+        let mut json = vec![0; length];
+        from.read_exact(&mut json)?;
+        let mut spec: ServiceSpec = serde_json::from_slice(&json)?;
+        spec.started = spec.clock.now();
+        Ok(spec)
+    }
+
+    /// What every service's `main` does first: ties this process's life to its launcher's, installs the cryptographic
+    /// provider and logging, and reads the specification from standard input.
+    ///
+    /// # Errors
+    /// As [`ServiceSpec::read`].
+    pub fn from_stdin() -> Result<Self, SpecError> {
+        // A backstop: it follows the launcher's spawning thread; the end of the pipe is what counts.
+        nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGKILL).map_err(io::Error::from)?;
+        crate::crypto::init();
+        let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into());
+        let logging = tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).try_init();
+        if logging.is_err() {
+            tracing::trace!("logging was set up already");
+        }
+        Self::read(io::stdin().lock())
+    }
+}
+
+/// Watches standard input for controls on a thread of its own. The end of the pipe ends the process at once.
+///
+/// # Errors
+/// When the thread cannot be started.
+pub fn watch() -> io::Result<mpsc::Receiver<Control>> {
+    let (tx, rx) = mpsc::channel(8);
+    std::thread::Builder::new().name("stdin".into()).spawn(move || {
+        loop {
+            let mut line = String::new();
+            match io::stdin().lock().take(MAX_LINE).read_line(&mut line) {
+                Ok(0) | Err(_) => std::process::exit(ORPHANED),
+                Ok(_) => match Control::parse(&line) {
+                    Some(control) => {
+                        if tx.blocking_send(control).is_err() {
+                            return;
+                        }
+                    }
+                    None => tracing::warn!("a control line that means nothing"),
+                },
+            }
+        }
+    })?;
+    Ok(rx)
+}
+
+/// Topics by name in JSON.
+mod topic_name {
+    use std::borrow::Cow;
+
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+    use wire::core::Topic;
+
+    pub(super) fn serialize<S: Serializer>(topic: &Topic, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(topic.name())
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Topic, D::Error> {
+        let name = <Cow<'de, str>>::deserialize(deserializer)?;
+        Topic::ALL.into_iter().find(|t| t.name() == name).ok_or_else(|| D::Error::custom(format!("no topic `{name}`")))
+    }
+}
+
+/// Subjects by topic name in JSON.
+mod subject_names {
+    use serde::{Deserialize, Deserializer, Serializer, de::Error};
+    use wire::core::Subject;
+
+    use crate::mqtt::{subject_of, topic_of};
+
+    pub(super) fn serialize<S: Serializer>(subjects: &[Subject], serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(subjects.iter().map(|s| topic_of(*s)))
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Subject>, D::Error> {
+        let names = <Vec<String>>::deserialize(deserializer)?;
+        let parse = |name: &String| subject_of(name).ok_or_else(|| D::Error::custom(format!("no subject `{name}`")));
+        names.iter().map(parse).collect()
+    }
+}
