@@ -1,5 +1,8 @@
 //! What the sim promises to the rest: repeatable, forkable, sensors that agree, faults that stay where they are.
 
+#![expect(clippy::wildcard_enum_match_arm, reason = "a test picks the events it is about")]
+#![expect(clippy::unwrap_used, reason = "helpers of tests are tests")]
+
 use std::collections::BTreeMap;
 
 use sim::fault::{Disturbance, Fault};
