@@ -1,0 +1,265 @@
+//! From a scenario's attack tables to the adversary's plans, the sim's faults, and what needs a receipt.
+
+use adversary::plan::{
+    Content, Damage, DatagramAction, DatagramRelayConfig, Direction, Flaw, Form, Forward, InsiderCommandConfig,
+    InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater, StreamAction, StreamRelayConfig, Timed,
+};
+use sim::{Disturbance, Fault};
+use wire::event::{Action, Sensor};
+use wire::id::NodeId;
+
+use crate::oracle::Planned;
+use crate::scenario::{self, Forwarding, Magnitude, Process, Scenario, ThirdUnit, Windowed};
+
+fn start_ms(of: &dyn Windowed, phase_ms: u64) -> u64 {
+    (of.at_s().get() * 1000.0) as u64 + phase_ms
+}
+
+fn timed<A>(of: &dyn Windowed, direction: scenario::Direction, phase_ms: u64, action: A) -> Timed<A> {
+    Timed {
+        start_ms: start_ms(of, phase_ms),
+        duration_ms: (of.duration_s().get() * 1000.0) as u64,
+        direction: match direction {
+            scenario::Direction::Up => Direction::Up,
+            scenario::Direction::Down => Direction::Down,
+            scenario::Direction::Both => Direction::Both,
+        },
+        action,
+    }
+}
+
+fn permille(share: scenario::Share) -> u16 {
+    (share.get() * 1000.0) as u16
+}
+
+/// The plan of the relay on the telemetry path.
+pub fn datagrams(s: &Scenario, phase: u64) -> DatagramRelayConfig {
+    let mut actions = Vec::new();
+    let mut add = |of: &dyn Windowed, direction, action| actions.push(timed(of, direction, phase, action));
+    for a in s.delay.iter() {
+        let growth_ms_per_s = a.growth_ms_per_s.get() as u64;
+        add(a, a.direction, DatagramAction::Delay { ms: a.by_ms.unsigned(), growth_ms_per_s });
+    }
+    for a in s.jitter.iter() {
+        add(a, a.direction, DatagramAction::Jitter { ms: a.up_to_ms.unsigned() });
+    }
+    for a in s.loss.iter() {
+        add(a, a.direction, DatagramAction::Loss { permille: permille(a.share) });
+    }
+    for a in s.burst_loss.iter() {
+        let action = DatagramAction::BurstLoss {
+            enter_permille: permille(a.enter),
+            leave_permille: permille(a.leave),
+            loss_permille: permille(a.share),
+        };
+        add(a, a.direction, action);
+    }
+    for a in s.duplicate.iter() {
+        let (copies, every_ms) = (a.copies.unsigned() as u32, a.every_ms.unsigned());
+        add(a, a.direction, DatagramAction::Duplicate { copies, every_ms, permille: 1000 });
+    }
+    for a in s.reorder.iter() {
+        let action = DatagramAction::Reorder { permille: permille(a.share), hold_ms: a.hold_ms.unsigned() };
+        add(a, a.direction, action);
+    }
+    for a in s.replay.iter() {
+        let (lag_ms, count) = (a.lag_ms.unsigned(), a.count.unsigned() as u32);
+        add(a, a.direction, DatagramAction::Replay { lag_ms, count, every_ms: a.every_ms.unsigned() });
+    }
+    for a in s.corrupt.iter() {
+        let action = DatagramAction::Corrupt { permille: permille(a.share), damage: damage(a.damage) };
+        add(a, a.direction, action);
+    }
+    for a in s.reoriginate.iter() {
+        let (count, every_ms) = (a.count.unsigned() as u32, a.every_ms.unsigned());
+        add(a, a.direction, DatagramAction::Reoriginate { count, every_ms });
+    }
+    for a in s.inject.iter() {
+        let (count, every_ms) = (a.count.unsigned() as u32, a.every_ms.unsigned());
+        add(a, a.direction, DatagramAction::Inject { content: content(a.content), count, every_ms });
+    }
+    DatagramRelayConfig { actions }
+}
+
+fn damage(damage: scenario::Damage) -> Damage {
+    match damage {
+        scenario::Damage::Flip => Damage::Flip,
+        scenario::Damage::Truncate => Damage::Truncate,
+        scenario::Damage::Extend => Damage::Extend,
+        scenario::Damage::Splice => Damage::Splice,
+    }
+}
+
+fn content(content: scenario::Content) -> Content {
+    match content {
+        scenario::Content::Alert => Content::PlaintextAlert,
+        scenario::Content::CloseNotify => Content::CloseNotify,
+        scenario::Content::PlainData => Content::AppData,
+        scenario::Content::Garbage => Content::Garbage,
+        scenario::Content::Noise => Content::Noise,
+        scenario::Content::SilentHello => Content::ClientHello,
+        scenario::Content::MalformedHello => Content::ClientHelloTruncated,
+    }
+}
+
+/// The plan of the relay on the command path.
+pub fn stream(s: &Scenario, phase: u64) -> StreamRelayConfig {
+    let mut actions = Vec::new();
+    let mut add = |of: &dyn Windowed, direction, action| actions.push(timed(of, direction, phase, action));
+    s.stream_delay.iter().for_each(|a| add(a, a.direction, StreamAction::Delay { ms: a.by_ms.unsigned() }));
+    s.stall.iter().for_each(|a| add(a, a.direction, StreamAction::Stall));
+    for a in s.throttle.iter() {
+        add(a, a.direction, StreamAction::Throttle { bytes_per_s: a.bytes_per_s.unsigned() });
+    }
+    s.half_close.iter().for_each(|a| add(a, a.direction, StreamAction::HalfClose));
+    s.reset.iter().for_each(|a| add(a, a.direction, StreamAction::Reset));
+    s.cut.iter().for_each(|a| add(a, a.direction, StreamAction::Cut));
+    for a in s.stream_corrupt.iter() {
+        add(a, a.direction, StreamAction::Corrupt { permille: permille(a.share) });
+    }
+    StreamRelayConfig { actions }
+}
+
+/// The plan of the insider who holds unit B's credentials, when the scenario has one.
+pub fn teammate(s: &Scenario, phase: u64) -> Option<InsiderTeammateConfig> {
+    let unit = s.unit.iter().find(|u| u.role == scenario::Role::Insider)?;
+    let [x, y] = unit.start.at_m;
+    let place =
+        Place { x_mm: (x.get() * 1000.0) as i32, y_mm: (y.get() * 1000.0) as i32, vx_mm_s: 0, vy_mm_s: 0 };
+    let forward = s.teammate.first().map(|t| Forward {
+        form: match t.form {
+            Forwarding::Verbatim => Form::Verbatim,
+            Forwarding::Relabelled => Form::Relabelled,
+            Forwarding::ReSigned => Form::ReSigned,
+        },
+        at_ms: start_ms(t, phase),
+        duration_ms: (t.duration_s.get() * 1000.0) as u64,
+        lag_ms: t.lag_ms.unsigned(),
+        own_reports: t.form == Forwarding::Verbatim,
+    });
+    let malformed = s.malformed.iter().map(|m| Malformed {
+        at_ms: start_ms(m, phase),
+        flaws: m.flaws.iter().copied().map(flaw).collect(),
+        count: m.count.unsigned() as u32,
+        every_ms: m.every_ms.unsigned(),
+    });
+    Some(InsiderTeammateConfig { place, forward, malformed: malformed.collect() })
+}
+
+fn flaw(flaw: scenario::Flaw) -> Flaw {
+    match flaw {
+        scenario::Flaw::Length => Flaw::Length,
+        scenario::Flaw::Schema => Flaw::Schema,
+        scenario::Flaw::NonCanonical => Flaw::NonCanonical,
+        scenario::Flaw::Range => Flaw::Range,
+        scenario::Flaw::Count => Flaw::Count,
+        scenario::Flaw::Noise => Flaw::Noise,
+    }
+}
+
+/// Whether unit C reports through the insider only.
+pub fn third_is_silent(s: &Scenario) -> bool {
+    s.teammate.first().is_some_and(|t| t.c == ThirdUnit::Silent)
+}
+
+/// The plan of the insider on the command plane, when the scenario has one.
+pub fn repeater(s: &Scenario, phase: u64) -> Option<InsiderCommandConfig> {
+    let later = s.command_replay.iter().map(|r| RepeatLater {
+        at_ms: start_ms(r, phase),
+        count: r.count.unsigned() as u32,
+        every_ms: r.every_ms.unsigned(),
+    });
+    let at_once = s.command_duplicate.iter().map(|d| RepeatAtOnce {
+        at_ms: start_ms(d, phase),
+        duration_ms: (d.duration_s.get() * 1000.0) as u64,
+        copies: d.copies.unsigned() as u32,
+    });
+    let config = InsiderCommandConfig { later: later.collect(), at_once: at_once.collect() };
+    (!config.later.is_empty() || !config.at_once.is_empty()).then_some(config)
+}
+
+/// The sim's faults.
+pub fn faults(s: &Scenario, phase: u64) -> Vec<Fault> {
+    let fault = |f: &scenario::Fault| Fault {
+        sensor: sensor(f.sensor),
+        disturbance: disturbance(f.kind, f.magnitude.as_deref()),
+        start_ms: start_ms(f, phase),
+        duration_ms: (f.duration_s.get() * 1000.0) as u64,
+    };
+    s.fault.iter().map(fault).collect()
+}
+
+fn sensor(sensor: scenario::Sensor) -> Sensor {
+    match sensor {
+        scenario::Sensor::Rgb => Sensor::Rgb,
+        scenario::Sensor::Depth => Sensor::Depth,
+        scenario::Sensor::Thermal => Sensor::Thermal,
+        scenario::Sensor::Lidar => Sensor::Lidar,
+        scenario::Sensor::Odometry => Sensor::Odometry,
+        scenario::Sensor::Localisation => Sensor::Localisation,
+    }
+}
+
+fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Disturbance {
+    let number = |i: usize| magnitude.and_then(|m| m.get(i)).map_or(0.0, |n| n.get());
+    let mm = |i: usize| (number(i) * 1000.0) as i32;
+    match kind {
+        scenario::FaultKind::Dropout => Disturbance::Dropout,
+        scenario::FaultKind::Freeze => Disturbance::Freeze,
+        scenario::FaultKind::Noise => Disturbance::Noise { factor: number(0) as u16 },
+        scenario::FaultKind::Occlusion => Disturbance::Occlusion { permille: (number(0) * 1000.0) as u16 },
+        scenario::FaultKind::Drift => Disturbance::Drift { east_mm_s: mm(0), north_mm_s: mm(1) },
+        scenario::FaultKind::Jump => Disturbance::Jump { east_mm: mm(0), north_mm: mm(1) },
+    }
+}
+
+/// Processes that end, and when, in microseconds.
+pub fn kills(s: &Scenario, phase: u64) -> Vec<(u64, NodeId)> {
+    s.kill.iter().map(|k| (start_ms(k, phase) * 1000, process(k.process))).collect()
+}
+
+fn process(process: Process) -> NodeId {
+    match process {
+        Process::Sim => NodeId::SIM,
+        Process::Perception => NodeId::PERCEPTION,
+        Process::Autonomy => NodeId::UNIT_A,
+        Process::Gateway => NodeId::GATEWAY,
+        Process::Broker => NodeId::BROKER,
+        Process::Console => NodeId::CONSOLE,
+        Process::Adversary => NodeId::RELAY_TELEMETRY,
+        Process::Recorder => NodeId::RECORDER,
+    }
+}
+
+/// What the oracle has to find receipts for.
+pub fn planned(s: &Scenario) -> Vec<Planned> {
+    let mut planned = Vec::new();
+    let mut add = |any: bool, action: Action| {
+        if any {
+            planned.push(Planned::Action(action));
+        }
+    };
+    add(!s.delay.is_empty() || !s.jitter.is_empty(), Action::Delay);
+    add(!s.loss.is_empty() || !s.burst_loss.is_empty(), Action::Drop);
+    add(!s.duplicate.is_empty(), Action::Duplicate);
+    add(!s.reorder.is_empty(), Action::Reorder);
+    add(!s.replay.is_empty(), Action::Replay);
+    add(!s.corrupt.is_empty(), Action::Corrupt);
+    add(!s.reoriginate.is_empty(), Action::Reoriginate);
+    add(!s.inject.is_empty() || !s.malformed.is_empty(), Action::Inject);
+    add(!s.teammate.is_empty(), Action::Forward);
+    add(!s.command_replay.is_empty() || !s.command_duplicate.is_empty(), Action::RepeatCommand);
+    let streams = [
+        s.stream_delay.len(),
+        s.stall.len(),
+        s.throttle.len(),
+        s.half_close.len(),
+        s.reset.len(),
+        s.cut.len(),
+        s.stream_corrupt.len(),
+    ];
+    add(streams.iter().any(|n| *n > 0), Action::Stream);
+    planned.extend(s.fault.iter().map(|f| Planned::Fault(sensor(f.sensor))));
+    planned.extend(s.kill.iter().map(|k| Planned::Kill(process(k.process))));
+    planned
+}

@@ -1,0 +1,67 @@
+//! The keys of one run, all derived from one secret: seeded in the twin, from the operating system live.
+//!
+//! Each member is handed its own and no other.
+
+use wire::bus::ChannelKey;
+use wire::core::Topic;
+use wire::id::NodeId;
+use wire::setup::{Channel, Secret};
+use wire::sign::Key;
+
+use super::Host;
+
+/// The secret of a run; it never leaves the launcher.
+#[derive(Clone)]
+pub struct RunSecret([u8; 32]);
+
+impl RunSecret {
+    /// The twin's: from the seed, so that a run repeats bit by bit.
+    pub fn seeded(seed: u64) -> Self {
+        Self(blake3::derive_key("holdsafe twin run secret v1", &seed.to_le_bytes()))
+    }
+
+    /// A live run's: from 32 random bytes.
+    pub fn random(bytes: [u8; 32]) -> Self {
+        Self(bytes)
+    }
+
+    /// A node's signing secret.
+    pub fn of(&self, node: NodeId) -> Secret {
+        Secret(self.derive("holdsafe signing secret v1", node.name().as_bytes()))
+    }
+
+    /// Everybody's public keys.
+    pub fn public_keys(&self) -> Vec<(NodeId, [u8; 32])> {
+        let signers = [
+            NodeId::UNIT_A,
+            NodeId::UNIT_B,
+            NodeId::UNIT_C,
+            NodeId::OPERATOR,
+            NodeId::GATEWAY,
+            NodeId::CONSOLE,
+            NodeId::RECORDER,
+        ];
+        signers.map(|node| (node, Key::from_bytes(&self.of(node).0).public())).to_vec()
+    }
+
+    /// The keys of these channels on `host`.
+    pub fn channels(&self, host: Host, topics: &[(Topic, NodeId)]) -> Vec<Channel> {
+        let channel = |(topic, producer): &(Topic, NodeId)| Channel {
+            topic: *topic,
+            producer: *producer,
+            key: ChannelKey(self.derive("holdsafe channel key v1", &[host as u8, *topic as u8])),
+        };
+        topics.iter().map(channel).collect()
+    }
+
+    fn derive(&self, context: &str, of: &[u8]) -> [u8; 32] {
+        let mut material = blake3::Hasher::new_derive_key(context);
+        material.update(&self.0).update(of);
+        *material.finalize().as_bytes()
+    }
+}
+
+/// Whose signing key a node holds: the insider holds unit B's.
+pub fn signer(node: NodeId) -> NodeId {
+    if node == NodeId::INSIDER_B { NodeId::UNIT_B } else { node }
+}

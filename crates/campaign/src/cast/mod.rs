@@ -1,0 +1,326 @@
+//! Who takes part in a trial: from a scenario and a seed to the cores' setups, the same for the twin and for live.
+//!
+//! Everything a seed varies is drawn here, once, in a fixed order. The twin makes the cores in its own thread, the
+//! live launcher hands the same setups to processes; neither adds anything of its own.
+
+mod attack;
+mod keys;
+mod scene;
+mod script;
+
+use autonomy::AutonomyConfig;
+use console::ConsoleConfig;
+use gateway::GatewayConfig;
+use perception::PerceptionConfig;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use sim::SimConfig;
+use wire::core::Topic;
+use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
+use wire::setup::{Ablation, Setup};
+
+use adversary::plan::{DatagramRelayConfig, InsiderCommandConfig, InsiderTeammateConfig, StreamRelayConfig};
+
+use crate::oracle::Planned;
+use crate::scenario::{self, Scenario};
+
+pub use keys::RunSecret;
+
+/// A host: its nodes share a clock and shared memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Host {
+    /// Unit A with its sim and perception, and the recorder.
+    VehicleA,
+    /// Gateway, broker and console.
+    Control,
+    /// The insider who holds unit B's credentials.
+    Insider,
+    /// Unit C.
+    VehicleC,
+    /// The relays.
+    Adversary,
+}
+
+impl Host {
+    /// Every host, in the order of the clock table.
+    pub const ALL: [Host; 5] = [Host::VehicleA, Host::Control, Host::Insider, Host::VehicleC, Host::Adversary];
+}
+
+/// What a member does.
+#[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "a dozen of these exist at a time")]
+pub enum Role {
+    /// World, plant and sensors.
+    Sim(SimConfig),
+    /// Detector stages, corroboration, tracks.
+    Perception(PerceptionConfig),
+    /// The state machine of a unit.
+    Autonomy(AutonomyConfig),
+    /// The trust boundary of the control domain.
+    Gateway(GatewayConfig),
+    /// Display model and scripted operator.
+    Console(ConsoleConfig),
+    /// Follows and seals every chain.
+    Recorder,
+    /// On the telemetry path.
+    DatagramRelay(DatagramRelayConfig),
+    /// On the command path.
+    StreamRelay(StreamRelayConfig),
+    /// Holds unit B's credentials.
+    InsiderTeammate(InsiderTeammateConfig),
+    /// Sits on the command plane.
+    InsiderCommand(InsiderCommandConfig),
+}
+
+/// One process or core.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// Where it runs.
+    pub host: Host,
+    /// What it does.
+    pub role: Role,
+    /// What every core is made from.
+    pub setup: Setup,
+    /// Channels it reads.
+    pub subscribes: Vec<Topic>,
+    /// Channels it writes.
+    pub publishes: Vec<Topic>,
+    /// Its certificate.
+    pub peer: Option<PeerId>,
+    /// Whether it is connected to the broker.
+    pub commands: bool,
+}
+
+impl Member {
+    /// Who it is.
+    pub fn node(&self) -> NodeId {
+        self.setup.node
+    }
+}
+
+/// A secure session between two members.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Link {
+    /// Who dials.
+    pub client: NodeId,
+    /// Who listens.
+    pub server: NodeId,
+    /// Whether the datagram relay is in the path.
+    pub relayed: bool,
+}
+
+/// A clock's arbitrary zero and drift.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClockDraw {
+    /// Reading at the start, microseconds.
+    pub zero_us: u64,
+    /// Drift, parts per million.
+    pub drift_ppm: i64,
+}
+
+/// Everybody and everything of one trial.
+#[derive(Clone, Debug)]
+pub struct Cast {
+    /// Members, in the order that breaks ties.
+    pub members: Vec<Member>,
+    /// Sessions.
+    pub links: Vec<Link>,
+    /// One clock a host, in the order of [`Host::ALL`].
+    pub clocks: Vec<ClockDraw>,
+    /// Processes that are to end: (microseconds, who).
+    pub kills: Vec<(u64, NodeId)>,
+    /// What the oracle needs receipts for.
+    pub planned: Vec<Planned>,
+    /// Length of the trial, microseconds.
+    pub duration: u64,
+    /// Whether link and stage delays vary with the seed.
+    pub varied_delays: bool,
+}
+
+/// What one seed draws.
+struct Draw {
+    phase_ms: u64,
+    shift_m: (f64, f64),
+    clocks: Vec<ClockDraw>,
+    noise: u64,
+}
+
+impl Draw {
+    fn of(scenario: &Scenario, seed: u64) -> Draw {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut unit = || f64::from(rng.next_u32()) / f64::from(u32::MAX);
+        let (from, to) = scenario.varies.phase_s();
+        let phase_ms = ((from + (to - from) * unit()) * 1000.0) as u64;
+        let reach = scenario.varies.object_shift_m.get();
+        let shift_m = ((2.0 * unit() - 1.0) * reach, (2.0 * unit() - 1.0) * reach);
+        let varied = scenario.varies.clocks;
+        let clocks = Host::ALL.map(|_| {
+            let (zero, drift) = (unit(), unit());
+            let zero_us = 1_000_000_000 + if varied { (zero * 3.0e9) as u64 } else { 0 };
+            ClockDraw { zero_us, drift_ppm: if varied { (drift * 100.0) as i64 - 50 } else { 0 } }
+        });
+        let noise = if scenario.varies.noise { seed } else { 0 };
+        Draw { phase_ms, shift_m, clocks: clocks.to_vec(), noise }
+    }
+}
+
+/// Puts the cast of one trial together.
+pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &RunSecret) -> Cast {
+    let draw = Draw::of(scenario, seed);
+    let mut company = Company { scenario, with, seed, secret, members: Vec::new() };
+    company.vehicle_a(&draw);
+    company.control();
+    company.adversary(&draw);
+    let members = company.finish();
+    Cast {
+        links: links(scenario, &members),
+        clocks: draw.clocks,
+        kills: attack::kills(scenario, draw.phase_ms),
+        planned: attack::planned(scenario),
+        duration: (scenario.duration_s.get() * 1e6) as u64,
+        varied_delays: scenario.varies.delays,
+        members,
+    }
+}
+
+fn links(scenario: &Scenario, members: &[Member]) -> Vec<Link> {
+    let has = |node: NodeId| members.iter().any(|m| m.node() == node);
+    let mut links = vec![Link { client: NodeId::UNIT_A, server: NodeId::GATEWAY, relayed: true }];
+    if has(NodeId::INSIDER_B) {
+        links.push(Link { client: NodeId::INSIDER_B, server: NodeId::GATEWAY, relayed: false });
+    }
+    if has(NodeId::UNIT_C) {
+        let server = if attack::third_is_silent(scenario) { NodeId::INSIDER_B } else { NodeId::GATEWAY };
+        links.push(Link { client: NodeId::UNIT_C, server, relayed: false });
+    }
+    links
+}
+
+struct Company<'a> {
+    scenario: &'a Scenario,
+    with: &'a scenario::Setup,
+    seed: u64,
+    secret: &'a RunSecret,
+    members: Vec<Member>,
+}
+
+impl Company<'_> {
+    fn setup(&self, node: NodeId, host: Host, topics: &[(Topic, NodeId)]) -> Setup {
+        let ablation = (!self.with.policy.is_full())
+            .then(|| Ablation { scenario: self.scenario.name.as_str().to_owned() });
+        Setup {
+            node,
+            boot: Boot(1),
+            world: WorldId(0),
+            seed: self.seed ^ (node.index() as u64) << 56,
+            policy: self.with.policy.clone(),
+            bounds: self.with.bounds,
+            secret: self.secret.of(keys::signer(node)),
+            public_keys: self.secret.public_keys(),
+            channels: self.secret.channels(host, topics),
+            ablation,
+        }
+    }
+
+    fn add(&mut self, host: Host, role: Role, node: NodeId, reads: &[(Topic, NodeId)], writes: &[Topic]) -> &mut Member {
+        let topics: Vec<_> = reads.iter().copied().chain(writes.iter().map(|t| (*t, node))).collect();
+        let setup = self.setup(node, host, &topics);
+        let subscribes = reads.iter().map(|(t, _)| *t).collect();
+        let member =
+            Member { host, role, setup, subscribes, publishes: writes.to_vec(), peer: None, commands: false };
+        self.members.push(member);
+        self.members.last_mut().expect("just pushed")
+    }
+
+    fn vehicle_a(&mut self, draw: &Draw) {
+        self.vehicle(Host::VehicleA, UnitId::A, draw, None);
+        let recorder = NodeId::RECORDER;
+        self.add(Host::VehicleA, Role::Recorder, recorder, &[], &[Topic::Seals]);
+    }
+
+    /// Sim, perception and autonomy of one unit; a teammate starts elsewhere and is never rendered.
+    fn vehicle(&mut self, host: Host, unit: UnitId, draw: &Draw, start: Option<&scenario::Pose>) {
+        let under_test = unit == UnitId::A;
+        let rendered = under_test && self.with.rendered;
+        let (sim, perception) =
+            if under_test { (NodeId::SIM, NodeId::PERCEPTION) } else { (NodeId::SIM_C, NodeId::PERCEPTION_C) };
+        let node = unit.node();
+        let faults = if under_test { attack::faults(self.scenario, draw.phase_ms) } else { Vec::new() };
+        let world = scene::of(self.scenario, draw.shift_m, start);
+        let seen = if rendered { Topic::Frames } else { Topic::Candidates };
+        let config = SimConfig {
+            node: sim,
+            unit,
+            boot: Boot(1),
+            seed: draw.noise.wrapping_add(unit.node().index() as u64),
+            rendered,
+            witness: true,
+            scene: world.clone(),
+            faults,
+            noise: sim::NoiseModel::default(),
+        };
+        let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
+        self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
+        let config = PerceptionConfig { rendered, ..PerceptionConfig::default() };
+        self.add(host, Role::Perception(config), perception, &[(seen, sim), (Topic::Navigation, sim)], &[Topic::Tracks]);
+        let config = self.autonomy(unit, &world);
+        let reads = [(Topic::Navigation, sim), (Topic::Tracks, perception), (Topic::Seals, NodeId::RECORDER)];
+        let member = self.add(host, Role::Autonomy(config), node, &reads, &[Topic::Drive, Topic::Act]);
+        member.peer = peer_of(node);
+        member.commands = true;
+    }
+
+    fn autonomy(&self, unit: UnitId, world: &sim::Scene) -> AutonomyConfig {
+        let silent = unit == UnitId::C && attack::third_is_silent(self.scenario);
+        let others = [UnitId::A, UnitId::B, UnitId::C].into_iter().filter(|u| *u != unit);
+        AutonomyConfig {
+            unit,
+            route: world.route.iter().map(|p| scene::millimetres(*p)).collect(),
+            looped: false,
+            geofence: world.geofence.iter().map(|p| scene::millimetres(*p)).collect(),
+            teammates: others.collect(),
+            operators: vec![NodeId::OPERATOR],
+            supervisor: if silent { PeerId::UNIT_B } else { PeerId::GATEWAY },
+        }
+    }
+
+    fn control(&mut self) {
+        let units = vec![UnitId::A, UnitId::B, UnitId::C];
+        let config = GatewayConfig { units: units.clone(), fanout: units, operators: vec![NodeId::OPERATOR] };
+        let (gateway, console) = (NodeId::GATEWAY, NodeId::CONSOLE);
+        let reads = [(Topic::Intents, console)];
+        let member = self.add(Host::Control, Role::Gateway(config), gateway, &reads, &[Topic::Feed]);
+        member.peer = peer_of(gateway);
+        member.commands = true;
+        let config = script::console(self.scenario, self.secret.of(NodeId::OPERATOR));
+        self.add(Host::Control, Role::Console(config), console, &[(Topic::Feed, gateway)], &[Topic::Intents]);
+    }
+
+    fn adversary(&mut self, draw: &Draw) {
+        let relay = attack::datagrams(self.scenario, draw.phase_ms);
+        self.add(Host::Adversary, Role::DatagramRelay(relay), NodeId::RELAY_TELEMETRY, &[], &[]);
+        let stream = attack::stream(self.scenario, draw.phase_ms);
+        self.add(Host::Adversary, Role::StreamRelay(stream), NodeId::RELAY_COMMAND, &[], &[]);
+        if let Some(config) = attack::teammate(self.scenario, draw.phase_ms) {
+            let member = self.add(Host::Insider, Role::InsiderTeammate(config), NodeId::INSIDER_B, &[], &[]);
+            member.peer = Some(PeerId::UNIT_B);
+        }
+        if let Some(third) = self.scenario.unit.iter().find(|u| u.name.as_str() == "unit-c") {
+            let start = third.start;
+            self.vehicle(Host::VehicleC, UnitId::C, draw, Some(&start));
+        }
+        if let Some(config) = attack::repeater(self.scenario, draw.phase_ms) {
+            let member = self.add(Host::Control, Role::InsiderCommand(config), NodeId::INSIDER_COMMAND, &[], &[]);
+            member.peer = Some(PeerId::GATEWAY);
+            member.commands = true;
+        }
+    }
+
+    fn finish(self) -> Vec<Member> {
+        self.members
+    }
+}
+
+fn peer_of(node: NodeId) -> Option<PeerId> {
+    PeerId::from_name(node.name())
+}

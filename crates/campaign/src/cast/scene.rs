@@ -1,0 +1,62 @@
+//! From a scenario's world to the sim's.
+
+use sim::{Ground, Object, Scene, Start};
+use wire::sensor::Class;
+
+use crate::scenario::{self, Scenario};
+
+/// The sim's scene, every object shifted by `shift_m`; `start` replaces the platform's own for a teammate, who stays
+/// where it is.
+pub fn of(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenario::Pose>) -> Scene {
+    let world = scenario.scene();
+    let own: &scenario::Pose = &world.start;
+    let pose = start.unwrap_or(own);
+    let route = if start.is_some() { Vec::new() } else { world.route.iter().map(|p| metres(p)).collect() };
+    let start = Start {
+        east: pose.at_m[0].get() as f32,
+        north: pose.at_m[1].get() as f32,
+        heading: pose.heading_rad.get() as f32,
+    };
+    let route = if route.is_empty() { vec![[start.east, start.north]] } else { route };
+    Scene {
+        start,
+        route,
+        geofence: world.geofence.iter().map(metres).collect(),
+        objects: world.object.iter().map(|o| object(o, shift_m)).collect(),
+        ground: Ground {
+            seed: u64::from(world.ground.seed),
+            amplitude: world.ground.amplitude_m.get() as f32,
+            wavelength: world.ground.wavelength_m.get() as f32,
+            kelvin: world.ground.temperature_k.get() as f32,
+        },
+    }
+}
+
+/// A point in millimetres, as configurations carry it.
+pub fn millimetres(point: [f32; 2]) -> (i32, i32) {
+    ((point[0] * 1000.0) as i32, (point[1] * 1000.0) as i32)
+}
+
+fn metres(point: &scenario::Point) -> [f32; 2] {
+    [point[0].get() as f32, point[1].get() as f32]
+}
+
+fn object(object: &scenario::Object, (east, north): (f64, f64)) -> Object {
+    let shifted = |p: &scenario::Point| [(p[0].get() + east) as f32, (p[1].get() + north) as f32];
+    Object {
+        class: match object.class {
+            scenario::Class::Vehicle => Class::Vehicle,
+            scenario::Class::Person => Class::Person,
+            scenario::Class::Decoy => Class::Decoy,
+            scenario::Class::Obstacle => Class::Obstacle,
+        },
+        size: object.size_m.map(|e| e.get() as f32),
+        kelvin: object.temperature_k.get() as f32,
+        colour: object.colour,
+        path: object.path_m.iter().map(shifted).collect(),
+        heading: object.heading_rad.get() as f32,
+        speed: object.speed_m_s.get() as f32,
+        departs: object.departs_s.get() as f32,
+        closed: object.closed,
+    }
+}

@@ -1,0 +1,103 @@
+//! From the log of a run to what the oracle sees, and to the two hashes of a trial.
+//!
+//! `log_hash`: SHA-256 over the canonical events in (time, node, counter) order; no path, run id or file bytes, no
+//! world, and none of the chain's own links (hashes, signatures, seals), which follow from the events.
+//! `decision_hash`: the same over decisions alone: modes, verdicts, reasons, and when.
+
+use sha2::{Digest, Sha256};
+use wire::audit::Chains;
+use wire::codec;
+use wire::event::Event;
+use wire::id::{NodeId, WorldId};
+
+use crate::oracle::Witnessed;
+
+/// An encoded audit entry with the trace time at which it was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Logged {
+    /// Trace time, microseconds.
+    pub at: u64,
+    /// Who handed it over.
+    pub node: NodeId,
+    /// Encoded entry.
+    pub bytes: Vec<u8>,
+}
+
+/// Decodes a log and follows its chains. Gives the entries in (time, node, counter) order and the first problem found.
+pub fn read(log: &[Logged]) -> (Vec<Witnessed>, Option<String>) {
+    let mut chains = Chains::default();
+    let mut entries = Vec::with_capacity(log.len());
+    let mut problem = None;
+    for logged in log {
+        match chains.follow(&logged.bytes) {
+            Ok(entry) => entries.push(Witnessed { at: logged.at, entry }),
+            Err(error) => {
+                problem.get_or_insert_with(|| error.to_string());
+            }
+        }
+    }
+    let broken = entries.iter().find_map(|w| match w.entry.event {
+        Event::ChainBroken { node, counter } => Some(format!("the recorder found the chain of {node} broken at {counter}")),
+        _ => None,
+    });
+    entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));
+    (entries, problem.or(broken))
+}
+
+/// The two hashes of a trial, as hexadecimal.
+pub fn hashes(entries: &[Witnessed]) -> (String, String) {
+    let (mut log, mut decisions) = (Sha256::new(), Sha256::new());
+    for w in entries {
+        let Some(event) = canonical(w.entry.event) else { continue };
+        let bytes = codec::encode(&Canonical { at: w.at, node: w.entry.node, event });
+        log.update(&bytes);
+        if is_decision(&event) {
+            decisions.update(&bytes);
+        }
+    }
+    (hex(&log.finalize()), hex(&decisions.finalize()))
+}
+
+/// Lower-case hexadecimal.
+pub fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}
+
+#[derive(minicbor::Encode)]
+struct Canonical {
+    #[n(0)]
+    at: u64,
+    #[n(1)]
+    node: NodeId,
+    #[n(2)]
+    event: Event,
+}
+
+/// The event without its world, or nothing for the chain's own links.
+fn canonical(event: Event) -> Option<Event> {
+    match event {
+        Event::Signed { .. } | Event::Sealed { .. } => None,
+        Event::Minted { world: _, authority, track, command, waived } => {
+            Some(Event::Minted { world: WorldId(0), authority, track, command, waived })
+        }
+        Event::Acted { world: _, authority, track, command, failing } => {
+            Some(Event::Acted { world: WorldId(0), authority, track, command, failing })
+        }
+        other => Some(other),
+    }
+}
+
+fn is_decision(event: &Event) -> bool {
+    matches!(
+        event,
+        Event::Accepted { .. }
+            | Event::Refused { .. }
+            | Event::Transition { .. }
+            | Event::Minted { .. }
+            | Event::Revoked { .. }
+            | Event::Acted { .. }
+            | Event::Staged { .. }
+            | Event::Executed { .. }
+            | Event::Inconsistent { .. }
+    )
+}

@@ -1,0 +1,69 @@
+//! How long things take in the twin: stages, hops over shared memory and over loopback.
+//!
+//! Uniform between two quantiles of measured live runs; `holdsafe bench live` prints the gap between the two. A stage's
+//! delay is drawn once for each input that makes it speak.
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+
+use super::part::Part;
+use super::queue::Micros;
+
+/// From and to, microseconds.
+type Range = (u64, u64);
+
+/// One hop over shared memory, with the wake-up of its reader.
+const BUS: Range = (20, 120);
+/// One datagram over loopback.
+const DATAGRAM: Range = (15, 90);
+/// A publication through the broker, both legs.
+const COMMAND: Range = (300, 900);
+/// An entry on its way to the recorder.
+pub const INSTRUMENT: Micros = 100;
+
+/// Seeded delays.
+#[derive(Clone, Debug)]
+pub struct Delays {
+    rng: ChaCha8Rng,
+    varied: bool,
+}
+
+impl Delays {
+    /// With `varied` off every delay is the middle of its range.
+    pub fn new(seed: u64, varied: bool) -> Self {
+        Self { rng: ChaCha8Rng::seed_from_u64(seed), varied }
+    }
+
+    /// Between a part's input and its outputs.
+    pub fn stage(&mut self, part: &Part) -> Micros {
+        self.draw(match part {
+            Part::Sim(_) => (30, 200),
+            Part::Perception { rendered: true, .. } => (9_000, 16_000),
+            Part::Perception { rendered: false, .. } => (60, 300),
+            Part::Autonomy(_) => (40, 250),
+            Part::Gateway(_) => (40, 250),
+            Part::Console(_) => (40, 250),
+            Part::Recorder(_) | Part::DatagramRelay(_) | Part::StreamRelay(_) => (10, 60),
+            Part::InsiderTeammate(_) | Part::InsiderCommand(_) => (40, 250),
+        })
+    }
+
+    /// Over shared memory.
+    pub fn bus(&mut self) -> Micros {
+        self.draw(BUS)
+    }
+
+    /// Over loopback UDP.
+    pub fn datagram(&mut self) -> Micros {
+        self.draw(DATAGRAM)
+    }
+
+    /// Through the broker.
+    pub fn command(&mut self) -> Micros {
+        self.draw(COMMAND)
+    }
+
+    fn draw(&mut self, (from, to): Range) -> Micros {
+        if self.varied { from + u64::from(self.rng.next_u32()) % (to - from + 1) } else { (from + to) / 2 }
+    }
+}

@@ -1,0 +1,552 @@
+//! The in-process twin: all cores in one thread on a virtual clock, links as a seeded model, one event queue.
+//!
+//! Every sender encodes and every receiver gets bytes; no Rust value crosses between cores. The same seed gives the
+//! same log; the whole state can be forked. What the link model leaves out is listed in [`net`]; what it leaves out of
+//! the command plane: TCP head-of-line blocking, reconnects and the broker's queues.
+
+pub mod clock;
+pub mod delay;
+pub mod net;
+pub mod part;
+pub mod queue;
+
+use std::collections::VecDeque;
+
+use wire::audit::Journal;
+use wire::core::{Core, Input, Output, Side, Subject, Topic};
+use wire::event::{Account, Event, GuardVerdict, wire_hash};
+use wire::id::{NodeId, PeerId, WorldId};
+use wire::time::Instant;
+
+use clock::HostClock;
+use delay::Delays;
+use net::{Arrival, Association, Outside};
+use part::Part;
+use queue::{Micros, NodeIndex, Queue};
+
+use crate::evidence::Logged;
+
+/// When associations are set up.
+const OPENS_AT: Micros = 20_000;
+/// How long a dialler waits before it dials again.
+const REDIAL: Micros = 500_000;
+
+/// One process of the twin.
+pub struct Node {
+    /// Who it is.
+    pub id: NodeId,
+    /// Its core.
+    pub part: Part,
+    /// Its host: shared memory reaches the nodes of one host only, and they share a clock.
+    pub host: u8,
+    /// Channels it reads.
+    pub subscribes: Vec<Topic>,
+    /// Its identity on the command plane.
+    pub commands: Option<PeerId>,
+    /// Whether it sees what the gateway publishes (an insider there).
+    pub taps: bool,
+    /// Whether its process runs.
+    pub alive: bool,
+    armed: Option<Micros>,
+    generation: u64,
+}
+
+impl Node {
+    /// A running node without channels.
+    pub fn new(id: NodeId, part: Part, host: u8) -> Self {
+        Self {
+            id,
+            part,
+            host,
+            subscribes: Vec::new(),
+            commands: None,
+            taps: false,
+            alive: true,
+            armed: None,
+            generation: 0,
+        }
+    }
+}
+
+/// The record filter in front of one end, as a witness of its own.
+struct Guard {
+    journal: Journal,
+    seen: u64,
+    refused: u64,
+    delivered: u64,
+    discarded: u64,
+}
+
+#[derive(Clone)]
+enum Happening {
+    Input(Input),
+    Timer(u64),
+    Datagram { association: u8, end: u8, bytes: Vec<u8> },
+    Stranger { association: u8, bytes: Vec<u8> },
+    Open(u8),
+    Kill,
+}
+
+/// What a core was fed and what it gave back.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mouthful {
+    /// Local time.
+    pub now: Instant,
+    /// Input.
+    pub input: Input,
+    /// Outputs, in order.
+    pub outputs: Vec<Output>,
+}
+
+/// The twin of a whole platform, its operator, and the adversary between them.
+pub struct Twin {
+    /// Which world this is; a fork makes a new one.
+    pub world: WorldId,
+    now: Micros,
+    queue: Queue<Happening>,
+    nodes: Vec<Node>,
+    clocks: Vec<HostClock>,
+    associations: Vec<Association>,
+    guards: Vec<[Guard; 2]>,
+    broker: Option<broker::Broker>,
+    delays: Delays,
+    /// When the last thing from one node to another arrives: channels and sockets keep their order.
+    latest: Vec<Micros>,
+    log: Vec<Logged>,
+    journal: Journal,
+    mouths: Option<Vec<Vec<Mouthful>>>,
+}
+
+/// What a twin is put together from.
+pub struct Assembly {
+    /// Nodes, in the order that breaks ties.
+    pub nodes: Vec<Node>,
+    /// One clock a host.
+    pub clocks: Vec<HostClock>,
+    /// Secure associations.
+    pub associations: Vec<Association>,
+    /// Delays.
+    pub delays: Delays,
+    /// Processes that end on their own: (when, which).
+    pub kills: Vec<(Micros, NodeId)>,
+    /// Whether to keep what every core was fed and gave back.
+    pub mouths: bool,
+}
+
+impl Twin {
+    /// A twin at time zero.
+    pub fn new(assembly: Assembly) -> Twin {
+        let mut broker = broker::Broker::new();
+        for peer in assembly.nodes.iter().filter_map(|n| n.commands) {
+            // A refusal here is the broker's answer; such a peer then hears nothing.
+            let filter = if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{}", peer.name()) };
+            let _ = broker.subscribe(peer, &filter);
+        }
+        let guard = |node: NodeIndex| Guard {
+            journal: Journal::new(
+                assembly.nodes[usize::from(node)].id.guard().unwrap_or(NodeId::CAMPAIGN),
+                wire::id::Boot(1),
+                None,
+            ),
+            seen: 0,
+            refused: 0,
+            delivered: 0,
+            discarded: 0,
+        };
+        let guards = assembly.associations.iter().map(|a| [guard(a.ends[0].node), guard(a.ends[1].node)]).collect();
+        let mut twin = Twin {
+            world: WorldId(0),
+            now: 0,
+            queue: Queue::default(),
+            mouths: assembly.mouths.then(|| vec![Vec::new(); assembly.nodes.len()]),
+            latest: vec![0; assembly.nodes.len() * assembly.nodes.len()],
+            nodes: assembly.nodes,
+            clocks: assembly.clocks,
+            associations: assembly.associations,
+            guards,
+            broker: Some(broker),
+            delays: assembly.delays,
+            log: Vec::new(),
+            journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), None),
+        };
+        for association in 0..twin.associations.len() {
+            let dialler = twin.associations[association].ends[0].node;
+            twin.queue.push(OPENS_AT, dialler, Happening::Open(association as u8));
+        }
+        for (at, id) in assembly.kills {
+            if let Some(node) = twin.index(id) {
+                twin.queue.push(at, node, Happening::Kill);
+            }
+        }
+        (0..twin.nodes.len()).for_each(|n| twin.settle(n as NodeIndex, None));
+        twin
+    }
+
+    /// The same state in a world of its own; the two do not affect each other.
+    #[must_use]
+    pub fn fork(&self, world: WorldId) -> Twin {
+        let nodes = self.nodes.iter().map(|n| Node {
+            id: n.id,
+            part: n.part.fork(world),
+            host: n.host,
+            subscribes: n.subscribes.clone(),
+            commands: n.commands,
+            taps: n.taps,
+            alive: n.alive,
+            armed: n.armed,
+            generation: n.generation,
+        });
+        let guard = |g: &Guard| Guard { journal: g.journal.fork(), ..*g };
+        Twin {
+            world,
+            now: self.now,
+            queue: self.queue.clone(),
+            nodes: nodes.collect(),
+            clocks: self.clocks.clone(),
+            associations: self.associations.clone(),
+            guards: self.guards.iter().map(|[a, b]| [guard(a), guard(b)]).collect(),
+            broker: self.broker.clone(),
+            delays: self.delays.clone(),
+            latest: self.latest.clone(),
+            log: self.log.clone(),
+            journal: self.journal.fork(),
+            mouths: self.mouths.clone(),
+        }
+    }
+
+    /// True time.
+    pub fn now(&self) -> Micros {
+        self.now
+    }
+
+    /// Every audit entry so far, in the order in which it was written.
+    pub fn log(&self) -> &[Logged] {
+        &self.log
+    }
+
+    /// The nodes.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// What every core was fed and gave back, by node, when that was asked for.
+    pub fn mouths(&self) -> Option<&[Vec<Mouthful>]> {
+        self.mouths.as_deref()
+    }
+
+    /// Runs to `end`.
+    pub fn run_until(&mut self, end: Micros) {
+        while self.queue.next_time().is_some_and(|t| t <= end) {
+            let Some((at, node, happening)) = self.queue.pop() else { break };
+            self.now = at;
+            self.happen(node, happening);
+        }
+        self.now = end;
+    }
+
+    /// Ends the run: nothing new is sent, what is under way arrives, and everyone writes the closing account.
+    pub fn finish(&mut self, grace: Micros) {
+        self.tell_all(&Input::Quiesce);
+        self.run_until(self.now + grace);
+        for association in 0..self.guards.len() {
+            self.close_guard(association, 0);
+            self.close_guard(association, 1);
+        }
+        self.run_until(self.now + 1_000);
+        self.tell_all(&Input::Finish);
+        self.run_until(self.now + 1_000);
+        if let Some(recorder) = self.index(NodeId::RECORDER) {
+            self.feed(recorder, Input::Finish);
+        }
+    }
+
+    fn tell_all(&mut self, input: &Input) {
+        for node in 0..self.nodes.len() {
+            let last = self.nodes[node].id == NodeId::RECORDER && *input == Input::Finish;
+            if self.nodes[node].alive && !last {
+                self.feed(node as NodeIndex, input.clone());
+            }
+        }
+    }
+
+    fn index(&self, id: NodeId) -> Option<NodeIndex> {
+        self.nodes.iter().position(|n| n.id == id).map(|n| n as NodeIndex)
+    }
+
+    fn happen(&mut self, node: NodeIndex, happening: Happening) {
+        match happening {
+            Happening::Timer(generation) => {
+                let n = &mut self.nodes[usize::from(node)];
+                if generation == n.generation && n.armed.take().is_some() {
+                    self.feed(node, Input::Timeout);
+                }
+            }
+            Happening::Input(input) => self.feed(node, input),
+            Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
+            Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
+            Happening::Open(association) => self.open(association),
+            Happening::Kill => self.kill(node),
+        }
+    }
+
+    fn local(&self, node: NodeIndex) -> Instant {
+        self.clocks[usize::from(self.nodes[usize::from(node)].host)].read(self.now)
+    }
+
+    /// Feeds one input to a core and carries its outputs away.
+    fn feed(&mut self, node: NodeIndex, input: Input) {
+        if self.nodes[usize::from(node)].alive {
+            let now = self.local(node);
+            self.nodes[usize::from(node)].part.handle(now, &input);
+            self.settle(node, Some((now, input)));
+        }
+    }
+
+    /// Drains a core and re-arms its timer.
+    fn settle(&mut self, node: NodeIndex, fed: Option<(Instant, Input)>) {
+        let mut outputs: VecDeque<Output> = VecDeque::new();
+        while let Some(output) = self.nodes[usize::from(node)].part.output() {
+            outputs.push_back(output);
+        }
+        if let (Some(mouths), Some((now, input))) = (&mut self.mouths, fed) {
+            mouths[usize::from(node)].push(Mouthful { now, input, outputs: outputs.iter().cloned().collect() });
+        }
+        if !outputs.is_empty() {
+            let at = self.now + self.delays.stage(&self.nodes[usize::from(node)].part);
+            outputs.into_iter().for_each(|output| self.carry(node, at, output));
+        }
+        self.arm(node);
+    }
+
+    fn arm(&mut self, node: NodeIndex) {
+        let n = &self.nodes[usize::from(node)];
+        let clock = self.clocks[usize::from(n.host)];
+        let due = n.part.deadline().map(|d| clock.when(d).max(self.now));
+        if due != n.armed {
+            let n = &mut self.nodes[usize::from(node)];
+            n.generation += 1;
+            n.armed = due;
+            if let Some(due) = due {
+                self.queue.push(due, node, Happening::Timer(n.generation));
+            }
+        }
+    }
+
+    fn carry(&mut self, node: NodeIndex, at: Micros, output: Output) {
+        match output {
+            Output::Bus { topic, bytes } => self.publish_bus(node, at, topic, &bytes),
+            Output::Record { session, bytes } => {
+                let end = |a: &Association| a.ends.iter().position(|e| e.node == node && e.session == session);
+                let found = self.associations.iter().enumerate().find_map(|(i, a)| end(a).map(|e| (i, e)));
+                if let Some((association, from)) = found {
+                    self.send(association, from, at, &bytes);
+                }
+            }
+            Output::Publish { subject, bytes } => self.publish_command(node, at, subject, bytes),
+            Output::Datagram { side, bytes } => {
+                let end = if side == Side::Client { 0 } else { 1 };
+                if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
+                    let target = self.associations[association].ends[end].node;
+                    let at = self.in_order(node, target, at + self.delays.datagram());
+                    let datagram = Happening::Datagram { association: association as u8, end: end as u8, bytes };
+                    self.queue.push(at, target, datagram);
+                }
+            }
+            Output::Stranger { bytes } => {
+                if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
+                    let target = self.associations[association].ends[1].node;
+                    let at = at + self.delays.datagram();
+                    self.queue.push(at, target, Happening::Stranger { association: association as u8, bytes });
+                }
+            }
+            Output::Audit { bytes } => self.record(self.nodes[usize::from(node)].id, bytes),
+            // The command plane's bytes are not modelled as a stream; text is for a person.
+            Output::Stream { .. } | Output::Reset { .. } | Output::Text { .. } => {}
+        }
+    }
+
+    fn publish_bus(&mut self, node: NodeIndex, at: Micros, topic: Topic, bytes: &[u8]) {
+        let host = self.nodes[usize::from(node)].host;
+        for reader in 0..self.nodes.len() {
+            let n = &self.nodes[reader];
+            if n.host == host && n.subscribes.contains(&topic) {
+                let at = self.in_order(node, reader as NodeIndex, at + self.delays.bus());
+                let input = Input::Bus { topic, bytes: bytes.to_vec() };
+                self.queue.push(at, reader as NodeIndex, Happening::Input(input));
+            }
+        }
+    }
+
+    fn publish_command(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
+        let (Some(broker), Some(publisher)) = (&self.broker, self.nodes[usize::from(node)].commands) else { return };
+        let Ok(receivers) = broker.publish(publisher, subject) else { return };
+        let insider = matches!(self.nodes[usize::from(node)].part, Part::InsiderCommand(_));
+        for reader in 0..self.nodes.len() {
+            let n = &self.nodes[reader];
+            let tapped = n.taps && publisher == PeerId::GATEWAY && !insider;
+            let receives = n.commands.is_some_and(|peer| receivers.contains(&peer)) && !n.taps;
+            if receives || tapped {
+                let at = self.in_order(node, reader as NodeIndex, at + self.delays.command());
+                let input = Input::Published { subject, bytes: bytes.clone() };
+                self.queue.push(at, reader as NodeIndex, Happening::Input(input));
+            }
+        }
+    }
+
+    /// `at`, or later if something from `from` to `to` is still under way.
+    fn in_order(&mut self, from: NodeIndex, to: NodeIndex, at: Micros) -> Micros {
+        let latest = &mut self.latest[usize::from(from) * self.nodes.len() + usize::from(to)];
+        *latest = at.max(*latest);
+        *latest
+    }
+
+    fn send(&mut self, association: usize, from: usize, at: Micros, plain: &[u8]) {
+        let a = &mut self.associations[association];
+        if !a.open {
+            return;
+        }
+        let bytes = a.seal(from, plain);
+        let target = a.ends[1 - from].node;
+        let (source, relay) = (a.ends[from].node, a.relay);
+        let at = self.in_order(source, relay.unwrap_or(target), at + self.delays.datagram());
+        match relay {
+            Some(relay) => {
+                let side = if from == 0 { Side::Client } else { Side::Server };
+                self.queue.push(at, relay, Happening::Input(Input::Datagram { side, bytes }));
+            }
+            None => {
+                let datagram = Happening::Datagram { association: association as u8, end: 1 - from as u8, bytes };
+                self.queue.push(at, target, datagram);
+            }
+        }
+    }
+
+    /// A datagram reached an end: guard, secure layer, core.
+    fn arrive(&mut self, association: u8, end: u8, bytes: &[u8]) {
+        let (a, e) = (usize::from(association), usize::from(end));
+        let (target, session) = (self.associations[a].ends[e].node, self.associations[a].ends[e].session);
+        if !self.nodes[usize::from(target)].alive {
+            return;
+        }
+        let (outside, arrival) = self.associations[a].arrive(e, bytes);
+        let verdict = match &arrival {
+            Arrival::Refused(verdict) => *verdict,
+            Arrival::Delivered(_) | Arrival::Discarded | Arrival::Ended => GuardVerdict::Passed,
+        };
+        self.observe(a, e, association, outside, bytes, verdict);
+        let guard = &mut self.guards[a][e];
+        match arrival {
+            Arrival::Delivered(plain) => {
+                guard.delivered += 1;
+                self.feed(target, Input::Record { session, bytes: plain });
+            }
+            Arrival::Refused(_) => guard.refused += 1,
+            Arrival::Discarded => guard.discarded += 1,
+            Arrival::Ended => {
+                guard.discarded += 1;
+                self.close(a);
+            }
+        }
+    }
+
+    /// A datagram from an address that has no association.
+    fn stranger(&mut self, association: u8, bytes: &[u8]) {
+        let a = usize::from(association);
+        if self.nodes[usize::from(self.associations[a].ends[1].node)].alive {
+            let outside = net::outside(bytes).unwrap_or_default();
+            self.observe(a, 1, u8::MAX, outside, bytes, GuardVerdict::Malformed);
+            self.guards[a][1].refused += 1;
+        }
+    }
+
+    fn observe(&mut self, a: usize, e: usize, name: u8, outside: Outside, bytes: &[u8], verdict: GuardVerdict) {
+        let at = self.local(self.associations[a].ends[e].node);
+        let event = Event::GuardSaw {
+            association: u32::from(name),
+            epoch: outside.epoch,
+            sequence: outside.sequence,
+            length: bytes.len().min(usize::from(u16::MAX)) as u16,
+            hash: wire_hash(bytes),
+            verdict,
+        };
+        self.guards[a][e].seen += 1;
+        self.note_guard(a, e, at, event);
+    }
+
+    fn note_guard(&mut self, a: usize, e: usize, at: Instant, event: Event) {
+        let id = self.nodes[usize::from(self.associations[a].ends[e].node)].id.guard().unwrap_or(NodeId::CAMPAIGN);
+        let mut out = VecDeque::new();
+        self.guards[a][e].journal.write(at, event, &mut out);
+        self.record_all(id, out);
+    }
+
+    fn close_guard(&mut self, a: usize, e: usize) {
+        let node = self.associations[a].ends[e].node;
+        if !self.nodes[usize::from(node)].alive {
+            return;
+        }
+        let at = self.local(node);
+        let g = &self.guards[a][e];
+        let counts = [
+            (Account::GuardIn, g.seen),
+            (Account::GuardRefused, g.refused),
+            (Account::Delivered, g.delivered),
+            (Account::Discarded, g.discarded),
+        ];
+        for (account, n) in counts {
+            self.note_guard(a, e, at, Event::Count { account, n });
+        }
+    }
+
+    fn open(&mut self, association: u8) {
+        let a = usize::from(association);
+        let ends = [self.associations[a].ends[0].clone(), self.associations[a].ends[1].clone()];
+        let up = |end: &net::End| self.nodes[usize::from(end.node)].alive;
+        if !(up(&ends[0]) && up(&ends[1])) {
+            self.queue.push(self.now + REDIAL, ends[0].node, Happening::Open(association));
+            return;
+        }
+        self.associations[a].open();
+        for (own, other) in [(1, 0), (0, 1)] {
+            let input = Input::Opened { session: ends[own].session, peer: ends[other].peer };
+            self.feed(ends[own].node, input);
+        }
+    }
+
+    fn close(&mut self, a: usize) {
+        let ends = [self.associations[a].ends[0].clone(), self.associations[a].ends[1].clone()];
+        for end in &ends {
+            self.feed(end.node, Input::Closed { session: end.session });
+        }
+        self.queue.push(self.now + REDIAL, ends[0].node, Happening::Open(a as u8));
+    }
+
+    fn kill(&mut self, node: NodeIndex) {
+        let n = &mut self.nodes[usize::from(node)];
+        n.alive = false;
+        n.generation += 1;
+        let killed = n.id;
+        let mut out = VecDeque::new();
+        self.journal.write(Instant(self.now), Event::Ended { node: killed, killed: true }, &mut out);
+        self.record_all(NodeId::CAMPAIGN, out);
+    }
+
+    fn record_all(&mut self, id: NodeId, out: VecDeque<Output>) {
+        for output in out {
+            if let Output::Audit { bytes } = output {
+                self.record(id, bytes);
+            }
+        }
+    }
+
+    /// Writes an entry to the log and sends it to the recorder.
+    fn record(&mut self, id: NodeId, bytes: Vec<u8>) {
+        if id != NodeId::RECORDER
+            && let Some(recorder) = self.index(NodeId::RECORDER)
+        {
+            let at = self.now + delay::INSTRUMENT;
+            self.queue.push(at, recorder, Happening::Input(Input::Audit { bytes: bytes.clone() }));
+        }
+        self.log.push(Logged { at: self.now, node: id, bytes });
+    }
+}

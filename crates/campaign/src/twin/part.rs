@@ -1,0 +1,110 @@
+//! The cores that a twin can hold: exactly those of the live services, behind their common verbs.
+
+use adversary::insider::command::InsiderCommand;
+use adversary::insider::teammate::InsiderTeammate;
+use adversary::relay::datagram::DatagramRelay;
+use adversary::relay::stream::StreamRelay;
+use autonomy::Autonomy;
+use console::Console;
+use gateway::Gateway;
+use perception::Perception;
+use sim::Sim;
+use wire::audit::Recorder;
+use wire::core::{Core, Input, Output};
+use wire::id::WorldId;
+use wire::time::Instant;
+
+/// One core.
+pub enum Part {
+    /// World, plant and sensors of one unit.
+    Sim(Box<Sim>),
+    /// Perception of one unit.
+    Perception {
+        /// The core.
+        core: Box<Perception>,
+        /// Whether it works on frames.
+        rendered: bool,
+    },
+    /// A unit's autonomy.
+    Autonomy(Box<Autonomy>),
+    /// The gateway.
+    Gateway(Box<Gateway>),
+    /// The console with its scripted operator.
+    Console(Box<Console>),
+    /// The recorder.
+    Recorder(Box<Recorder>),
+    /// The relay on a telemetry path.
+    DatagramRelay(Box<DatagramRelay>),
+    /// The relay on the command path.
+    StreamRelay(Box<StreamRelay>),
+    /// An insider with a teammate's credentials.
+    InsiderTeammate(Box<InsiderTeammate>),
+    /// An insider on the command plane.
+    InsiderCommand(Box<InsiderCommand>),
+}
+
+impl Part {
+    /// The same part in a forked world. The one call site of every core's `fork`.
+    #[must_use]
+    pub fn fork(&self, world: WorldId) -> Part {
+        match self {
+            Part::Sim(core) => Part::Sim(Box::new(core.fork(world))),
+            Part::Perception { core, rendered } => {
+                Part::Perception { core: Box::new(core.fork(world)), rendered: *rendered }
+            }
+            Part::Autonomy(core) => Part::Autonomy(Box::new(core.fork(world))),
+            Part::Gateway(core) => Part::Gateway(Box::new(core.fork(world))),
+            Part::Console(core) => Part::Console(Box::new(core.fork(world))),
+            Part::Recorder(core) => Part::Recorder(Box::new(core.fork())),
+            Part::DatagramRelay(core) => Part::DatagramRelay(Box::new(core.fork(world))),
+            Part::StreamRelay(core) => Part::StreamRelay(Box::new(core.fork(world))),
+            Part::InsiderTeammate(core) => Part::InsiderTeammate(Box::new(core.fork(world))),
+            Part::InsiderCommand(core) => Part::InsiderCommand(Box::new(core.fork(world))),
+        }
+    }
+
+    fn core(&self) -> &dyn Core {
+        match self {
+            Part::Sim(core) => core.as_ref(),
+            Part::Perception { core, .. } => core.as_ref(),
+            Part::Autonomy(core) => core.as_ref(),
+            Part::Gateway(core) => core.as_ref(),
+            Part::Console(core) => core.as_ref(),
+            Part::Recorder(core) => core.as_ref(),
+            Part::DatagramRelay(core) => core.as_ref(),
+            Part::StreamRelay(core) => core.as_ref(),
+            Part::InsiderTeammate(core) => core.as_ref(),
+            Part::InsiderCommand(core) => core.as_ref(),
+        }
+    }
+
+    /// The core, to be fed.
+    pub fn core_mut(&mut self) -> &mut dyn Core {
+        match self {
+            Part::Sim(core) => core.as_mut(),
+            Part::Perception { core, .. } => core.as_mut(),
+            Part::Autonomy(core) => core.as_mut(),
+            Part::Gateway(core) => core.as_mut(),
+            Part::Console(core) => core.as_mut(),
+            Part::Recorder(core) => core.as_mut(),
+            Part::DatagramRelay(core) => core.as_mut(),
+            Part::StreamRelay(core) => core.as_mut(),
+            Part::InsiderTeammate(core) => core.as_mut(),
+            Part::InsiderCommand(core) => core.as_mut(),
+        }
+    }
+}
+
+impl Core for Part {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        self.core_mut().handle(now, input);
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        self.core().deadline()
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.core_mut().output()
+    }
+}

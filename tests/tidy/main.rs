@@ -1,0 +1,145 @@
+//! The invariants of ARCHITECTURE.md, held over the sources themselves.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the workspace is there")
+}
+
+/// Every Rust source below `folder`, with its path from the root.
+fn sources(folder: &str) -> Vec<(String, String)> {
+    let mut found = Vec::new();
+    let mut waiting = vec![root().join(folder)];
+    while let Some(directory) = waiting.pop() {
+        for entry in fs::read_dir(&directory).expect("a readable folder") {
+            let path = entry.expect("a readable entry").path();
+            if path.is_dir() {
+                waiting.push(path);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                let name = path.strip_prefix(root()).expect("below the root").display().to_string();
+                found.push((name, fs::read_to_string(&path).expect("a readable source")));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// Code without its comments.
+fn code(text: &str) -> String {
+    text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect::<Vec<_>>().join("\n")
+}
+
+/// Files of a service crate that belong to its process, not to its core.
+fn is_process(file: &str) -> bool {
+    let process = ["/process.rs", "/main.rs"];
+    let live_broker = ["broker/src/server.rs", "broker/src/tls.rs", "broker/src/gate.rs"];
+    process.iter().chain(&live_broker).any(|end| file.ends_with(end))
+}
+
+const CORES: [&str; 8] = ["wire", "sim", "perception", "autonomy", "gateway", "broker", "adversary", "console"];
+
+#[test]
+fn no_core_knows_a_clock_a_socket_tokio_or_link() {
+    let foreign = [
+        "Instant::now",
+        "SystemTime",
+        "thread::sleep",
+        "tokio",
+        "std::net",
+        "UdpSocket",
+        "TcpStream",
+        "std::fs",
+        "std::env",
+        "link::",
+    ];
+    for name in CORES {
+        for (file, text) in sources(&format!("crates/{name}/src")) {
+            if is_process(&file) {
+                continue;
+            }
+            let code = code(&text);
+            for word in foreign {
+                assert!(!code.contains(word), "{file} has `{word}`: cores are handed time and bytes; only link and processes do I/O");
+            }
+        }
+    }
+}
+
+#[test]
+fn dependencies_point_one_way() {
+    let ours = ["wire", "link", "sim", "perception", "autonomy", "gateway", "broker", "adversary", "console", "campaign"];
+    let allowed = |name: &str| -> &[&str] {
+        match name {
+            "wire" => &[],
+            "link" => &["wire"],
+            "campaign" => &["wire", "link", "sim", "perception", "autonomy", "gateway", "broker", "adversary", "console"],
+            _ => &["wire", "link"],
+        }
+    };
+    for name in ours {
+        let manifest = fs::read_to_string(root().join(format!("crates/{name}/Cargo.toml"))).expect("a manifest");
+        let manifest: toml::Table = toml::from_str(&manifest).expect("a valid manifest");
+        let listed = manifest.get("dependencies").and_then(|d| d.as_table()).expect("a table of dependencies");
+        for dependency in listed.keys().filter(|d| ours.contains(&d.as_str())) {
+            assert!(allowed(name).contains(&dependency.as_str()), "{name} may not depend on {dependency}");
+        }
+    }
+}
+
+#[test]
+fn only_link_knows_the_transport_crates() {
+    for name in CORES.iter().filter(|n| **n != "broker").chain(&["campaign"]) {
+        let manifest = fs::read_to_string(root().join(format!("crates/{name}/Cargo.toml"))).expect("a manifest");
+        let manifest: toml::Table = toml::from_str(&manifest).expect("a valid manifest");
+        let listed = manifest.get("dependencies").and_then(|d| d.as_table()).expect("a table of dependencies");
+        for transport in ["dtls", "rumqttc", "iceoryx2", "mcap", "tokio", "rustls", "mqtt5"] {
+            assert!(!listed.contains_key(transport), "{name} depends on {transport}: only link (and the broker) may");
+        }
+    }
+}
+
+#[test]
+fn cores_are_forked_at_one_place() {
+    let call = ".fork(world)";
+    let callers: Vec<String> = sources("crates/campaign/src")
+        .into_iter()
+        .filter(|(_, text)| code(text).lines().any(|l| l.contains(call) && l.contains("core")))
+        .map(|(file, _)| file)
+        .collect();
+    assert_eq!(callers, ["crates/campaign/src/twin/part.rs"]);
+}
+
+#[test]
+fn every_file_says_what_it_is() {
+    for (file, text) in sources("crates").into_iter().chain(sources("tests")) {
+        let fixture = file.contains("/compile_fail/");
+        assert!(fixture || text.starts_with("//!"), "{file} does not start with what it is and what it leaves to others");
+    }
+}
+
+#[test]
+fn every_scenario_and_every_refusal_is_documented() {
+    let scenarios = fs::read_to_string(root().join("docs/scenarios.md")).expect("docs/scenarios.md");
+    for entry in fs::read_dir(root().join("scenarios")).expect("scenarios/") {
+        let path = entry.expect("a readable entry").path();
+        if path.extension().is_some_and(|e| e == "toml") {
+            let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+            assert!(scenarios.contains(&format!("`{name}`")), "docs/scenarios.md does not tell of `{name}`");
+        }
+    }
+    let refusals = fs::read_to_string(root().join("docs/refusals.md")).expect("docs/refusals.md");
+    for reason in wire::refusal::Reason::ALL {
+        assert!(refusals.contains(&format!("| `{}` |", reason.name())), "docs/refusals.md does not tell of `{}`", reason.name());
+    }
+}
+
+#[test]
+fn nothing_is_left_over() {
+    for (file, text) in sources("crates") {
+        for marker in ["todo!(", "unimplemented!(", "dbg!(", "#[ignore"] {
+            assert!(!code(&text).contains(marker), "{file} has a left-over `{marker}`");
+        }
+    }
+}
