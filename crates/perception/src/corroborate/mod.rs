@@ -1,0 +1,128 @@
+//! Cross-modal corroboration: which colour detections the other modalities support, and which they contradict.
+//!
+//! A detection alone proves nothing. [`corroborate`] gives a [`Sighting`] only where at least two modalities besides
+//! colour speak for the object: depth and LiDAR that agree on its place, or one of them with warmth when the other
+//! stage gave no product. A modality that contradicts is in `vetoed`, and a vetoed sighting earns no confidence.
+//! [`geometry`] judges place and size, [`thermal`] temperature; what follows from a sighting is the tracker's.
+
+pub mod geometry;
+pub mod thermal;
+
+use wire::codec::List;
+use wire::sensor::{Camera, Candidates, Class, Modalities, Modality};
+
+use self::geometry::{Depth, Place, Spatial};
+use self::thermal::Warmth;
+
+/// Limits of corroboration.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Limits {
+    /// Detections below this score are passed over, permille.
+    pub score: u16,
+    /// Depth and LiDAR may disagree by this much at no distance, metres.
+    pub agreement_m: f32,
+    /// And by this much more for each metre of distance.
+    pub agreement_per_m: f32,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Limits { score: 350, agreement_m: 1.0, agreement_per_m: 0.06 }
+    }
+}
+
+/// A detection that has a place in the world, with what the modalities said about it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// Class that the detector gave.
+    pub class: Class,
+    /// Its score, permille.
+    pub score: u16,
+    /// Where its middle is: metres forward and metres left in the body frame.
+    pub place: [f64; 2],
+    /// One standard deviation of the place on each axis, metres.
+    pub sigma: f64,
+    /// Modalities that speak for it.
+    pub supported: Modalities,
+    /// Modalities that speak against it.
+    pub vetoed: Modalities,
+    /// Whether everything that its class lets one expect was seen; false without a thermal product for a warm class.
+    pub complete: bool,
+}
+
+impl Sighting {
+    /// Whether nothing contradicts it.
+    pub fn stands(&self) -> bool {
+        self.vetoed == Modalities::default()
+    }
+}
+
+/// What the modalities make of one detection, placed or not.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judgement {
+    /// Modalities that speak for the detection.
+    pub supported: Modalities,
+    /// Modalities that speak against it.
+    pub vetoed: Modalities,
+    /// The sighting, if there is spatial agreement and enough support.
+    pub sighting: Option<Sighting>,
+}
+
+/// Judges every colour detection of a frame, in the order of the detections.
+pub fn corroborate(camera: &Camera, limits: &Limits, candidates: &Candidates) -> List<Judgement, 32> {
+    let Some(detections) = &candidates.rgb else { return List::default() };
+    let judged = detections.iter().enumerate().filter(|(_, d)| d.score >= limits.score);
+    judged.map(|(index, _)| judge(camera, limits, candidates, index)).collect()
+}
+
+fn judge(camera: &Camera, limits: &Limits, candidates: &Candidates, index: usize) -> Judgement {
+    let Some(detection) = candidates.rgb.as_ref().and_then(|r| r.get(index)) else {
+        return Judgement { supported: Modalities::default(), vetoed: Modalities::default(), sighting: None };
+    };
+    let depth = candidates.depth.as_ref().map(|samples| {
+        let sample = samples.iter().find(|s| usize::from(s.detection) == index);
+        sample.map(|s| Depth { metres: f64::from(s.median_mm) / 1000.0 })
+    });
+    let spatial = geometry::judge(camera, limits, detection, depth, candidates.lidar.as_deref());
+    let warmth = thermal::judge(detection, candidates.thermal.as_deref());
+    let (supported, vetoed) = sets(&spatial, warmth);
+    let sighting = spatial.place.filter(|_| enough(&spatial, warmth)).map(|Place { middle, sigma }| Sighting {
+        class: detection.class,
+        score: detection.score,
+        place: middle,
+        sigma,
+        supported,
+        vetoed,
+        complete: warmth != Warmth::Unknown,
+    });
+    Judgement { supported, vetoed, sighting }
+}
+
+/// Two modalities besides colour: depth with LiDAR, or, when one of the two stages is silent, the other with warmth.
+fn enough(spatial: &Spatial, warmth: Warmth) -> bool {
+    match (spatial.depth, spatial.lidar) {
+        (Some(true), Some(true)) => true,
+        (Some(true), None) | (None, Some(true)) => warmth == Warmth::Fits,
+        (Some(_) | None, Some(_) | None) => false,
+    }
+}
+
+fn sets(spatial: &Spatial, warmth: Warmth) -> (Modalities, Modalities) {
+    let mut supported = Modalities::default().with(Modality::Rgb);
+    let mut vetoed = Modalities::default();
+    for (modality, verdict) in [(Modality::Depth, spatial.depth), (Modality::Lidar, spatial.lidar)] {
+        if verdict == Some(true) {
+            supported = supported.with(modality);
+        }
+    }
+    for modality in [Modality::Depth, Modality::Lidar].into_iter().filter(|m| spatial.vetoed.has(*m)) {
+        vetoed = vetoed.with(modality);
+    }
+    match warmth {
+        Warmth::Fits => supported = supported.with(Modality::Thermal),
+        Warmth::Contradicts => vetoed = vetoed.with(Modality::Thermal),
+        Warmth::Unknown | Warmth::Neutral => {}
+    }
+    (supported, vetoed)
+}

@@ -1,0 +1,53 @@
+//! Where products come from: which stage gave what last, and whether the mode may be believed.
+//!
+//! Liveness downstream rests on these products; a stage that gave nothing keeps its old stamp and so grows old.
+
+use wire::id::FrameId;
+use wire::policy::{Check, Policy, Requirement};
+use wire::refusal::Refusal;
+use wire::sensor::{Candidates, Modalities, Modality, ProductMode};
+use wire::time::Instant;
+use wire::track::StageProduct;
+
+/// The newest product of each modality's stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Provenance {
+    products: [Option<StageProduct>; 4],
+    present: Option<Modalities>,
+}
+
+impl Provenance {
+    /// Takes a frame's products into account. Gives the set of modalities present, if it differs from the last one's.
+    pub fn note(&mut self, frame: FrameId, stamp: Instant, present: Modalities) -> Option<Modalities> {
+        for modality in Modality::ALL.into_iter().filter(|m| present.has(*m)) {
+            self.products[modality as usize] = Some(StageProduct { frame, stamp });
+        }
+        let changed = self.present != Some(present);
+        self.present = Some(present);
+        changed.then_some(present)
+    }
+
+    /// Indexed as [`Modality`].
+    pub fn products(&self) -> [Option<StageProduct>; 4] {
+        self.products
+    }
+}
+
+/// The modalities whose stages gave a product.
+pub fn present(candidates: &Candidates) -> Modalities {
+    let given = [
+        (Modality::Rgb, candidates.rgb.is_some()),
+        (Modality::Depth, candidates.depth.is_some()),
+        (Modality::Thermal, candidates.thermal.is_some()),
+        (Modality::Lidar, candidates.lidar.is_some()),
+    ];
+    given.into_iter().filter(|(_, is)| *is).fold(Modalities::default(), |set, (m, _)| set.with(m))
+}
+
+/// Only live products enter the tracker: what it accumulates would otherwise pass as live in a later frame.
+pub fn admit(policy: &Policy, got: ProductMode) -> Result<(), Refusal> {
+    match (policy.check(Check::Product), got) {
+        (Requirement::Waived, _) | (Requirement::Required, ProductMode::Live) => Ok(()),
+        (Requirement::Required, ProductMode::Synthetic | ProductMode::Replay) => Err(Refusal::Product { got }),
+    }
+}
