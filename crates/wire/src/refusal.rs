@@ -127,8 +127,8 @@ pub enum Refusal {
         /// Addressee.
         got: UnitId,
     },
-    /// The signer may not ask this.
-    #[error("role: an operator expected, got {got}")]
+    /// The peer or signer may not do this.
+    #[error("role: one that may do this expected, got {got}")]
     Role {
         /// Signer.
         got: NodeId,

@@ -272,6 +272,7 @@ impl SessionGate<'_> {
 }
 
 /// The whole way of a shared-memory message from `producer`.
+#[derive(Debug)]
 pub struct BusGate {
     /// Channel.
     pub topic: Topic,

@@ -1,0 +1,172 @@
+//! The trust boundary of the telemetry link: every record that a session delivers is judged here, once, top to bottom.
+//!
+//! DTLS has proved who the *peer* is and that nobody changed the bytes. It has not proved that the record is young,
+//! that it is seen for the first time in this session's life, or that what it says is the peer's to say. In order:
+//!
+//! | check | of the session record | of the report in it |
+//! |---|---|---|
+//! | length, schema, version | [`SessionGate`] | [`SignedReport::decode`] |
+//! | direction | a unit sends Hello and Report | only a unit reports |
+//! | freshness | bound by the peer's echo of our challenge | the same, by the report's own stamp |
+//! | attribution | the session's peer, by the handshake | origin = peer, and the origin's signature |
+//! | order | our session nonce, boot, sequence | boot and sequence of (peer, origin) |
+//! | provenance | – | live product |
+//!
+//! Each delivered record gets one verdict: [`Admitted`], or exactly one [`Refusal`]. So, by count,
+//! delivered = accepted + Σ refused. A refused record leaves nothing behind but its count and what
+//! [`Exchange`](wire::trust::Exchange) says. What an admitted record may do is left to the services behind.
+//!
+//! # The gap between peer and origin
+//!
+//! A challenge binds the clock of the peer that echoes it, no other. If a report claims another origin than the peer,
+//! its stamp is of a clock that we have not bound, so the only age to judge is that of the *record that carried it*:
+//! how long the peer had held the report before is unknown. Under a policy that requires origin = peer this never
+//! matters, because the report is refused next. Where the policy waives it, a report of any age crosses as fresh, inside an
+//! authenticated session: that is the finding this project reproduces, and the reason why the waiver is named in the
+//! record's evidence from here on. And no check here can tell a report that the peer re-signed as its own from the
+//! truth; that is left to consistency at the receiving unit.
+
+use wire::bounds::Bounds;
+use wire::hop::{Hop, HopBody};
+use wire::id::{RecordId, Sequence};
+use wire::policy::{Policy, Waived};
+use wire::refusal::Refusal;
+use wire::sign::Keyring;
+use wire::time::{Age, Instant};
+use wire::trust::{Accepted, Decoded, Evidence, SessionGate, SignedReport, Windows};
+
+use crate::session::Session;
+
+/// The boundary's rules and what it remembers across sessions.
+#[derive(Clone, Debug)]
+pub struct Boundary {
+    policy: Policy,
+    bounds: Bounds,
+    keys: Keyring,
+    /// Reports seen so far, by (peer, origin); outlives a session, so that a new one is no second chance.
+    reports: Windows,
+}
+
+/// What passed the boundary.
+#[derive(Debug)]
+pub struct Admitted<'b> {
+    /// What was established about the session record.
+    pub hop: Evidence,
+    /// Its content.
+    pub content: Content<'b>,
+}
+
+/// Content of an admitted record.
+#[derive(Debug)]
+pub enum Content<'b> {
+    /// A Hello: it keeps the session going and says nothing about any unit.
+    Exchange(RecordId),
+    /// A report.
+    Report(Accepted<SignedReport<'b>>),
+}
+
+impl Admitted<'_> {
+    /// The record's identity: the report's own, or sequence 0 of the peer when it carries no report.
+    pub fn record(&self) -> RecordId {
+        match &self.content {
+            Content::Exchange(record) => *record,
+            Content::Report(report) => report.message().report.id(),
+        }
+    }
+
+    /// What was established about the content, as far as that goes beyond the session record.
+    pub fn evidence(&self) -> Evidence {
+        match &self.content {
+            Content::Exchange(_) => self.hop,
+            Content::Report(report) => report.evidence(),
+        }
+    }
+
+    /// All checks that were passed over on the way.
+    pub fn waived(&self) -> Waived {
+        self.hop.waived.union(self.evidence().waived)
+    }
+}
+
+impl Boundary {
+    /// A boundary under this policy.
+    pub fn new(policy: Policy, bounds: Bounds, keys: Keyring) -> Self {
+        let reports = Windows::new(bounds.replay_window, bounds.sequence_jump);
+        Self { policy, bounds, keys, reports }
+    }
+
+    /// Judges one record that `session` delivered at `now`.
+    pub fn admit<'b>(
+        &mut self,
+        session: &mut Session,
+        now: Instant,
+        bytes: &'b [u8],
+    ) -> Result<Admitted<'b>, Refusal> {
+        let (hop, evidence) = self.session_record(session, now, bytes)?.into_parts();
+        let content = match hop.body {
+            HopBody::Hello(_) => Content::Exchange(without_report(session, &hop)),
+            HopBody::Report(report) => Content::Report(self.report(session, evidence, report)?),
+            // Supervision and teammates' reports are the gateway's to give, not a unit's.
+            HopBody::Grant(_) | HopBody::Teammate(_) => return Err(Refusal::Role { got: session.unit().node() }),
+        };
+        Ok(Admitted { hop: evidence, content })
+    }
+
+    /// The session record: length, schema, freshness, session, sequence.
+    fn session_record<'b>(
+        &self,
+        session: &mut Session,
+        now: Instant,
+        bytes: &'b [u8],
+    ) -> Result<Accepted<Hop<'b>>, Refusal> {
+        let mut gate = SessionGate {
+            policy: &self.policy,
+            peer: session.peer(),
+            session: session.nonce,
+            ages: &mut session.ages,
+            window: &mut session.window,
+            freshness: self.bounds.freshness(),
+            echo_limit: self.bounds.echo_limit(),
+        };
+        let (exchange, verdict) = gate.admit(now, bytes);
+        if let Some(exchange) = exchange {
+            session.exchange(now, exchange);
+        }
+        let hop = verdict?;
+        session.establish();
+        Ok(hop)
+    }
+
+    /// The report in an accepted session record: length, schema, freshness, origin, signature, sequence, provenance.
+    fn report<'b>(
+        &mut self,
+        session: &Session,
+        hop: Evidence,
+        bytes: &'b [u8],
+    ) -> Result<Accepted<SignedReport<'b>>, Refusal> {
+        let (policy, peer) = (&self.policy, session.peer());
+        let decoded = SignedReport::decode(hop.received, bytes)?;
+        let age = age_of(&decoded, session, hop)?;
+        decoded
+            .fresh(policy, age, self.bounds.freshness(), self.bounds.echo_limit())?
+            .by_origin(policy, peer, &self.keys)?
+            .from_origin(policy, peer, &mut self.reports)?
+            .accept(policy, |signed| signed.report.product)
+    }
+}
+
+/// How old the report can be: by its own stamp if it claims to be the peer's, whose clock our challenge has bound;
+/// else as old as the record that carried it, which leaves out how long the peer had held it.
+fn age_of(decoded: &Decoded<SignedReport<'_>>, session: &Session, hop: Evidence) -> Result<Option<Age>, Refusal> {
+    let (origin, stamp) = decoded.claim();
+    if origin.unit().is_none() {
+        return Err(Refusal::Role { got: origin });
+    }
+    let own = origin == session.unit().node();
+    Ok(if own { session.ages.age(stamp, hop.received) } else { hop.age })
+}
+
+/// The identity of a record without a report. Reports count from 1, so 0 is never one of theirs.
+fn without_report(session: &Session, hop: &Hop<'_>) -> RecordId {
+    RecordId { node: session.unit().node(), boot: hop.boot, sequence: Sequence(0) }
+}

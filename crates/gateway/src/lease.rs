@@ -1,0 +1,62 @@
+//! Supervision leases: who may have one now.
+//!
+//! A unit drives only while it is supervised, and it is supervised only while we hear it: no grant before its first
+//! accepted report, none while its newest one may be older than *Tf*, and none while a HOLD for it is unacknowledged.
+//! So a stop never has to cross the failed link: silence is enough. Keeping the lease's time is left to the unit.
+
+use wire::bounds::Bounds;
+use wire::hop::HopBody;
+use wire::id::{CommandId, UnitId};
+use wire::time::{Instant, Span};
+
+use crate::session::Session;
+
+/// HOLDs that are remembered for one unit; beyond it the oldest is forgotten, and the unit stays held by the others.
+const MAX_HOLDS: usize = 4;
+
+/// What grants depend on beyond the sessions.
+#[derive(Clone, Debug)]
+pub struct Leases {
+    length: Span,
+    freshness: Span,
+    /// HOLDs sent and not yet acknowledged as executed, oldest first.
+    holds: Vec<(UnitId, CommandId)>,
+}
+
+impl Leases {
+    /// Leases under these bounds.
+    pub fn new(bounds: &Bounds) -> Self {
+        Self { length: Span::ms(bounds.lease_ms), freshness: bounds.freshness(), holds: Vec::new() }
+    }
+
+    /// A HOLD went out: no grants until the unit says that it has executed it.
+    pub fn hold(&mut self, unit: UnitId, command: CommandId) {
+        let of_unit = |(u, _): &&(UnitId, CommandId)| *u == unit;
+        if self.holds.iter().filter(of_unit).count() >= MAX_HOLDS
+            && let Some(oldest) = self.holds.iter().position(|(u, _)| *u == unit)
+        {
+            self.holds.remove(oldest);
+        }
+        self.holds.push((unit, command));
+    }
+
+    /// The unit has executed this command. If that was a HOLD, the unit is holding: all its HOLDs are done. One that
+    /// it *refused* stays: grants resume only when a HOLD has been executed.
+    pub fn executed(&mut self, unit: UnitId, command: CommandId) {
+        if self.holds.contains(&(unit, command)) {
+            self.holds.retain(|(u, _)| *u != unit);
+        }
+    }
+
+    /// Whether a HOLD for `unit` is unacknowledged.
+    pub fn holding(&self, unit: UnitId) -> bool {
+        self.holds.iter().any(|(u, _)| *u == unit)
+    }
+
+    /// The grant that the unit of `session` may have now.
+    pub fn grant(&self, session: &Session, now: Instant) -> Option<HopBody<'static>> {
+        let fresh = session.telemetry_age(now).is_some_and(|age| age <= self.freshness);
+        let supervised = session.listens() && fresh && !self.holding(session.unit());
+        supervised.then_some(HopBody::Grant(self.length))
+    }
+}

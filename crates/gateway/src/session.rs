@@ -1,0 +1,183 @@
+//! A session with a unit: our nonce and challenges, the peer's, the bound on its ages, and the table of all sessions.
+//!
+//! What a session keeps is what *we* issued or measured, and what we have to repeat to that same peer. Judging records
+//! is left to `admit`; deciding what to send, to `lib`.
+
+use wire::codec;
+use wire::core::Output;
+use wire::hop::{HOP_VERSION, Hop, HopBody};
+use wire::id::{Boot, Nonce, PeerId, Sequence, SessionId, UnitId};
+use wire::bounds::Bounds;
+use wire::time::{AgeBound, Echo, Instant, Span};
+use wire::trust::{Exchange, Window};
+
+/// Sessions that may stand at once.
+pub const MAX_SESSIONS: usize = 64;
+
+/// One session, from the gateway's side.
+#[derive(Clone, Debug)]
+pub struct Session {
+    id: SessionId,
+    peer: PeerId,
+    unit: UnitId,
+    /// The nonce that records of this session have to carry.
+    pub(crate) nonce: Nonce,
+    /// Bounds the age of what the peer stamps.
+    pub(crate) ages: AgeBound,
+    /// Session records seen so far.
+    pub(crate) window: Window,
+    challenge_period: Span,
+    sequence: Sequence,
+    theirs: Option<Nonce>,
+    echo: Option<Echo>,
+    echoed_before: Option<Nonce>,
+    established: bool,
+    sent: Option<Instant>,
+    telemetry: Option<(Instant, Span)>,
+}
+
+impl Session {
+    /// A session that has just opened; `nonce` is the one to announce.
+    pub fn new(id: SessionId, peer: PeerId, unit: UnitId, nonce: Nonce, bounds: &Bounds) -> Self {
+        Self {
+            id,
+            peer,
+            unit,
+            nonce,
+            ages: AgeBound::new(bounds.echo_limit()),
+            window: Window::new(bounds.replay_window, bounds.sequence_jump),
+            challenge_period: Span::ms(bounds.challenge_period_ms),
+            sequence: Sequence(0),
+            theirs: None,
+            echo: None,
+            echoed_before: None,
+            established: false,
+            sent: None,
+            telemetry: None,
+        }
+    }
+
+    /// Local handle.
+    pub fn id(&self) -> SessionId {
+        self.id
+    }
+
+    /// Who the handshake authenticated.
+    pub fn peer(&self) -> PeerId {
+        self.peer
+    }
+
+    /// The unit whose certificate that is.
+    pub fn unit(&self) -> UnitId {
+        self.unit
+    }
+
+    /// Whether the peer has shown that it knows our session nonce.
+    pub fn established(&self) -> bool {
+        self.established
+    }
+
+    /// Whether the peer has told us the nonce it wants to see; before that it refuses all but Hello.
+    pub fn listens(&self) -> bool {
+        self.theirs.is_some()
+    }
+
+    /// When we last sent a record.
+    pub fn sent(&self) -> Option<Instant> {
+        self.sent
+    }
+
+    /// Takes note of what the peer asks us to repeat. Changes only what we write to this peer.
+    pub(crate) fn exchange(&mut self, now: Instant, exchange: Exchange) {
+        self.theirs = exchange.hello.or(self.theirs);
+        let current = self.echo.map(|echo| echo.nonce);
+        // First sight counts: a challenge that is repeated, or overtaken by its successor, keeps its stamp.
+        if current != Some(exchange.challenge) && self.echoed_before != Some(exchange.challenge) {
+            self.echoed_before = current;
+            self.echo = Some(Echo { nonce: exchange.challenge, seen: now.stamp() });
+        }
+    }
+
+    /// A record passed the session gate: the peer knows our nonce.
+    pub(crate) fn establish(&mut self) {
+        self.established = true;
+    }
+
+    /// The unit's own report was accepted at `received`, at most `age` old then.
+    pub(crate) fn heard(&mut self, received: Instant, age: Span) {
+        self.telemetry = Some((received, age));
+    }
+
+    /// Upper bound of the age of the unit's newest accepted report; `None` before the first.
+    pub fn telemetry_age(&self, now: Instant) -> Option<Span> {
+        self.telemetry.map(|(received, age)| now.since(received) + age)
+    }
+
+    /// Issues `fresh()` as the new challenge when the last one has served its period. Issued at the moment of sending:
+    /// an issue that waits would only make every age look larger.
+    pub(crate) fn renew(&mut self, now: Instant, fresh: impl FnOnce() -> Nonce) {
+        if self.ages.issued_at().is_none_or(|at| now.since(at) >= self.challenge_period) {
+            self.ages.issue(fresh(), now);
+        }
+    }
+
+    /// The next record of this session.
+    pub(crate) fn seal(&mut self, now: Instant, boot: Boot, body: HopBody<'_>) -> Output {
+        self.sequence = self.sequence.next();
+        self.sent = Some(now);
+        let hop = Hop {
+            version: HOP_VERSION,
+            session: self.theirs.unwrap_or_default(),
+            boot,
+            sequence: self.sequence,
+            stamp: now.stamp(),
+            challenge: self.ages.current().unwrap_or_default(),
+            echo: self.echo,
+            body,
+        };
+        Output::Record { session: self.id, bytes: codec::encode(&hop) }
+    }
+}
+
+/// The standing sessions, in order of their handles; at most one for each peer.
+#[derive(Clone, Debug, Default)]
+pub struct Sessions(Vec<Session>);
+
+impl Sessions {
+    /// Adds a session. One that the same peer had before is dropped; false when the table is full.
+    pub fn open(&mut self, session: Session) -> bool {
+        self.0.retain(|old| old.peer != session.peer && old.id != session.id);
+        if self.0.len() >= MAX_SESSIONS {
+            return false;
+        }
+        let at = self.0.partition_point(|old| old.id < session.id);
+        self.0.insert(at, session);
+        true
+    }
+
+    /// Removes a session; gives its peer when it still stood.
+    pub fn close(&mut self, id: SessionId) -> Option<PeerId> {
+        let at = self.0.iter().position(|session| session.id == id)?;
+        Some(self.0.remove(at).peer)
+    }
+
+    /// The session with this handle.
+    pub fn get_mut(&mut self, id: SessionId) -> Option<&mut Session> {
+        self.0.iter_mut().find(|session| session.id == id)
+    }
+
+    /// All sessions.
+    pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Session> {
+        self.0.iter_mut()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Whether no further peer could open one.
+    pub fn is_full(&self) -> bool {
+        self.0.len() >= MAX_SESSIONS
+    }
+}
