@@ -1,0 +1,121 @@
+//! Values that age: nothing is drawn without how old it is by now.
+//!
+//! An [`Aged`] value gives itself away only as a [`Labelled`] one: with the upper bound of its age at a given time of
+//! the console's own monotonic clock, and with the freshness that follows from it. The age starts from the bound that
+//! the boundary established and then grows with that clock; no stamp of anybody else's enters, so none can lower it.
+
+use wire::bounds::Bounds;
+use wire::event::Freshness;
+use wire::policy::{DisplayRule, Policy, Requirement};
+use wire::time::{Age, Instant, Span};
+
+/// The age from which a value's source counts as gone.
+pub const LOST_AFTER: Span = Span::s(2);
+
+/// What the labels follow from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Oldest that is shown as fresh: *Tf*.
+    pub fresh: Span,
+    /// Oldest that is shown as late: *Tf* and two periods of telemetry.
+    pub late: Span,
+    /// Oldest that is shown as stale; beyond it, as lost.
+    pub stale: Span,
+    /// Whether values age at all. Where the policy waives it, all is drawn as on arrival, for ever: the paper's fault.
+    pub age_out: bool,
+}
+
+impl Limits {
+    /// The limits of a platform under a policy.
+    pub fn new(bounds: &Bounds, policy: &Policy) -> Self {
+        let late = bounds.freshness() + Span::ms(2 * bounds.telemetry_period_ms);
+        Self {
+            fresh: bounds.freshness(),
+            late,
+            stale: LOST_AFTER.max(late),
+            age_out: policy.display(DisplayRule::AgeOut) == Requirement::Required,
+        }
+    }
+
+    /// The label of something this old.
+    pub fn label(&self, age: Span) -> Freshness {
+        if age <= self.fresh {
+            Freshness::Fresh
+        } else if age <= self.late {
+            Freshness::Late
+        } else if age <= self.stale {
+            Freshness::Stale
+        } else {
+            Freshness::Lost
+        }
+    }
+}
+
+/// A value that was at most so old when it came.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Aged<T> {
+    value: T,
+    arrived: Instant,
+    /// Upper bound of its age on arrival; `None` when nothing bounds it.
+    before: Option<Span>,
+}
+
+impl<T: Clone> Aged<T> {
+    /// A value that arrived at `arrived` (the console's clock) and was at most `age` old then.
+    pub fn new(value: T, arrived: Instant, age: Option<Age>) -> Self {
+        Self { value, arrived, before: age.map(Age::upper) }
+    }
+
+    /// The value as it may be drawn at `now`.
+    pub fn at(&self, now: Instant, limits: &Limits) -> Labelled<T> {
+        let (age, freshness) = match self.before {
+            before if !limits.age_out => (before.unwrap_or_default(), Freshness::Fresh),
+            Some(before) => {
+                let age = now.since(self.arrived) + before;
+                (age, limits.label(age))
+            }
+            None => (Span(u64::MAX), Freshness::Lost),
+        };
+        Labelled { value: self.value.clone(), age, freshness }
+    }
+
+    /// When the label changes next after `now`; `None` when it stays.
+    pub fn changes(&self, now: Instant, limits: &Limits) -> Option<Instant> {
+        let before = self.before.filter(|_| limits.age_out)?;
+        let age = now.since(self.arrived) + before;
+        let next = [limits.fresh, limits.late, limits.stale].into_iter().find(|limit| age <= *limit)?;
+        // The first microsecond beyond the limit; `age` counts from the later of `now` and arrival.
+        let from = Instant(now.0.max(self.arrived.0));
+        Some(from + Span(next.0 - age.0) + Span(1))
+    }
+}
+
+/// A value with its age and freshness, as drawn. Made by [`Aged::at`] alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Labelled<T> {
+    value: T,
+    age: Span,
+    freshness: Freshness,
+}
+
+impl<T> Labelled<T> {
+    /// The value together with its freshness.
+    pub fn get(&self) -> (&T, Freshness) {
+        (&self.value, self.freshness)
+    }
+
+    /// The value, if it may be relied on.
+    pub fn fresh(&self) -> Option<&T> {
+        (self.freshness == Freshness::Fresh).then_some(&self.value)
+    }
+
+    /// Upper bound of its age.
+    pub fn age(&self) -> Span {
+        self.age
+    }
+
+    /// How it stands to its limits.
+    pub fn freshness(&self) -> Freshness {
+        self.freshness
+    }
+}

@@ -1,0 +1,62 @@
+//! What the display shows, told to the instrument plane: whenever it changes, and often enough otherwise.
+
+use wire::event::{Event, Freshness};
+use wire::id::UnitId;
+use wire::mode::Mode;
+use wire::time::{Instant, Span};
+
+use crate::model::{Shown, ShownUnit};
+
+/// The longest that a display goes without being told again.
+pub const REPEAT: Span = Span::ms(200);
+
+/// What counts as a change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Face {
+    mode: Mode,
+    authority: bool,
+    freshness: Freshness,
+    tracks_fresh: u8,
+    tracks_stale: u8,
+}
+
+/// What was told last of each unit.
+#[derive(Clone, Debug, Default)]
+pub struct Witness(Vec<(UnitId, Instant, Face)>);
+
+impl Witness {
+    /// The events that are due for what is shown now.
+    pub fn tell(&mut self, shown: &Shown) -> Vec<Event> {
+        shown.units.iter().filter_map(|unit| self.unit(shown.at, unit)).collect()
+    }
+
+    fn unit(&mut self, at: Instant, shown: &ShownUnit) -> Option<Event> {
+        let face = face(shown);
+        match self.0.iter_mut().find(|(unit, ..)| *unit == shown.unit) {
+            Some((_, told, last)) if *last == face && at.since(*told) < REPEAT => return None,
+            Some((_, told, last)) => (*told, *last) = (at, face),
+            None => self.0.push((shown.unit, at, face)),
+        }
+        Some(Event::Displayed {
+            unit: shown.unit,
+            mode: face.mode,
+            authority: face.authority,
+            freshness: face.freshness,
+            age: shown.state.age(),
+            tracks_fresh: face.tracks_fresh,
+            tracks_stale: face.tracks_stale,
+            report: shown.report,
+        })
+    }
+}
+
+fn face(shown: &ShownUnit) -> Face {
+    let (state, freshness) = shown.state.get();
+    Face {
+        mode: state.mode,
+        authority: state.authority.is_some(),
+        freshness,
+        tracks_fresh: shown.tracks_labelled(&[Freshness::Fresh]),
+        tracks_stale: shown.tracks_labelled(&[Freshness::Stale, Freshness::Lost]),
+    }
+}

@@ -1,0 +1,81 @@
+//! What comes from the gateway is untrusted again: tag, schema and order of the feed, then what is in it.
+//!
+//! A report reaches the model only as `Accepted`, which the unit's own signature earns here; an acknowledgement only
+//! when its unit signed it for the very intent that we gave. The gateway's word counts for what only it can know:
+//! whose session brought a report and how old it could be then. Folding is left to `model`.
+
+use wire::bounds::Bounds;
+use wire::command::Ack;
+use wire::feed::{AcceptedReport, Feed};
+use wire::id::{CommandId, UnitId};
+use wire::policy::{Check, DisplayRule, Policy};
+use wire::refusal::Refusal;
+use wire::sign::Keyring;
+use wire::time::{Age, Instant};
+use wire::trust::{Accepted, BusGate, Decoded, SignedReport, SignedStatement, Windows};
+
+use crate::age::LOST_AFTER;
+
+/// The console's side of the boundary.
+#[derive(Clone, Debug)]
+pub struct Intake {
+    policy: Policy,
+    /// The policy with the display's own rule on signatures in place of the boundary's.
+    display: Policy,
+    bounds: Bounds,
+    keys: Keyring,
+    gate: BusGate,
+    reports: Windows,
+}
+
+impl Intake {
+    /// An intake behind `gate`.
+    pub fn new(policy: Policy, bounds: Bounds, keys: Keyring, gate: BusGate) -> Self {
+        let mut display = policy.clone();
+        display.boundary.insert(Check::Signature, policy.display(DisplayRule::Signature));
+        let reports = Windows::new(bounds.replay_window, bounds.sequence_jump);
+        Self { policy, display, bounds, keys, gate, reports }
+    }
+
+    /// One message of the feed.
+    pub fn feed<'b>(&mut self, now: Instant, bytes: &'b [u8]) -> Result<Accepted<Feed<'b>>, Refusal> {
+        self.gate.admit(&self.policy, now, bytes)
+    }
+
+    /// The report in it: of the unit that the gateway names, under that unit's signature, younger than what counts as
+    /// lost, in order. Younger than *Tf* is not asked: the display says how old it is.
+    pub fn report<'b>(
+        &mut self,
+        now: Instant,
+        message: &AcceptedReport<'b>,
+    ) -> Result<Accepted<SignedReport<'b>>, Refusal> {
+        let decoded = SignedReport::decode(now, message.report)?;
+        let (origin, _) = decoded.claim();
+        match origin.unit() {
+            Some(unit) if unit == message.unit => {}
+            Some(got) => return Err(Refusal::Unit { expected: message.unit, got }),
+            None => return Err(Refusal::Role { got: origin }),
+        }
+        // Both clocks are this host's; a reception that lies ahead of us still cannot make the report younger.
+        let on_the_way = Age::on_one_host(message.received, now);
+        let age = message.age.map(|before| on_the_way.after(before));
+        decoded
+            .fresh(&self.display, age, LOST_AFTER, self.bounds.echo_limit())?
+            .by_signature(&self.display, &self.keys)?
+            .from_origin(&self.display, message.via, &mut self.reports)?
+            .accept(&self.display, |signed| signed.report.product)
+    }
+
+    /// An acknowledgement of a command that `given` knows, with its addressee and the hash of its signed intent.
+    pub fn acknowledgement(
+        &self,
+        now: Instant,
+        bytes: &[u8],
+        given: impl FnOnce(CommandId) -> Option<(UnitId, [u8; 32])>,
+    ) -> Result<Accepted<Ack>, Refusal> {
+        let decoded = Decoded::<SignedStatement<'_, Ack>>::parse_statement(now, bytes)?;
+        let expected = decoded.claimed_command();
+        let (unit, hash) = given(expected).ok_or(Refusal::Confirmation { expected })?;
+        decoded.by_signer(&self.policy, unit.node(), &self.keys)?.about(expected, &hash)
+    }
+}

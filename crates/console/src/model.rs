@@ -1,0 +1,366 @@
+//! The display's model: a pure fold of accepted messages and the console's own clock.
+//!
+//! [`Model::shown`] gives [`Shown`], which is what views draw, what the operator sees and what the oracle is told; no
+//! other way leads from the model to a screen. Judging messages is left to `intake`, deciding to `operator`.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use wire::bounds::Bounds;
+use wire::command::CommandKind;
+use wire::event::Freshness;
+use wire::feed::CommandStage;
+use wire::id::{Boot, CommandId, Nonce, PeerId, RecordId, Sequence, UnitId};
+use wire::mode::{Cause, Guards, Mode};
+use wire::policy::{Policy, Waived};
+use wire::refusal::Reason;
+use wire::report::{Report, ReportedAuthority, ReportedTrack};
+use wire::sensor::Pose;
+use wire::time::{Instant, PeerStamp, Span};
+use wire::trust::{Accepted, SignedReport};
+
+use crate::age::{Aged, Labelled, Limits};
+
+/// Commands whose progress is kept.
+pub const MAX_COMMANDS: usize = 16;
+/// How long a command may go without progress before it is shown as not acknowledged.
+pub const ACK_WITHIN: Span = Span::s(1);
+
+/// What a unit says of its state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct State {
+    /// Mode of its machine.
+    pub mode: Mode,
+    /// Cause of the last transition.
+    pub cause: Cause,
+    /// Guards that failed.
+    pub failing: Guards,
+    /// Authority, while it was held.
+    pub authority: Option<ReportedAuthority>,
+    /// Forward speed, mm/s.
+    pub speed_mm_s: i32,
+    /// What an intent has to repeat.
+    pub nonce: Nonce,
+    /// Share of the route driven, permille.
+    pub progress: u16,
+}
+
+/// A unit as drawn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShownUnit {
+    /// Which.
+    pub unit: UnitId,
+    /// The report behind it.
+    pub report: RecordId,
+    /// Whose session brought that.
+    pub via: PeerId,
+    /// Checks that were waived on its way.
+    pub waived: Waived,
+    /// When the shown mode was first shown.
+    pub since: Instant,
+    /// State.
+    pub state: Labelled<State>,
+    /// Place; older than the state by the age of its localisation.
+    pub pose: Labelled<Pose>,
+    /// Tracks; each older than the state by its own age.
+    pub tracks: Vec<Labelled<ReportedTrack>>,
+}
+
+impl ShownUnit {
+    /// How many tracks carry one of these labels.
+    pub fn tracks_labelled(&self, labels: &[Freshness]) -> u8 {
+        self.tracks.iter().filter(|t| labels.contains(&t.freshness())).count() as u8
+    }
+}
+
+/// How far a command has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Life {
+    /// Requested of the gateway.
+    Requested,
+    /// Waits at the gateway for its confirmation.
+    Staged,
+    /// Its confirmation has been given.
+    Released,
+    /// On its way to the unit.
+    Sent,
+    /// The unit executed it.
+    Executed,
+    /// The unit refused it.
+    RefusedByUnit(Reason),
+    /// The gateway refused it.
+    RefusedByGateway,
+    /// It waited too long.
+    Expired,
+    /// Nothing was heard of it in time.
+    NotAcknowledged,
+}
+
+impl Life {
+    /// Whether an answer is being waited for.
+    fn pending(self) -> bool {
+        match self {
+            Life::Requested | Life::Released | Life::Sent => true,
+            Life::Staged
+            | Life::Executed
+            | Life::RefusedByUnit(_)
+            | Life::RefusedByGateway
+            | Life::Expired
+            | Life::NotAcknowledged => false,
+        }
+    }
+}
+
+/// A command as drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShownCommand {
+    /// Which.
+    pub id: CommandId,
+    /// To whom.
+    pub unit: UnitId,
+    /// What.
+    pub kind: CommandKind,
+    /// How far it has come.
+    pub life: Life,
+    /// Since when.
+    pub since: Instant,
+}
+
+/// Everything that is drawn at one instant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shown {
+    /// When, on the console's clock.
+    pub at: Instant,
+    /// Units that have been heard, in the configured order.
+    pub units: Vec<ShownUnit>,
+    /// Units that have not.
+    pub silent: Vec<UnitId>,
+    /// Sessions at the gateway.
+    pub links: Vec<(PeerId, bool)>,
+    /// Refusals by reason, as fed (the feed is bounded; exact numbers are in the accounts).
+    pub refusals: Vec<(Reason, u64)>,
+    /// Commands of this console, oldest first.
+    pub commands: Vec<ShownCommand>,
+}
+
+impl Shown {
+    /// The unit, if it has been heard.
+    pub fn unit(&self, unit: UnitId) -> Option<&ShownUnit> {
+        self.units.iter().find(|shown| shown.unit == unit)
+    }
+
+    /// The command, if it is still kept.
+    pub fn command(&self, id: CommandId) -> Option<&ShownCommand> {
+        self.commands.iter().find(|shown| shown.id == id)
+    }
+}
+
+/// A unit as last reported.
+#[derive(Clone, Debug)]
+struct Heard {
+    report: RecordId,
+    stamp: PeerStamp,
+    via: PeerId,
+    waived: Waived,
+    since: Instant,
+    state: Aged<State>,
+    pose: Aged<Pose>,
+    tracks: Vec<Aged<ReportedTrack>>,
+}
+
+/// A command of ours with what its acknowledgement has to be bound to.
+#[derive(Clone, Copy, Debug)]
+struct Given {
+    shown: ShownCommand,
+    hash: [u8; 32],
+}
+
+/// The model.
+#[derive(Clone, Debug)]
+pub struct Model {
+    limits: Limits,
+    units: Vec<(UnitId, Option<Heard>)>,
+    links: BTreeMap<PeerId, bool>,
+    refusals: BTreeMap<Reason, u64>,
+    commands: VecDeque<Given>,
+}
+
+impl Model {
+    /// A model that has heard nothing of `units`.
+    pub fn new(units: &[UnitId], bounds: &Bounds, policy: &Policy) -> Self {
+        Self {
+            limits: Limits::new(bounds, policy),
+            units: units.iter().map(|unit| (*unit, None)).collect(),
+            links: BTreeMap::new(),
+            refusals: BTreeMap::new(),
+            commands: VecDeque::new(),
+        }
+    }
+
+    /// The limits that labels follow from.
+    pub fn limits(&self) -> &Limits {
+        &self.limits
+    }
+
+    /// An accepted report. One that is not newer than the one shown, by sequence or by stamp, changes nothing: so
+    /// neither a replay nor a stamp that runs backwards can make a shown value look younger. False in that case.
+    pub fn report(&mut self, accepted: &Accepted<SignedReport<'_>>, via: PeerId, waived: Waived) -> bool {
+        let (report, evidence) = (&accepted.message().report, accepted.evidence());
+        let unit = report.origin.unit();
+        let Some((_, slot)) = self.units.iter_mut().find(|(u, _)| Some(*u) == unit) else { return false };
+        if slot.as_ref().is_some_and(|heard| !newer(report, heard)) {
+            return false;
+        }
+        let (arrived, age) = (evidence.received, evidence.age);
+        let mode = |heard: &Heard| heard.state.at(arrived, &self.limits).get().0.mode;
+        let since = slot.as_ref().filter(|heard| mode(heard) == report.mode).map_or(arrived, |heard| heard.since);
+        let older = |by: Span| age.map(|age| age.after(by));
+        *slot = Some(Heard {
+            report: report.id(),
+            stamp: report.stamp,
+            via,
+            waived: waived.union(evidence.waived),
+            since,
+            state: Aged::new(state_of(report), arrived, age),
+            pose: Aged::new(report.pose, arrived, older(report.pose_age)),
+            tracks: report.tracks.iter().map(|track| Aged::new(*track, arrived, older(track.age))).collect(),
+        });
+        true
+    }
+
+    /// A session at the gateway opened or ended.
+    pub fn session(&mut self, peer: PeerId, open: bool) {
+        self.links.insert(peer, open);
+    }
+
+    /// Something was refused.
+    pub fn refused(&mut self, reason: Reason) {
+        *self.refusals.entry(reason).or_default() += 1;
+    }
+
+    /// We asked for a command; `hash` is that of its signed intent.
+    pub fn requested(&mut self, now: Instant, id: CommandId, unit: UnitId, kind: CommandKind, hash: [u8; 32]) {
+        if self.commands.len() >= MAX_COMMANDS {
+            self.commands.pop_front();
+        }
+        self.commands.push_back(Given { shown: ShownCommand { id, unit, kind, life: Life::Requested, since: now }, hash });
+    }
+
+    /// We confirmed a staged command.
+    pub fn released(&mut self, now: Instant, id: CommandId) {
+        self.progress(now, id, Life::Released);
+    }
+
+    /// The gateway moved a command of ours along. Says nothing about one that the unit has answered.
+    pub fn staged(&mut self, now: Instant, id: CommandId, stage: CommandStage) {
+        let life = match stage {
+            CommandStage::Staged => Life::Staged,
+            CommandStage::Sent => Life::Sent,
+            CommandStage::Refused => Life::RefusedByGateway,
+            CommandStage::Expired => Life::Expired,
+        };
+        self.progress(now, id, life);
+    }
+
+    /// Whom a command of ours went to, and the hash that its acknowledgement has to repeat.
+    pub fn given(&self, id: CommandId) -> Option<(UnitId, [u8; 32])> {
+        self.commands.iter().find(|given| given.shown.id == id).map(|given| (given.shown.unit, given.hash))
+    }
+
+    /// A verified acknowledgement. False when it says nothing new: a command executed stays executed.
+    pub fn acknowledged(&mut self, now: Instant, id: CommandId, refused: Option<Reason>) -> bool {
+        self.progress(now, id, refused.map_or(Life::Executed, Life::RefusedByUnit))
+    }
+
+    /// Marks the commands that nothing was heard of in time.
+    pub fn tick(&mut self, now: Instant) {
+        for given in &mut self.commands {
+            if given.shown.life.pending() && now.since(given.shown.since) >= ACK_WITHIN {
+                given.shown.life = Life::NotAcknowledged;
+                given.shown.since = now;
+            }
+        }
+    }
+
+    /// When the picture changes next by time alone.
+    pub fn changes(&self, now: Instant) -> Option<Instant> {
+        let waiting = self.commands.iter().filter(|given| given.shown.life.pending());
+        let overdue = waiting.map(|given| given.shown.since + ACK_WITHIN);
+        let heard = self.units.iter().filter_map(|(_, heard)| heard.as_ref());
+        let labels = heard.flat_map(|heard| {
+            let tracks = heard.tracks.iter().filter_map(|track| track.changes(now, &self.limits));
+            tracks.chain(heard.state.changes(now, &self.limits)).chain(heard.pose.changes(now, &self.limits))
+        });
+        overdue.chain(labels).min()
+    }
+
+    /// What is to be drawn at `now`.
+    pub fn shown(&self, now: Instant) -> Shown {
+        let unit = |(unit, heard): &(UnitId, Option<Heard>)| heard.as_ref().map(|heard| self.shown_unit(now, *unit, heard));
+        Shown {
+            at: now,
+            units: self.units.iter().filter_map(unit).collect(),
+            silent: self.units.iter().filter(|(_, heard)| heard.is_none()).map(|(unit, _)| *unit).collect(),
+            links: self.links.iter().map(|(peer, open)| (*peer, *open)).collect(),
+            refusals: self.refusals.iter().map(|(reason, n)| (*reason, *n)).collect(),
+            commands: self.commands.iter().map(|given| given.shown).collect(),
+        }
+    }
+
+    fn shown_unit(&self, now: Instant, unit: UnitId, heard: &Heard) -> ShownUnit {
+        ShownUnit {
+            unit,
+            report: heard.report,
+            via: heard.via,
+            waived: heard.waived,
+            since: heard.since,
+            state: heard.state.at(now, &self.limits),
+            pose: heard.pose.at(now, &self.limits),
+            tracks: heard.tracks.iter().map(|track| track.at(now, &self.limits)).collect(),
+        }
+    }
+
+    fn progress(&mut self, now: Instant, id: CommandId, to: Life) -> bool {
+        let Some(given) = self.commands.iter_mut().find(|given| given.shown.id == id) else { return false };
+        if !follows(given.shown.life, to) {
+            return false;
+        }
+        given.shown.life = to;
+        given.shown.since = now;
+        true
+    }
+}
+
+/// Whether a command may go from one life to the other: what the unit said outweighs what the gateway says, and that
+/// it was executed outweighs that a repetition was refused.
+fn follows(from: Life, to: Life) -> bool {
+    match from {
+        Life::Executed => false,
+        Life::RefusedByUnit(_) => to == Life::Executed,
+        Life::Requested
+        | Life::Staged
+        | Life::Released
+        | Life::Sent
+        | Life::RefusedByGateway
+        | Life::Expired
+        | Life::NotAcknowledged => from != to,
+    }
+}
+
+/// Whether `report` is newer than what is shown: a later boot, or within one boot a higher sequence *and* a later stamp.
+fn newer(report: &Report, heard: &Heard) -> bool {
+    let order = |boot: Boot, sequence: Sequence| (boot, sequence);
+    let later = order(report.boot, report.sequence) > order(heard.report.boot, heard.report.sequence);
+    later && (report.boot > heard.report.boot || report.stamp.minus(heard.stamp) > 0)
+}
+
+fn state_of(report: &Report) -> State {
+    State {
+        mode: report.mode,
+        cause: report.cause,
+        failing: report.failing,
+        authority: report.authority,
+        speed_mm_s: report.speed_mm_s,
+        nonce: report.command_nonce,
+        progress: report.progress,
+    }
+}

@@ -1,0 +1,253 @@
+//! The headless operator: follows a script and sees only what is displayed.
+//!
+//! A step becomes due at its time, or when the step before it is done; then it waits for its conditions, at most for
+//! its patience, and acts. Away from safe it confirms once the display says that the command is staged. What is not
+//! acknowledged in time, or refused for a condition that may pass, is tried once more under a new id; no id is ever
+//! asked for or confirmed twice. Signing is left to `intent`.
+
+use serde::{Deserialize, Serialize};
+use wire::command::CommandKind;
+use wire::id::{CommandId, Nonce, TrackId, UnitId};
+use wire::mode::Mode;
+use wire::refusal::Reason;
+use wire::report::ReportedTrack;
+use wire::sensor::Class;
+use wire::time::{Instant, Span};
+
+use crate::intent::nonce_for;
+use crate::model::{Life, Shown, ShownUnit};
+
+/// Steps a script may have.
+pub const MAX_STEPS: usize = 32;
+/// How often a step is tried.
+const MAX_TRIES: u8 = 2;
+/// Time between two tries.
+const BETWEEN_TRIES: Span = Span::ms(500);
+
+/// One step of the script.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Step {
+    /// Earliest time, in milliseconds from the console's start; absent: when the step before is done.
+    #[serde(default)]
+    pub at_ms: Option<u64>,
+    /// Which unit.
+    pub unit: UnitId,
+    /// What has to be displayed of it.
+    #[serde(default)]
+    pub when: When,
+    /// What the operator does.
+    #[serde(rename = "do")]
+    pub action: Action,
+    /// Why; needed away from safe.
+    #[serde(default)]
+    pub reason: String,
+    /// How long the conditions are waited for, in milliseconds.
+    pub within_ms: u64,
+}
+
+/// Conditions on what is displayed. A condition holds only on values displayed as fresh.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct When {
+    /// Mode.
+    #[serde(default)]
+    pub mode: Option<Mode>,
+    /// A track of this kind.
+    #[serde(default)]
+    pub track: Option<TrackCondition>,
+}
+
+/// A track that has to be displayed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrackCondition {
+    /// Its class.
+    pub class: Class,
+    /// Least confidence, permille.
+    pub confidence: u16,
+}
+
+/// What the operator does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Action {
+    /// To HOLD_SAFE.
+    Hold,
+    /// Give authority up.
+    Disarm,
+    /// IDLE to READY.
+    Enable,
+    /// HOLD_SAFE to READY.
+    Resume,
+    /// Authority on the most confident fresh track of this class.
+    Arm(Class),
+    /// Use the authority that is displayed.
+    Confirm,
+}
+
+/// What the operator wants done now.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Wish {
+    /// Give an intent; its id is to be told by [`Operator::given`].
+    Intend {
+        /// Step of the script.
+        step: usize,
+        /// Addressee.
+        unit: UnitId,
+        /// What is asked.
+        kind: CommandKind,
+        /// Nonce as displayed.
+        nonce: Nonce,
+        /// Why.
+        reason: String,
+    },
+    /// Confirm a staged command.
+    Release(CommandId),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Progress {
+    /// Waits for its time and conditions; `tries` lie behind it.
+    Waiting { not_before: Instant, tries: u8 },
+    /// A command has been given.
+    Given { id: CommandId, released: bool, tries: u8 },
+    /// Nothing more to do since then.
+    Done(Instant),
+}
+
+/// The operator with the script.
+#[derive(Clone, Debug)]
+pub struct Operator {
+    start: Instant,
+    steps: Vec<(Step, Progress)>,
+    confidence: u16,
+}
+
+impl Operator {
+    /// An operator who starts at `start`; where a step names no confidence, arming asks for this much.
+    pub fn new(script: Vec<Step>, confidence: u16, start: Instant) -> Self {
+        let waiting = Progress::Waiting { not_before: start, tries: 0 };
+        Self { start, steps: script.into_iter().map(|step| (step, waiting)).collect(), confidence }
+    }
+
+    /// Looks at the display and says what is to be done.
+    pub fn look(&mut self, shown: &Shown) -> Vec<Wish> {
+        (0..self.steps.len()).filter_map(|at| self.step(at, shown)).collect()
+    }
+
+    /// The intent wished for by `step` was given under this id.
+    pub fn given(&mut self, step: usize, id: CommandId) {
+        if let Some((_, progress)) = self.steps.get_mut(step)
+            && let Progress::Waiting { tries, .. } = *progress
+        {
+            *progress = Progress::Given { id, released: false, tries: tries + 1 };
+        }
+    }
+
+    /// When the operator next has to look, if nothing else happens.
+    pub fn deadline(&self, now: Instant) -> Option<Instant> {
+        let due = (0..self.steps.len()).filter_map(|at| match self.steps[at].1 {
+            Progress::Waiting { not_before, .. } => self.due(at).map(|due| Instant(due.0.max(not_before.0))),
+            Progress::Given { .. } | Progress::Done(_) => None,
+        });
+        due.filter(|due| *due > now).min()
+    }
+
+    /// When the step is due; `None` while the one it follows is not done.
+    fn due(&self, at: usize) -> Option<Instant> {
+        match (self.steps[at].0.at_ms, at.checked_sub(1)) {
+            (Some(ms), _) => Some(self.start + Span::ms(ms)),
+            (None, None) => Some(self.start),
+            (None, Some(before)) => match self.steps[before].1 {
+                Progress::Done(since) => Some(since),
+                Progress::Waiting { .. } | Progress::Given { .. } => None,
+            },
+        }
+    }
+
+    fn step(&mut self, at: usize, shown: &Shown) -> Option<Wish> {
+        let now = shown.at;
+        let due = self.due(at).filter(|due| now >= *due)?;
+        let confidence = self.confidence;
+        let (step, progress) = &mut self.steps[at];
+        match *progress {
+            Progress::Done(_) => None,
+            Progress::Waiting { not_before, .. } if now < not_before => None,
+            Progress::Waiting { tries, .. } => {
+                let impatient = now.since(due) > Span::ms(step.within_ms);
+                let wish = if impatient && tries == 0 { None } else { step.wish(at, shown, confidence) };
+                if impatient && wish.is_none() {
+                    *progress = Progress::Done(now);
+                }
+                wish
+            }
+            Progress::Given { id, released, tries } => {
+                let life = shown.command(id).map(|command| command.life);
+                if life == Some(Life::Staged) {
+                    *progress = Progress::Given { id, released: true, tries };
+                    return (!released).then_some(Wish::Release(id));
+                }
+                *progress = after(life, now, tries).unwrap_or(*progress);
+                None
+            }
+        }
+    }
+}
+
+/// What follows from how far a command has come; `None`: it is still on its way. One no longer displayed is done.
+fn after(life: Option<Life>, now: Instant, tries: u8) -> Option<Progress> {
+    let Some(life) = life else { return Some(Progress::Done(now)) };
+    let again = match life {
+        Life::Requested | Life::Staged | Life::Released | Life::Sent => return None,
+        Life::Executed | Life::RefusedByGateway | Life::Expired => false,
+        Life::RefusedByUnit(reason) => matches!(reason, Reason::Interlock | Reason::Late),
+        Life::NotAcknowledged => true,
+    };
+    let waiting = Progress::Waiting { not_before: now + BETWEEN_TRIES, tries };
+    Some(if again && tries < MAX_TRIES { waiting } else { Progress::Done(now) })
+}
+
+impl Step {
+    /// The intent, if all that it rests on is displayed as fresh.
+    fn wish(&self, step: usize, shown: &Shown, confidence: u16) -> Option<Wish> {
+        let unit = shown.unit(self.unit);
+        if !self.when.holds(unit) {
+            return None;
+        }
+        let kind = self.kind(unit, confidence)?;
+        let nonce = nonce_for(kind, unit)?;
+        Some(Wish::Intend { step, unit: self.unit, kind, nonce, reason: self.reason.clone() })
+    }
+
+    fn kind(&self, unit: Option<&ShownUnit>, confidence: u16) -> Option<CommandKind> {
+        match self.action {
+            Action::Hold => Some(CommandKind::Hold),
+            Action::Disarm => Some(CommandKind::Disarm),
+            Action::Enable => Some(CommandKind::Enable),
+            Action::Resume => Some(CommandKind::Resume),
+            Action::Arm(class) => {
+                let confidence = self.when.track.map_or(confidence, |track| track.confidence);
+                best(unit?, TrackCondition { class, confidence }).map(CommandKind::Arm)
+            }
+            Action::Confirm => unit?.state.fresh()?.authority.map(|held| CommandKind::Confirm(held.track)),
+        }
+    }
+}
+
+impl When {
+    /// Whether all of it is displayed as fresh.
+    fn holds(&self, unit: Option<&ShownUnit>) -> bool {
+        let mode = unit.and_then(|unit| unit.state.fresh()).map(|state| state.mode);
+        let in_mode = self.mode.is_none_or(|wanted| mode == Some(wanted));
+        let seen = |wanted| unit.and_then(|unit| best(unit, wanted)).is_some();
+        in_mode && self.track.is_none_or(seen)
+    }
+}
+
+/// The most confident track of this kind that is displayed as fresh; of equals the oldest.
+fn best(unit: &ShownUnit, wanted: TrackCondition) -> Option<TrackId> {
+    let fits = |track: &&ReportedTrack| track.class == wanted.class && track.confidence >= wanted.confidence;
+    let fresh = unit.tracks.iter().filter_map(|track| track.fresh()).filter(fits);
+    fresh.max_by_key(|track| (track.confidence, core::cmp::Reverse(track.id))).map(|track| track.id)
+}

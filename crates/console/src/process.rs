@@ -1,0 +1,38 @@
+//! The process around the core: reads its specification, makes the [`Console`], and lets `link` drive it.
+
+use std::process::ExitCode;
+
+use link::spec::ServiceSpec;
+use serde::{Deserialize, Serialize};
+use wire::setup::Setup;
+
+use crate::{Console, ConsoleConfig};
+
+/// What a launcher puts into [`ServiceSpec::config`] for a console.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ProcessConfig {
+    /// The making of the core. The boot is taken from the specification, because a restart raises it.
+    pub setup: Setup,
+    /// The console's own configuration.
+    pub config: ConsoleConfig,
+}
+
+/// Runs the service until its launcher ends it.
+pub fn main() -> ExitCode {
+    match make() {
+        Ok((spec, core)) => link::drive::run(spec, Box::new(core)),
+        Err(why) => {
+            eprintln!("holdsafe-console: {why}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn make() -> Result<(ServiceSpec, Console), Box<dyn std::error::Error>> {
+    let spec = ServiceSpec::from_stdin()?;
+    let ProcessConfig { setup, config } = spec.config()?;
+    let setup = Setup { boot: spec.boot, ..setup };
+    let core = Console::new(setup, config, spec.started())?;
+    Ok((spec, core))
+}

@@ -1,0 +1,131 @@
+//! The display as text lines, for a terminal: state, cause, since, ages, tracks, links, refusals, commands.
+//!
+//! A view: it decides nothing and computes no age. Every value stands beside its label. No control characters but
+//! newlines.
+
+use std::fmt::Write;
+
+use wire::event::Freshness;
+use wire::report::ReportedTrack;
+use wire::sensor::Class;
+use wire::time::{Instant, Span};
+
+use crate::age::Labelled;
+use crate::model::{Life, Shown, ShownCommand, ShownUnit};
+
+/// The text of `shown`. `ablation` is the mark of a run whose policy waives something.
+pub fn lines(shown: &Shown, ablation: Option<&str>) -> String {
+    let mut text = String::with_capacity(1024);
+    if let Some(mark) = ablation {
+        line(&mut text, format_args!("ABLATION, not a result of the full policy: {mark}"));
+    }
+    for unit in &shown.units {
+        unit_lines(&mut text, shown.at, unit);
+    }
+    for unit in &shown.silent {
+        line(&mut text, format_args!("{unit:<8} nothing received"));
+    }
+    let links = shown.links.iter().map(|(peer, open)| format!("{peer} {}", if *open { "up" } else { "DOWN" }));
+    line(&mut text, format_args!("links    {}", joined(links)));
+    let refusals = shown.refusals.iter().map(|(reason, n)| format!("{} {n}", reason.name()));
+    line(&mut text, format_args!("refused  {}", joined(refusals)));
+    shown.commands.iter().for_each(|command| command_line(&mut text, shown.at, command));
+    text
+}
+
+fn unit_lines(text: &mut String, at: Instant, unit: &ShownUnit) {
+    let (state, freshness) = unit.state.get();
+    let mark = match freshness {
+        Freshness::Fresh => "",
+        Freshness::Late | Freshness::Stale | Freshness::Lost => " (last known)",
+    };
+    line(
+        text,
+        format_args!(
+            "{:<8} {}{mark}  since {:.1} s  cause {}  {} {}",
+            unit.unit,
+            state.mode.name(),
+            at.since(unit.since).as_ms() / 1000.0,
+            state.cause.label(),
+            word(freshness),
+            age(unit.state.age()),
+        ),
+    );
+    let authority = state.authority.map_or("none".to_owned(), |a| format!("track {} for {}", a.track.0, age(a.left)));
+    let failing = joined(state.failing.iter().map(|guard| guard.name().to_owned()));
+    line(text, format_args!("         authority {authority}  failing {failing}  speed {:.1} m/s", metres(state.speed_mm_s)));
+    let (pose, pose_freshness) = unit.pose.get();
+    line(
+        text,
+        format_args!(
+            "         at ({:.1}, {:.1}) m  {} {}  via {}{}",
+            metres(pose.x_mm),
+            metres(pose.y_mm),
+            word(pose_freshness),
+            age(unit.pose.age()),
+            unit.via,
+            if unit.waived.is_empty() { "" } else { "  UNVERIFIED" },
+        ),
+    );
+    unit.tracks.iter().for_each(|track| track_line(text, track));
+}
+
+fn track_line(text: &mut String, labelled: &Labelled<ReportedTrack>) {
+    let (track, freshness) = labelled.get();
+    let (x, y) = (metres(track.x_mm), metres(track.y_mm));
+    let confidence = f64::from(track.confidence) / 1000.0;
+    let class = class_name(track.class);
+    let (word, age) = (word(freshness), age(labelled.age()));
+    line(text, format_args!("         track {:<3} {class:<8} {confidence:.2}  ({x:.1}, {y:.1}) m  {word} {age}", track.id.0));
+}
+
+fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {
+    let life = match command.life {
+        Life::Requested => "requested".to_owned(),
+        Life::Staged => "staged".to_owned(),
+        Life::Released => "confirmed".to_owned(),
+        Life::Sent => "sent".to_owned(),
+        Life::Executed => "executed".to_owned(),
+        Life::RefusedByUnit(reason) => format!("REFUSED by the unit: {}", reason.name()),
+        Life::RefusedByGateway => "REFUSED by the gateway".to_owned(),
+        Life::Expired => "EXPIRED".to_owned(),
+        Life::NotAcknowledged => "NOT ACKNOWLEDGED".to_owned(),
+    };
+    let ago = at.since(command.since).as_ms() / 1000.0;
+    line(text, format_args!("command  {} {} to {}: {life}, {ago:.1} s ago", command.id, command.kind.name(), command.unit));
+}
+
+fn line(text: &mut String, content: core::fmt::Arguments<'_>) {
+    writeln!(text, "{content}").expect("writing to a String cannot fail");
+}
+
+fn joined(items: impl Iterator<Item = String>) -> String {
+    let items: Vec<String> = items.collect();
+    if items.is_empty() { "none".to_owned() } else { items.join(", ") }
+}
+
+fn metres(mm: i32) -> f64 {
+    f64::from(mm) / 1000.0
+}
+
+fn age(span: Span) -> String {
+    if span == Span(u64::MAX) { "of unknown age".to_owned() } else { format!("{:.0} ms", span.as_ms()) }
+}
+
+fn word(freshness: Freshness) -> &'static str {
+    match freshness {
+        Freshness::Fresh => "fresh",
+        Freshness::Late => "LATE",
+        Freshness::Stale => "STALE",
+        Freshness::Lost => "LOST",
+    }
+}
+
+fn class_name(class: Class) -> &'static str {
+    match class {
+        Class::Vehicle => "vehicle",
+        Class::Person => "person",
+        Class::Decoy => "decoy",
+        Class::Obstacle => "obstacle",
+    }
+}
