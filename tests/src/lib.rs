@@ -1,1 +1,78 @@
-//! Shared fixtures of the test binaries.
+//! What the test binaries share: the shipped scenarios, run in the twin.
+
+use std::path::{Path, PathBuf};
+
+use campaign::scenario::{self, Scenario, Setup};
+use campaign::trial::Outcome;
+use campaign::twin::trial::{Run, conclude, start};
+
+/// The workspace.
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..").canonicalize().expect("the workspace is there")
+}
+
+/// A variation of a shipped scenario, ready to run.
+pub struct Ready {
+    /// Its cell, for scenarios that have cells.
+    pub cell: Option<String>,
+    /// The scenario.
+    pub scenario: Scenario,
+    /// Policy, bounds, platform.
+    pub setup: Setup,
+}
+
+impl Ready {
+    /// Runs it in the twin.
+    pub fn run(&self, seed: u64) -> Run {
+        let (cast, twin) = start(&self.scenario, &self.setup, seed, false).expect("a shipped scenario starts");
+        conclude(cast, twin, &self.setup)
+    }
+
+    /// Runs it over `seeds` and demands an expected class each time; gives the runs.
+    pub fn expect(&self, seeds: std::ops::Range<u64>) -> Vec<Run> {
+        let expected: Vec<Outcome> = self.scenario.expected.iter().copied().collect();
+        let runs = seeds.map(|seed| (seed, self.run(seed)));
+        runs.map(|(seed, run)| {
+            let name = self.scenario.name.as_str();
+            let outcome = run.verdict.outcome;
+            assert!(
+                expected.contains(&outcome),
+                "{name} {:?} seed {seed}: {outcome:?}, expected {expected:?}; findings {:?}; transitions {:?}",
+                self.cell,
+                run.verdict.findings,
+                run.verdict.transitions,
+            );
+            run
+        })
+        .collect()
+    }
+}
+
+/// Every variation of the shipped scenario `name`, unrendered.
+pub fn variations(name: &str) -> Vec<Ready> {
+    let root = root();
+    let file = root.join("scenarios").join(format!("{name}.toml"));
+    let scenario = scenario::load(&file).expect("a shipped scenario loads");
+    scenario
+        .variations(None)
+        .into_iter()
+        .map(|v| {
+            let setup = Setup::load(&root, &v.scenario, None, false).expect("its policy and platform load");
+            Ready { cell: v.cell, scenario: v.scenario, setup }
+        })
+        .collect()
+}
+
+/// The one variation of a scenario without cells.
+pub fn shipped(name: &str) -> Ready {
+    variations(name).into_iter().next().expect("at least one variation")
+}
+
+/// The same under another shipped policy, with no class expected.
+pub fn under(name: &str, policy: &str) -> Ready {
+    let root = root();
+    let mut ready = shipped(name);
+    let file = root.join("policies").join(format!("{policy}.toml"));
+    ready.setup = Setup::load(&root, &ready.scenario, Some(&file), false).expect("its policy and platform load");
+    ready
+}

@@ -1,6 +1,19 @@
-//! campaign
+//! The instrument: scenarios in, judged trials out.
+//!
+//! `scenario` reads what is to happen, `cast` decides who takes part, `twin` and `live` carry it out with the same cores,
+//! `oracle` judges, `report` and `stats` put numbers on many trials, `command` is the `holdsafe` program. How a service
+//! decides is none of its business.
 
+pub mod cast;
+pub mod command;
+pub mod evidence;
+pub mod judged;
+pub mod keep;
+pub mod live;
+pub mod oracle;
+pub mod progress;
 pub mod report;
 pub mod scenario;
 pub mod stats;
 pub mod trial;
+pub mod twin;

@@ -34,7 +34,7 @@ pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
 pub use insider::{CommandDuplicate, CommandReplay, Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
 pub use operator::{DisplayedState, Operator, Step, Verb};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
-pub use problem::{Problem, Problems};
+pub use problem::{Problem, ProblemRow, Problems};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene};
 pub use setup::{Setup, find_root, load_policy, shipped};

@@ -17,6 +17,8 @@ pub mod loopback;
 pub mod mouth;
 pub mod mqtt;
 pub mod pki;
+pub mod process;
+pub mod recorded;
 pub mod recorder;
 pub mod relay;
 pub mod sockets;

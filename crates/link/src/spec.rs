@@ -73,6 +73,9 @@ pub struct ServiceSpec {
     /// The core's own configuration.
     #[serde(default)]
     pub config: serde_json::Value,
+    /// When the run starts, raw monotonic microseconds; the core is made for that instant. Zero: at once.
+    #[serde(default)]
+    pub start_us: u64,
     /// The host's time when the specification was read.
     #[serde(skip)]
     started: Instant,
@@ -262,6 +265,7 @@ impl ServiceSpec {
             guard: GuardMode::Required,
             mouth_bytes: default_mouth_bytes(),
             config: serde_json::Value::Null,
+            start_us: 0,
             started: Instant(0),
         }
     }
@@ -307,7 +311,7 @@ impl ServiceSpec {
         let mut json = vec![0; length];
         from.read_exact(&mut json)?;
         let mut spec: ServiceSpec = serde_json::from_slice(&json)?;
-        spec.started = spec.clock.now();
+        spec.started = if spec.start_us > 0 { spec.clock.at_trace(spec.start_us) } else { spec.clock.now() };
         Ok(spec)
     }
 

@@ -324,3 +324,18 @@ impl Company<'_> {
 fn peer_of(node: NodeId) -> Option<PeerId> {
     PeerId::from_name(node.name())
 }
+
+/// The sim's channel keys out of its setup. A channel that the setup lacks gets a key that nobody else has.
+pub fn sim_keys(setup: &Setup) -> sim::ChannelKeys {
+    let key = |topic: Topic| {
+        let listed = setup.channels.iter().find(|c| c.topic == topic).map(|c| c.key.clone());
+        listed.unwrap_or(wire::bus::ChannelKey(setup.secret.0))
+    };
+    sim::ChannelKeys {
+        frames: key(Topic::Frames),
+        candidates: key(Topic::Candidates),
+        navigation: key(Topic::Navigation),
+        drive: key(Topic::Drive),
+        act: key(Topic::Act),
+    }
+}

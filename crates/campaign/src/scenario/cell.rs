@@ -4,7 +4,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::insider::{Forwarding, ThirdUnit};
-use super::value::{List, Located, Name};
+use super::attack::{Direction, Loss};
+use super::value::{List, Located, Name, Real};
 use super::Scenario;
 use crate::trial::Outcome;
 
@@ -51,6 +52,22 @@ impl Scenario {
         }
         let wanted = |cell: &&Located<Cell>| policy.is_none_or(|p| cell.policy.as_str() == p);
         self.cell.iter().filter(wanted).map(|cell| self.with(cell)).collect()
+    }
+
+    /// The same scenario, `duration_s` long, with `loss` of the telemetry datagrams lost all along: a soak that shows
+    /// what the protection costs. Values out of range are cut to it.
+    pub fn soak(&self, duration_s: f64, loss: f64) -> Scenario {
+        let mut scenario = self.clone();
+        scenario.duration_s = Located::nowhere(Real::nearest(duration_s));
+        if loss > 0.0 {
+            scenario.loss = List::one(Loss {
+                at_s: Located::nowhere(Real::nearest(0.0)),
+                duration_s: Real::nearest(duration_s),
+                direction: Direction::Both,
+                share: Real::nearest(loss),
+            });
+        }
+        scenario
     }
 
     fn under(&self, policy: Option<&str>) -> Scenario {

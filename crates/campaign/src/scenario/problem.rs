@@ -17,7 +17,7 @@ pub struct Problem {
     file: String,
     message: String,
     remedy: String,
-    place: Option<(NamedSource<String>, Range<usize>)>,
+    place: Option<Box<(NamedSource<String>, Range<usize>)>>,
 }
 
 impl Problem {
@@ -31,7 +31,7 @@ impl Problem {
         let start = floor_boundary(text, bytes.start);
         let end = floor_boundary(text, bytes.end).max(start);
         let source = NamedSource::new(file, text.to_owned()).with_language("toml");
-        Self { place: Some((source, start..end)), ..Self::with_file(file, message, remedy) }
+        Self { place: Some(Box::new((source, start..end))), ..Self::with_file(file, message, remedy) }
     }
 
     /// A TOML or schema error, at the place that the parser names.
@@ -56,7 +56,7 @@ impl Problem {
 
     /// Line and column, from 1, where the problem has a place.
     pub fn line_column(&self) -> Option<(usize, usize)> {
-        let (source, bytes) = self.place.as_ref()?;
+        let (source, bytes) = self.place.as_deref()?;
         let before = source.inner().get(..bytes.start)?;
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().map_or(0, |l| l.chars().count()) + 1;
@@ -65,7 +65,7 @@ impl Problem {
 
     /// The text under the mark, where the problem has a place.
     pub fn marked(&self) -> Option<&str> {
-        let (source, bytes) = self.place.as_ref()?;
+        let (source, bytes) = self.place.as_deref()?;
         source.inner().get(bytes.clone())
     }
 }
@@ -113,11 +113,11 @@ impl Diagnostic for Problem {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        self.place.as_ref().map(|(source, _)| source as &dyn SourceCode)
+        self.place.as_deref().map(|(source, _)| source as &dyn SourceCode)
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let (_, bytes) = self.place.as_ref()?;
+        let (_, bytes) = self.place.as_deref()?;
         Some(Box::new(std::iter::once(LabeledSpan::new_with_span(Some("here".to_owned()), bytes.clone()))))
     }
 }

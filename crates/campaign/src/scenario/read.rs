@@ -60,13 +60,13 @@ pub fn load_platform(path: &Path) -> Result<Platform, Problems> {
 
 /// The text of a regular file of at most [`MAX_FILE_BYTES`]; `file` is its name in messages.
 pub(super) fn read_text(path: &Path, file: &str) -> Result<String, Problem> {
-    let meta = fs::metadata(path).map_err(|e| match e.kind() {
-        std::io::ErrorKind::NotFound => Problem::with_file(
-            file,
-            "no such file",
-            "`holdsafe scenario check` without a file lists the scenarios; `holdsafe scenario new NAME` starts one",
-        ),
-        _ => Problem::with_file(file, format!("cannot be read: {e}"), "check the path and its permissions"),
+    let meta = fs::metadata(path).map_err(|e| {
+        if e.kind() == std::io::ErrorKind::NotFound {
+            let remedy = "`holdsafe scenario check` lists the scenarios; `holdsafe scenario new NAME` starts one";
+            Problem::with_file(file, "no such file", remedy)
+        } else {
+            Problem::with_file(file, format!("cannot be read: {e}"), "check the path and its permissions")
+        }
     })?;
     if !meta.is_file() {
         return Err(Problem::with_file(file, "not a regular file", "name the file itself"));

@@ -9,8 +9,9 @@ use wire::policy::Policy;
 
 use super::read::{load_platform, read_text};
 use super::{Name, Platform, Problem, Problems, Scenario};
+use crate::progress::Stop;
 
-/// Policy, bounds and rendering of a trial.
+/// Policy, bounds and rendering of a trial, and where its recordings go.
 #[derive(Clone, Debug)]
 pub struct Setup {
     /// Name of the policy, its file's stem.
@@ -23,6 +24,10 @@ pub struct Setup {
     pub platform: Platform,
     /// Whether sensors are rendered and the detector runs; else candidates are drawn from the noise model.
     pub rendered: bool,
+    /// Directory for the trial's recordings; `None` where none are kept.
+    pub run_dir: Option<PathBuf>,
+    /// Set when the user wants to stop; engines look at it between steps.
+    pub stop: Stop,
 }
 
 impl Setup {
@@ -43,7 +48,7 @@ impl Setup {
         let policy_name = stem(&path);
         let policy = load_policy(&path, &policy_name)?;
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
-        Ok(Self { policy_name, policy, bounds, platform, rendered })
+        Ok(Self { policy_name, policy, bounds, platform, rendered, run_dir: None, stop: Stop::default() })
     }
 
     /// The words that every artefact of an ablation carries; `None` where every check, guard and rule stands.

@@ -36,6 +36,12 @@ impl<const MIN: i64, const MAX: i64> Real<MIN, MAX> {
         (value.is_finite() && value >= MIN as f64 / 1000.0 && value <= MAX as f64 / 1000.0).then_some(Self(value))
     }
 
+    /// The number of the range that is nearest to `value`; the lowest for what is no number.
+    pub(super) fn nearest(value: f64) -> Self {
+        let (low, high) = (MIN as f64 / 1000.0, MAX as f64 / 1000.0);
+        Self(if value.is_nan() { low } else { value.clamp(low, high) })
+    }
+
     /// A number of the program's own.
     pub(super) fn constant(value: f64) -> Self {
         Self::new(value).expect("invariant: a constant within its range")
@@ -180,6 +186,11 @@ impl<T, const MAX: usize> Default for List<T, MAX> {
 }
 
 impl<T, const MAX: usize> List<T, MAX> {
+    /// A list of one.
+    pub(super) fn one(value: T) -> Self {
+        Self(vec![value])
+    }
+
     /// Changes each value in place; their number stays.
     pub(super) fn set_each(&mut self, change: impl FnMut(&mut T)) {
         self.0.iter_mut().for_each(change);

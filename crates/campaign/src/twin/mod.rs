@@ -4,11 +4,13 @@
 //! same log; the whole state can be forked. What the link model leaves out is listed in [`net`]; what it leaves out of
 //! the command plane: TCP head-of-line blocking, reconnects and the broker's queues.
 
+pub mod assemble;
 pub mod clock;
 pub mod delay;
 pub mod net;
 pub mod part;
 pub mod queue;
+pub mod trial;
 
 use std::collections::VecDeque;
 

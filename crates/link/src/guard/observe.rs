@@ -60,11 +60,10 @@ pub struct Observation {
     pub verdict: Verdict,
 }
 
-/// First eight bytes of the BLAKE3 hash of a record. A datagram of one record has the record's digest.
+/// The short hash of a record, as the adversary's half of a receipt carries it. A datagram of one record has the
+/// record's digest.
 pub fn digest(record: &[u8]) -> [u8; 8] {
-    let mut short = [0; 8];
-    short.copy_from_slice(&blake3::hash(record).as_bytes()[..8]);
-    short
+    wire::event::wire_hash(record).to_be_bytes()
 }
 
 /// A bounded way out for observations; what does not fit is counted, not waited for.

@@ -1,0 +1,65 @@
+//! From a scenario's `[operator]` to the console's script.
+
+use console::ConsoleConfig;
+use console::operator::{Action, Step, TrackCondition, When};
+use wire::id::{NodeId, UnitId};
+use wire::mode::Mode;
+use wire::sensor::Class;
+use wire::setup::Secret;
+
+use crate::scenario::{self, DisplayedState, Scenario, Verb};
+
+/// Confidence from which the operator acts on a displayed track, permille.
+const CONFIDENCE: u16 = 600;
+
+/// The console's configuration, with the operator's own key.
+pub fn console(scenario: &Scenario, operator_secret: Secret) -> ConsoleConfig {
+    ConsoleConfig {
+        units: vec![UnitId::A, UnitId::B, UnitId::C],
+        operator: NodeId::OPERATOR,
+        operator_secret,
+        script: scenario.operator.step.iter().map(step).collect(),
+        text: true,
+    }
+}
+
+fn step(step: &scenario::Step) -> Step {
+    let class = step.when_track.map_or(Class::Vehicle, class);
+    Step {
+        at_ms: Some((step.at_s.get() * 1000.0) as u64),
+        unit: UnitId::A,
+        when: When {
+            mode: step.when_state.map(mode),
+            track: step.when_track.map(|_| TrackCondition { class, confidence: CONFIDENCE }),
+        },
+        action: match *step.verb {
+            Verb::Enable => Action::Enable,
+            Verb::Arm => Action::Arm(class),
+            Verb::Confirm => Action::Confirm,
+            Verb::Hold => Action::Hold,
+            Verb::Resume => Action::Resume,
+            Verb::Disarm => Action::Disarm,
+        },
+        reason: step.reason.as_ref().map(|r| r.as_str().to_owned()).unwrap_or_default(),
+        within_ms: (step.within_s.get() * 1000.0) as u64,
+    }
+}
+
+fn class(class: scenario::Class) -> Class {
+    match class {
+        scenario::Class::Vehicle => Class::Vehicle,
+        scenario::Class::Person => Class::Person,
+        scenario::Class::Decoy => Class::Decoy,
+        scenario::Class::Obstacle => Class::Obstacle,
+    }
+}
+
+fn mode(state: DisplayedState) -> Mode {
+    match state {
+        DisplayedState::Idle => Mode::Idle,
+        DisplayedState::Ready => Mode::Ready,
+        DisplayedState::PrepareToAct => Mode::PrepareToAct,
+        DisplayedState::Degraded => Mode::Degraded,
+        DisplayedState::HoldSafe => Mode::HoldSafe,
+    }
+}

@@ -1,0 +1,160 @@
+//! The `holdsafe` command: its arguments, its exit codes, one verb a file.
+//!
+//! Results go to stdout, progress, logs and failures to stderr. What runs a trial is `twin` and `live`; what a trial is
+//! worth is `oracle`; the only file here that names them is `engine`.
+
+mod batch;
+mod bench;
+mod doctor;
+mod engine;
+mod failure;
+mod interrupt;
+mod live;
+mod out;
+mod plan;
+mod reference;
+mod replay;
+mod run;
+mod scenario;
+mod verify;
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::{ArgAction, Parser, Subcommand};
+
+pub use engine::{EngineError, MouthReplay, Verified};
+pub use failure::{Exit, Failure};
+
+use crate::progress::{Stop, Talk};
+
+const EXIT_CODES: &str = "Exit codes:
+  0    every trial within its expected classes
+  1    internal error
+  2    usage, or a file that cannot be used
+  3    an outcome that was not expected
+  4    nothing ran, or an unexpected INVALID
+  5    the environment lacks something (`holdsafe doctor` says what)
+  130  interrupted";
+
+/// Does trust decay safely? Without a command: the reference evaluation, every scenario in the twin and live.
+#[derive(Debug, Parser)]
+#[command(name = "holdsafe", version, after_help = EXIT_CODES, max_term_width = 110)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    verb: Option<Verb>,
+    /// Options of every command.
+    #[command(flatten)]
+    common: Common,
+}
+
+/// Options of every command.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Common {
+    /// Print one JSON object on stdout.
+    #[arg(long, global = true)]
+    json: bool,
+    /// Base seed; trial i has seed + i.
+    #[arg(long, global = true, default_value_t = 1)]
+    seed: u64,
+    /// Say more on stderr; twice for per-packet detail.
+    #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "quiet")]
+    verbose: u8,
+    /// Say nothing on stderr but failures.
+    #[arg(short, long, global = true)]
+    quiet: bool,
+    /// Directory with scenarios/, platforms/ and policies/; found from here upwards when not given.
+    #[arg(long, global = true, value_name = "DIR")]
+    root: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Verb {
+    /// Run scenarios, in the twin or live, and judge them.
+    Run(run::Args),
+    /// Run one scenario live and show what the operator sees.
+    Live(live::Args),
+    /// Measure.
+    #[command(subcommand)]
+    Bench(bench::Bench),
+    /// Feed the recorded inputs of a live run to its cores and compare every output byte.
+    Replay(replay::Args),
+    /// Check the evidence of a run: chains, seals, signatures.
+    Verify(verify::Args),
+    /// Scenario files.
+    #[command(subcommand)]
+    Scenario(scenario::Verb),
+    /// Say whether everything that a run needs is here.
+    Doctor,
+}
+
+/// What a verb works with beside its own arguments.
+#[derive(Clone, Debug)]
+pub(crate) struct Context {
+    pub(crate) json: bool,
+    pub(crate) seed: u64,
+    pub(crate) talk: Talk,
+    pub(crate) root: Option<PathBuf>,
+    pub(crate) stop: Stop,
+}
+
+impl Context {
+    /// The directory with the scenarios.
+    pub(crate) fn root(&self) -> Result<PathBuf, Failure> {
+        let found = match &self.root {
+            Some(root) => Some(root.clone()),
+            None => std::env::current_dir().ok().and_then(|here| crate::scenario::find_root(&here)),
+        };
+        found.ok_or_else(|| {
+            Failure::new(Exit::Usage, "no scenarios/ and platforms/ here or above; name their directory with --root DIR")
+        })
+    }
+}
+
+/// Runs the command line `arguments` (the program's name first) and gives the exit code.
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
+    let cli = match Cli::try_parse_from(arguments) {
+        Ok(cli) => cli,
+        Err(error) => {
+            let code = if error.use_stderr() { Exit::Usage } else { Exit::Fine };
+            // Where stdout or stderr is gone there is nobody to tell.
+            let _unheard = error.print();
+            return code;
+        }
+    };
+    start_log(&cli.common);
+    let context = Context {
+        json: cli.common.json,
+        seed: cli.common.seed,
+        talk: if cli.common.quiet { Talk::Quiet } else { Talk::Normal },
+        root: cli.common.root,
+        stop: interrupt::watch(),
+    };
+    let result = match cli.verb {
+        None => reference::run(&context),
+        Some(Verb::Run(args)) => run::run(&context, &args),
+        Some(Verb::Live(args)) => live::run(&context, &args),
+        Some(Verb::Bench(bench)) => bench::run(&context, &bench),
+        Some(Verb::Replay(args)) => replay::run(&context, &args),
+        Some(Verb::Verify(args)) => verify::run(&context, &args),
+        Some(Verb::Scenario(verb)) => scenario::run(&context, &verb),
+        Some(Verb::Doctor) => doctor::run(&context),
+    };
+    result.unwrap_or_else(|failure| failure.tell(context.json))
+}
+
+fn start_log(common: &Common) {
+    let level = match (common.quiet, common.verbose) {
+        (true, _) => "error",
+        (false, 0) => "warn",
+        (false, 1) => "debug",
+        (false, _) => "trace",
+    };
+    let filter = tracing_subscriber::EnvFilter::try_from_default_env();
+    let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(level));
+    let started = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init();
+    if started.is_err() {
+        tracing::debug!("a log writer was there already");
+    }
+}

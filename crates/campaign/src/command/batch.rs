@@ -1,0 +1,220 @@
+//! Runs many trials: twin trials on all cores, live trials one after the other.
+//!
+//! The order of the results is the order of the plan whatever thread ran what; each trial's CPU time is measured here.
+
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use nix::sys::resource::{UsageWho, getrusage};
+use nix::sys::time::TimeVal;
+
+use super::engine::{self, EngineError};
+use super::failure::{Exit, Failure};
+use super::plan::Planned;
+use crate::progress::{Progress, Stop, Talk};
+use crate::report::Mode;
+use crate::trial::{Outcome, Trial};
+
+/// One trial to run.
+struct Job<'a> {
+    planned: &'a Planned,
+    seed: u64,
+    keep: bool,
+}
+
+/// A batch of trials, `n` of each variation.
+pub(super) struct Batch<'a> {
+    pub(super) label: &'a str,
+    pub(super) mode: Mode,
+    pub(super) planned: &'a [Planned],
+    pub(super) n: u64,
+    pub(super) seed: u64,
+    /// Where recordings go: of each live trial, and of the first twin trial of each variation.
+    pub(super) out: Option<&'a Path>,
+}
+
+impl Batch<'_> {
+    /// Every trial, by variation and then by seed. The first failure ends the batch.
+    pub(super) fn run(&self, talk: Talk, stop: &Stop) -> Result<Vec<Trial>, Failure> {
+        let jobs: Vec<Job<'_>> = self.planned.iter().flat_map(|planned| self.jobs(planned)).collect();
+        let progress = Progress::new(self.label, jobs.len(), talk);
+        let trials = match self.mode {
+            Mode::Twin => on_all_cores(&jobs, &progress, stop, |job| self.one(job, stop)),
+            Mode::Live => jobs.iter().map(|job| step(job, &progress, stop, &|job| self.one(job, stop))).collect(),
+        };
+        progress.finish();
+        trials
+    }
+
+    fn jobs<'a>(&self, planned: &'a Planned) -> impl Iterator<Item = Job<'a>> + use<'a> {
+        let (seed, live) = (self.seed, self.mode == Mode::Live);
+        (0..self.n).map(move |i| Job { planned, seed: seed.wrapping_add(i), keep: live || i == 0 })
+    }
+
+    fn one(&self, job: &Job<'_>, stop: &Stop) -> Result<Trial, Failure> {
+        let variation = &job.planned.variation;
+        let mut setup = job.planned.setup.clone();
+        if let Some(out) = self.out.filter(|_| job.keep) {
+            let mut dir = out.join(self.mode.name()).join(variation.scenario.name.as_str());
+            if let Some(cell) = &variation.cell {
+                dir.push(cell.replace('/', "."));
+            }
+            dir.push(job.seed.to_string());
+            std::fs::create_dir_all(&dir)?;
+            setup.run_dir = Some(dir);
+        }
+        let before = cpu_seconds(self.mode);
+        let mut trial = engine::trial(self.mode, &variation.scenario, &setup, job.seed, stop)
+            .map_err(|e| Failure::from(e).reproduced_by(self.reproduce(job)))?;
+        trial.cpu_seconds = cpu_seconds(self.mode) - before;
+        trial.cell = variation.cell.clone();
+        Ok(trial)
+    }
+
+    fn reproduce(&self, job: &Job<'_>) -> String {
+        reproduce(self.mode, job.planned, job.seed)
+    }
+}
+
+/// The line that runs one trial again.
+pub(super) fn reproduce(mode: Mode, planned: &Planned, seed: u64) -> String {
+    let name = planned.variation.scenario.name.as_str();
+    let live = if mode == Mode::Live { " --live" } else { "" };
+    format!("holdsafe run {name} --trials 1 --seed {seed}{live}{}", planned.options)
+}
+
+/// Whether a class counts as unexpected. Where nothing is expected only what no run should show does.
+pub(super) fn is_unexpected(outcome: Outcome, expected: &[Outcome]) -> bool {
+    if expected.is_empty() { matches!(outcome, Outcome::Unsafe | Outcome::Invalid) } else { !expected.contains(&outcome) }
+}
+
+/// Names every unexpected trial on stderr, with the line that reproduces it, and gives the exit code.
+pub(super) fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
+    const MAX_TOLD: usize = 10;
+    let of = |trial: &Trial| planned.iter().find(|p| p.variation.cell == trial.cell);
+    let odd: Vec<(&Trial, &Planned)> = trials
+        .iter()
+        .filter_map(|trial| Some((trial, of(trial)?)))
+        .filter(|(trial, planned)| is_unexpected(trial.outcome, &planned.variation.scenario.expected))
+        .collect();
+    for (trial, planned) in odd.iter().take(MAX_TOLD) {
+        let why = if trial.findings.is_empty() { String::new() } else { format!(" ({})", trial.findings.join("; ")) };
+        let expected: Vec<&str> = planned.variation.scenario.expected.iter().map(|o| o.name()).collect();
+        eprintln!("{}{why}, expected {}", trial.outcome.name(), expected.join(" or "));
+        eprintln!("reproduce: {}", reproduce(mode, planned, trial.seed));
+    }
+    if odd.len() > MAX_TOLD {
+        eprintln!("and {} more", odd.len() - MAX_TOLD);
+    }
+    if trials.is_empty() {
+        Exit::NoEvidence
+    } else if odd.iter().any(|(trial, _)| trial.outcome != Outcome::Invalid) {
+        Exit::Unexpected
+    } else if odd.is_empty() {
+        Exit::Fine
+    } else {
+        Exit::NoEvidence
+    }
+}
+
+/// The graver of two exits of a command that goes on after the first.
+pub(super) fn graver(a: Exit, b: Exit) -> Exit {
+    let rank = |exit: Exit| match exit {
+        Exit::Fine => 0,
+        Exit::NoEvidence => 1,
+        Exit::Unexpected => 2,
+        Exit::Environment => 3,
+        Exit::Usage => 4,
+        Exit::Internal => 5,
+        Exit::Interrupted => 6,
+    };
+    if rank(b) > rank(a) { b } else { a }
+}
+
+type One<'f, 'a> = &'f (dyn Fn(&Job<'a>) -> Result<Trial, Failure> + Sync);
+
+fn step<'a>(job: &Job<'a>, progress: &Progress, stop: &Stop, one: One<'_, 'a>) -> Result<Trial, Failure> {
+    if stop.asked() {
+        return Err(EngineError::Stopped.into());
+    }
+    let trial = one(job)?;
+    progress.step();
+    Ok(trial)
+}
+
+fn on_all_cores<'a>(
+    jobs: &[Job<'a>],
+    progress: &Progress,
+    stop: &Stop,
+    one: impl Fn(&Job<'a>) -> Result<Trial, Failure> + Sync,
+) -> Result<Vec<Trial>, Failure> {
+    let next = AtomicUsize::new(0);
+    let failed = Stop::default();
+    let slots: Vec<Mutex<Option<Result<Trial, Failure>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
+    let work = || {
+        while let Some((job, slot)) = pair(jobs, &slots, next.fetch_add(1, Ordering::Relaxed)) {
+            if failed.asked() {
+                return;
+            }
+            let result = step(job, progress, stop, &one);
+            if result.is_err() {
+                failed.ask();
+            }
+            *slot.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(result);
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..cores().min(jobs.len()) {
+            scope.spawn(work);
+        }
+    });
+    let results = slots.into_iter().map(|slot| slot.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner));
+    // Slots that nobody filled come after a failure; the first failure in the plan's order is told.
+    let (mut trials, mut failure) = (Vec::new(), None);
+    for result in results.flatten() {
+        match result {
+            Ok(trial) => trials.push(trial),
+            Err(f) => failure = failure.or(Some(f)),
+        }
+    }
+    failure.map_or(Ok(trials), Err)
+}
+
+fn pair<'j, J, S>(jobs: &'j [J], slots: &'j [S], i: usize) -> Option<(&'j J, &'j S)> {
+    Some((jobs.get(i)?, slots.get(i)?))
+}
+
+fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+}
+
+/// CPU seconds so far: of this thread for the twin, of us and our ended children for a live run.
+fn cpu_seconds(mode: Mode) -> f64 {
+    let of = |who: UsageWho| {
+        let seconds = |t: TimeVal| t.tv_sec() as f64 + t.tv_usec() as f64 * 1e-6;
+        getrusage(who).map_or(0.0, |u| seconds(u.user_time()) + seconds(u.system_time()))
+    };
+    match mode {
+        Mode::Twin => of(UsageWho::RUSAGE_THREAD),
+        Mode::Live => of(UsageWho::RUSAGE_SELF) + of(UsageWho::RUSAGE_CHILDREN),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_an_expectation_only_unsafe_and_invalid_are_unexpected() {
+        assert!(is_unexpected(Outcome::Unsafe, &[]) && is_unexpected(Outcome::Invalid, &[]));
+        assert!(!is_unexpected(Outcome::HoldSafe, &[]));
+        assert!(is_unexpected(Outcome::HoldSafe, &[Outcome::Rejected]));
+    }
+
+    #[test]
+    fn an_unexpected_outcome_outweighs_missing_evidence() {
+        assert_eq!(graver(Exit::NoEvidence, Exit::Unexpected), Exit::Unexpected);
+        assert_eq!(graver(Exit::Interrupted, Exit::Fine), Exit::Interrupted);
+    }
+}

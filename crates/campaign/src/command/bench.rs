@@ -1,0 +1,134 @@
+//! `holdsafe bench live`: latencies of the paper's losses over many live runs, and what the protection costs in quiet.
+//!
+//! It measures and prints; no test asserts its numbers.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::batch::{self, Batch};
+use super::failure::{Exit, Failure};
+use super::plan::{self, Planned, Wanted};
+use super::{Context, out, run};
+use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
+use crate::scenario;
+
+/// Seconds of simulated time in one twin trial of the long null attack.
+const SOAK_TRIAL_S: f64 = 3600.0;
+/// Loss on the telemetry link during the long null attack.
+const SOAK_LOSS: f64 = 0.02;
+
+#[derive(Debug, clap::Subcommand)]
+pub(super) enum Bench {
+    /// Live runs of thermal and RGB loss, a long live null attack, and hours of null attack with loss in the twin.
+    Live(LiveArgs),
+}
+
+#[derive(Debug, clap::Args)]
+pub(super) struct LiveArgs {
+    /// Live runs of each loss.
+    #[arg(long, default_value_t = 59, value_parser = clap::value_parser!(u64).range(0..=10_000))]
+    runs: u64,
+    /// Minutes of live null attack.
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(0..=60))]
+    minutes: u64,
+    /// Simulated hours of null attack at 2 % loss, in the twin.
+    #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u64).range(0..=1_000))]
+    hours: u64,
+    /// Keep manifest, trials, result and recordings here.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Serialize)]
+struct Measured {
+    schema_version: u32,
+    seed: u64,
+    losses: Vec<RunObject>,
+    live_latency_ms: Vec<LiveLatency>,
+    live_null_attack: Option<RunObject>,
+    twin_null_attack_at_2_percent_loss: Option<RunObject>,
+}
+
+pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
+    match bench {
+        Bench::Live(args) => live(context, args),
+    }
+}
+
+fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
+    let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "bench")).transpose()?;
+    let wanted = Wanted { rendered: true, ..Wanted::default() };
+    let mut bench = Measuring { context, out, exit: Exit::Fine };
+    let mut losses = Vec::new();
+    for paper in PAPER.iter().filter(|_| args.runs > 0) {
+        let planned = plan::plan(context, &plan::file_of(context, paper.scenario)?, &wanted)?.1;
+        losses.push(bench.measure(Mode::Live, &planned, args.runs)?);
+    }
+    let nominal = scenario::load(&plan::file_of(context, "nominal")?)?;
+    let mut quiet = None;
+    if args.minutes > 0 {
+        let long = nominal.soak(args.minutes as f64 * 60.0, 0.0);
+        quiet = Some(bench.measure(Mode::Live, &plan::of_scenario(context, &long, &wanted)?, 1)?);
+    }
+    let mut soak = None;
+    if args.hours > 0 {
+        let long = nominal.soak(SOAK_TRIAL_S, SOAK_LOSS);
+        let planned = plan::of_scenario(context, &long, &Wanted::default())?;
+        soak = Some(bench.measure(Mode::Twin, &planned, args.hours)?);
+    }
+    let live_latency_ms = losses.iter().filter_map(LiveLatency::of_run).collect();
+    let measured = Measured {
+        schema_version: SCHEMA_VERSION,
+        seed: context.seed,
+        losses,
+        live_latency_ms,
+        live_null_attack: quiet,
+        twin_null_attack_at_2_percent_loss: soak,
+    };
+    if let Some(dir) = &bench.out {
+        out::write_json(dir, "result.json", &measured)?;
+    }
+    show(context, &measured)?;
+    Ok(bench.exit)
+}
+
+/// A measurement under way.
+struct Measuring<'a> {
+    context: &'a Context,
+    out: Option<PathBuf>,
+    exit: Exit,
+}
+
+impl Measuring<'_> {
+    fn measure(&mut self, mode: Mode, planned: &[Planned], n: u64) -> Result<RunObject, Failure> {
+        let Some(first) = planned.first() else {
+            return Err(Failure::new(Exit::NoEvidence, "nothing to run"));
+        };
+        let scenario = &first.variation.scenario;
+        let label = format!("{} ({}, {:.0} s)", scenario.name.as_str(), mode.name(), scenario.duration_s.get());
+        let (context, out) = (self.context, self.out.as_deref());
+        let trials = Batch { label: &label, mode, planned, n, seed: context.seed, out }.run(context.talk, &context.stop)?;
+        self.exit = batch::graver(self.exit, batch::judge(mode, planned, &trials));
+        Ok(run::fold(scenario, mode, context.seed, planned, trials))
+    }
+}
+
+fn show(context: &Context, measured: &Measured) -> Result<(), Failure> {
+    if context.json {
+        return out::print_json(measured);
+    }
+    for run in &measured.losses {
+        println!("{}", run_table(run));
+    }
+    println!("{}", latency_table(&measured.live_latency_ms));
+    let quiet = [&measured.live_null_attack, &measured.twin_null_attack_at_2_percent_loss];
+    for run in quiet.into_iter().flatten() {
+        println!("{}", run_table(run));
+        let s = &run.summary;
+        let upper = s.false_trips_per_hour_upper_95.map_or_else(|| "-".to_owned(), |u| format!("{u:.3}"));
+        let hours = s.sim_seconds / 3600.0;
+        println!("{:.2} h: {:.3} false trips an hour, below {upper} (95 %)", hours, s.false_trips_per_hour);
+    }
+    Ok(())
+}

@@ -1,0 +1,151 @@
+//! The only file of the command that names what runs and judges trials. Each function is one call.
+
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use crate::live::child::Services;
+use crate::live::{self, LiveError};
+use crate::progress::Stop;
+use crate::report::Mode;
+use crate::scenario::{Scenario, Setup};
+use crate::trial::Trial;
+use crate::{judged, keep, twin};
+
+/// Why an engine gave no result.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum EngineError {
+    /// This build has no such engine.
+    #[error("this build has no {0}; nothing ran")]
+    NotBuilt(&'static str),
+    /// A defect of ours.
+    #[error("{0}")]
+    Failed(String),
+    /// The host lacks something.
+    #[error("{0}; `holdsafe doctor` checks what a run needs")]
+    Environment(String),
+    /// A file of the run cannot be used.
+    #[error("{}: {message}; {remedy}", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it, with the line or offset.
+        message: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// The user stopped it.
+    #[error("stopped")]
+    Stopped,
+}
+
+/// The mouth log of one core fed back into it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MouthReplay {
+    /// Core.
+    pub core: String,
+    /// Inputs fed.
+    pub inputs: u64,
+    /// Outputs compared.
+    pub outputs: u64,
+    /// The first output that differs, where one does.
+    pub difference: Option<String>,
+}
+
+/// What the evidence of a run is worth.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verified {
+    /// Events in the log.
+    pub events: u64,
+    /// Head of the chain, hexadecimal.
+    pub head: String,
+    /// Whether the closing seal is there; without it the log is TRUNCATED.
+    pub sealed: bool,
+    /// What does not hold, each with its position.
+    pub findings: Vec<String>,
+}
+
+/// Runs one trial.
+pub(super) fn trial(
+    mode: Mode,
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+) -> Result<Trial, EngineError> {
+    tracing::debug!(scenario = scenario.name.as_str(), policy = setup.policy_name, seed, "trial");
+    match mode {
+        Mode::Twin => {
+            let (cast, twin) = twin::trial::start(scenario, setup, seed, false).map_err(failed)?;
+            let run = twin::trial::conclude(cast, twin, setup);
+            if let Some(directory) = &setup.run_dir {
+                keep::recording(directory, &run.log).map_err(failed)?;
+                keep::events(directory, &run.evidence.entries).map_err(failed)?;
+            }
+            Ok(judged::trial(seed, &run.evidence, &run.verdict))
+        }
+        Mode::Live => live_trial(scenario, setup, seed, stop, &mut |_| {}),
+    }
+}
+
+/// Runs one live trial and gives what the console shows, text by text, to `show`.
+pub(super) fn watched(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+    show: &mut dyn FnMut(&str),
+) -> Result<Trial, EngineError> {
+    show(&format!("{}: policy {}, seed {seed}", scenario.title.as_str(), setup.policy_name));
+    live_trial(scenario, setup, seed, stop, show)
+}
+
+fn live_trial(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+    show: &mut dyn FnMut(&str),
+) -> Result<Trial, EngineError> {
+    let program = std::env::current_exe().map_err(failed)?;
+    let scratch = std::env::temp_dir().join(format!("holdsafe-run-{}-{seed}", std::process::id()));
+    let run_dir = setup.run_dir.clone().unwrap_or_else(|| scratch.clone());
+    let options = live::Options { run_dir: run_dir.clone(), services: Services::Own(program), stop, show };
+    let run = live::trial::run_live(scenario, setup, seed, options);
+    let kept = match (&run, &setup.run_dir) {
+        (Ok(run), Some(_)) => keep::events(&run_dir, &run.evidence.entries).map_err(failed),
+        (_, None) => std::fs::remove_dir_all(&scratch).or(Ok(())),
+        (Err(_), Some(_)) => Ok(()),
+    };
+    let run = run.map_err(|error| match error {
+        LiveError::Stopped => EngineError::Stopped,
+        LiveError::Environment(why) => EngineError::Environment(why),
+    })?;
+    kept?;
+    Ok(judged::trial(seed, &run.evidence, &run.verdict))
+}
+
+fn failed(error: impl std::fmt::Display) -> EngineError {
+    EngineError::Failed(error.to_string())
+}
+
+/// Feeds every mouth log below `run` back into its core.
+pub(super) fn replay(run: &Path) -> Result<Vec<MouthReplay>, EngineError> {
+    readable(run)?;
+    Err(EngineError::NotBuilt("replay of mouth logs"))
+}
+
+/// Checks chains, seals and signatures of the run in `run`.
+pub(super) fn verify(run: &Path) -> Result<Verified, EngineError> {
+    readable(run)?;
+    Err(EngineError::NotBuilt("verifier"))
+}
+
+fn readable(run: &Path) -> Result<(), EngineError> {
+    if run.is_dir() {
+        return Ok(());
+    }
+    let message = if run.exists() { "not a run directory" } else { "no such run directory" };
+    let remedy = "name the directory that `run --live --out DIR` made".to_owned();
+    Err(EngineError::Unreadable { file: run.to_owned(), message: message.to_owned(), remedy })
+}

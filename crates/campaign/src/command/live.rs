@@ -1,0 +1,54 @@
+//! `holdsafe live SCENARIO`: one live run, with what the operator sees as text.
+
+use std::path::PathBuf;
+
+use super::batch;
+use super::engine;
+use super::failure::{Exit, Failure};
+use super::plan::{self, Wanted};
+use super::{Context, out};
+use crate::report::Mode;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Scenario, by name or by file.
+    #[arg(value_name = "SCENARIO", default_value = "nominal")]
+    scenario: String,
+    /// A policy file in place of the scenario's own.
+    #[arg(long, value_name = "FILE")]
+    policy: Option<PathBuf>,
+    /// Only this cell, such as verbatim/present/session-only; else the first.
+    #[arg(long)]
+    cell: Option<String>,
+    /// Keep recordings here.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: true };
+    let (_, mut planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
+    planned.truncate(1);
+    let Some(one) = planned.first_mut() else {
+        return Err(Failure::new(Exit::NoEvidence, "nothing to run"));
+    };
+    if let Some(dir) = &args.out {
+        one.setup.run_dir = Some(out::directory(dir, Some(dir), "live")?);
+    }
+    if let Some(mark) = one.setup.watermark() {
+        eprintln!("{mark}");
+    }
+    // With --json stdout is for the object, so the operator's view goes to stderr.
+    let mut show: Box<dyn FnMut(&str)> =
+        if context.json { Box::new(|text| eprintln!("{text}")) } else { Box::new(|text| println!("{text}")) };
+    let scenario = &one.variation.scenario;
+    let mut trial = engine::watched(scenario, &one.setup, context.seed, &context.stop, &mut show)
+        .map_err(|e| Failure::from(e).reproduced_by(batch::reproduce(Mode::Live, one, context.seed)))?;
+    trial.cell = one.variation.cell.clone();
+    if context.json {
+        out::print_json(&trial)?;
+    } else {
+        println!("{}", trial.outcome.name());
+    }
+    Ok(batch::judge(Mode::Live, &planned, &[trial]))
+}

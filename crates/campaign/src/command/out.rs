@@ -1,0 +1,111 @@
+//! The run directory: what was run with what (manifest), each trial as a line, the result as JSON.
+//!
+//! Recordings of single trials (MCAP, mouth logs) are put below it by the engines.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+use wire::bounds::Bounds;
+
+use super::failure::{Exit, Failure};
+use super::plan::Planned;
+use crate::report::SCHEMA_VERSION;
+use crate::trial::Trial;
+
+/// What a run was made of.
+#[derive(Debug, Serialize)]
+pub(super) struct Manifest {
+    schema_version: u32,
+    version: &'static str,
+    build: &'static str,
+    target: String,
+    seed: u64,
+    watermarks: Vec<String>,
+    bounds: BTreeMap<String, Bounds>,
+    /// SHA-256 of every scenario, scene, platform, policy and model file below the root.
+    files: BTreeMap<String, String>,
+}
+
+impl Manifest {
+    /// Of a run of `planned` with the files below `root`.
+    pub(super) fn of(root: &Path, seed: u64, planned: &[Planned]) -> Result<Self, Failure> {
+        let mut watermarks: Vec<String> = planned.iter().filter_map(|p| p.setup.watermark()).collect();
+        watermarks.dedup();
+        let name = |p: &Planned| p.variation.scenario.name.as_str().to_owned();
+        let mut files = BTreeMap::new();
+        for directory in ["scenarios", "scenarios/scenes", "platforms", "policies", "crates/perception/models"] {
+            hash_directory(root, directory, &mut files)?;
+        }
+        Ok(Self {
+            schema_version: SCHEMA_VERSION,
+            version: env!("CARGO_PKG_VERSION"),
+            build: if cfg!(debug_assertions) { "debug" } else { "release" },
+            target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
+            seed,
+            watermarks,
+            bounds: planned.iter().map(|p| (name(p), p.setup.bounds)).collect(),
+            files,
+        })
+    }
+}
+
+fn hash_directory(root: &Path, directory: &str, files: &mut BTreeMap<String, String>) -> Result<(), Failure> {
+    let Ok(entries) = fs::read_dir(root.join(directory)) else { return Ok(()) };
+    for entry in entries {
+        let path = entry?.path();
+        if !path.is_file() {
+            continue;
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let digest = Sha256::digest(fs::read(&path)?);
+        let hex: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        files.insert(format!("{directory}/{name}"), hex);
+    }
+    Ok(())
+}
+
+/// Makes `wanted`, or the first free `runs/<label>-N` below `root`.
+pub(super) fn directory(root: &Path, wanted: Option<&Path>, label: &str) -> Result<PathBuf, Failure> {
+    if let Some(dir) = wanted {
+        fs::create_dir_all(dir)?;
+        return Ok(dir.to_owned());
+    }
+    let runs = root.join("runs");
+    fs::create_dir_all(&runs)?;
+    for n in 1..10_000 {
+        let dir = runs.join(format!("{label}-{n}"));
+        match fs::create_dir(&dir) {
+            Ok(()) => return Ok(dir),
+            Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
+            Err(e) => return Err(e.into()),
+        }
+    }
+    Err(Failure::new(Exit::Environment, format!("{} is full; remove old runs or use --out DIR", runs.display())))
+}
+
+/// Writes a value as JSON into the run directory.
+pub(super) fn write_json(dir: &Path, name: &str, value: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(value).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+    Ok(fs::write(dir.join(name), text + "\n")?)
+}
+
+/// Writes one line a trial into the run directory.
+pub(super) fn write_trials(dir: &Path, name: &str, trials: &[Trial]) -> Result<(), Failure> {
+    let mut file = std::io::BufWriter::new(fs::File::create(dir.join(name))?);
+    for trial in trials {
+        let line = serde_json::to_string(trial).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+        writeln!(file, "{line}")?;
+    }
+    Ok(file.flush()?)
+}
+
+/// Prints a value as one JSON object on stdout.
+pub(super) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string(value).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+    println!("{text}");
+    Ok(())
+}

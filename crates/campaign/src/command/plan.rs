@@ -1,0 +1,92 @@
+//! From names on the command line to trials: which file, which cells, which setup, which seeds.
+
+use std::path::{Path, PathBuf};
+
+use super::failure::{Exit, Failure};
+use super::Context;
+use crate::scenario::{self, Scenario, Setup, Variation};
+
+/// One variation of a scenario, ready to run.
+#[derive(Clone, Debug)]
+pub(super) struct Planned {
+    /// What to run.
+    pub(super) variation: Variation,
+    /// With what.
+    pub(super) setup: Setup,
+    /// The options beyond scenario and seed that reproduce it.
+    pub(super) options: String,
+}
+
+/// What is asked of every scenario of a plan.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Wanted {
+    /// A policy file in place of the scenario's own.
+    pub(super) policy: Option<PathBuf>,
+    /// Only this cell.
+    pub(super) cell: Option<String>,
+    /// Rendered sensors and the detector.
+    pub(super) rendered: bool,
+}
+
+/// The file of a scenario given by name or by path.
+pub(super) fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
+    if name.ends_with(".toml") || name.contains('/') {
+        return Ok(PathBuf::from(name));
+    }
+    let path = context.root()?.join("scenarios").join(format!("{name}.toml"));
+    if path.is_file() {
+        return Ok(path);
+    }
+    let known: Vec<String> = scenario::shipped(&context.root()?)?.iter().map(|p| stem(p)).collect();
+    Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; there are: {}", known.join(", "))))
+}
+
+/// Loads a scenario and prepares its variations.
+pub(super) fn plan(context: &Context, file: &Path, wanted: &Wanted) -> Result<(Scenario, Vec<Planned>), Failure> {
+    let scenario = scenario::load(file)?;
+    let planned = of_scenario(context, &scenario, wanted)?;
+    Ok((scenario, planned))
+}
+
+/// Prepares the variations of a loaded scenario.
+pub(super) fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> Result<Vec<Planned>, Failure> {
+    let root = match &context.root {
+        Some(root) => root.clone(),
+        None => context.root()?,
+    };
+    let policy = wanted.policy.as_deref().map(stem);
+    let mut variations = scenario.variations(policy.as_deref());
+    if let Some(cell) = &wanted.cell {
+        variations.retain(|v| v.cell.as_ref() == Some(cell));
+    }
+    if variations.is_empty() {
+        let labels: Vec<String> = scenario.cell.iter().map(|c| c.label()).collect();
+        let message = format!("no cell of `{}` fits; there are: {}", scenario.name.as_str(), labels.join(", "));
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let prepare = |variation: Variation| {
+        let mut setup = Setup::load(&root, &variation.scenario, wanted.policy.as_deref(), wanted.rendered)?;
+        setup.stop = context.stop.clone();
+        let options = options(wanted, variation.cell.as_deref());
+        Ok(Planned { variation, setup, options })
+    };
+    variations.into_iter().map(prepare).collect()
+}
+
+fn options(wanted: &Wanted, cell: Option<&str>) -> String {
+    let mut options = String::new();
+    if let Some(policy) = &wanted.policy {
+        options.push_str(&format!(" --policy {}", policy.display()));
+    }
+    if let Some(cell) = cell {
+        options.push_str(&format!(" --cell {cell}"));
+    }
+    if wanted.rendered {
+        options.push_str(" --rendered");
+    }
+    options
+}
+
+pub(super) fn stem(path: &Path) -> String {
+    path.file_stem().and_then(|s| s.to_str()).unwrap_or_default().to_owned()
+}

@@ -1,0 +1,86 @@
+//! No argument: the reference evaluation. Every shipped scenario at least 59 times in the twin and once live, a table,
+//! and a run directory.
+
+use std::path::Path;
+
+use super::batch::{self, Batch};
+use super::failure::{Exit, Failure};
+use super::plan::{self, Planned, Wanted};
+use super::{Context, out};
+use crate::progress::Talk;
+use crate::report::{Mode, Reference, ReferenceRow, latency_table, reference_table};
+use crate::scenario::{self, Scenario};
+use crate::trial::Trial;
+
+/// Twin trials of each scenario and of each cell: the fewest that bound a 95th percentile.
+const TWIN_TRIALS: u64 = 59;
+
+pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
+    let root = context.root()?;
+    // Every file is read before anything runs.
+    let mut plans = Vec::new();
+    for file in scenario::shipped(&root)? {
+        let (twin, live) = (Wanted::default(), Wanted { rendered: true, ..Wanted::default() });
+        let (scenario, for_twin) = plan::plan(context, &file, &twin)?;
+        let for_live = one_of_each_policy(plan::of_scenario(context, &scenario, &live)?);
+        plans.push((scenario, for_twin, for_live));
+    }
+    if plans.is_empty() {
+        return Err(Failure::new(Exit::NoEvidence, format!("no scenario in {}", root.join("scenarios").display())));
+    }
+    let dir = out::directory(&root, None, "reference")?;
+    let all: Vec<Planned> = plans.iter().flat_map(|(_, twin, _)| twin.clone()).collect();
+    out::write_json(&dir, "manifest.json", &out::Manifest::of(&root, context.seed, &all)?)?;
+
+    let (mut exit, mut rows) = (Exit::Fine, Vec::new());
+    for (mode, n) in [(Mode::Twin, TWIN_TRIALS), (Mode::Live, 1)] {
+        for (scenario, twin, live) in &plans {
+            let planned = if mode == Mode::Twin { twin } else { live };
+            let (own, more) = one(context, scenario, mode, planned, n, &dir)?;
+            exit = batch::graver(exit, own);
+            rows.extend(more);
+        }
+    }
+    finish(context, &Reference::new(context.seed, rows), &dir)?;
+    Ok(exit)
+}
+
+/// The first variation under each policy: a scenario without cells has one, the teammate table one a policy.
+fn one_of_each_policy(mut planned: Vec<Planned>) -> Vec<Planned> {
+    let mut seen = std::collections::BTreeSet::new();
+    planned.retain(|p| seen.insert(p.setup.policy_name.clone()));
+    planned
+}
+
+fn one(
+    context: &Context,
+    scenario: &Scenario,
+    mode: Mode,
+    planned: &[Planned],
+    n: u64,
+    dir: &Path,
+) -> Result<(Exit, Vec<ReferenceRow>), Failure> {
+    let label = format!("{} ({})", scenario.name.as_str(), mode.name());
+    let batch = Batch { label: &label, mode, planned, n, seed: context.seed, out: Some(dir) };
+    let trials = batch.run(context.talk, &context.stop)?;
+    out::write_trials(dir, &format!("{}.{}.jsonl", scenario.name.as_str(), mode.name()), &trials)?;
+    let rows = planned.iter().map(|p| {
+        let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == p.variation.cell).collect();
+        ReferenceRow::new(&p.variation.scenario, p.variation.cell.clone(), mode, &own)
+    });
+    Ok((batch::judge(mode, planned, &trials), rows.collect()))
+}
+
+fn finish(context: &Context, reference: &Reference, dir: &Path) -> Result<(), Failure> {
+    out::write_json(dir, "reference.json", reference)?;
+    if context.json {
+        out::print_json(reference)?;
+    } else {
+        println!("{}", reference_table(reference));
+        println!("{}", latency_table(&reference.live_latency_ms));
+    }
+    if context.talk == Talk::Normal {
+        eprintln!("seed {}, run directory {}", context.seed, dir.display());
+    }
+    Ok(())
+}

@@ -1,0 +1,119 @@
+//! `holdsafe run SCENARIO…`: trials of scenarios, in the twin or live, judged against their expected classes.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::batch::{self, Batch};
+use super::failure::{Exit, Failure};
+use super::plan::{self, Planned, Wanted};
+use super::{Context, out};
+use crate::report::{Mode, RunObject, SCHEMA_VERSION, run_table};
+use crate::scenario::Scenario;
+
+/// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
+const TWIN_TRIALS: u64 = 59;
+/// Live trials of each cell when the user names no number.
+const LIVE_TRIALS: u64 = 1;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Scenarios, by name or by file.
+    #[arg(required = true, value_name = "SCENARIO")]
+    scenarios: Vec<String>,
+    /// Run live: processes, sockets, real clocks.
+    #[arg(long)]
+    live: bool,
+    /// Trials of each scenario, or of each of its cells [default: 59 in the twin, 1 live].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    trials: Option<u64>,
+    /// A policy file in place of the scenario's own.
+    #[arg(long, value_name = "FILE")]
+    policy: Option<PathBuf>,
+    /// Only this cell, such as verbatim/present/session-only.
+    #[arg(long)]
+    cell: Option<String>,
+    /// Render the sensors and run the detector, in the twin; live runs always do.
+    #[arg(long)]
+    rendered: bool,
+    /// Keep manifest, trials, result and recordings here.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Several scenarios in one object.
+#[derive(Serialize)]
+struct Several {
+    schema_version: u32,
+    mode: Mode,
+    seed: u64,
+    runs: Vec<RunObject>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let mode = if args.live { Mode::Live } else { Mode::Twin };
+    let rendered = args.rendered || args.live;
+    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered };
+    // Every file is read before anything runs.
+    let mut plans = Vec::new();
+    for name in &args.scenarios {
+        plans.push(plan::plan(context, &plan::file_of(context, name)?, &wanted)?);
+    }
+    let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "run")).transpose()?;
+    if let Some(dir) = &out {
+        let all: Vec<Planned> = plans.iter().flat_map(|(_, planned)| planned.clone()).collect();
+        out::write_json(dir, "manifest.json", &out::Manifest::of(&context.root()?, context.seed, &all)?)?;
+    }
+    let (mut exit, mut runs) = (Exit::Fine, Vec::new());
+    for (scenario, planned) in &plans {
+        let label = scenario.name.as_str();
+        let n = args.trials.unwrap_or(if args.live { LIVE_TRIALS } else { TWIN_TRIALS });
+        let batch = Batch { label, mode, planned, n, seed: context.seed, out: out.as_deref() };
+        let trials = batch.run(context.talk, &context.stop)?;
+        exit = batch::graver(exit, batch::judge(mode, planned, &trials));
+        if let Some(dir) = &out {
+            out::write_trials(dir, &format!("{label}.jsonl"), &trials)?;
+        }
+        runs.push(fold(scenario, mode, context.seed, planned, trials));
+    }
+    finish(context, mode, runs, out.as_deref())?;
+    Ok(exit)
+}
+
+/// Folds the trials of one scenario into its object.
+pub(super) fn fold(
+    scenario: &Scenario,
+    mode: Mode,
+    seed: u64,
+    planned: &[Planned],
+    trials: Vec<crate::trial::Trial>,
+) -> RunObject {
+    let cells: Vec<_> = planned
+        .iter()
+        .filter_map(|p| Some((p.variation.cell.clone()?, p.variation.scenario.expected.to_vec())))
+        .collect();
+    let mut run = RunObject::new(scenario.name.as_str(), mode, seed, trials, &cells);
+    run.watermark = planned.iter().find_map(|p| p.setup.watermark());
+    run
+}
+
+fn finish(context: &Context, mode: Mode, mut runs: Vec<RunObject>, out: Option<&std::path::Path>) -> Result<(), Failure> {
+    if !context.json {
+        for run in &runs {
+            println!("{}", run_table(run));
+        }
+    }
+    if runs.len() == 1
+        && let Some(run) = runs.pop()
+    {
+        return give(context, &run, out);
+    }
+    give(context, &Several { schema_version: SCHEMA_VERSION, mode, seed: context.seed, runs }, out)
+}
+
+fn give(context: &Context, value: &impl Serialize, out: Option<&std::path::Path>) -> Result<(), Failure> {
+    if let Some(dir) = out {
+        out::write_json(dir, "result.json", value)?;
+    }
+    if context.json { out::print_json(value) } else { Ok(()) }
+}

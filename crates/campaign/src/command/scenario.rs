@@ -1,0 +1,108 @@
+//! `holdsafe scenario check|schema|new`: scenario files.
+
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::failure::{Exit, Failure};
+use super::plan::{self, Wanted};
+use super::{Context, out};
+use crate::report::SCHEMA_VERSION;
+use crate::scenario::{self, Name, ProblemRow, Problems, Setup};
+
+#[derive(Debug, clap::Subcommand)]
+pub(super) enum Verb {
+    /// Check scenario files; without any, every shipped one.
+    Check {
+        /// Files.
+        #[arg(value_name = "FILE")]
+        files: Vec<PathBuf>,
+    },
+    /// Print the JSON Schema of a scenario file.
+    Schema,
+    /// Write a commented scenario to start from.
+    New {
+        /// Its name; the file is scenarios/NAME.toml.
+        name: String,
+    },
+}
+
+#[derive(Serialize)]
+struct Checked {
+    schema_version: u32,
+    files: Vec<CheckedFile>,
+}
+
+#[derive(Serialize)]
+struct CheckedFile {
+    file: String,
+    fine: bool,
+    problems: Vec<ProblemRow>,
+}
+
+pub(super) fn run(context: &Context, verb: &Verb) -> Result<Exit, Failure> {
+    match verb {
+        Verb::Check { files } => check(context, files),
+        Verb::Schema => {
+            let schema = scenario::schema();
+            let text = serde_json::to_string_pretty(&schema).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+            println!("{text}");
+            Ok(Exit::Fine)
+        }
+        Verb::New { name } => new(context, name),
+    }
+}
+
+fn check(context: &Context, files: &[PathBuf]) -> Result<Exit, Failure> {
+    let files = if files.is_empty() { scenario::shipped(&context.root()?)? } else { files.to_vec() };
+    let mut rows = Vec::new();
+    for file in &files {
+        let problems = problems_of(context, file)?;
+        let name = file.display().to_string();
+        if let (Some(problems), false) = (&problems, context.json) {
+            eprintln!("{}", problems.render(std::io::stderr().is_terminal()).trim_end());
+        } else if !context.json {
+            println!("{name}: fine");
+        }
+        let problems = problems.map(|p| p.rows()).unwrap_or_default();
+        rows.push(CheckedFile { file: name, fine: problems.is_empty(), problems });
+    }
+    let fine = rows.iter().all(|row| row.fine);
+    if context.json {
+        out::print_json(&Checked { schema_version: SCHEMA_VERSION, files: rows })?;
+    }
+    Ok(if fine { Exit::Fine } else { Exit::Usage })
+}
+
+/// The problems of one scenario: in itself, and with the platform and policies that it names.
+fn problems_of(context: &Context, file: &Path) -> Result<Option<Problems>, Failure> {
+    let scenario = match scenario::load(file) {
+        Ok(scenario) => scenario,
+        Err(problems) => return Ok(Some(problems)),
+    };
+    let root = context.root()?;
+    for variation in scenario.variations(None) {
+        if let Err(problems) = Setup::load(&root, &variation.scenario, None, false) {
+            return Ok(Some(problems));
+        }
+    }
+    for under in &scenario.under {
+        let policy = Some(root.join("policies").join(format!("{}.toml", under.policy.as_str())));
+        plan::of_scenario(context, &scenario, &Wanted { policy, ..Wanted::default() })?;
+    }
+    Ok(None)
+}
+
+fn new(context: &Context, name: &str) -> Result<Exit, Failure> {
+    let name = Name::new(name).map_err(|why| Failure::new(Exit::Usage, format!("`{name}`: {why}")))?;
+    let path = context.root()?.join("scenarios").join(format!("{name}.toml"));
+    let created = std::fs::OpenOptions::new().write(true).create_new(true).open(&path);
+    let mut file = created.map_err(|e| {
+        let remedy = "choose another name or remove the file";
+        Failure::new(Exit::Usage, format!("{}: {e}; {remedy}", path.display()))
+    })?;
+    file.write_all(scenario::template(&name).as_bytes())?;
+    println!("{}", path.display());
+    Ok(Exit::Fine)
+}

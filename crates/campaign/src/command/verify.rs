@@ -1,0 +1,41 @@
+//! `holdsafe verify DIR`: whether the evidence of a run holds.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::engine::{self, Verified};
+use super::failure::{Exit, Failure};
+use super::{Context, out};
+use crate::report::SCHEMA_VERSION;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Run directory of one trial.
+    #[arg(value_name = "DIR")]
+    run: PathBuf,
+}
+
+#[derive(Serialize)]
+struct Told {
+    schema_version: u32,
+    holds: bool,
+    #[serde(flatten)]
+    verified: Verified,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let verified = engine::verify(&args.run)?;
+    let holds = verified.sealed && verified.findings.is_empty();
+    if !context.json {
+        let closed = if verified.sealed { "sealed" } else { "TRUNCATED: no closing seal" };
+        println!("{} events, head {}, {closed}", verified.events, verified.head);
+        for finding in &verified.findings {
+            println!("{finding}");
+        }
+        println!("{}", if holds { "the evidence holds" } else { "INVALID" });
+    } else {
+        out::print_json(&Told { schema_version: SCHEMA_VERSION, holds, verified })?;
+    }
+    Ok(if holds { Exit::Fine } else { Exit::NoEvidence })
+}

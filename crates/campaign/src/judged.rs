@@ -1,0 +1,68 @@
+//! From a judged run to the row that reports are made of.
+
+use std::collections::BTreeMap;
+
+use wire::event::{Account, Event, Interface};
+use wire::id::NodeId;
+
+use crate::evidence::hashes;
+use crate::oracle::{Evidence, Verdict};
+use crate::trial::Trial;
+
+/// The row of one trial. `received`, `accepted` and `dropped` add up the two ends of the telemetry link of the unit
+/// under test: the gateway's uplink and the unit's downlink.
+pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
+    let (log_hash, decision_hash) = hashes(&evidence.entries);
+    let mut trial = Trial {
+        seed,
+        cell: None,
+        outcome: verdict.outcome,
+        findings: verdict.findings.iter().map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what)).collect(),
+        receipt: verdict.receipt,
+        log_hash,
+        decision_hash,
+        received: 0,
+        accepted: 0,
+        dropped: BTreeMap::new(),
+        transitions: verdict.transitions.clone(),
+        latency_ms: verdict.latency,
+        sim_seconds: evidence.duration as f64 / 1e6,
+        false_trips: verdict.false_trips,
+        nominal_seconds: verdict.nominal as f64 / 1e6,
+        cpu_seconds: 0.0,
+    };
+    for w in &evidence.entries {
+        if let Event::Count { account, n } = w.entry.event {
+            add(&mut trial, w.entry.node, account, n);
+        }
+    }
+    trial
+}
+
+fn add(trial: &mut Trial, node: NodeId, account: Account, n: u64) {
+    let ours = |interface: Interface| {
+        (node == NodeId::GATEWAY && interface == Interface::Uplink)
+            || (node == NodeId::UNIT_A && interface == Interface::Downlink)
+    };
+    match account {
+        Account::Received(i) if ours(i) => trial.received += n,
+        Account::Accepted(i) if ours(i) => trial.accepted += n,
+        Account::Refused(i, reason) if ours(i) && n > 0 => {
+            *trial.dropped.entry(reason.name().to_owned()).or_default() += n;
+        }
+        Account::Received(_)
+        | Account::Accepted(_)
+        | Account::Refused(..)
+        | Account::Sent
+        | Account::RelayIn(_)
+        | Account::RelayOut(_)
+        | Account::RelayDropped(_)
+        | Account::RelayAdded(_)
+        | Account::GuardIn
+        | Account::GuardRefused
+        | Account::Delivered
+        | Account::Discarded
+        | Account::Handshake
+        | Account::KernelDropped => {}
+    }
+}

@@ -1,0 +1,87 @@
+//! The janitor: a process of its own that outlives a killed launcher and removes what the run left.
+//!
+//! It is told the run's prefixes and folder over its pipe, waits for the pipe to end, gives the services a moment to
+//! end themselves (they see the same end of their own pipes), and sweeps.
+
+use std::io::{BufRead, Read};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+/// How long services get to end themselves, in steps.
+const STEP: Duration = Duration::from_millis(50);
+const STEPS: u32 = 20;
+
+/// What there is to remove.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Remains {
+    /// Shared-memory domains: (prefix, root).
+    pub domains: Vec<(String, PathBuf)>,
+    /// The run's folder for sockets.
+    pub folder: PathBuf,
+}
+
+impl Remains {
+    /// Removes everything; to be called when no service is left.
+    pub fn remove(&self) {
+        for (prefix, root) in &self.domains {
+            if let Err(error) = link::bus::sweep::sweep(prefix, root) {
+                tracing::warn!(%error, prefix, "shared memory not swept");
+            }
+        }
+        if is_ours(&self.folder) && self.folder.exists()
+            && let Err(error) = std::fs::remove_dir_all(&self.folder)
+        {
+            tracing::warn!(%error, "run folder not removed");
+        }
+    }
+}
+
+/// A folder of a run and nothing else.
+fn is_ours(folder: &Path) -> bool {
+    let name = folder.file_name().and_then(|n| n.to_str()).unwrap_or_default();
+    name.starts_with("holdsafe-") && folder.parent() == Some(&std::env::temp_dir())
+}
+
+/// The process. Standard input: one line of JSON ([`Remains`]), then process ids, one a line, until the end.
+pub fn main() -> ExitCode {
+    let mut input = std::io::stdin().lock();
+    let mut first = String::new();
+    let read = Read::take(&mut input, 64 * 1024).read_line(&mut first);
+    let Ok(remains) = serde_json::from_str::<Remains>(&first) else {
+        eprintln!("holdsafe janitor: expected a line of JSON, got {read:?}");
+        return ExitCode::from(2);
+    };
+    let mut pids = Vec::new();
+    for line in input.lines().map_while(Result::ok).take(256) {
+        pids.extend(line.trim().parse::<i32>());
+    }
+    for _ in 0..STEPS {
+        if !pids.iter().any(|pid| is_service(*pid)) {
+            break;
+        }
+        pause(STEP);
+    }
+    for pid in pids.into_iter().filter(|pid| is_service(*pid)) {
+        let _ = nix::sys::signal::kill(nix::unistd::Pid::from_raw(pid), nix::sys::signal::Signal::SIGKILL);
+    }
+    pause(STEP);
+    remains.remove();
+    ExitCode::SUCCESS
+}
+
+/// Whether the process still runs and is a service of ours (a recycled id is not).
+fn is_service(pid: i32) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    let command = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+    let running = !status.is_empty() && !status.contains(") Z ");
+    running && String::from_utf8_lossy(&command).contains("holdsafe")
+}
+
+#[expect(clippy::disallowed_methods, reason = "the janitor has nobody to wait for but the clock")]
+fn pause(time: Duration) {
+    std::thread::sleep(time);
+}

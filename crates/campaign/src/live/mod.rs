@@ -1,0 +1,305 @@
+//! The live launcher: every service its own process, real clock, real links, the adversary really in the middle.
+//!
+//! Services end when their pipe ends, so they cannot outlive the launcher; a janitor process removes what shared memory
+//! and sockets a killed launcher left. The launcher itself carries nothing between services: it starts them, ends them
+//! on purpose where the scenario says so, and reads the recording afterwards.
+
+pub mod child;
+pub mod janitor;
+pub mod service;
+mod spec;
+pub mod trial;
+mod witness;
+
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::time::Duration;
+
+use link::clock::trace_us;
+use link::spec::Control;
+use serde_json::Value;
+use wire::audit::Journal;
+use wire::core::Output;
+use wire::event::Event;
+use wire::id::{Boot, NodeId};
+use wire::policy::Requirement;
+use wire::time::{Instant, Span};
+
+use crate::cast::{Cast, RunSecret};
+use crate::evidence::Logged;
+use crate::progress::Stop;
+
+use child::{Child, Line, Services};
+use spec::{Places, Specs, service};
+
+/// From the first process to the start of the run, microseconds: all links must stand by then.
+const LEAD_US: u64 = 2_500_000;
+/// How long a service may take to say that it is ready.
+const READY: Duration = Duration::from_secs(20);
+/// How long what is under way may take to arrive at the end.
+const GRACE_US: u64 = 1_200_000;
+/// How long a service may take to end itself.
+const ENDING: Duration = Duration::from_secs(5);
+
+/// Why a live run came to nothing.
+#[derive(Debug, thiserror::Error)]
+pub enum LiveError {
+    /// The host lacks something, or a service did not come up.
+    #[error("{0}")]
+    Environment(String),
+    /// The user stopped it.
+    #[error("stopped")]
+    Stopped,
+}
+
+impl From<String> for LiveError {
+    fn from(why: String) -> Self {
+        LiveError::Environment(why)
+    }
+}
+
+/// How a run is to be carried out.
+pub struct Options<'a> {
+    /// Where recording and logs go; made if it is not there.
+    pub run_dir: PathBuf,
+    /// Where the service programs are.
+    pub services: Services,
+    /// The user's wish to stop.
+    pub stop: &'a Stop,
+    /// What the console shows, text by text.
+    pub show: &'a mut dyn FnMut(&str),
+}
+
+/// A process that ended or was ended while the run was on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ending {
+    /// When, microseconds of the run.
+    pub at: u64,
+    /// Which.
+    pub node: NodeId,
+    /// On purpose.
+    pub killed: bool,
+}
+
+/// What a live run left, before anybody judges it.
+pub struct Aftermath {
+    /// The recording, on the run's time.
+    pub log: Vec<Logged>,
+    /// Processes that ended.
+    pub endings: Vec<Ending>,
+}
+
+/// Runs `cast` live.
+pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options<'_>) -> Result<Aftermath, LiveError> {
+    let places = Places::new(options.run_dir, &run_id());
+    spec::make_folders(&places).map_err(|e| format!("cannot make {}: {e}", places.run_dir.display()))?;
+    let credentials = spec::credentials(cast).map_err(|e| e.to_string())?;
+    let (lines_in, lines) = channel();
+    let mut company = Company {
+        janitor: None,
+        children: Vec::new(),
+        lines,
+        stats: Vec::new(),
+        stop: options.stop,
+        show: options.show,
+        places: &places,
+    };
+    let start_us = trace_us() + LEAD_US;
+    let mut specs = Specs { cast, places: &places, start_us, guard, credentials, addresses: Default::default() };
+    company.start_all(&options.services, cast, secret, &mut specs, &lines_in)?;
+    let mut journal = Journal::new(NodeId::CAMPAIGN, Boot(1), None);
+    let endings = company.stay(cast, start_us)?;
+    company.finish()?;
+    let mut log = witness::recording(&places.run_dir, start_us)?;
+    log.extend(witness::guards(cast, &places.run_dir, start_us, &company.stats));
+    let note = |journal: &mut Journal, log: &mut Vec<Logged>, at: u64, event: Event| {
+        let mut out = std::collections::VecDeque::new();
+        journal.write(Instant(at), event, &mut out);
+        log.extend(out.into_iter().filter_map(|o| match o {
+            Output::Audit { bytes } => Some(Logged { at, node: NodeId::CAMPAIGN, bytes }),
+            _ => None,
+        }));
+    };
+    for ending in &endings.0 {
+        note(&mut journal, &mut log, ending.at, Event::Ended { node: ending.node, killed: ending.killed });
+    }
+    note(&mut journal, &mut log, cast.duration, Event::Stalled { by: Span(endings.1) });
+    drop(company);
+    Ok(Aftermath { log, endings: endings.0 })
+}
+
+/// Letters and digits that name this run among others on the host.
+fn run_id() -> String {
+    format!("{}x{}", std::process::id(), trace_us() % 1_000_000_000)
+}
+
+struct Company<'a> {
+    janitor: Option<Child>,
+    children: Vec<Child>,
+    lines: Receiver<(NodeId, Line)>,
+    stats: Vec<(NodeId, Value)>,
+    stop: &'a Stop,
+    show: &'a mut dyn FnMut(&str),
+    places: &'a Places,
+}
+
+impl Company<'_> {
+    /// Starts everybody in the order in which addresses become known.
+    fn start_all(
+        &mut self,
+        services: &Services,
+        cast: &Cast,
+        secret: &RunSecret,
+        specs: &mut Specs<'_>,
+        lines: &std::sync::mpsc::Sender<(NodeId, Line)>,
+    ) -> Result<(), LiveError> {
+        let mut janitor = Child::spawn(services, "janitor", NodeId::CAMPAIGN, lines)?;
+        let remains = serde_json::to_string(&self.places.remains()).map_err(|e| e.to_string())?;
+        janitor.write(format!("{remains}\n").as_bytes());
+        self.janitor = Some(janitor);
+        let member = |node: NodeId| cast.members.iter().find(|m| m.node() == node);
+        let first = [
+            NodeId::RECORDER,
+            NodeId::BROKER,
+            NodeId::GATEWAY,
+            NodeId::INSIDER_B,
+            NodeId::RELAY_TELEMETRY,
+            NodeId::RELAY_COMMAND,
+        ];
+        for node in first {
+            let child = if node == NodeId::BROKER {
+                let spec = specs.broker(&secret.of(NodeId::BROKER))?;
+                Child::start(services, "broker", node, lines, &spec)?
+            } else {
+                let Some(member) = member(node) else { continue };
+                Child::start(services, service(&member.role), node, lines, &specs.member(member)?)?
+            };
+            self.take_in(child);
+            self.await_ready(&[node], specs)?;
+        }
+        let rest: Vec<_> = cast.members.iter().filter(|m| !first.contains(&m.node())).collect();
+        for member in &rest {
+            let spec = specs.member(member)?;
+            let child = Child::start(services, service(&member.role), member.node(), lines, &spec)?;
+            self.take_in(child);
+        }
+        let rest: Vec<NodeId> = rest.iter().map(|m| m.node()).collect();
+        self.await_ready(&rest, specs)
+    }
+
+    fn take_in(&mut self, child: Child) {
+        if let Some(janitor) = &mut self.janitor {
+            janitor.write(format!("{}\n", child.pid()).as_bytes());
+        }
+        self.children.push(child);
+    }
+
+    fn await_ready(&mut self, nodes: &[NodeId], specs: &mut Specs<'_>) -> Result<(), LiveError> {
+        let mut waiting: Vec<NodeId> = nodes.to_vec();
+        let until = trace_us() + READY.as_micros() as u64;
+        while !waiting.is_empty() {
+            if self.stop.asked() {
+                return Err(LiveError::Stopped);
+            }
+            if trace_us() > until {
+                return Err(format!("{} did not become ready within {} s", waiting[0], READY.as_secs()).into());
+            }
+            match self.lines.recv_timeout(Duration::from_millis(50)) {
+                Ok((node, Line::Ready(line))) => {
+                    specs.ready(node, &line);
+                    waiting.retain(|n| *n != node);
+                }
+                Ok((node, Line::Ended)) => return Err(format!("{node} ended before it was ready").into()),
+                Ok((_, Line::Stats(_) | Line::Text(_))) | Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Err("every service ended".to_owned().into()),
+            }
+        }
+        Ok(())
+    }
+
+    /// Stays until the end of the run, ending processes where the scenario says so. Gives what ended, and by how much
+    /// the host overslept at most.
+    fn stay(&mut self, cast: &Cast, start_us: u64) -> Result<(Vec<Ending>, u64), LiveError> {
+        let mut kills: Vec<(u64, NodeId)> = cast.kills.clone();
+        kills.sort();
+        let mut kills = kills.into_iter().peekable();
+        let (mut endings, mut overslept) = (Vec::new(), 0);
+        let end = start_us + cast.duration;
+        loop {
+            let now = trace_us();
+            if self.stop.asked() {
+                return Err(LiveError::Stopped);
+            }
+            if now >= end {
+                return Ok((endings, overslept));
+            }
+            if let Some((_, node)) = kills.next_if(|(at, _)| start_us + at <= now) {
+                let killed = self.children.iter_mut().find(|c| c.node == node).is_some_and(Child::kill);
+                if killed {
+                    endings.push(Ending { at: trace_us().saturating_sub(start_us), node, killed });
+                }
+                continue;
+            }
+            let next = kills.peek().map_or(end, |(at, _)| (start_us + at).min(end));
+            let nap = next.saturating_sub(now).clamp(1, 10_000);
+            let heard = self.lines.recv_timeout(Duration::from_micros(nap));
+            let slept = trace_us().saturating_sub(now);
+            if now >= start_us && matches!(heard, Err(RecvTimeoutError::Timeout)) {
+                overslept = overslept.max(slept.saturating_sub(nap));
+            }
+            match heard {
+                Ok((_, Line::Text(text))) => (self.show)(&text),
+                Ok((node, Line::Ended)) if !endings.iter().any(|e| e.node == node) => {
+                    endings.push(Ending { at: trace_us().saturating_sub(start_us), node, killed: false });
+                }
+                Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Err("every service ended".to_owned().into()),
+            }
+        }
+    }
+
+    /// Quiesce, let arrive what is under way, and have everybody write the closing account, the recorder last.
+    fn finish(&mut self) -> Result<(), LiveError> {
+        self.children.iter_mut().for_each(|c| c.tell(Control::Quiesce));
+        let until = trace_us() + GRACE_US;
+        while trace_us() < until {
+            if self.stop.asked() {
+                return Err(LiveError::Stopped);
+            }
+            self.hear(Duration::from_millis(20));
+        }
+        let (mut recorders, mut others): (Vec<Child>, Vec<Child>) =
+            self.children.drain(..).partition(|c| c.node == NodeId::RECORDER);
+        for group in [&mut others, &mut recorders] {
+            group.iter_mut().for_each(|c| c.tell(Control::Finish));
+            let until = trace_us() + ENDING.as_micros() as u64;
+            while trace_us() < until && !group.iter_mut().all(Child::ended) {
+                self.hear(Duration::from_millis(10));
+            }
+        }
+        self.hear(Duration::from_millis(10));
+        Ok(())
+    }
+
+    fn hear(&mut self, patience: Duration) {
+        let mut next = self.lines.recv_timeout(patience).ok();
+        while let Some((node, line)) = next {
+            if let Line::Stats(stats) = line {
+                self.stats.push((node, stats));
+            }
+            next = self.lines.try_recv().ok();
+        }
+    }
+}
+
+impl Drop for Company<'_> {
+    /// Ends what still runs, then lets the janitor sweep.
+    fn drop(&mut self) {
+        self.children.iter_mut().for_each(Child::release);
+        self.children.clear();
+        if let Some(mut janitor) = self.janitor.take() {
+            janitor.release();
+            janitor.wait();
+        }
+    }
+}

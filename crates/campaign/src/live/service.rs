@@ -1,0 +1,19 @@
+//! The services, so that one program can start itself again as each of them: same code, separate process.
+
+use std::process::ExitCode;
+
+/// Runs the service called `name`; nothing by an unknown name.
+pub fn main(name: &str) -> Option<ExitCode> {
+    Some(match name {
+        "sim" => sim::process::main(),
+        "perception" => perception::process::main(),
+        "autonomy" => autonomy::process::main(),
+        "gateway" => gateway::process::main(),
+        "console" => console::process::main(),
+        "broker" => broker::process::main(),
+        "adversary" => adversary::process::main(),
+        "recorder" => link::process::main(),
+        "janitor" => super::janitor::main(),
+        _ => return None,
+    })
+}

@@ -1,0 +1,266 @@
+//! From a cast to the specifications of its processes.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use link::clock::HostClock;
+use link::guard::GuardMode;
+use link::loopback::LoopbackAddr;
+use link::pki::{Authority, Credential, PkiError};
+use link::spec::{
+    BrokerListen, BusSpec, ChannelSpec, DtlsDial, DtlsListen, MqttDial, RecorderSpec, RelayLeg, RelaySpec, ServiceSpec,
+};
+use serde_json::{Value, json};
+use wire::core::Subject;
+use wire::id::{Boot, NodeId, PeerId, UnitId};
+use wire::policy::Requirement;
+
+use super::janitor::Remains;
+use crate::cast::{Cast, Host, Member, Role, sim_keys};
+
+/// Where a run keeps its things.
+#[derive(Clone, Debug)]
+pub struct Places {
+    /// What is kept: recording, mouth logs, guard logs.
+    pub run_dir: PathBuf,
+    /// Sockets and shared-memory roots; removed at the end.
+    pub temporary: PathBuf,
+    /// Start of every shared-memory name of this run.
+    pub prefix: String,
+}
+
+impl Places {
+    /// Places named after a run id of lower-case letters and digits.
+    pub fn new(run_dir: PathBuf, id: &str) -> Self {
+        let temporary = std::env::temp_dir().join(format!("holdsafe-{id}"));
+        Self { run_dir, temporary, prefix: format!("hs_{id}_") }
+    }
+
+    /// What the janitor has to remove.
+    pub fn remains(&self) -> Remains {
+        let domains = [Host::VehicleA, Host::Control, Host::VehicleC].map(|host| self.domain(host)).to_vec();
+        Remains { domains, folder: self.temporary.clone() }
+    }
+
+    fn domain(&self, host: Host) -> (String, PathBuf) {
+        (format!("{}{}_", self.prefix, scope(host).replace('-', "")), self.temporary.join(scope(host)))
+    }
+
+    fn socket(&self) -> PathBuf {
+        self.temporary.join("instrument.sock")
+    }
+}
+
+fn scope(host: Host) -> &'static str {
+    match host {
+        Host::VehicleA => "vehicle",
+        Host::Control => "control",
+        Host::Insider => "insider",
+        Host::VehicleC => "vehicle-c",
+        Host::Adversary => "adversary",
+    }
+}
+
+/// Every certificate of a run. The authority's key is gone before the first service starts.
+pub fn credentials(cast: &Cast) -> Result<BTreeMap<NodeId, Credential>, PkiError> {
+    let authority = Authority::new()?;
+    let mut issued = BTreeMap::new();
+    for member in &cast.members {
+        if let Some(peer) = member.peer {
+            issued.insert(member.node(), authority.issue(peer, link::pki::Role::Both)?);
+        }
+    }
+    if let Some(broker) = PeerId::from_name(NodeId::BROKER.name()) {
+        issued.insert(NodeId::BROKER, authority.issue(broker, link::pki::Role::Listens)?);
+    }
+    Ok(issued)
+}
+
+/// Writes specifications as addresses become known.
+pub struct Specs<'a> {
+    /// Who takes part.
+    pub cast: &'a Cast,
+    /// Where things are.
+    pub places: &'a Places,
+    /// When the run starts, microseconds of trace time.
+    pub start_us: u64,
+    /// The record filter.
+    pub guard: Requirement,
+    /// Certificates.
+    pub credentials: BTreeMap<NodeId, Credential>,
+    /// Addresses that services have announced, by node and kind.
+    pub addresses: BTreeMap<(NodeId, &'static str), LoopbackAddr>,
+}
+
+impl Specs<'_> {
+    /// Notes the addresses of a `ready` line.
+    pub fn ready(&mut self, node: NodeId, line: &Value) {
+        for kind in ["dtls", "relay_datagram", "relay_stream", "mqtt"] {
+            let address = line.get(kind).and_then(Value::as_str).and_then(|a| a.parse::<LoopbackAddr>().ok());
+            if let Some(address) = address {
+                self.addresses.insert((node, kind), address);
+            }
+        }
+    }
+
+    fn address(&self, node: NodeId, kind: &'static str) -> Result<LoopbackAddr, String> {
+        self.addresses.get(&(node, kind)).copied().ok_or_else(|| format!("{node} has not said where its {kind} is"))
+    }
+
+    fn credential(&self, node: NodeId) -> Result<Credential, String> {
+        self.credentials.get(&node).cloned().ok_or_else(|| format!("{node} has no certificate"))
+    }
+
+    fn clock(&self, host: Host) -> HostClock {
+        let draw = self.cast.clocks[host as usize];
+        HostClock { zero_us: draw.zero_us, drift_ppm: draw.drift_ppm as i32 }
+    }
+
+    fn plain(&self, node: NodeId, host: Host, seed: u64) -> ServiceSpec {
+        let mut spec = ServiceSpec::new(node, Boot(1), seed, self.clock(host), self.places.run_dir.clone());
+        spec.start_us = self.start_us;
+        spec.instrument = Some(self.places.socket());
+        spec.guard = match self.guard {
+            Requirement::Required => GuardMode::Required,
+            Requirement::Waived => GuardMode::Waived,
+        };
+        spec
+    }
+
+    /// The broker's.
+    pub fn broker(&self, secret: &wire::setup::Secret) -> Result<ServiceSpec, String> {
+        let mut spec = self.plain(NodeId::BROKER, Host::Control, 0);
+        spec.broker = Some(BrokerListen { at: LoopbackAddr::on_port(0), credential: self.credential(NodeId::BROKER)? });
+        spec.config = json!({ "secret": secret });
+        Ok(spec)
+    }
+
+    /// A member's.
+    pub fn member(&self, member: &Member) -> Result<ServiceSpec, String> {
+        let node = member.node();
+        let mut spec = self.plain(node, member.host, member.setup.seed);
+        spec.bus = self.bus(member);
+        spec.config = config(member);
+        if matches!(member.role, Role::Recorder) {
+            spec.instrument = None;
+            let directory = self.places.run_dir.join("recording");
+            spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory });
+        }
+        for link in &self.cast.links {
+            if link.server == node {
+                let credential = self.credential(node)?;
+                spec.listen = Some(DtlsListen { at: LoopbackAddr::on_port(0), credential, idle_ms: 30_000 });
+            }
+            if link.client == node {
+                let remote = if link.relayed {
+                    self.address(NodeId::RELAY_TELEMETRY, "relay_datagram")?
+                } else {
+                    self.address(link.server, "dtls")?
+                };
+                let server = self.cast.members.iter().find(|m| m.node() == link.server);
+                let expect = server.and_then(|m| m.peer).ok_or("the listening member has no certificate")?;
+                spec.dial = Some(DtlsDial { remote, expect, credential: self.credential(node)?, idle_ms: 2_000 });
+            }
+        }
+        spec.relay = self.relay(member)?;
+        spec.mqtt = self.mqtt(member)?;
+        Ok(spec)
+    }
+
+    fn bus(&self, member: &Member) -> Vec<BusSpec> {
+        let scope = scope(member.host).to_owned();
+        let channels = |topics: &[wire::core::Topic]| {
+            topics.iter().map(|topic| ChannelSpec { scope: scope.clone(), topic: *topic }).collect::<Vec<_>>()
+        };
+        if member.subscribes.is_empty() && member.publishes.is_empty() {
+            return Vec::new();
+        }
+        let (prefix, root) = self.places.domain(member.host);
+        vec![BusSpec { root, prefix, subscribe: channels(&member.subscribes), publish: channels(&member.publishes) }]
+    }
+
+    fn relay(&self, member: &Member) -> Result<Option<RelaySpec>, String> {
+        let leg = |upstream| RelayLeg { at: LoopbackAddr::on_port(0), upstream };
+        Ok(match member.role {
+            Role::DatagramRelay(_) => {
+                let upstream = self.address(NodeId::GATEWAY, "dtls")?;
+                Some(RelaySpec { datagram: Some(leg(upstream)), stream: None })
+            }
+            Role::StreamRelay(_) => {
+                let upstream = self.address(NodeId::BROKER, "mqtt")?;
+                Some(RelaySpec { datagram: None, stream: Some(leg(upstream)) })
+            }
+            Role::Sim(_)
+            | Role::Perception(_)
+            | Role::Autonomy(_)
+            | Role::Gateway(_)
+            | Role::Console(_)
+            | Role::Recorder
+            | Role::InsiderTeammate(_)
+            | Role::InsiderCommand(_) => None,
+        })
+    }
+
+    /// The unit under test reaches the broker through the stream relay; the others directly.
+    fn mqtt(&self, member: &Member) -> Result<Option<MqttDial>, String> {
+        let (true, Some(own)) = (member.commands, member.peer) else { return Ok(None) };
+        let node = member.node();
+        let remote = if node == NodeId::UNIT_A {
+            self.address(NodeId::RELAY_COMMAND, "relay_stream")?
+        } else {
+            self.address(NodeId::BROKER, "mqtt")?
+        };
+        let subscribe = match node.unit() {
+            Some(unit) => vec![Subject::Command(unit)],
+            None => [UnitId::A, UnitId::B, UnitId::C].map(Subject::Ack).to_vec(),
+        };
+        let expect = PeerId::from_name(NodeId::BROKER.name()).ok_or("the broker has no name")?;
+        Ok(Some(MqttDial { remote, own, expect, credential: self.credential(node)?, subscribe }))
+    }
+}
+
+/// What a member's process reads as its own configuration.
+fn config(member: &Member) -> Value {
+    let setup = &member.setup;
+    match &member.role {
+        Role::Sim(config) => {
+            json!({ "sim": config, "keys": sim_keys(setup), "journal": setup.secret.0 })
+        }
+        Role::Perception(config) => json!({ "setup": setup, "config": config }),
+        Role::Autonomy(config) => json!({ "setup": setup, "config": config }),
+        Role::Gateway(config) => json!({ "setup": setup, "config": config }),
+        Role::Console(config) => json!({ "setup": setup, "config": config }),
+        Role::Recorder => json!(setup),
+        Role::DatagramRelay(config) => json!({ "setup": setup, "config": { "datagram_relay": config } }),
+        Role::StreamRelay(config) => json!({ "setup": setup, "config": { "stream_relay": config } }),
+        Role::InsiderTeammate(config) => json!({ "setup": setup, "config": { "insider_teammate": config } }),
+        Role::InsiderCommand(config) => json!({ "setup": setup, "config": { "insider_command": config } }),
+    }
+}
+
+/// The name of the program for a role.
+pub fn service(role: &Role) -> &'static str {
+    match role {
+        Role::Sim(_) => "sim",
+        Role::Perception(_) => "perception",
+        Role::Autonomy(_) => "autonomy",
+        Role::Gateway(_) => "gateway",
+        Role::Console(_) => "console",
+        Role::Recorder => "recorder",
+        Role::DatagramRelay(_) | Role::StreamRelay(_) | Role::InsiderTeammate(_) | Role::InsiderCommand(_) => {
+            "adversary"
+        }
+    }
+}
+
+/// Makes the folders of a run, readable by its owner only.
+pub fn make_folders(places: &Places) -> std::io::Result<()> {
+    use std::os::unix::fs::DirBuilderExt;
+    let mut builder = std::fs::DirBuilder::new();
+    builder.recursive(true).mode(0o700);
+    let below = |folder: &Path| ["recording", "mouth", "guard"].map(|name| folder.join(name));
+    builder.create(&places.run_dir)?;
+    below(&places.run_dir).iter().try_for_each(|folder| builder.create(folder))?;
+    builder.create(&places.temporary)?;
+    [Host::VehicleA, Host::Control, Host::VehicleC].iter().try_for_each(|h| builder.create(places.temporary.join(scope(*h))))
+}

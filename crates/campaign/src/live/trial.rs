@@ -1,0 +1,53 @@
+//! One live trial, from scenario and seed to judged evidence.
+
+use std::io::Read;
+
+use super::{Aftermath, LiveError, Options, run};
+use crate::cast::{Cast, RunSecret, cast};
+use crate::evidence::read;
+use crate::oracle::{Evidence, Verdict, judge};
+use crate::scenario::{Scenario, Setup};
+use crate::trial::Trial;
+
+/// By how much the host may oversleep before it, and not the platform, explains a latency.
+const STALL_LIMIT_US: u64 = 100_000;
+
+/// A finished live run.
+pub struct Run {
+    /// Who took part.
+    pub cast: Cast,
+    /// What the oracle saw.
+    pub evidence: Evidence,
+    /// What it said.
+    pub verdict: Verdict,
+}
+
+/// Runs and judges one live trial.
+pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<'_>) -> Result<Run, LiveError> {
+    let mut secret = [0; 32];
+    let random = std::fs::File::open("/dev/urandom").and_then(|mut f| f.read_exact(&mut secret));
+    random.map_err(|e| format!("no randomness from the host: {e}"))?;
+    let secret = RunSecret::random(secret);
+    let cast = cast(scenario, setup, seed, &secret);
+    let Aftermath { mut log, endings } = run(&cast, &secret, setup.policy.record_guard, options)?;
+    log.sort_by_key(|l| l.at);
+    let (entries, broken_log) = read(&log);
+    let lost = endings.iter().find(|e| !e.killed).map(|e| format!("{} ended by itself at {} ms", e.node, e.at / 1000));
+    let evidence = Evidence {
+        entries,
+        broken_log: broken_log.or(lost),
+        bounds: setup.bounds,
+        planned: cast.planned.clone(),
+        duration: cast.duration,
+        stall_limit: STALL_LIMIT_US,
+        killed: cast.kills.iter().map(|(_, node)| *node).collect(),
+    };
+    let verdict = judge(&evidence);
+    Ok(Run { cast, evidence, verdict })
+}
+
+/// Runs one live trial and gives its row.
+pub fn run_trial(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<'_>) -> Result<Trial, LiveError> {
+    let run = run_live(scenario, setup, seed, options)?;
+    Ok(crate::judged::trial(seed, &run.evidence, &run.verdict))
+}

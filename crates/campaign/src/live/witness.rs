@@ -1,0 +1,82 @@
+//! Reads what a live run left: the recording, the guards' logs, and the closing statistics of the links.
+
+use std::path::Path;
+
+use link::guard::observe::Verdict;
+use link::recorded;
+use serde_json::Value;
+use wire::audit::Journal;
+use wire::core::Output;
+use wire::event::{Account, Event, GuardVerdict};
+use wire::id::{Boot, NodeId};
+use wire::time::Instant;
+
+use super::LiveError;
+use crate::cast::Cast;
+use crate::evidence::Logged;
+
+/// The recording, on the run's time; what was written before the start counts as written at the start.
+pub fn recording(run_dir: &Path, start_us: u64) -> Result<Vec<Logged>, LiveError> {
+    let frames = recorded::frames(&run_dir.join("recording")).map_err(|e| LiveError::Environment(e.to_string()))?;
+    let logged = |f: link::instrument::Frame| Logged { at: f.trace_us.saturating_sub(start_us), node: f.node, bytes: f.bytes };
+    Ok(frames.into_iter().map(logged).collect())
+}
+
+/// The guards' logs and accounts, as entries of the guards' own nodes.
+pub fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeId, Value)]) -> Vec<Logged> {
+    let mut log = Vec::new();
+    for member in cast.members.iter().filter(|m| m.peer.is_some()) {
+        let node = member.node();
+        let Some(guard) = node.guard() else { continue };
+        let mut journal = Journal::new(guard, Boot(1), None);
+        let mut note = |at: u64, event: Event| {
+            let mut out = std::collections::VecDeque::new();
+            journal.write(Instant(at), event, &mut out);
+            log.extend(out.into_iter().filter_map(|o| match o {
+                Output::Audit { bytes } => Some(Logged { at, node: guard, bytes }),
+                _ => None,
+            }));
+        };
+        let path = run_dir.join("guard").join(format!("{node}.cbor"));
+        for seen in recorded::observations(&path).unwrap_or_default() {
+            let event = Event::GuardSaw {
+                association: seen.association,
+                epoch: seen.epoch,
+                sequence: seen.sequence,
+                length: seen.length.min(u32::from(u16::MAX)) as u16,
+                hash: u64::from_be_bytes(seen.digest),
+                verdict: verdict(seen.verdict),
+            };
+            note(seen.trace_us.saturating_sub(start_us), event);
+        }
+        let Some((_, stats)) = stats.iter().find(|(n, _)| *n == node) else { continue };
+        accounts(stats).into_iter().for_each(|(account, n)| note(cast.duration, Event::Count { account, n }));
+    }
+    log
+}
+
+fn verdict(verdict: Verdict) -> GuardVerdict {
+    match verdict {
+        Verdict::Passed => GuardVerdict::Passed,
+        Verdict::PlaintextAfterCompletion | Verdict::PlaintextBeforeCompletion => GuardVerdict::Plaintext,
+        Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly => GuardVerdict::Malformed,
+    }
+}
+
+/// What the link counted, as accounts. What the secure layer consumed of application data without delivering it counts
+/// as discarded; other records that the guard passed are the handshake's.
+fn accounts(stats: &Value) -> Vec<(Account, u64)> {
+    let dtls = &stats["links"]["dtls"];
+    let get = |name: &str| dtls[name].as_u64().unwrap_or(0);
+    let guard = |name: &str| dtls["guard"][name].as_u64().unwrap_or(0);
+    let refused = ["unframed", "bad_hello", "plaintext_after", "plaintext_before", "too_early"].map(guard).iter().sum();
+    let (records, application, delivered) = (guard("records"), guard("application"), get("delivered"));
+    vec![
+        (Account::GuardIn, records),
+        (Account::GuardRefused, refused),
+        (Account::Delivered, delivered),
+        (Account::Discarded, application.saturating_sub(delivered)),
+        (Account::Handshake, records.saturating_sub(refused).saturating_sub(application)),
+        (Account::KernelDropped, stats["links"]["dtls_kernel_drops"].as_u64().unwrap_or(0)),
+    ]
+}

@@ -1,0 +1,114 @@
+//! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
+
+use adversary::insider::command::InsiderCommand;
+use adversary::insider::teammate::InsiderTeammate;
+use adversary::relay::datagram::DatagramRelay;
+use adversary::relay::stream::StreamRelay;
+use autonomy::Autonomy;
+use console::Console;
+use gateway::Gateway;
+use perception::Perception;
+use sim::Sim;
+use wire::audit::Recorder;
+use wire::id::{NodeId, SessionId};
+use wire::policy::Requirement;
+use wire::time::Instant;
+
+use super::clock::HostClock;
+use super::delay::Delays;
+use super::net::Association;
+use super::part::Part;
+use super::queue::NodeIndex;
+use super::{Assembly, Node};
+use crate::cast::{Cast, ClockDraw, Member, Role, sim_keys};
+
+/// A core could not be made from its setup.
+#[derive(Debug, thiserror::Error)]
+#[error("{node}: {why}")]
+pub struct AssemblyError {
+    node: NodeId,
+    why: String,
+}
+
+/// Makes every core of `cast`. `seed` drives the delays.
+pub fn assemble(cast: &Cast, seed: u64, guard: Requirement, mouths: bool) -> Result<Assembly, AssemblyError> {
+    let clocks: Vec<HostClock> = cast.clocks.iter().map(clock).collect();
+    let nodes = cast.members.iter().map(|member| node(member, &clocks)).collect::<Result<Vec<_>, _>>()?;
+    let index = |id: NodeId| nodes.iter().position(|n: &Node| n.id == id).map(|n| n as NodeIndex);
+    let relay = index(NodeId::RELAY_TELEMETRY);
+    let mut associations = Vec::new();
+    for (i, link) in cast.links.iter().enumerate() {
+        let end = |id: NodeId| {
+            let member = cast.members.iter().find(|m| m.node() == id);
+            let missing = || AssemblyError { node: id, why: "no such member with a certificate".into() };
+            let peer = member.and_then(|m| m.peer).ok_or_else(missing)?;
+            Ok((index(id).ok_or_else(missing)?, SessionId(i as u32 + 1), peer))
+        };
+        let secret = blake3::derive_key("holdsafe twin association v1", &[&seed.to_le_bytes()[..], &[i as u8]].concat());
+        let between = relay.filter(|_| link.relayed);
+        associations.push(Association::new(end(link.client)?, end(link.server)?, between, guard, secret));
+    }
+    Ok(Assembly {
+        nodes,
+        clocks,
+        associations,
+        delays: Delays::new(seed, cast.varied_delays),
+        kills: cast.kills.clone(),
+        mouths,
+    })
+}
+
+fn clock(draw: &ClockDraw) -> HostClock {
+    HostClock { zero: draw.zero_us, drift_ppm: draw.drift_ppm }
+}
+
+fn node(member: &Member, clocks: &[HostClock]) -> Result<Node, AssemblyError> {
+    let now = clocks[member.host as usize].read(0);
+    let mut node = Node::new(member.node(), part(member, now)?, member.host as u8);
+    node.subscribes.clone_from(&member.subscribes);
+    node.commands = member.peer.filter(|_| member.commands);
+    node.taps = matches!(member.role, Role::InsiderCommand(_));
+    Ok(node)
+}
+
+/// One core, as it starts at `now` on its host's clock.
+pub fn part(member: &Member, now: Instant) -> Result<Part, AssemblyError> {
+    let setup = member.setup.clone();
+    let node = setup.node;
+    let failed = |why: String| AssemblyError { node, why };
+    Ok(match &member.role {
+        Role::Sim(config) => {
+            let keys = sim_keys(&setup);
+            Part::Sim(Box::new(Sim::new(config, keys, Some(setup.key()), now).map_err(|e| failed(e.to_string()))?))
+        }
+        Role::Perception(config) => {
+            let core = Perception::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?;
+            Part::Perception { core: Box::new(core), rendered: config.rendered }
+        }
+        Role::Autonomy(config) => {
+            Part::Autonomy(Box::new(Autonomy::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
+        }
+        Role::Gateway(config) => {
+            Part::Gateway(Box::new(Gateway::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
+        }
+        Role::Console(config) => {
+            Part::Console(Box::new(Console::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
+        }
+        Role::Recorder => {
+            let seals = setup.channels.first().ok_or_else(|| failed("no channel for seals".into()))?.key.clone();
+            Part::Recorder(Box::new(Recorder::new(setup.boot, setup.key(), seals, now)))
+        }
+        Role::DatagramRelay(config) => Part::DatagramRelay(Box::new(
+            DatagramRelay::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
+        )),
+        Role::StreamRelay(config) => {
+            Part::StreamRelay(Box::new(StreamRelay::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
+        }
+        Role::InsiderTeammate(config) => Part::InsiderTeammate(Box::new(
+            InsiderTeammate::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
+        )),
+        Role::InsiderCommand(config) => Part::InsiderCommand(Box::new(
+            InsiderCommand::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
+        )),
+    })
+}

@@ -1,0 +1,40 @@
+//! The recorder's process: receives audit frames, writes the recording, and says how far it is sealed.
+
+use std::process::ExitCode;
+
+use serde::Deserialize;
+use wire::audit::Recorder;
+use wire::core::Topic;
+use wire::id::Boot;
+use wire::setup::{Channel, NoChannel, Secret};
+use wire::sign::Key;
+
+use crate::spec::ServiceSpec;
+
+/// What the recorder needs of a `wire::setup::Setup`; it has no use for policy or bounds.
+#[derive(Deserialize)]
+struct Making {
+    boot: Boot,
+    secret: Secret,
+    channels: Vec<Channel>,
+}
+
+/// Runs the recorder until its launcher ends it.
+pub fn main() -> ExitCode {
+    match recorder() {
+        Ok((spec, core)) => crate::drive::run(spec, Box::new(core)),
+        Err(why) => {
+            eprintln!("holdsafe-recorder: {why}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn recorder() -> Result<(ServiceSpec, Recorder), Box<dyn std::error::Error>> {
+    let spec = ServiceSpec::from_stdin()?;
+    let making: Making = spec.config()?;
+    let seals = making.channels.iter().find(|c| c.topic == Topic::Seals).ok_or(NoChannel(Topic::Seals))?;
+    let key = Key::from_bytes(&making.secret.0);
+    let core = Recorder::new(making.boot, key, seals.key.clone(), spec.started());
+    Ok((spec, core))
+}

@@ -1,0 +1,116 @@
+//! Reading back what a run recorded: audit frames out of MCAP files, and guards' observation logs.
+//!
+//! The files may be cut or hostile: sizes are bounded before anything is allocated, and a cut file gives what stands
+//! before the cut. Whether the frames' chains hold is `wire::audit`'s business.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use wire::id::NodeId;
+
+use crate::guard::observe::Observation;
+use crate::instrument::{Frame, MAX_FRAME};
+
+/// The largest recording file that is read, bytes.
+const MAX_FILE: u64 = 1 << 30;
+/// The longest encoded observation, bytes.
+const MAX_OBSERVATION: usize = 256;
+
+/// A recording cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordedError {
+    /// The operating system said so.
+    #[error("{}: {error}", file.display())]
+    Io {
+        /// Which file or folder.
+        file: PathBuf,
+        /// Why.
+        error: std::io::Error,
+    },
+    /// It is longer than any recording of ours.
+    #[error("{}: {got} bytes, at most {MAX_FILE} are read", file.display())]
+    TooLong {
+        /// Which file.
+        file: PathBuf,
+        /// Its length.
+        got: u64,
+    },
+    /// It is not a recording, or damaged.
+    #[error("{}: not a readable recording: {why}", file.display())]
+    Damaged {
+        /// Which file.
+        file: PathBuf,
+        /// What MCAP said.
+        why: String,
+    },
+}
+
+/// Every frame of the recording in `directory`, file by file.
+///
+/// # Errors
+/// When a file cannot be read at all. A file that is cut gives the frames before the cut.
+pub fn frames(directory: &Path) -> Result<Vec<Frame>, RecordedError> {
+    let io = |error| RecordedError::Io { file: directory.to_owned(), error };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(directory).map_err(io)? {
+        let path = entry.map_err(io)?.path();
+        if path.extension().is_some_and(|e| e == "mcap") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    let mut frames = Vec::new();
+    for file in files {
+        read_file(&file, &mut frames)?;
+    }
+    Ok(frames)
+}
+
+fn read_file(file: &Path, frames: &mut Vec<Frame>) -> Result<(), RecordedError> {
+    let io = |error| RecordedError::Io { file: file.to_owned(), error };
+    let length = std::fs::metadata(file).map_err(io)?.len();
+    if length > MAX_FILE {
+        return Err(RecordedError::TooLong { file: file.to_owned(), got: length });
+    }
+    let bytes = std::fs::read(file).map_err(io)?;
+    let damaged = |why: &dyn std::fmt::Display| RecordedError::Damaged { file: file.to_owned(), why: why.to_string() };
+    let options = mcap::read::Options::IgnoreEndMagic;
+    let messages = mcap::MessageStream::new_with_options(&bytes, options.into()).map_err(|e| damaged(&e))?;
+    for message in messages {
+        // A cut file ends in an error; what stands before it counts.
+        let Ok(message) = message else { break };
+        let node = NodeId::from_name(message.channel.topic.trim_start_matches("/audit/"));
+        if let Some(node) = node
+            && message.data.len() <= MAX_FRAME
+        {
+            frames.push(Frame { trace_us: message.log_time / 1000, node, bytes: message.data.to_vec() });
+        }
+    }
+    Ok(())
+}
+
+/// Every observation of a guard's log, up to the first that is cut or unreadable.
+///
+/// # Errors
+/// When the file cannot be opened.
+pub fn observations(file: &Path) -> std::io::Result<Vec<Observation>> {
+    let mut from = BufReader::new(File::open(file)?);
+    let mut found = Vec::new();
+    let mut bytes = [0; MAX_OBSERVATION];
+    loop {
+        let mut prefix = [0; 4];
+        if from.read_exact(&mut prefix).is_err() {
+            return Ok(found);
+        }
+        let length = u32::from_be_bytes(prefix) as usize;
+        let Some(room) = bytes.get_mut(..length) else { return Ok(found) };
+        if from.read_exact(room).is_err() {
+            return Ok(found);
+        }
+        match minicbor::decode(room) {
+            Ok(observation) => found.push(observation),
+            Err(_) => return Ok(found),
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Every shipped scenario in the twin, named after its attack, against the classes it committed to beforehand.
+//!
+//! A few seeds each: rates with bounds are `holdsafe run`'s business.
+
+use campaign::trial::Outcome;
+use holdsafe_tests::{shipped, under, variations};
+use wire::event::{Account, Event, Interface};
+use wire::id::NodeId;
+
+const SEEDS: std::ops::Range<u64> = 1..4;
+
+#[test]
+fn null_attack_trips_nothing_and_the_operator_gets_the_mission_done() {
+    for run in shipped("nominal").expect(SEEDS) {
+        let acts = run.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::PlantAct { .. })).count();
+        assert_eq!(acts, 1, "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn replayed_records_of_the_same_session_are_never_delivered() {
+    for run in shipped("replay").expect(SEEDS) {
+        let gateway = NodeId::GATEWAY.guard().expect("a guard");
+        let count = |node: NodeId, wanted: Account| {
+            run.evidence.entries.iter().find_map(|w| match w.entry.event {
+                Event::Count { account, n } if account == wanted && w.entry.node == node => Some(n),
+                _ => None,
+            })
+        };
+        let added = count(NodeId::RELAY_TELEMETRY, Account::RelayAdded(wire::core::Side::Server)).unwrap_or(0);
+        assert!(added > 0, "something was replayed");
+        assert_eq!(count(gateway, Account::Discarded), Some(added));
+        assert_eq!(count(NodeId::GATEWAY, Account::Received(Interface::Uplink)), count(gateway, Account::Delivered));
+    }
+}
+
+#[test]
+fn delay_beyond_the_freshness_window_holds() {
+    shipped("delay").expect(SEEDS);
+}
+
+#[test]
+fn duplicates_are_accepted_once() {
+    shipped("duplicate").expect(SEEDS);
+}
+
+#[test]
+fn loss() {
+    shipped("loss").expect(SEEDS);
+}
+
+#[test]
+fn a_teammate_forwards_a_third_units_telemetry_in_every_form_under_every_policy() {
+    for cell in variations("teammate") {
+        cell.expect(1..3);
+    }
+}
+
+#[test]
+fn a_naive_relay_gets_no_record_in() {
+    for run in shipped("naive_relay").expect(SEEDS) {
+        let refused = run.evidence.entries.iter().any(|w| {
+            matches!(w.entry.event, Event::GuardSaw { association, .. } if association == u32::from(u8::MAX))
+        });
+        assert!(refused, "the guard saw the stranger");
+    }
+}
+
+#[test]
+fn loss_of_the_thermal_camera_degrades_and_revokes_authority() {
+    for run in shipped("thermal_loss").expect(SEEDS) {
+        assert!(run.verdict.latency.to_authority_revoked.is_some(), "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn loss_of_the_colour_camera_degrades_and_revokes_authority() {
+    for run in shipped("rgb_loss").expect(SEEDS) {
+        assert!(run.verdict.latency.to_authority_revoked.is_some(), "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn starved_tracks_degrade() {
+    shipped("track_starvation").expect(SEEDS);
+}
+
+#[test]
+fn loss_of_localisation_holds() {
+    shipped("localisation_loss").expect(SEEDS);
+}
+
+#[test]
+fn malformed_but_authenticated_records_are_refused_by_name() {
+    for run in shipped("malformed").expect(SEEDS) {
+        let refused = run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Refused { .. }));
+        assert!(refused);
+    }
+}
+
+#[test]
+fn without_the_age_bound_a_replay_of_old_state_is_still_not_delivered_by_the_session() {
+    let ready = under("replay", "session-only");
+    for seed in SEEDS {
+        let outcome = ready.run(seed).verdict.outcome;
+        assert!(!matches!(outcome, Outcome::Unsafe | Outcome::Invalid), "{outcome:?}");
+    }
+}

@@ -1,0 +1,372 @@
+//! Each property of the oracle has been seen to fail: on a log in which it is broken, and only there.
+
+use campaign::oracle::{Evidence, Planned, Property, Verdict, Witnessed, judge};
+use campaign::trial::Outcome;
+use wire::audit::Entry;
+use wire::bounds::Bounds;
+use wire::command::CommandKind;
+use wire::core::Side;
+use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor};
+use wire::id::{
+    Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId,
+};
+use wire::mode::{Because, Cause, Guard, Guards, Mode};
+use wire::policy::Waived;
+use wire::sensor::{Class, Modalities, Modality};
+use wire::time::{Instant, Span};
+
+/// A log under construction; times in milliseconds.
+#[derive(Clone)]
+struct Log {
+    entries: Vec<Witnessed>,
+    planned: Vec<Planned>,
+}
+
+impl Log {
+    /// A quiet, whole run of ten seconds: enabled at 1 s, armed at 2 s, displayed all along, telemetry on time.
+    fn whole() -> Log {
+        let mut log = Log { entries: Vec::new(), planned: Vec::new() };
+        log.command(1000, 1, CommandKind::Enable).to(1000, Mode::Idle, Mode::Ready, Cause::Operator);
+        log.command(2000, 2, CommandKind::Arm(TrackId(1))).to(2000, Mode::Ready, Mode::PrepareToAct, Cause::Operator);
+        let minted = Event::Minted {
+            world: WorldId(0),
+            authority: 1,
+            track: TrackId(1),
+            command: command(2),
+            waived: Waived::default(),
+        };
+        log.add(2000, NodeId::UNIT_A, minted);
+        for t in (100..10_000).step_by(100) {
+            log.report(t).displayed(t + 5, log.mode(t), t).heard(t).truth(t, 1000, 5000);
+        }
+        log
+    }
+
+    fn add(&mut self, ms: u64, node: NodeId, event: Event) -> &mut Log {
+        let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(ms * 1000), event, previous: [0; 32] };
+        self.entries.push(Witnessed { at: ms * 1000, entry });
+        self
+    }
+
+    fn mode(&self, ms: u64) -> Mode {
+        let to = |w: &Witnessed| match w.entry.event {
+            Event::Transition { to, .. } if w.at <= ms * 1000 => Some(to),
+            _ => None,
+        };
+        self.entries.iter().rev().find_map(to).unwrap_or(Mode::Idle)
+    }
+
+    fn to(&mut self, ms: u64, from: Mode, to: Mode, cause: Cause) -> &mut Log {
+        let event = Event::Transition { from, to, cause, because: Because::Itself, failing: Guards::default() };
+        self.add(ms, NodeId::UNIT_A, event)
+    }
+
+    fn command(&mut self, ms: u64, n: u64, kind: CommandKind) -> &mut Log {
+        self.add(ms - 10, NodeId::CONSOLE, Event::Intended { command: command(n), kind });
+        self.add(ms, NodeId::UNIT_A, Event::Executed { command: command(n), kind, refused: None })
+    }
+
+    fn report(&mut self, ms: u64) -> &mut Log {
+        let event = Event::Accepted {
+            at: Interface::Uplink,
+            record: record(ms),
+            peer: PeerId::UNIT_A,
+            age: Some(Span::ms(1)),
+            waived: Waived::default(),
+        };
+        self.add(ms, NodeId::GATEWAY, event)
+    }
+
+    fn displayed(&mut self, ms: u64, mode: Mode, report: u64) -> &mut Log {
+        let event = Event::Displayed {
+            unit: UnitId::A,
+            mode,
+            authority: false,
+            freshness: Freshness::Fresh,
+            age: Span::ms(5),
+            tracks_fresh: 0,
+            tracks_stale: 0,
+            report: record(report),
+        };
+        self.add(ms, NodeId::CONSOLE, event)
+    }
+
+    /// A datagram at both guards.
+    fn heard(&mut self, ms: u64) -> &mut Log {
+        for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
+            let hash = ms << 8 | node.index() as u64;
+            self.saw(ms, node, hash, GuardVerdict::Passed);
+        }
+        self
+    }
+
+    fn saw(&mut self, ms: u64, node: NodeId, hash: u64, verdict: GuardVerdict) -> &mut Log {
+        let event = Event::GuardSaw { association: 1, epoch: 1, sequence: ms, length: 100, hash, verdict };
+        self.add(ms, node.guard().expect("a node with a guard"), event)
+    }
+
+    fn truth(&mut self, ms: u64, speed: i32, fence: i32) -> &mut Log {
+        let event = Event::Truth {
+            unit: UnitId::A,
+            x_mm: 0,
+            y_mm: 0,
+            yaw_mrad: 0,
+            speed_mm_s: speed,
+            set_speed_mm_s: speed,
+            leased: true,
+            fence_mm: fence,
+        };
+        self.add(ms, NodeId::SIM, event)
+    }
+
+    fn confirm_and_act(&mut self, ms: u64, class: Class, distance_mm: u32) -> &mut Log {
+        self.command(ms, 3, CommandKind::Confirm(TrackId(1)));
+        self.acted(ms, Guards::default()).plant_act(ms, class, distance_mm);
+        self.to(ms, Mode::PrepareToAct, Mode::Ready, Cause::Acted)
+    }
+
+    fn acted(&mut self, ms: u64, failing: Guards) -> &mut Log {
+        let event =
+            Event::Acted { world: WorldId(0), authority: 1, track: TrackId(1), command: command(3), failing };
+        self.add(ms, NodeId::UNIT_A, event)
+    }
+
+    fn plant_act(&mut self, ms: u64, class: Class, distance_mm: u32) -> &mut Log {
+        let event = Event::PlantAct {
+            authority: 1,
+            command: command(3),
+            object: Some(ObjectId(1)),
+            class: Some(class),
+            distance_mm,
+        };
+        self.add(ms, NodeId::SIM, event)
+    }
+
+    fn thermal_fault(&mut self, from: u64, to: u64) -> &mut Log {
+        self.planned.push(Planned::Fault(Sensor::Thermal));
+        let fault = |active| Event::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active, frame: FrameId(1) };
+        let present = Modalities::default().with(Modality::Rgb).with(Modality::Depth).with(Modality::Lidar);
+        self.add(from, NodeId::SIM, fault(true)).add(to, NodeId::SIM, fault(false));
+        self.add(from + 20, NodeId::PERCEPTION, Event::FrameSeen { frame: FrameId(1), present })
+    }
+
+    /// From `ms` on, what is displayed and the modes after it are dropped, to be written anew.
+    fn cut_display(&mut self, ms: u64) -> &mut Log {
+        self.entries.retain(|w| !(w.at >= ms * 1000 && matches!(w.entry.event, Event::Displayed { .. })));
+        self
+    }
+
+    fn judge(&self) -> Verdict {
+        let mut entries = self.entries.clone();
+        entries.sort_by_key(|w| w.at);
+        judge(&Evidence {
+            entries,
+            broken_log: None,
+            bounds: Bounds::GROUND,
+            planned: self.planned.clone(),
+            duration: 10_000_000,
+            stall_limit: u64::MAX,
+            killed: Vec::new(),
+        })
+    }
+
+    fn breaks(&self) -> Vec<Property> {
+        let mut broken: Vec<Property> = self.judge().findings.iter().map(|f| f.property).collect();
+        broken.sort_unstable();
+        broken.dedup();
+        broken
+    }
+}
+
+fn command(n: u64) -> CommandId {
+    CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(n) }
+}
+
+fn record(ms: u64) -> RecordId {
+    RecordId { node: NodeId::UNIT_A, boot: Boot(1), sequence: Sequence(ms) }
+}
+
+#[test]
+fn a_whole_log_breaks_nothing() {
+    let log = Log::whole();
+    assert_eq!(log.breaks(), []);
+    assert_eq!(log.judge().outcome, Outcome::Nominal);
+}
+
+#[test]
+fn p1_an_act_that_no_operator_confirmed() {
+    let mut log = Log::whole();
+    log.acted(5000, Guards::default()).plant_act(5000, Class::Vehicle, 100);
+    assert_eq!(log.breaks(), [Property::P1]);
+    assert_eq!(log.judge().outcome, Outcome::Unsafe);
+}
+
+#[test]
+fn p1_an_act_with_a_failing_guard() {
+    let mut log = Log::whole();
+    log.command(5000, 3, CommandKind::Confirm(TrackId(1)));
+    log.acted(5000, Guards::default().with(Guard::Thermal)).plant_act(5000, Class::Vehicle, 100);
+    assert_eq!(log.breaks(), [Property::P1]);
+}
+
+#[test]
+fn p1_an_act_under_revoked_authority() {
+    let mut log = Log::whole();
+    log.add(4000, NodeId::UNIT_A, Event::Revoked { authority: 1, cause: Cause::Expired });
+    log.command(5000, 3, CommandKind::Confirm(TrackId(1)));
+    log.acted(5000, Guards::default()).plant_act(5000, Class::Vehicle, 100);
+    assert_eq!(log.breaks(), [Property::P1]);
+}
+
+#[test]
+fn p2_a_lost_subsystem_without_restriction() {
+    let mut log = Log::whole();
+    log.thermal_fault(4000, 9000);
+    assert_eq!(log.breaks(), [Property::P2]);
+    assert_eq!(log.judge().outcome, Outcome::Late);
+}
+
+#[test]
+fn p3_nothing_timely_for_longer_than_the_bound() {
+    let mut log = Log::whole();
+    let guard = NodeId::UNIT_A.guard();
+    log.entries.retain(|w| !(w.at > 5_000_000 && w.at < 7_000_000 && Some(w.entry.node) == guard));
+    assert_eq!(log.breaks(), [Property::P3]);
+}
+
+#[test]
+fn p3_records_held_back_too_long_are_not_timely() {
+    let mut log = Log::whole();
+    for t in (5000..8000).step_by(100) {
+        let hash = t << 8 | NodeId::GATEWAY.index() as u64;
+        let event =
+            Event::Attack { action: Action::Delay, side: Side::Server, length: 100, hash, delay: Span::ms(400) };
+        log.add(t - 400, NodeId::RELAY_TELEMETRY, event);
+    }
+    log.planned.push(Planned::Action(Action::Delay));
+    assert_eq!(log.breaks(), [Property::P3]);
+}
+
+#[test]
+fn p3_a_hold_that_the_plant_does_not_follow() {
+    let mut log = Log::whole();
+    log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease));
+    assert_eq!(log.breaks(), [Property::P3]);
+}
+
+#[test]
+fn p4_driving_outside_the_fence() {
+    let mut log = Log::whole();
+    log.truth(5000, 800, -20);
+    assert_eq!(log.breaks(), [Property::P4]);
+}
+
+#[test]
+fn p5_a_displayed_record_that_was_never_accepted() {
+    let mut log = Log::whole();
+    log.displayed(5050, Mode::PrepareToAct, 5001);
+    assert_eq!(log.breaks(), [Property::P5]);
+}
+
+#[test]
+fn p5_an_executed_command_that_nobody_gave() {
+    let mut log = Log::whole();
+    let event = Event::Executed { command: command(9), kind: CommandKind::Disarm, refused: None };
+    log.add(5000, NodeId::UNIT_A, event);
+    assert_eq!(log.breaks(), [Property::P5]);
+}
+
+#[test]
+fn p6_accounts_that_do_not_add_up() {
+    let mut log = Log::whole();
+    log.add(9999, NodeId::GATEWAY, Event::Count { account: Account::Received(Interface::Uplink), n: 7 });
+    assert_eq!(log.breaks(), [Property::P6]);
+    assert_eq!(log.judge().outcome, Outcome::Invalid);
+}
+
+#[test]
+fn p7_a_value_shown_fresh_beyond_its_limit() {
+    let mut log = Log::whole();
+    log.displayed(5900, Mode::PrepareToAct, 5000);
+    assert_eq!(log.breaks(), [Property::P7]);
+}
+
+#[test]
+fn p7_a_mode_shown_fresh_that_the_unit_has_left() {
+    let mut log = Log::whole();
+    log.displayed(5005, Mode::Idle, 5000);
+    assert_eq!(log.breaks(), [Property::P7]);
+}
+
+#[test]
+fn p8_a_command_executed_twice_and_one_executed_late() {
+    let mut log = Log::whole();
+    let twice = Event::Executed { command: command(1), kind: CommandKind::Enable, refused: None };
+    log.add(1500, NodeId::UNIT_A, twice);
+    assert_eq!(log.breaks(), [Property::P8]);
+    let mut log = Log::whole();
+    log.add(3000, NodeId::CONSOLE, Event::Intended { command: command(5), kind: CommandKind::Disarm });
+    log.add(6000, NodeId::UNIT_A, Event::Executed { command: command(5), kind: CommandKind::Disarm, refused: None });
+    assert_eq!(log.breaks(), [Property::P8]);
+}
+
+#[test]
+fn p9_hold_safe_left_and_authority_entered_without_an_operator() {
+    let mut log = Log::whole();
+    log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator);
+    log.entries.retain(|w| !(w.at > 3_000_000 && matches!(w.entry.event, Event::Truth { .. })));
+    log.to(4000, Mode::HoldSafe, Mode::Ready, Cause::Recovered);
+    assert_eq!(log.breaks(), [Property::P9]);
+    let mut log = Log::whole();
+    log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::Ready, Cause::Expired);
+    log.to(4000, Mode::Ready, Mode::PrepareToAct, Cause::Recovered);
+    assert_eq!(log.breaks(), [Property::P9]);
+}
+
+#[test]
+fn p10_a_broken_log() {
+    let log = Log::whole();
+    let mut entries = log.entries.clone();
+    entries.sort_by_key(|w| w.at);
+    let verdict = judge(&Evidence {
+        entries,
+        broken_log: Some("chain of unit-a broken at entry 9".into()),
+        bounds: Bounds::GROUND,
+        planned: Vec::new(),
+        duration: 10_000_000,
+        stall_limit: u64::MAX,
+        killed: Vec::new(),
+    });
+    assert_eq!(verdict.outcome, Outcome::Invalid);
+    assert!(verdict.findings.iter().all(|f| f.property == Property::P10));
+}
+
+#[test]
+fn p11_an_act_on_a_decoy_and_one_far_from_any_vehicle() {
+    for (class, distance) in [(Class::Decoy, 100), (Class::Vehicle, 9000)] {
+        let mut log = Log::whole();
+        log.cut_display(5000).confirm_and_act(5000, class, distance);
+        assert_eq!(log.breaks(), [Property::P11], "{class:?} {distance}");
+    }
+    let mut log = Log::whole();
+    log.cut_display(5000).confirm_and_act(5000, Class::Vehicle, 100);
+    assert_eq!(log.breaks(), []);
+}
+
+#[test]
+fn an_injection_without_its_receipt_is_invalid_whatever_else_happened() {
+    let mut log = Log::whole();
+    log.planned.push(Planned::Action(Action::Replay));
+    let event = Event::Attack { action: Action::Replay, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
+    log.add(4000, NodeId::RELAY_TELEMETRY, event);
+    assert_eq!(log.judge().outcome, Outcome::Invalid, "the adversary's word alone is no receipt");
+    log.saw(3000, NodeId::GATEWAY, 77, GuardVerdict::Passed).saw(4001, NodeId::GATEWAY, 77, GuardVerdict::Passed);
+    assert_eq!(log.judge().outcome, Outcome::Undetected);
+}
+
+#[test]
+fn a_trip_without_a_fault_is_a_false_trip() {
+    let mut log = Log::whole();
+    log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
+    assert_eq!(log.judge().outcome, Outcome::FalseTrip);
+}
