@@ -58,6 +58,7 @@ fn add(trial: &mut Trial, node: NodeId, account: Account, n: u64) {
         | Account::RelayOut(_)
         | Account::RelayDropped(_)
         | Account::RelayAdded(_)
+        | Account::RelayStranger
         | Account::GuardIn
         | Account::GuardRefused
         | Account::Delivered

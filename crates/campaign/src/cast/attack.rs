@@ -4,7 +4,7 @@ use adversary::plan::{
     Content, Damage, DatagramAction, DatagramRelayConfig, Direction, Flaw, Form, Forward, InsiderCommandConfig,
     InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater, StreamAction, StreamRelayConfig, Timed,
 };
-use sim::{Disturbance, Fault};
+use sim::fault::{Disturbance, Fault};
 use wire::event::{Action, Sensor};
 use wire::id::NodeId;
 

@@ -270,7 +270,7 @@ impl Company<'_> {
         member.commands = true;
     }
 
-    fn autonomy(&self, unit: UnitId, world: &sim::Scene) -> AutonomyConfig {
+    fn autonomy(&self, unit: UnitId, world: &sim::scene::Scene) -> AutonomyConfig {
         let silent = unit == UnitId::C && attack::third_is_silent(self.scenario);
         let others = [UnitId::A, UnitId::B, UnitId::C].into_iter().filter(|u| *u != unit);
         AutonomyConfig {
@@ -278,6 +278,7 @@ impl Company<'_> {
             route: world.route.iter().map(|p| scene::millimetres(*p)).collect(),
             looped: false,
             geofence: world.geofence.iter().map(|p| scene::millimetres(*p)).collect(),
+            obstacles: scene::map(world),
             teammates: others.collect(),
             operators: vec![NodeId::OPERATOR],
             supervisor: if silent { PeerId::UNIT_B } else { PeerId::GATEWAY },

@@ -1,6 +1,6 @@
 //! From a scenario's world to the sim's.
 
-use sim::{Ground, Object, Scene, Start};
+use sim::scene::{Ground, Object, Scene, Start};
 use wire::sensor::Class;
 
 use crate::scenario::{self, Scenario};
@@ -59,4 +59,16 @@ fn object(object: &scenario::Object, (east, north): (f64, f64)) -> Object {
         departs: object.departs_s.get() as f32,
         closed: object.closed,
     }
+}
+
+/// What a unit's map knows: everything that stands still, as discs.
+pub fn map(world: &Scene) -> Vec<autonomy::Disc> {
+    let still = world.objects.iter().filter(|o| o.speed == 0.0);
+    still
+        .filter_map(|o| {
+            let (x_mm, y_mm) = millimetres(*o.path.first()?);
+            let radius_mm = (o.size[0].max(o.size[1]) * 500.0) as u32;
+            Some(autonomy::Disc { x_mm, y_mm, radius_mm })
+        })
+        .collect()
 }

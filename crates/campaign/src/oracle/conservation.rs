@@ -71,6 +71,7 @@ fn judged(accounts: &Accounts, node: NodeId, interface: Interface) -> i128 {
         | Account::RelayOut(_)
         | Account::RelayDropped(_)
         | Account::RelayAdded(_)
+        | Account::RelayStranger
         | Account::GuardIn
         | Account::GuardRefused
         | Account::Delivered

@@ -1,9 +1,7 @@
 //! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
 
-use adversary::insider::command::InsiderCommand;
-use adversary::insider::teammate::InsiderTeammate;
-use adversary::relay::datagram::DatagramRelay;
-use adversary::relay::stream::StreamRelay;
+use adversary::insider::{InsiderCommand, InsiderTeammate};
+use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
 use gateway::Gateway;

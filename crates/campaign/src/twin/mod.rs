@@ -349,7 +349,8 @@ impl Twin {
                 let end = if side == Side::Client { 0 } else { 1 };
                 if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
                     let target = self.associations[association].ends[end].node;
-                    let at = self.in_order(node, target, at + self.delays.datagram());
+                    let hop = self.delays.datagram();
+                    let at = self.in_order(node, target, at + hop);
                     let datagram = Happening::Datagram { association: association as u8, end: end as u8, bytes };
                     self.queue.push(at, target, datagram);
                 }
@@ -372,7 +373,8 @@ impl Twin {
         for reader in 0..self.nodes.len() {
             let n = &self.nodes[reader];
             if n.host == host && n.subscribes.contains(&topic) {
-                let at = self.in_order(node, reader as NodeIndex, at + self.delays.bus());
+                let hop = self.delays.bus();
+                let at = self.in_order(node, reader as NodeIndex, at + hop);
                 let input = Input::Bus { topic, bytes: bytes.to_vec() };
                 self.queue.push(at, reader as NodeIndex, Happening::Input(input));
             }
@@ -388,7 +390,8 @@ impl Twin {
             let tapped = n.taps && publisher == PeerId::GATEWAY && !insider;
             let receives = n.commands.is_some_and(|peer| receivers.contains(&peer)) && !n.taps;
             if receives || tapped {
-                let at = self.in_order(node, reader as NodeIndex, at + self.delays.command());
+                let hop = self.delays.command();
+                let at = self.in_order(node, reader as NodeIndex, at + hop);
                 let input = Input::Published { subject, bytes: bytes.clone() };
                 self.queue.push(at, reader as NodeIndex, Happening::Input(input));
             }
@@ -410,7 +413,8 @@ impl Twin {
         let bytes = a.seal(from, plain);
         let target = a.ends[1 - from].node;
         let (source, relay) = (a.ends[from].node, a.relay);
-        let at = self.in_order(source, relay.unwrap_or(target), at + self.delays.datagram());
+        let hop = self.delays.datagram();
+        let at = self.in_order(source, relay.unwrap_or(target), at + hop);
         match relay {
             Some(relay) => {
                 let side = if from == 0 { Side::Client } else { Side::Server };

@@ -1,9 +1,7 @@
 //! The cores that a twin can hold: exactly those of the live services, behind their common verbs.
 
-use adversary::insider::command::InsiderCommand;
-use adversary::insider::teammate::InsiderTeammate;
-use adversary::relay::datagram::DatagramRelay;
-use adversary::relay::stream::StreamRelay;
+use adversary::insider::{InsiderCommand, InsiderTeammate};
+use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
 use gateway::Gateway;
