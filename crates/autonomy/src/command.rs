@@ -1,0 +1,173 @@
+//! Command intake: the way of an operator's order through the trust boundary, and the unit's signed answer.
+//!
+//! An order is two signed statements of one operator, the intent and, away from safe, its confirmation. The transport,
+//! the broker and the gateway are not asked who said it or when: the signatures and a nonce that this unit issued are.
+//! An [`Ordered`] is the proof that all of it held; the machine takes nothing else. Whether it may be carried out is
+//! left to `transition`.
+//!
+//! ```compile_fail,E0451
+//! let forged = autonomy::command::Ordered { id: unreachable!(), kind: unreachable!(), intent: [0; 32], waived: Default::default() };
+//! ```
+
+use std::collections::VecDeque;
+
+use sha2::{Digest, Sha256};
+use wire::codec;
+use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
+use wire::id::{CommandId, NodeId, Nonce, UnitId};
+use wire::mode::Mode;
+use wire::policy::{Check, Policy, Requirement, Waived};
+use wire::refusal::{Reason, Refusal};
+use wire::sign::{Key, Keyring, Purpose};
+use wire::time::{Age, Instant, Span};
+use wire::trust::{Accepted, Decoded, SignedStatement};
+
+/// Nonces kept; more than are issued within any command limit in use.
+const NONCES: usize = 16;
+
+/// Who may order what, and what was ordered already.
+#[derive(Clone, Debug)]
+pub struct CommandGate {
+    unit: UnitId,
+    operators: Vec<NodeId>,
+    limit: Span,
+    nonces: VecDeque<(Nonce, Instant)>,
+    /// The newest order of each operator, by identity.
+    last: [Option<CommandId>; 16],
+}
+
+/// An order that passed the trust boundary: an operator's, in time, confirmed where it leads away from safe, and new.
+#[derive(Debug)]
+pub struct Ordered {
+    id: CommandId,
+    kind: CommandKind,
+    intent: [u8; 32],
+    waived: Waived,
+}
+
+/// What an order says it is: enough to answer it, believed by nobody.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Claimed {
+    /// Its idempotency key.
+    pub id: CommandId,
+    /// What it asks.
+    pub kind: CommandKind,
+    /// SHA-256 of its signed intent.
+    pub intent: [u8; 32],
+}
+
+/// An order that was refused, and what it said it was if it could be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rejected {
+    /// Why.
+    pub refusal: Refusal,
+    /// What it said it was.
+    pub claimed: Option<Claimed>,
+}
+
+impl Ordered {
+    fn new(accepted: Accepted<Intent>, claimed: &Claimed, confirmation: Waived) -> Ordered {
+        let (intent, evidence) = accepted.into_parts();
+        let waived = evidence.waived.union(confirmation);
+        Ordered { id: intent.id, kind: intent.kind, intent: claimed.intent, waived }
+    }
+
+    /// Its idempotency key.
+    pub fn id(&self) -> CommandId {
+        self.id
+    }
+
+    /// What it asks.
+    pub fn kind(&self) -> CommandKind {
+        self.kind
+    }
+
+    /// Checks that were waived on its way.
+    pub fn waived(&self) -> Waived {
+        self.waived
+    }
+
+    /// What it says it is, now that it may be believed.
+    pub fn claimed(&self) -> Claimed {
+        Claimed { id: self.id, kind: self.kind, intent: self.intent }
+    }
+}
+
+impl CommandGate {
+    /// The gate of `unit` for orders of `operators`; a nonce may be at most `limit` old.
+    pub fn new(unit: UnitId, operators: Vec<NodeId>, limit: Span) -> Self {
+        CommandGate { unit, operators, limit, nonces: VecDeque::with_capacity(NONCES), last: [None; 16] }
+    }
+
+    /// Takes a new nonce into use.
+    pub fn issue(&mut self, nonce: Nonce, now: Instant) {
+        if self.nonces.len() == NONCES {
+            self.nonces.pop_front();
+        }
+        self.nonces.push_back((nonce, now));
+    }
+
+    /// The nonce that an intent made now should repeat, and when it was issued.
+    pub fn current(&self) -> Option<(Nonce, Instant)> {
+        self.nonces.back().copied()
+    }
+
+    /// Judges one order, received at `now`. Nothing is remembered of it unless every check has passed.
+    pub fn admit(&mut self, policy: &Policy, keys: &Keyring, now: Instant, bytes: &[u8]) -> Result<Ordered, Rejected> {
+        let unread = |refusal| Rejected { refusal, claimed: None };
+        let order = codec::decode::<Order<'_>>(bytes, MAX_ORDER).map_err(|malformed| unread(malformed.into()))?;
+        let (intent, signed) = Decoded::<Intent>::parse(now, order.intent, MAX_ORDER).map_err(unread)?;
+        let claim = *intent.claim();
+        let claimed = Claimed { id: claim.id, kind: claim.kind, intent: Sha256::digest(&order.intent[..]).into() };
+        let judged = self.addressed(&claim).and_then(|()| {
+            let fresh = intent.in_time(policy, self.age(claim.nonce, now), self.limit)?;
+            let attributed = fresh.by_operator(policy, &self.operators, keys, &signed)?;
+            let confirmation =
+                confirm(policy, keys, now, (&claim, &claimed), order.confirmation.map(|bytes| &**bytes))?;
+            let ordered = attributed.once(policy, &mut self.last[claim.id.operator.index()])?;
+            Ok(Ordered::new(ordered.accept_message(), &claimed, confirmation))
+        });
+        judged.map_err(|refusal| Rejected { refusal, claimed: Some(claimed) })
+    }
+
+    fn addressed(&self, claim: &Intent) -> Result<(), Refusal> {
+        if claim.unit == self.unit { Ok(()) } else { Err(Refusal::Unit { expected: self.unit, got: claim.unit }) }
+    }
+
+    /// The age of an intent is at most that of the nonce it repeats.
+    fn age(&self, nonce: Nonce, now: Instant) -> Option<Age> {
+        let (_, issued) = self.nonces.iter().find(|(issued, _)| *issued == nonce)?;
+        Some(Age::on_one_host(*issued, now))
+    }
+}
+
+/// The second step of an order away from safe: a reason, and the same operator's signature over this very intent.
+fn confirm(
+    policy: &Policy,
+    keys: &Keyring,
+    now: Instant,
+    (claim, claimed): (&Intent, &Claimed),
+    confirmation: Option<&[u8]>,
+) -> Result<Waived, Refusal> {
+    if claim.kind.towards_safe() {
+        return Ok(Waived::default());
+    }
+    if claim.reason.as_str().trim().is_empty() {
+        return Err(Refusal::NoReason);
+    }
+    match policy.check(Check::Confirmation) {
+        Requirement::Waived => Ok(Waived::default().with(Check::Confirmation)),
+        Requirement::Required => {
+            let bytes = confirmation.ok_or(Refusal::Confirmation { expected: claim.id })?;
+            let statement = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes)?;
+            let attributed = statement.by_signer(policy, claim.id.operator, keys)?;
+            Ok(attributed.about(claim.id, &claimed.intent)?.evidence().waived)
+        }
+    }
+}
+
+/// The unit's signed answer to a command.
+pub fn acknowledge(key: &Key, claimed: &Claimed, refused: Option<Reason>, mode: Mode) -> Vec<u8> {
+    let ack = Ack { id: claimed.id, intent: claimed.intent, refused, mode };
+    key.sign(Purpose::Ack, &codec::encode(&ack))
+}

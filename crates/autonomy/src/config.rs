@@ -1,0 +1,135 @@
+//! What an autonomy core is told about its mission and its surroundings. World frame, millimetres.
+
+use serde::{Deserialize, Serialize};
+use wire::id::{NodeId, PeerId, UnitId};
+use wire::setup::{NoChannel, Setup};
+
+use crate::consistency::MAX_TEAMMATES;
+
+/// Most points of a route, corners of a geofence or obstacles of a map.
+pub const MAX_POINTS: usize = 64;
+/// Most operators.
+pub const MAX_OPERATORS: usize = 4;
+/// Furthest coordinate from the world's centre, millimetres.
+pub const MAX_COORDINATE: i32 = 1_000_000;
+
+/// Mission and surroundings of one unit.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AutonomyConfig {
+    /// The unit; its node is the core's own.
+    pub unit: UnitId,
+    /// Way points, in order: millimetres east, millimetres north. Empty: stand.
+    pub route: Vec<(i32, i32)>,
+    /// Whether the last way point leads to the first again.
+    #[serde(default)]
+    pub looped: bool,
+    /// Corners of the geofence, in order, three at least.
+    pub geofence: Vec<(i32, i32)>,
+    /// What stands on the map.
+    #[serde(default)]
+    pub obstacles: Vec<Disc>,
+    /// Other units whose claims this one hears.
+    #[serde(default)]
+    pub teammates: Vec<UnitId>,
+    /// Who may order.
+    pub operators: Vec<NodeId>,
+    /// Who may open a session and grant leases.
+    #[serde(default = "gateway")]
+    pub supervisor: PeerId,
+}
+
+/// A place to keep clear of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Disc {
+    /// East, millimetres.
+    pub x_mm: i32,
+    /// North, millimetres.
+    pub y_mm: i32,
+    /// Radius, millimetres.
+    pub radius_mm: u32,
+}
+
+/// Why a core cannot be made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ConfigError {
+    /// A channel's key is missing.
+    #[error(transparent)]
+    Channel(#[from] NoChannel),
+    /// A list has too few or too many items.
+    #[error("{field}: {least} to {most} items expected, got {got}")]
+    Count {
+        /// Field.
+        field: &'static str,
+        /// Fewest.
+        least: usize,
+        /// Most.
+        most: usize,
+        /// Items.
+        got: usize,
+    },
+    /// A coordinate is outside the world.
+    #[error("{field}: coordinates within ±{MAX_COORDINATE} mm expected, got {got}")]
+    Coordinate {
+        /// Field.
+        field: &'static str,
+        /// Value.
+        got: i32,
+    },
+    /// The setup is another node's.
+    #[error("setup of {expected} expected, got that of {got}")]
+    Node {
+        /// The unit's node.
+        expected: NodeId,
+        /// The setup's.
+        got: NodeId,
+    },
+    /// A period is zero: the core would never come to rest.
+    #[error("{field}: a period above zero expected")]
+    Period {
+        /// Field.
+        field: &'static str,
+    },
+}
+
+impl AutonomyConfig {
+    /// Refuses what no core could be made from.
+    pub fn check(&self, setup: &Setup) -> Result<(), ConfigError> {
+        let expected = self.unit.node();
+        if setup.node != expected {
+            return Err(ConfigError::Node { expected, got: setup.node });
+        }
+        count("route", self.route.len(), 0, MAX_POINTS)?;
+        count("geofence", self.geofence.len(), 3, MAX_POINTS)?;
+        count("obstacles", self.obstacles.len(), 0, MAX_POINTS)?;
+        count("teammates", self.teammates.len(), 0, MAX_TEAMMATES)?;
+        count("operators", self.operators.len(), 0, MAX_OPERATORS)?;
+        points("route", self.route.iter().copied())?;
+        points("geofence", self.geofence.iter().copied())?;
+        points("obstacles", self.obstacles.iter().map(|disc| (disc.x_mm, disc.y_mm)))?;
+        let bounds = &setup.bounds;
+        let periods =
+            [("control_period_ms", bounds.control_period_ms), ("telemetry_period_ms", bounds.telemetry_period_ms)];
+        match periods.into_iter().find(|(_, ms)| *ms == 0) {
+            Some((field, _)) => Err(ConfigError::Period { field }),
+            None => Ok(()),
+        }
+    }
+}
+
+fn gateway() -> PeerId {
+    PeerId::GATEWAY
+}
+
+fn count(field: &'static str, got: usize, least: usize, most: usize) -> Result<(), ConfigError> {
+    if (least..=most).contains(&got) { Ok(()) } else { Err(ConfigError::Count { field, least, most, got }) }
+}
+
+fn points(field: &'static str, mut points: impl Iterator<Item = (i32, i32)>) -> Result<(), ConfigError> {
+    let outside = |n: i32| !(-MAX_COORDINATE..=MAX_COORDINATE).contains(&n);
+    match points.find(|(x, y)| outside(*x) || outside(*y)) {
+        Some((x, y)) => Err(ConfigError::Coordinate { field, got: if outside(x) { x } else { y } }),
+        None => Ok(()),
+    }
+}

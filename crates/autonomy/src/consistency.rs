@@ -1,0 +1,173 @@
+//! Whether teammates' claims can all be true.
+//!
+//! A claim that comes here has passed every check of the trust boundary that the policy requires. Cryptography can tie
+//! it to a key; it cannot tell whether the holder of the key speaks for itself. What is left is whether claims agree
+//! with physics, with each other and with their own time base:
+//!
+//! - *kinematics*: a unit moves no further than its claimed speed allows, and claims no speed beyond the platform's;
+//! - *exclusion*: two units, this one among them, are not in one place;
+//! - *time base*: one unit's boot, sequence and stamp rise together, and no second source says what was said already.
+//!
+//! A finding stays until an operator consents to go on ([`Teammates::acquit`]). Attribution and ordering are not judged
+//! here: those are refusals, and a refused claim never arrives.
+
+use arrayvec::ArrayVec;
+use wire::bounds::Bounds;
+use wire::event::Inconsistency;
+use wire::id::{Boot, PeerId, Sequence, UnitId};
+use wire::mode::Because;
+use wire::report::Report;
+use wire::time::{Instant, PeerStamp, Span};
+
+use crate::geofence::{Motion, Point, between};
+
+/// Most units that can be known; the closed set has four vehicles.
+pub const MAX_TEAMMATES: usize = 3;
+
+/// How old a claimed place may be and still exclude another, whatever its speed.
+const REMEMBERED: Span = Span::s(1);
+
+/// Share of the platform's speed, percent, that a claim may state: sensors are noisy.
+const CLAIMABLE_SPEED: f64 = 1.25;
+
+/// What is known of the other units.
+#[derive(Clone, Debug, Default)]
+pub struct Teammates {
+    claims: ArrayVec<Claim, MAX_TEAMMATES>,
+    found: Option<(UnitId, Inconsistency)>,
+}
+
+/// The newest consistent claim of one unit.
+#[derive(Clone, Copy, Debug)]
+struct Claim {
+    unit: UnitId,
+    via: PeerId,
+    boot: Boot,
+    sequence: Sequence,
+    stamp: PeerStamp,
+    at: Point,
+    speed: f64,
+    /// The earliest that it can have been written, on this host's clock.
+    written: Instant,
+}
+
+/// A finding, to be restored if the operator's consent comes to nothing.
+#[derive(Debug)]
+pub struct Acquitted(Option<(UnitId, Inconsistency)>);
+
+impl Teammates {
+    /// Takes an accepted report of `unit`, brought by `via`, at most `age` old at `now`; `own` is this unit's motion.
+    /// Gives the inconsistency that it reveals. An inconsistent claim replaces nothing.
+    pub fn take(
+        &mut self,
+        (unit, via): (UnitId, PeerId),
+        report: &Report,
+        age: Span,
+        now: Instant,
+        own: Option<Motion>,
+        bounds: &Bounds,
+    ) -> Option<Inconsistency> {
+        let claim = Claim {
+            unit,
+            via,
+            boot: report.boot,
+            sequence: report.sequence,
+            stamp: report.stamp,
+            at: (f64::from(report.pose.x_mm), f64::from(report.pose.y_mm)),
+            speed: f64::from(report.speed_mm_s).abs(),
+            written: now - age,
+        };
+        let before = self.claims.iter().position(|known| known.unit == unit);
+        let finding = before
+            .and_then(|at| self.claims[at].contradicted_by(&claim, bounds))
+            .or_else(|| claim.too_fast(bounds))
+            .or_else(|| self.excluded(&claim, now, own, bounds));
+        match (finding, before) {
+            (Some(found), _) => self.found = Some((unit, found)),
+            (None, Some(at)) if claim.order() > self.claims[at].order() => self.claims[at] = claim,
+            // Overtaken on its way by a later one of the same source.
+            (None, Some(_)) => {}
+            (None, None) => {
+                let room = self.claims.try_push(claim);
+                debug_assert!(room.is_ok(), "only configured teammates arrive, and they fit");
+            }
+        }
+        finding
+    }
+
+    /// Why teammates are not consistent, if they are not.
+    pub fn inconsistent(&self) -> Option<Because> {
+        self.found.map(|(unit, _)| Because::Claim(unit))
+    }
+
+    /// Whether this very finding already stands.
+    pub fn stands(&self, unit: UnitId, finding: Inconsistency) -> bool {
+        self.found == Some((unit, finding))
+    }
+
+    /// Sets the finding aside on an operator's word.
+    #[must_use = "restore it if the operator's order is not carried out"]
+    pub fn acquit(&mut self) -> Acquitted {
+        Acquitted(self.found.take())
+    }
+
+    /// Restores what was set aside.
+    pub fn restore(&mut self, acquitted: Acquitted) {
+        self.found = self.found.or(acquitted.0);
+    }
+
+    /// Where teammates were last consistently claimed to be, as long as that is worth knowing.
+    pub fn places(&self, now: Instant) -> impl Iterator<Item = Point> {
+        self.claims.iter().filter(move |claim| now.since(claim.written) <= REMEMBERED).map(|claim| claim.at)
+    }
+
+    fn excluded(&self, claim: &Claim, now: Instant, own: Option<Motion>, bounds: &Bounds) -> Option<Inconsistency> {
+        let others = self.claims.iter().filter(|other| other.unit != claim.unit);
+        let others = others.filter(|other| now.since(other.written) <= REMEMBERED);
+        let others = others.map(|other| (other.at, other.reach(now)));
+        let own = own.map(|motion| (motion.at, 0.0));
+        let limit = f64::from(bounds.exclusion_mm);
+        let mut places = others.chain(own);
+        let clash = places.any(|(at, reach)| between(at, claim.at) + reach + claim.reach(now) < limit);
+        clash.then_some(Inconsistency::Exclusion)
+    }
+}
+
+impl Claim {
+    fn order(&self) -> (Boot, Sequence) {
+        (self.boot, self.sequence)
+    }
+
+    /// How far the unit may have gone since, millimetres.
+    fn reach(&self, now: Instant) -> f64 {
+        self.speed * seconds(now.since(self.written))
+    }
+
+    fn too_fast(&self, bounds: &Bounds) -> Option<Inconsistency> {
+        let limit = f64::from(bounds.max_speed_mm_s) * CLAIMABLE_SPEED;
+        (self.speed > limit).then_some(Inconsistency::Kinematics)
+    }
+
+    /// How `next`, of the same unit, contradicts this claim.
+    fn contradicted_by(&self, next: &Claim, bounds: &Bounds) -> Option<Inconsistency> {
+        let same_boot = self.boot == next.boot;
+        let later = next.order() > self.order();
+        let stamps_rise = next.stamp > self.stamp;
+        let repeated = next.order() == self.order();
+        let second_source_behind = !later && next.via != self.via;
+        if repeated || second_source_behind || (same_boot && later != stamps_rise) {
+            return Some(Inconsistency::TimeBase);
+        }
+        let elapsed = if same_boot {
+            next.stamp.minus(self.stamp).unsigned_abs() as f64 / 1e6
+        } else {
+            seconds(next.written.since(self.written))
+        };
+        let allowed = self.speed.max(next.speed) * elapsed + f64::from(bounds.teammate_slack_mm);
+        (between(self.at, next.at) > allowed).then_some(Inconsistency::Kinematics)
+    }
+}
+
+fn seconds(span: Span) -> f64 {
+    span.0 as f64 / 1e6
+}

@@ -1,0 +1,274 @@
+//! What the core does by itself: judge the guards, step the machine, drive, report; and how a step's effects leave it.
+
+use wire::codec;
+use wire::command::CommandKind;
+use wire::core::{Output, Subject, Topic};
+use wire::drive::{Act, Drive};
+use wire::event::{Account, Event};
+use wire::hop::HopBody;
+use wire::id::TrackId;
+use wire::mode::{Because, Guard, Mode};
+use wire::refusal::Refusal;
+use wire::time::{Instant, Span};
+
+use crate::Autonomy;
+use crate::authority::Spent;
+use crate::command::Ordered;
+use crate::designation::Designated;
+use crate::grid::Keepout;
+use crate::health::{Findings, Health};
+use crate::intake::report_body;
+use crate::navigation::{self, SetPoint, Surroundings};
+use crate::state::Machine;
+use crate::telemetry::Sources;
+use crate::transition::{Context, Effect, Effects, Stimulus, Timing};
+
+/// Period of new command nonces.
+const NONCE_PERIOD: Span = Span::ms(500);
+/// Distance that the way keeps to what is seen, from centre to centre, millimetres.
+const KEEP_CLEAR_MM: f64 = 3000.0;
+
+impl Autonomy {
+    /// The deadline has come.
+    pub(crate) fn tick(&mut self, now: Instant) {
+        if now >= self.next_control {
+            self.next_control = after(self.next_control, Span::ms(self.identity.bounds.control_period_ms), now);
+            self.seals.mark(now, self.journal.counter());
+            self.judge(now);
+            self.steer(now);
+        }
+        if now >= self.next_telemetry {
+            self.next_telemetry = after(self.next_telemetry, Span::ms(self.identity.bounds.telemetry_period_ms), now);
+            self.renew(now);
+            self.introduce(now);
+            self.report(now);
+        }
+    }
+
+    /// The closing account.
+    pub(crate) fn finish(&mut self, now: Instant) {
+        self.quiet = true;
+        self.accounts.close(now, &mut self.journal, &mut self.out);
+        self.journal.sign(now, &mut self.out);
+    }
+
+    /// Judges every guard.
+    pub(crate) fn assess(&self, now: Instant) -> Health {
+        let bounds = &self.identity.bounds;
+        let limit = bounds.product_limit();
+        let lost = self.localisation.lost(now, limit);
+        // Without a place there is no distance to the fence; localisation's own guard says so.
+        let motion = self.localisation.motion().filter(|_| lost.is_none());
+        let findings = self.picture.judge(Findings::default(), now, limit);
+        let findings = findings
+            .with(Guard::Localisation, lost)
+            .with(Guard::Geofence, motion.and_then(|motion| self.fence.breached(&motion, bounds)))
+            .with(Guard::Lease, self.lease.lapsed(now))
+            .with(Guard::Teammates, self.teammates.inconsistent())
+            .with(Guard::SealedLog, self.seals.missing(now));
+        let evidence = self.picture.waived().union(self.localisation.waived()).union(self.standing.lease_waived);
+        Health::judge(findings, self.identity.waived_guards, evidence)
+    }
+
+    /// Judges the guards and lets the machine follow from them. After the run is over nothing follows any more.
+    pub(crate) fn judge(&mut self, now: Instant) {
+        if self.quiet {
+            return;
+        }
+        self.health = self.assess(now);
+        let held = self.machine.authority().map(|authority| authority.track());
+        let designation = self.designation(held, now);
+        let refused = self.step(now, Stimulus::Judged, &designation);
+        debug_assert!(refused.is_none(), "only orders can be refused");
+    }
+
+    /// Lets the machine carry out an order; gives the refusal if it may not.
+    pub(crate) fn obey(&mut self, now: Instant, order: &Ordered) -> Option<Refusal> {
+        if self.quiet {
+            return Some(Refusal::Interlock { mode: self.mode() });
+        }
+        self.judge(now);
+        match order.kind() {
+            CommandKind::Resume => self.resume(now, order),
+            CommandKind::Arm(track) | CommandKind::Confirm(track) => self.give(now, order, Some(track)),
+            CommandKind::Hold | CommandKind::Disarm | CommandKind::Enable => self.give(now, order, None),
+        }
+    }
+
+    /// To go on is to take note of what teammates were found at: the finding is set aside, and restored if the other
+    /// guards do not let the unit go on.
+    fn resume(&mut self, now: Instant, order: &Ordered) -> Option<Refusal> {
+        let acquitted = self.teammates.acquit();
+        self.health = self.assess(now);
+        let refused = self.give(now, order, None);
+        if refused.is_some() {
+            self.teammates.restore(acquitted);
+            self.health = self.assess(now);
+        }
+        refused
+    }
+
+    fn give(&mut self, now: Instant, order: &Ordered, track: Option<TrackId>) -> Option<Refusal> {
+        let designation = self.designation(track, now);
+        self.step(now, Stimulus::Ordered(order), &designation)
+    }
+
+    fn designation(&self, track: Option<TrackId>, now: Instant) -> Result<Designated, Because> {
+        let track = track.ok_or(Because::Itself)?;
+        Designated::judge(&self.picture, track, &self.identity.bounds, now)
+    }
+
+    fn step(
+        &mut self,
+        now: Instant,
+        stimulus: Stimulus<'_>,
+        designation: &Result<Designated, Because>,
+    ) -> Option<Refusal> {
+        let bounds = &self.identity.bounds;
+        let timing =
+            Timing { hysteresis: Span::ms(bounds.hysteresis_ms), unrecovered: Span::ms(bounds.unrecovered_ms) };
+        let mut ctx = Context { now, health: &self.health, designation, mint: &mut self.mint, timing };
+        // A fresh machine stands in while the old one is consumed.
+        let machine = std::mem::replace(&mut self.machine, Machine::start());
+        let (machine, effects) = machine.step(stimulus, &mut ctx);
+        self.machine = machine;
+        self.carry_out(now, effects)
+    }
+
+    fn carry_out(&mut self, now: Instant, effects: Effects) -> Option<Refusal> {
+        let mut refused = None;
+        for effect in effects {
+            match effect {
+                Effect::Transition { from, to, cause, because, failing } => {
+                    self.standing.cause = cause;
+                    self.write(now, Event::Transition { from, to, cause, because, failing });
+                }
+                Effect::Minted { authority, world, track, command, waived } => {
+                    self.write(now, Event::Minted { world, authority, track, command, waived });
+                }
+                Effect::Revoked(revoked) => {
+                    self.write(now, Event::Revoked { authority: revoked.authority, cause: revoked.cause });
+                }
+                Effect::Acted(spent) => self.act(now, &spent),
+                Effect::Refused(refusal) => refused = Some(refusal),
+            }
+        }
+        refused
+    }
+
+    fn act(&mut self, now: Instant, spent: &Spent) {
+        let Spent { authority, world, track, x_mm, y_mm, command } = *spent;
+        let failing = self.health.failing();
+        self.write(now, Event::Acted { world, authority, track, command, failing });
+        let act = Act { stamp: now, world, authority, track, x_mm, y_mm, command };
+        let bytes = self.act.seal(now, &codec::encode(&act));
+        self.out.push_back(Output::Bus { topic: Topic::Act, bytes });
+    }
+
+    /// Sends the set-point for the present mode.
+    fn steer(&mut self, now: Instant) {
+        if self.quiet {
+            return;
+        }
+        let SetPoint { speed, curvature } = self.set_point(now);
+        let drive = Drive {
+            stamp: now,
+            speed_mm_s: speed as i32,
+            curvature_um: (curvature * 1e9) as i32,
+            lease: Span::ms(self.identity.bounds.set_point_lease_ms),
+        };
+        let bytes = self.drive.seal(now, &codec::encode(&drive));
+        self.out.push_back(Output::Bus { topic: Topic::Drive, bytes });
+    }
+
+    fn set_point(&mut self, now: Instant) -> SetPoint {
+        let mode_speed = self.mode_speed();
+        let motion = self.localisation.motion().filter(|_| mode_speed > 0.0);
+        let Some(motion) = motion else { return SetPoint::default() };
+        let seen = self.seen(now);
+        let Some(way) = self.mission.way(motion.at, &seen, now) else { return SetPoint::default() };
+        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds: &self.identity.bounds };
+        navigation::follow(&motion, &way, &around)
+    }
+
+    /// The most that the mode allows, mm/s. Without localisation no speed is safe.
+    fn mode_speed(&self) -> f64 {
+        let bounds = &self.identity.bounds;
+        let lost = self.health.failing().has(Guard::Localisation);
+        match self.mode() {
+            Mode::Ready | Mode::PrepareToAct if !lost => f64::from(bounds.max_speed_mm_s),
+            Mode::Degraded if !lost => f64::from(bounds.degraded_speed_mm_s),
+            Mode::Ready | Mode::PrepareToAct | Mode::Degraded | Mode::Idle | Mode::HoldSafe => 0.0,
+        }
+    }
+
+    fn seen(&self, now: Instant) -> Vec<Keepout> {
+        let tracks = self.picture.tracks().iter().map(|track| (f64::from(track.x_mm), f64::from(track.y_mm)));
+        let places = tracks.chain(self.teammates.places(now));
+        places.map(|at| Keepout { at, radius: KEEP_CLEAR_MM }).collect()
+    }
+
+    /// Renews the command nonce and the session's challenge when they are due.
+    fn renew(&mut self, now: Instant) {
+        let due = |issued: Option<Instant>, period: Span| issued.is_none_or(|at| now.since(at) >= period);
+        let (nonce, challenge) = (self.nonce(), self.nonce());
+        if due(self.commands.current().map(|(_, at)| at), NONCE_PERIOD) {
+            self.commands.issue(nonce, now);
+        }
+        let period = Span::ms(self.identity.bounds.challenge_period_ms);
+        if let Some(session) = self.session.as_mut().filter(|session| due(session.challenged_at(), period)) {
+            session.challenge(challenge, now);
+        }
+    }
+
+    /// Says our session nonce until the peer uses it.
+    pub(crate) fn introduce(&mut self, now: Instant) {
+        if let Some(nonce) = self.session.as_ref().and_then(|session| session.introduction()) {
+            self.send(now, HopBody::Hello(nonce));
+        }
+    }
+
+    fn report(&mut self, now: Instant) {
+        let introduced = self.session.as_ref().is_some_and(|session| session.introduced());
+        if !introduced || self.quiet {
+            return;
+        }
+        self.reports = self.reports.next();
+        let sources = Sources {
+            identity: &self.identity,
+            machine: &self.machine,
+            failing: self.health.failing(),
+            standing: &self.standing,
+            localisation: &self.localisation,
+            picture: &self.picture,
+            mission: &self.mission,
+            commands: &self.commands,
+        };
+        let signed = sources.signed(now, self.reports);
+        self.send(now, report_body(&signed));
+    }
+
+    fn send(&mut self, now: Instant, body: HopBody<'_>) {
+        let boot = self.identity.boot;
+        if self.quiet {
+            return;
+        }
+        if let Some(session) = &mut self.session {
+            let bytes = session.hop(now, boot, body);
+            self.out.push_back(Output::Record { session: session.id(), bytes });
+            self.accounts.count(Account::Sent);
+        }
+    }
+
+    pub(crate) fn publish(&mut self, subject: Subject, bytes: Vec<u8>) {
+        if !self.quiet {
+            self.out.push_back(Output::Publish { subject, bytes });
+        }
+    }
+}
+
+/// The first point of the period's grid after `now`.
+fn after(due: Instant, period: Span, now: Instant) -> Instant {
+    let missed = now.since(due).0 / period.0;
+    due + Span((missed + 1) * period.0)
+}

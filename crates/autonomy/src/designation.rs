@@ -1,0 +1,65 @@
+//! Designation: whether one track is fit to be acted on.
+//!
+//! [`Designated`] is the proof: the track is in the newest accepted picture, was updated within the product limit, is a
+//! vehicle, confident enough, supported by at least two modalities of which thermal is one, and vetoed by none. It is
+//! good for one judgement; the next one judges again.
+
+use wire::bounds::Bounds;
+use wire::id::TrackId;
+use wire::mode::Because;
+use wire::sensor::{Class, Modality};
+use wire::time::Instant;
+use wire::track::Track;
+
+use crate::picture::Picture;
+
+/// Proof that a track was fit for designation when it was made.
+#[derive(Debug)]
+pub struct Designated {
+    track: TrackId,
+    x_mm: i32,
+    y_mm: i32,
+}
+
+impl Designated {
+    /// Judges `track` in `picture`; the error says what the unfitness goes back to.
+    pub(crate) fn judge(
+        picture: &Picture,
+        track: TrackId,
+        bounds: &Bounds,
+        now: Instant,
+    ) -> Result<Designated, Because> {
+        let found = picture.track(track).ok_or(Because::Silence(picture.stamp()))?;
+        if now.since(found.updated) > bounds.product_limit() {
+            return Err(Because::Silence(found.updated));
+        }
+        if fit(found, bounds) {
+            Ok(Designated { track, x_mm: found.x_mm, y_mm: found.y_mm })
+        } else {
+            Err(Because::Frame(found.frame))
+        }
+    }
+
+    /// The track.
+    pub fn track(&self) -> TrackId {
+        self.track
+    }
+
+    /// Where the track is held to be: millimetres east and north.
+    pub fn place(&self) -> (i32, i32) {
+        (self.x_mm, self.y_mm)
+    }
+
+    /// The proof that a row of the transition table assumes.
+    pub(crate) fn assumed(track: TrackId) -> Designated {
+        Designated { track, x_mm: 0, y_mm: 0 }
+    }
+}
+
+fn fit(track: &Track, bounds: &Bounds) -> bool {
+    track.class == Class::Vehicle
+        && track.confidence >= bounds.designation_confidence
+        && track.supported.count() >= 2
+        && track.supported.has(Modality::Thermal)
+        && track.vetoed.count() == 0
+}

@@ -1,0 +1,120 @@
+//! The geofence: a polygon that the unit keeps inside of, with its stopping distance to spare.
+//!
+//! World frame, millimetres. The guard looks at two points: where the unit is, and where it would come to rest if it
+//! began to brake one reaction time from now. Both have to keep the margin. What to do about a breach is left to
+//! `transition`, keeping clear of one to `navigation`.
+
+use wire::bounds::Bounds;
+use wire::mode::Because;
+
+/// A point in the world frame: millimetres east, millimetres north.
+pub type Point = (f64, f64);
+
+/// Time from a decision to the brakes, seconds: a control period, a set-point's way, the plant's own.
+const REACTION_S: f64 = 0.15;
+
+/// The fence.
+#[derive(Clone, Debug)]
+pub struct Geofence {
+    corners: Vec<Point>,
+}
+
+/// Where the unit is and how it moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// Position, millimetres.
+    pub at: Point,
+    /// Heading, radians counter-clockwise from east.
+    pub yaw: f64,
+    /// Forward speed, mm/s.
+    pub speed: f64,
+}
+
+impl Geofence {
+    /// The fence with these corners, in order, three at least (checked by the configuration).
+    pub fn new(corners: &[(i32, i32)]) -> Self {
+        Geofence { corners: corners.iter().map(|(x, y)| (f64::from(*x), f64::from(*y))).collect() }
+    }
+
+    /// The corners.
+    pub fn corners(&self) -> &[Point] {
+        &self.corners
+    }
+
+    /// Distance to the nearest edge, millimetres; positive inside, negative outside.
+    pub fn clearance(&self, at: Point) -> f64 {
+        let edges = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
+        let (nearest, inside) = edges.fold((f64::MAX, false), |(nearest, inside), (a, b)| {
+            (nearest.min(to_segment(at, *a, *b)), inside ^ crosses(at, *a, *b))
+        });
+        if inside { nearest } else { -nearest }
+    }
+
+    /// Clearance that is left at the worse of the two points, margin taken off; negative is a breach.
+    pub fn spare(&self, motion: &Motion, bounds: &Bounds) -> f64 {
+        let rest = ahead(motion, stopping_distance(motion.speed, bounds));
+        self.clearance(motion.at).min(self.clearance(rest)) - f64::from(bounds.fence_margin_mm)
+    }
+
+    /// Why the fence guard fails, if it does.
+    pub fn breached(&self, motion: &Motion, bounds: &Bounds) -> Option<Because> {
+        (self.spare(motion, bounds) < 0.0).then_some(Because::Itself)
+    }
+}
+
+/// Distance to standstill from `speed` (mm/s, its sign kept), with the reaction time before it.
+pub fn stopping_distance(speed: f64, bounds: &Bounds) -> f64 {
+    speed * REACTION_S + speed * speed.abs() / (2.0 * f64::from(bounds.braking_mm_s2))
+}
+
+/// The point `distance` ahead of the unit.
+pub fn ahead(motion: &Motion, distance: f64) -> Point {
+    (motion.at.0 + distance * libm::cos(motion.yaw), motion.at.1 + distance * libm::sin(motion.yaw))
+}
+
+/// Distance between two points.
+pub fn between(a: Point, b: Point) -> f64 {
+    libm::hypot(a.0 - b.0, a.1 - b.1)
+}
+
+/// Distance from `p` to the segment from `a` to `b`.
+pub fn to_segment(p: Point, a: Point, b: Point) -> f64 {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let length_squared = dx * dx + dy * dy;
+    let along = if length_squared > 0.0 { ((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_squared } else { 0.0 };
+    let along = along.clamp(0.0, 1.0);
+    between(p, (a.0 + along * dx, a.1 + along * dy))
+}
+
+/// Whether a ray from `p` to the east crosses the edge from `a` to `b`.
+fn crosses(p: Point, a: Point, b: Point) -> bool {
+    (a.1 > p.1) != (b.1 > p.1) && p.0 < (b.0 - a.0) * (p.1 - a.1) / (b.1 - a.1) + a.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> Geofence {
+        Geofence::new(&[(0, 0), (10_000, 0), (10_000, 10_000), (0, 10_000)])
+    }
+
+    #[test]
+    fn clearance_is_signed_and_measured_to_the_nearest_edge() {
+        let l_shape = Geofence::new(&[(0, 0), (8000, 0), (8000, 3000), (3000, 3000), (3000, 8000), (0, 8000)]);
+        assert_eq!(square().clearance((5000.0, 2000.0)), 2000.0);
+        assert_eq!(square().clearance((13_000.0, 14_000.0)), -5000.0);
+        assert_eq!(l_shape.clearance((6000.0, 6000.0)), -3000.0);
+        assert_eq!(l_shape.clearance((1000.0, 6000.0)), 1000.0);
+    }
+
+    #[test]
+    fn the_guard_fails_while_there_is_still_room_to_stop() {
+        let bounds = Bounds::GROUND;
+        let towards = |x: f64| Motion { at: (x, 5000.0), yaw: 0.0, speed: 3000.0 };
+        assert_eq!(square().breached(&towards(7000.0), &bounds), None);
+        assert!(square().breached(&towards(7100.0), &bounds).is_some());
+        let along = Motion { at: (8900.0, 2000.0), yaw: core::f64::consts::FRAC_PI_2, speed: 3000.0 };
+        assert_eq!(square().breached(&along, &bounds), None, "driving along the fence is no breach");
+    }
+}

@@ -1,0 +1,167 @@
+//! The planning grid: which cells inside the geofence may be driven, and the shortest way between two points of it.
+//!
+//! World frame, millimetres. The grid is made once from fence and map; what moves is passed to each search. The search
+//! is A* of the `pathfinding` crate. Following the way is left to `navigation`.
+
+use std::sync::Arc;
+
+use pathfinding::prelude::astar;
+
+use crate::geofence::{Geofence, Point, between, to_segment};
+
+/// Smallest cell, millimetres.
+const CELL_MM: f64 = 1000.0;
+/// Most cells along a side.
+const MAX_SIDE: u16 = 128;
+/// Cost of a step to a neighbour, straight and diagonal.
+const STRAIGHT: u32 = 10;
+const DIAGONAL: u32 = 14;
+
+/// A place to keep clear of, and how far from its centre.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Keepout {
+    /// Centre.
+    pub at: Point,
+    /// Distance to keep, millimetres.
+    pub radius: f64,
+}
+
+impl Keepout {
+    fn cuts(&self, a: Point, b: Point) -> bool {
+        to_segment(self.at, a, b) < self.radius
+    }
+}
+
+/// Cells over the fence's bounding box.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    origin: Point,
+    cell: f64,
+    width: u16,
+    height: u16,
+    open: Arc<[bool]>,
+}
+
+type Cell = (u16, u16);
+
+impl Grid {
+    /// Cells whose centre keeps `clearance` to the fence and stays out of every place on the map are open.
+    pub fn new(fence: &Geofence, map: &[Keepout], clearance: f64) -> Grid {
+        let (low, high) = extent(fence.corners());
+        let side = (high.0 - low.0).max(high.1 - low.1);
+        let cell = CELL_MM.max(side / f64::from(MAX_SIDE - 1));
+        let cells = |length: f64| (libm::ceil(length / cell) as u16).clamp(1, MAX_SIDE);
+        let (width, height) = (cells(high.0 - low.0), cells(high.1 - low.1));
+        let mut grid = Grid { origin: low, cell, width, height, open: Arc::from([]) };
+        let drivable =
+            |at: Point| fence.clearance(at) >= clearance && map.iter().all(|k| between(k.at, at) >= k.radius);
+        let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        grid.open = all.map(|cell| drivable(grid.centre(cell))).collect();
+        grid
+    }
+
+    /// The way from `from` to `to` without its start, around closed cells and `moving` places; `None` where there is
+    /// none. A start inside a closed place can be left.
+    pub fn way(&self, from: Point, to: Point, moving: &[Keepout]) -> Option<Vec<Point>> {
+        if self.clear(from, to, moving) {
+            return Some(vec![to]);
+        }
+        let goal = self.cell_of(to);
+        let free =
+            |cell: &Cell| self.is_open(*cell) && moving.iter().all(|k| between(k.at, self.centre(*cell)) >= k.radius);
+        let next = |cell: &Cell| self.neighbours(*cell).filter(|(cell, _)| free(cell)).collect::<Vec<_>>();
+        let (cells, _) = astar(&self.cell_of(from), next, |cell| octile(*cell, goal), |cell| *cell == goal)?;
+        let mut points: Vec<Point> = cells.into_iter().map(|cell| self.centre(cell)).collect();
+        points[0] = from;
+        points.push(to);
+        Some(self.straighten(&points, moving))
+    }
+
+    /// Whether one may drive straight from `a` to `b`.
+    fn clear(&self, a: Point, b: Point, moving: &[Keepout]) -> bool {
+        let steps = libm::ceil(between(a, b) / (self.cell / 2.0)) as u32;
+        let open = (1..=steps).all(|i| {
+            let share = f64::from(i) / f64::from(steps);
+            self.is_open(self.cell_of((a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))))
+        });
+        open && !moving.iter().any(|k| k.cuts(a, b))
+    }
+
+    /// Leaves out every point that the one before can see past.
+    fn straighten(&self, points: &[Point], moving: &[Keepout]) -> Vec<Point> {
+        let mut way = Vec::new();
+        let mut at = 0;
+        while at + 1 < points.len() {
+            let seen = (at + 1..points.len()).rev().find(|i| self.clear(points[at], points[*i], moving));
+            at = seen.unwrap_or(at + 1);
+            way.push(points[at]);
+        }
+        way
+    }
+
+    fn neighbours(&self, (x, y): Cell) -> impl Iterator<Item = (Cell, u32)> {
+        let steps = (-1..=1).flat_map(|dy: i16| (-1..=1).map(move |dx: i16| (dx, dy)));
+        let (width, height) = (self.width, self.height);
+        steps.filter(|step| *step != (0, 0)).filter_map(move |(dx, dy)| {
+            let (x, y) = (x.checked_add_signed(dx)?, y.checked_add_signed(dy)?);
+            let cost = if dx == 0 || dy == 0 { STRAIGHT } else { DIAGONAL };
+            (x < width && y < height).then_some(((x, y), cost))
+        })
+    }
+
+    fn is_open(&self, (x, y): Cell) -> bool {
+        self.open[usize::from(y) * usize::from(self.width) + usize::from(x)]
+    }
+
+    /// The cell of a point; one outside the grid belongs to the cell nearest to it.
+    fn cell_of(&self, at: Point) -> Cell {
+        let index = |n: f64, count: u16| (libm::floor(n / self.cell).max(0.0) as u16).min(count - 1);
+        (index(at.0 - self.origin.0, self.width), index(at.1 - self.origin.1, self.height))
+    }
+
+    fn centre(&self, (x, y): Cell) -> Point {
+        (self.origin.0 + (f64::from(x) + 0.5) * self.cell, self.origin.1 + (f64::from(y) + 0.5) * self.cell)
+    }
+}
+
+/// Cost of the way between two cells with nothing in it.
+fn octile(a: Cell, b: Cell) -> u32 {
+    let (dx, dy) = (u32::from(a.0.abs_diff(b.0)), u32::from(a.1.abs_diff(b.1)));
+    STRAIGHT * dx.max(dy) + (DIAGONAL - STRAIGHT) * dx.min(dy)
+}
+
+fn extent(points: &[Point]) -> (Point, Point) {
+    let nothing = ((f64::MAX, f64::MAX), (f64::MIN, f64::MIN));
+    points.iter().fold(nothing, |(low, high), p| ((low.0.min(p.0), low.1.min(p.1)), (high.0.max(p.0), high.1.max(p.1))))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn yard() -> Geofence {
+        Geofence::new(&[(0, 0), (20_000, 0), (20_000, 20_000), (0, 20_000)])
+    }
+
+    #[test]
+    fn the_way_leads_around_what_stands_in_it_and_inside_the_fence() {
+        let rock = Keepout { at: (10_000.0, 10_000.0), radius: 3000.0 };
+        let grid = Grid::new(&yard(), &[rock], 1500.0);
+        let (from, to) = ((3000.0, 10_000.0), (17_000.0, 10_000.0));
+        let way = grid.way(from, to, &[]).unwrap();
+        assert_eq!(way.last(), Some(&to));
+        let legs = core::iter::once(from).chain(way.iter().copied()).zip(way.iter().copied());
+        for (a, b) in legs {
+            assert!(to_segment(rock.at, a, b) > 2000.0, "{a:?} to {b:?}");
+        }
+        assert!(way.iter().all(|p| yard().clearance(*p) >= 1500.0));
+    }
+
+    #[test]
+    fn there_is_no_way_through_a_wall() {
+        let wall: Vec<Keepout> =
+            (0..11).map(|i| Keepout { at: (10_000.0, f64::from(i) * 2000.0), radius: 1900.0 }).collect();
+        let grid = Grid::new(&yard(), &wall, 1500.0);
+        assert_eq!(grid.way((3000.0, 10_000.0), (17_000.0, 10_000.0), &[]), None);
+    }
+}

@@ -1,0 +1,176 @@
+//! Health: every guard judged from work product, and the proof that none of the required ones fails.
+//!
+//! Liveness is a fresh product with the right identity; no heartbeat is read anywhere. What each guard looks at is told
+//! in the module that answers for it (`picture`, `localisation`, `geofence`, `lease`, `consistency`, `seals`); this one
+//! gathers the findings, applies the policy's waivers, and sorts what is lost by what it costs:
+//!
+//! - a *trust* guard (geofence, lease, teammates): the unit may not go on at all;
+//! - a *subsystem* guard (all others): no authority, reduced speed, and a stop if driving depends on it for too long.
+//!
+//! [`Guard::Designation`] is no part of health: it is judged for one track, and only authority depends on it.
+//!
+//! ```compile_fail,E0451
+//! let healthy = autonomy::health::Healthy { waived: Default::default() };
+//! ```
+
+use wire::mode::{Because, Guard, Guards};
+use wire::policy::Waived;
+
+use crate::fork::Fork;
+
+/// Guards whose loss is a loss of trust, most telling first.
+pub const TRUST: [Guard; 3] = [Guard::Geofence, Guard::Lease, Guard::Teammates];
+
+/// Guards whose loss is a loss of a subsystem, most telling first.
+pub const SUBSYSTEM: [Guard; 7] =
+    [Guard::Localisation, Guard::Tracks, Guard::Thermal, Guard::Rgb, Guard::Depth, Guard::Lidar, Guard::SealedLog];
+
+/// For each guard, why it fails; absent while it holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Findings([Option<Because>; Guard::ALL.len()]);
+
+impl Findings {
+    /// Notes what was found of `guard`.
+    #[must_use]
+    pub fn with(mut self, guard: Guard, finding: Option<Because>) -> Findings {
+        self.0[guard as usize] = finding;
+        self
+    }
+
+    /// Why `guard` fails, if it does.
+    pub fn of(&self, guard: Guard) -> Option<Because> {
+        self.0[guard as usize]
+    }
+
+    fn failing(&self) -> Guards {
+        let failing = Guard::ALL.into_iter().filter(|g| self.of(*g).is_some());
+        failing.fold(Guards::default(), Guards::with)
+    }
+}
+
+/// The guards as judged at one moment.
+#[derive(Clone, Debug)]
+pub struct Health {
+    findings: Findings,
+    failing: Guards,
+    waived: Guards,
+    evidence: Waived,
+}
+
+/// What health comes to.
+#[derive(Debug)]
+pub enum Verdict {
+    /// No required guard fails.
+    Healthy(Healthy),
+    /// A subsystem is lost, and no trust.
+    Subsystem(SubsystemLoss),
+    /// Trust is lost.
+    Trust(TrustLoss),
+}
+
+/// Proof that no required guard failed when it was made. Only [`Health::verdict`] makes one.
+#[derive(Debug)]
+pub struct Healthy {
+    waived: Waived,
+}
+
+/// Proof that a subsystem guard fails.
+#[derive(Debug)]
+pub struct SubsystemLoss {
+    guard: Guard,
+    because: Because,
+    blinding: Option<Guard>,
+}
+
+/// Proof that a trust guard fails.
+#[derive(Debug)]
+pub struct TrustLoss {
+    guard: Guard,
+    because: Because,
+}
+
+impl Health {
+    /// Judges `findings` under the policy's waivers; `evidence` says which checks were waived on the way to them.
+    pub(crate) fn judge(findings: Findings, waived: Guards, evidence: Waived) -> Health {
+        Health { failing: findings.failing(), findings, waived, evidence }
+    }
+
+    /// All guards that fail, waived ones too: a waiver changes what follows, not what is so.
+    pub fn failing(&self) -> Guards {
+        self.failing
+    }
+
+    /// What it comes to.
+    pub fn verdict(&self) -> Verdict {
+        if let Some((guard, because)) = self.first(&TRUST) {
+            return Verdict::Trust(TrustLoss { guard, because });
+        }
+        match self.first(&SUBSYSTEM) {
+            Some((guard, because)) => Verdict::Subsystem(SubsystemLoss { guard, because, blinding: self.blinding() }),
+            None => Verdict::Healthy(Healthy { waived: self.evidence }),
+        }
+    }
+
+    fn lacks(&self, guard: Guard) -> bool {
+        self.failing.has(guard) && !self.waived.has(guard)
+    }
+
+    fn first(&self, of: &[Guard]) -> Option<(Guard, Because)> {
+        let guard = of.iter().copied().find(|g| self.lacks(*g))?;
+        self.findings.of(guard).map(|because| (guard, because))
+    }
+
+    /// The loss that leaves driving without what it depends on: where the unit is, or any measured range around it.
+    fn blinding(&self) -> Option<Guard> {
+        if self.lacks(Guard::Localisation) {
+            Some(Guard::Localisation)
+        } else if self.lacks(Guard::Lidar) && self.lacks(Guard::Tracks) {
+            Some(Guard::Tracks)
+        } else if self.lacks(Guard::Lidar) && self.lacks(Guard::Depth) {
+            Some(Guard::Lidar)
+        } else {
+            None
+        }
+    }
+}
+
+impl Healthy {
+    /// Checks that were waived in the evidence behind it.
+    pub fn waived(&self) -> Waived {
+        self.waived
+    }
+
+    /// The proof of the same machine in a forked world.
+    pub(crate) fn fork(&self, _fork: &Fork) -> Healthy {
+        Healthy { waived: self.waived }
+    }
+}
+
+impl SubsystemLoss {
+    /// The most telling guard lost.
+    pub fn guard(&self) -> Guard {
+        self.guard
+    }
+
+    /// Why it fails.
+    pub fn because(&self) -> Because {
+        self.because
+    }
+
+    /// The guard whose loss leaves driving blind, if one does.
+    pub fn blinding(&self) -> Option<Guard> {
+        self.blinding
+    }
+}
+
+impl TrustLoss {
+    /// The most telling guard lost.
+    pub fn guard(&self) -> Guard {
+        self.guard
+    }
+
+    /// Why it fails.
+    pub fn because(&self) -> Because {
+        self.because
+    }
+}

@@ -1,0 +1,208 @@
+//! What each input means to the core: every one goes through the trust boundary first, gets one verdict there, and only
+//! then reaches the module that keeps what it says.
+
+use std::sync::Arc;
+
+use wire::audit::Seal;
+use wire::core::{Subject, Topic};
+use wire::event::{Event, Interface};
+use wire::hop::{Hop, HopBody, Teammate};
+use wire::id::{NodeId, PeerId, RecordId, SessionId};
+use wire::policy::{Check, Requirement};
+use wire::refusal::Refusal;
+use wire::sensor::{Navigation, ProductMode};
+use wire::time::{Age, Instant, Span};
+use wire::track::Tracks;
+use wire::trust::Evidence;
+
+use crate::command::{Claimed, Ordered};
+use crate::intake::{self, Session};
+use crate::{Autonomy, command};
+
+impl Autonomy {
+    /// A message on a shared-memory channel.
+    pub(crate) fn bus(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {
+        let taken = match topic {
+            Topic::Navigation => self.navigation(now, bytes),
+            Topic::Tracks => self.tracks(now, bytes),
+            Topic::Seals => self.seal(now, bytes),
+            // Channels that no launcher connects to autonomy.
+            Topic::Frames | Topic::Candidates | Topic::Drive | Topic::Act | Topic::Feed | Topic::Intents => {
+                Err(Refusal::Schema { at: 0 })
+            }
+        };
+        match taken {
+            Ok(()) => self.accounts.accepted(Interface::Bus(topic)),
+            Err(refusal) => self.refuse(now, Interface::Bus(topic), None, &refusal),
+        }
+        if topic != Topic::Seals {
+            self.judge(now);
+        }
+    }
+
+    fn navigation(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
+        let accepted = self.gates.navigation.admit::<Navigation>(&self.identity.policy, now, bytes)?;
+        let (reading, evidence) = accepted.into_parts();
+        self.localisation.take(&reading, evidence.waived);
+        let present = (reading.fix.is_some(), reading.odometry.is_some());
+        if self.present.replace(present) != Some(present) {
+            self.write(now, Event::NavigationSeen { fix: present.0, odometry: present.1 });
+        }
+        Ok(())
+    }
+
+    fn tracks(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
+        let policy = &self.identity.policy;
+        let (tracks, evidence) = self.gates.tracks.admit::<Tracks>(policy, now, bytes)?.into_parts();
+        let waived = match (tracks.mode, policy.check(Check::Product)) {
+            (ProductMode::Live, _) => evidence.waived,
+            (ProductMode::Synthetic | ProductMode::Replay, Requirement::Waived) => evidence.waived.with(Check::Product),
+            (got @ (ProductMode::Synthetic | ProductMode::Replay), Requirement::Required) => {
+                return Err(Refusal::Product { got });
+            }
+        };
+        self.picture.take(tracks, waived);
+        Ok(())
+    }
+
+    fn seal(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
+        let (seal, _) = self.gates.seals.admit::<Seal>(&self.identity.policy, now, bytes)?.into_parts();
+        self.seals.take(now, &seal);
+        Ok(())
+    }
+
+    /// A session opened. Only the supervisor's is kept; a new one takes the place of the one before.
+    pub(crate) fn opened(&mut self, now: Instant, id: SessionId, peer: PeerId) {
+        self.write(now, Event::Session { peer, open: true });
+        if peer != self.identity.supervisor {
+            return;
+        }
+        let mut session = Session::new(id, peer, self.nonce(), &self.identity.bounds);
+        session.challenge(self.nonce(), now);
+        self.session = Some(session);
+        self.introduce(now);
+    }
+
+    /// A session ended.
+    pub(crate) fn closed(&mut self, now: Instant, id: SessionId) {
+        if let Some(session) = self.session.take_if(|session| session.id() == id) {
+            self.write(now, Event::Session { peer: session.peer(), open: false });
+        }
+    }
+
+    /// One record of a session.
+    pub(crate) fn record(&mut self, now: Instant, id: SessionId, bytes: &[u8]) {
+        let identity = Arc::clone(&self.identity);
+        let Some(session) = self.session.as_mut().filter(|session| session.id() == id) else {
+            let refusal = Refusal::Session { expected: Default::default(), got: Default::default() };
+            return self.refuse(now, Interface::Downlink, None, &refusal);
+        };
+        let peer = session.peer();
+        match session.admit(&identity.policy, &identity.bounds, now, bytes) {
+            Ok(accepted) => {
+                let (hop, evidence) = accepted.into_parts();
+                self.hop(now, peer, &hop, evidence);
+            }
+            Err(refusal) => self.refuse(now, Interface::Downlink, Some(peer), &refusal),
+        }
+    }
+
+    fn hop(&mut self, now: Instant, peer: PeerId, hop: &Hop<'_>, evidence: Evidence) {
+        match &hop.body {
+            HopBody::Grant(length) => {
+                let longest = Span::ms(self.identity.bounds.lease_ms);
+                self.lease.grant(*length, longest, evidence.received, evidence.age);
+                self.standing.lease_waived = evidence.waived;
+            }
+            HopBody::Teammate(envelope) => return self.teammate(now, envelope, evidence),
+            // A supervisor reports nothing to a unit; if it does, nothing follows from it.
+            HopBody::Hello(_) | HopBody::Report(_) => {}
+        }
+        let record = RecordId { node: node_of(peer), boot: hop.boot, sequence: hop.sequence };
+        self.accept(now, peer, record, &evidence);
+    }
+
+    /// A teammate's report in a record that was accepted: the verdict over the report is the verdict over the record.
+    fn teammate(&mut self, now: Instant, envelope: &Teammate<'_>, outer: Evidence) {
+        let identity = Arc::clone(&self.identity);
+        let via = envelope.via;
+        let since_gateway = (outer.received, outer.age);
+        let verdict = intake::teammate(
+            &identity.policy,
+            &identity.keys,
+            &mut self.windows,
+            &identity.bounds,
+            envelope,
+            since_gateway,
+        );
+        let (signed, inner) = match verdict {
+            Ok(accepted) => accepted.into_parts(),
+            Err(refusal) => return self.refuse(now, Interface::Downlink, Some(via), &refusal),
+        };
+        let report = &signed.report;
+        let Some(unit) = report.origin.unit().filter(|unit| identity.teammates.contains(unit)) else {
+            return self.refuse(now, Interface::Downlink, Some(via), &Refusal::Role { got: report.origin });
+        };
+        let waived = inner.waived.union(outer.waived);
+        self.accept(now, via, report.id(), &Evidence { waived, ..inner });
+        let age = inner.age.map_or(Span::ZERO, Age::upper);
+        let own = self.localisation.motion();
+        let stood = self.teammates.clone();
+        if let Some(finding) = self.teammates.take((unit, via), report, age, now, own, &identity.bounds) {
+            if !stood.stands(unit, finding) {
+                self.write(now, Event::Inconsistent { unit, finding, record: report.id() });
+            }
+            self.judge(now);
+        }
+    }
+
+    /// A publication on the command plane.
+    pub(crate) fn published(&mut self, now: Instant, subject: Subject, bytes: &[u8]) {
+        if subject != Subject::Command(self.identity.unit) {
+            return self.refuse(now, Interface::Commands, None, &Refusal::Schema { at: 0 });
+        }
+        let identity = Arc::clone(&self.identity);
+        match self.commands.admit(&identity.policy, &identity.keys, now, bytes) {
+            Ok(order) => self.ordered(now, &order),
+            Err(rejected) => {
+                self.refuse(now, Interface::Commands, None, &rejected.refusal);
+                if let Some(claimed) = rejected.claimed {
+                    self.answer(now, &claimed, Some(&rejected.refusal));
+                }
+            }
+        }
+    }
+
+    fn ordered(&mut self, now: Instant, order: &Ordered) {
+        let refused = self.obey(now, order);
+        match &refused {
+            None => self.accounts.accepted(Interface::Commands),
+            Some(refusal) => self.refuse(now, Interface::Commands, None, refusal),
+        }
+        self.standing.last_command = Some((order.id(), refused.as_ref().map(Refusal::reason)));
+        self.answer(now, &order.claimed(), refused.as_ref());
+    }
+
+    fn answer(&mut self, now: Instant, claimed: &Claimed, refused: Option<&Refusal>) {
+        let refused = refused.map(Refusal::reason);
+        self.write(now, Event::Executed { command: claimed.id, kind: claimed.kind, refused });
+        let ack = command::acknowledge(&self.identity.key, claimed, refused, self.mode());
+        self.publish(Subject::Ack(self.identity.unit), ack);
+    }
+
+    fn accept(&mut self, now: Instant, peer: PeerId, record: RecordId, evidence: &Evidence) {
+        self.accounts.accepted(Interface::Downlink);
+        let (age, waived) = (evidence.age.map(Age::upper), evidence.waived);
+        self.write(now, Event::Accepted { at: Interface::Downlink, record, peer, age, waived });
+    }
+
+    fn refuse(&mut self, now: Instant, at: Interface, peer: Option<PeerId>, refusal: &Refusal) {
+        let event = self.accounts.refused(at, peer, refusal);
+        self.write(now, event);
+    }
+}
+
+/// The node of the same name; both come from one closed set.
+fn node_of(peer: PeerId) -> NodeId {
+    NodeId::from_name(peer.name()).expect("invariant: peers and nodes are named from one closed set")
+}

@@ -1,0 +1,161 @@
+//! The session with the supervisor, and the way of a teammate's report through the trust boundary.
+//!
+//! A [`Session`] answers challenges, issues its own and admits records through `wire::trust::SessionGate`, the only way
+//! in. What an accepted record means is left to the core; whether teammates' claims agree, to `consistency`.
+
+use minicbor::bytes::ByteSlice;
+use wire::bounds::Bounds;
+use wire::codec;
+use wire::hop::{HOP_VERSION, Hop, HopBody, Teammate};
+use wire::id::{Boot, Nonce, PeerId, Sequence, SessionId};
+use wire::policy::Policy;
+use wire::refusal::Refusal;
+use wire::sign::Keyring;
+use wire::time::{Age, AgeBound, Echo, Instant};
+use wire::trust::{Accepted, Decoded, Exchange, SessionGate, SignedReport, Window, Windows};
+
+/// One secure session with the supervisor.
+#[derive(Clone, Debug)]
+pub struct Session {
+    id: SessionId,
+    peer: PeerId,
+    /// What we ask the peer to put into its records.
+    nonce: Nonce,
+    /// What the peer asks us to put into ours.
+    theirs: Option<Nonce>,
+    /// Whether an accepted record has used our nonce.
+    heard: bool,
+    ages: AgeBound,
+    window: Window,
+    /// The peer's two newest challenges with their first sight, newest first. Two, so that a late record with the
+    /// older one does not make the newer look newly seen.
+    challenges: [Option<Echo>; 2],
+    sent: Sequence,
+}
+
+impl Session {
+    /// A session that has just opened; `nonce` is fresh and unguessable.
+    pub fn new(id: SessionId, peer: PeerId, nonce: Nonce, bounds: &Bounds) -> Self {
+        Session {
+            id,
+            peer,
+            nonce,
+            theirs: None,
+            heard: false,
+            ages: AgeBound::new(bounds.echo_limit()),
+            window: Window::new(bounds.replay_window, bounds.sequence_jump),
+            challenges: [None; 2],
+            sent: Sequence(0),
+        }
+    }
+
+    /// Local handle.
+    pub fn id(&self) -> SessionId {
+        self.id
+    }
+
+    /// Who the handshake authenticated.
+    pub fn peer(&self) -> PeerId {
+        self.peer
+    }
+
+    /// The nonce that records on this session have to carry.
+    pub fn nonce(&self) -> Nonce {
+        self.nonce
+    }
+
+    /// Judges one record.
+    pub fn admit<'b>(
+        &mut self,
+        policy: &Policy,
+        bounds: &Bounds,
+        now: Instant,
+        bytes: &'b [u8],
+    ) -> Result<Accepted<Hop<'b>>, Refusal> {
+        let mut gate = SessionGate {
+            policy,
+            peer: self.peer,
+            ages: &mut self.ages,
+            session: self.nonce,
+            window: &mut self.window,
+            freshness: bounds.freshness(),
+            echo_limit: bounds.echo_limit(),
+        };
+        let (exchange, verdict) = gate.admit(now, bytes);
+        if let Some(exchange) = exchange {
+            self.note(now, &exchange);
+        }
+        if let Ok(hop) = &verdict {
+            self.heard |= hop.message().session == self.nonce;
+        }
+        verdict
+    }
+
+    /// When the present challenge was issued.
+    pub fn challenged_at(&self) -> Option<Instant> {
+        self.ages.issued_at()
+    }
+
+    /// Puts a new challenge into the records from now on.
+    pub fn challenge(&mut self, nonce: Nonce, now: Instant) {
+        self.ages.issue(nonce, now);
+    }
+
+    /// Our nonce, while the peer has not used it yet: to be said again.
+    pub fn introduction(&self) -> Option<Nonce> {
+        (!self.heard).then_some(self.nonce)
+    }
+
+    /// Whether the peer's nonce is known, so that what we send can be accepted.
+    pub fn introduced(&self) -> bool {
+        self.theirs.is_some()
+    }
+
+    /// The next record to send.
+    pub fn hop(&mut self, now: Instant, boot: Boot, body: HopBody<'_>) -> Vec<u8> {
+        self.sent = self.sent.next();
+        codec::encode(&Hop {
+            version: HOP_VERSION,
+            session: self.theirs.unwrap_or_default(),
+            boot,
+            sequence: self.sent,
+            stamp: now.stamp(),
+            challenge: self.ages.current().unwrap_or_default(),
+            echo: self.challenges[0],
+            body,
+        })
+    }
+
+    fn note(&mut self, now: Instant, exchange: &Exchange) {
+        self.theirs = exchange.hello.or(self.theirs);
+        let known = self.challenges.iter().flatten().any(|echo| echo.nonce == exchange.challenge);
+        if !known {
+            self.challenges = [Some(Echo { nonce: exchange.challenge, seen: now.stamp() }), self.challenges[0]];
+        }
+    }
+}
+
+/// A report as the body of a record.
+pub fn report_body(signed: &[u8]) -> HopBody<'_> {
+    HopBody::Report(<&ByteSlice>::from(signed))
+}
+
+/// Judges the report in a gateway's envelope: its age is what it had at the gateway and what the envelope took since.
+/// It has to be of the session that the gateway says brought it, signed by its origin, and not seen before.
+pub fn teammate<'b>(
+    policy: &Policy,
+    keys: &Keyring,
+    windows: &mut Windows,
+    bounds: &Bounds,
+    envelope: &Teammate<'b>,
+    (received, since_gateway): (Instant, Option<Age>),
+) -> Result<Accepted<SignedReport<'b>>, Refusal> {
+    let bytes: &'b [u8] = envelope.report;
+    let age = since_gateway.map(|age| age.after(envelope.age));
+    let decoded: Decoded<SignedReport<'b>> = SignedReport::decode(received, bytes)?;
+    decoded
+        .fresh(policy, age, bounds.freshness(), bounds.echo_limit())?
+        .by_origin(policy, envelope.via, keys)?
+        .from_origin(policy, envelope.via, windows)?
+        .accept(policy, |signed| signed.report.product)
+}

@@ -1,0 +1,249 @@
+//! Autonomy: the core that decides what the unit may do, and drives it.
+//!
+//! It takes sensor products and seals over shared memory, leases and teammates' reports over one secure session, and
+//! operators' orders over the command plane; it gives leased set-points, the abstract act, telemetry, acknowledgements
+//! and its own audit log. It does no I/O and reads no clock.
+//!
+//! Where to read:
+//!
+//! | question | module |
+//! |---|---|
+//! | which mode follows which, and on what proof | [`transition`] |
+//! | what authority is | [`authority`] |
+//! | when a guard fails | [`health`], and the module that answers for it: [`picture`], [`localisation`], [`geofence`], [`lease`], [`seals`], [`consistency`], [`designation`] |
+//! | what an order has to be | [`command`] |
+//! | what comes in over the session | [`intake`] |
+//! | where the unit drives | [`mission`], [`grid`], [`navigation`] |
+//! | what it says of itself | [`telemetry`] |
+//!
+//! The core itself is in three parts: its making (here), what an input means (`inputs`), what happens periodically
+//! (`cycle`).
+
+pub mod command;
+pub mod config;
+pub mod consistency;
+mod cycle;
+pub mod designation;
+pub mod fork;
+pub mod geofence;
+pub mod grid;
+pub mod health;
+pub mod identity;
+mod inputs;
+pub mod intake;
+pub mod lease;
+pub mod localisation;
+pub mod mission;
+pub mod navigation;
+pub mod picture;
+pub mod process;
+pub mod seals;
+pub mod telemetry;
+pub mod transition;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use wire::account::Accounts;
+use wire::audit::Journal;
+use wire::bus::Sender;
+use wire::core::{Core, Input, Output, Topic};
+use wire::event::Event;
+use wire::id::{Nonce, Sequence};
+use wire::mode::Mode;
+use wire::policy::Waived;
+use wire::setup::Setup;
+use wire::time::{Instant, Span};
+use wire::trust::{BusGate, Windows};
+
+pub use config::{AutonomyConfig, ConfigError, Disc};
+pub use transition::{authority, state};
+
+use authority::Mint;
+use command::CommandGate;
+use consistency::Teammates;
+use fork::Fork;
+use geofence::Geofence;
+use grid::{Grid, Keepout};
+use health::{Findings, Health};
+use identity::Identity;
+use intake::Session;
+use lease::Lease;
+use localisation::Localisation;
+use mission::Mission;
+use picture::Picture;
+use seals::Seals;
+use state::Machine;
+use telemetry::Standing;
+
+/// Clearance that the plan keeps to the fence beyond the guard's margin, and to obstacles on the map, millimetres.
+const PLAN_CLEARANCE_MM: f64 = 1500.0;
+
+/// The core of one unit.
+pub struct Autonomy {
+    identity: Arc<Identity>,
+    random: ChaCha8Rng,
+    machine: Machine,
+    mint: Mint,
+    health: Health,
+    standing: Standing,
+    picture: Picture,
+    localisation: Localisation,
+    fence: Arc<Geofence>,
+    lease: Lease,
+    teammates: Teammates,
+    seals: Seals,
+    gates: Gates,
+    session: Option<Session>,
+    windows: Windows,
+    commands: CommandGate,
+    mission: Mission,
+    drive: Sender,
+    act: Sender,
+    reports: Sequence,
+    /// Whether the last reading held a fix and odometry.
+    present: Option<(bool, bool)>,
+    journal: Journal,
+    accounts: Accounts,
+    out: VecDeque<Output>,
+    next_control: Instant,
+    next_telemetry: Instant,
+    quiet: bool,
+}
+
+/// The gates in front of the shared-memory channels.
+#[derive(Clone)]
+struct Gates {
+    navigation: BusGate,
+    tracks: BusGate,
+    seals: BusGate,
+}
+
+impl Autonomy {
+    /// A core that starts at `now`.
+    pub fn new(setup: Setup, config: AutonomyConfig, now: Instant) -> Result<Self, ConfigError> {
+        config.check(&setup)?;
+        let bounds = setup.bounds;
+        let seal_limit = Span::ms(bounds.seal_limit_ms);
+        let fence = Arc::new(Geofence::new(&config.geofence));
+        let clearance = f64::from(bounds.fence_margin_mm) + PLAN_CLEARANCE_MM;
+        let map: Vec<Keepout> = config.obstacles.iter().map(keepout).collect();
+        let grid = Grid::new(&fence, &map, clearance);
+        let identity = Arc::new(Identity::new(&setup, &config));
+        let waived = identity.waived_guards;
+        let mut core = Autonomy {
+            random: ChaCha8Rng::seed_from_u64(setup.seed),
+            machine: Machine::start(),
+            mint: Mint::new(&setup),
+            health: Health::judge(Findings::default(), waived, Waived::default()),
+            standing: Standing::default(),
+            picture: Picture::default(),
+            localisation: Localisation::default(),
+            fence,
+            lease: Lease::default(),
+            teammates: Teammates::default(),
+            seals: Seals::new(setup.node, setup.boot, seal_limit),
+            gates: Gates {
+                navigation: setup.gate(Topic::Navigation, bounds.product_limit())?,
+                tracks: setup.gate(Topic::Tracks, bounds.product_limit())?,
+                seals: setup.gate(Topic::Seals, seal_limit)?,
+            },
+            session: None,
+            windows: Windows::new(bounds.replay_window, bounds.sequence_jump),
+            commands: CommandGate::new(config.unit, config.operators, Span::ms(bounds.command_limit_ms)),
+            mission: Mission::new(&config.route, config.looped, grid),
+            drive: setup.sender(Topic::Drive)?,
+            act: setup.sender(Topic::Act)?,
+            reports: Sequence(0),
+            present: None,
+            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
+            accounts: Accounts::default(),
+            out: VecDeque::new(),
+            next_control: now + Span::ms(bounds.control_period_ms),
+            next_telemetry: now + Span::ms(bounds.telemetry_period_ms),
+            quiet: false,
+            identity,
+        };
+        core.write(now, Event::Started);
+        core.health = core.assess(now);
+        Ok(core)
+    }
+
+    /// The mode of its machine.
+    pub fn mode(&self) -> Mode {
+        self.machine.mode()
+    }
+
+    /// The copy that only a [`Fork`] allows; its one caller is [`Autonomy::fork`].
+    fn copy(&self, fork: &Fork) -> Autonomy {
+        Autonomy {
+            identity: Arc::clone(&self.identity),
+            random: self.random.clone(),
+            machine: self.machine.fork(fork),
+            mint: self.mint.fork(fork),
+            health: self.health.clone(),
+            standing: self.standing,
+            picture: self.picture.clone(),
+            localisation: self.localisation.clone(),
+            fence: Arc::clone(&self.fence),
+            lease: self.lease.clone(),
+            teammates: self.teammates.clone(),
+            seals: self.seals.clone(),
+            gates: self.gates.clone(),
+            session: self.session.clone(),
+            windows: self.windows.clone(),
+            commands: self.commands.clone(),
+            mission: self.mission.clone(),
+            drive: self.drive.clone(),
+            act: self.act.clone(),
+            reports: self.reports,
+            present: self.present,
+            journal: self.journal.fork(),
+            accounts: self.accounts.clone(),
+            out: self.out.clone(),
+            next_control: self.next_control,
+            next_telemetry: self.next_telemetry,
+            quiet: self.quiet,
+        }
+    }
+
+    fn write(&mut self, now: Instant, event: Event) {
+        self.journal.write(now, event, &mut self.out);
+    }
+
+    fn nonce(&mut self) -> Nonce {
+        Nonce(self.random.next_u64())
+    }
+}
+
+impl Core for Autonomy {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        match input {
+            Input::Timeout => self.tick(now),
+            Input::Bus { topic, bytes } => self.bus(now, *topic, bytes),
+            Input::Opened { session, peer } => self.opened(now, *session, *peer),
+            Input::Record { session, bytes } => self.record(now, *session, bytes),
+            Input::Closed { session } => self.closed(now, *session),
+            Input::Published { subject, bytes } => self.published(now, *subject, bytes),
+            Input::Quiesce => self.quiet = true,
+            Input::Finish => self.finish(now),
+            // Of relays and the recorder.
+            Input::Datagram { .. } | Input::Stream { .. } | Input::Audit { .. } => {}
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        Some(self.next_control.min(self.next_telemetry))
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+}
+
+fn keepout(disc: &Disc) -> Keepout {
+    let at = (f64::from(disc.x_mm), f64::from(disc.y_mm));
+    Keepout { at, radius: f64::from(disc.radius_mm) + PLAN_CLEARANCE_MM }
+}

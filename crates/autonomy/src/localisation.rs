@@ -1,0 +1,228 @@
+//! Localisation, held against odometry.
+//!
+//! Two estimates are carried forward by odometry between fixes. The *pose* follows fixes closely and is what the unit
+//! drives and reports by. The *anchor* follows them slowly: a fix that jumps, or drifts faster than wheels can explain,
+//! runs away from it. While the newest fix is beyond the gate around the anchor, localisation counts as lost, the anchor
+//! goes by odometry alone, and only fixes that agree with it again end that. So a false position cannot make itself
+//! true by staying where it is.
+//!
+//! World frame, millimetres and radians. What a loss leads to is left to `transition`.
+
+use wire::mode::Because;
+use wire::policy::Waived;
+use wire::sensor::{Fix, Navigation, Odometry, Pose};
+use wire::time::{Instant, Span};
+
+use crate::geofence::{Motion, Point, between};
+
+/// Distance between fix and anchor that wheels and terrain can explain, millimetres.
+const GATE_MM: f64 = 500.0;
+/// Deviations of the fix that are added to the gate, and the largest stated deviation that is believed, millimetres.
+const SIGMAS: f64 = 4.0;
+const MAX_SIGMA_MM: f64 = 60.0;
+/// Heading difference that the same can explain, radians.
+const YAW_GATE: f64 = 0.15;
+/// A disagreement ends within this share of the gate, so that noise does not make it flicker.
+const RETURN: f64 = 0.7;
+/// Time over which the anchor follows fixes, seconds.
+const ANCHOR_S: f64 = 4.0;
+/// Share of a fix's difference that the pose takes over at once.
+const POSE_GAIN: f64 = 0.3;
+/// The furthest that the unit can get unobserved before its set-points lapse and it stands, millimetres.
+const MAX_UNOBSERVED_MM: f64 = 2500.0;
+
+/// Fixes and odometry, and whether they agree.
+#[derive(Clone, Debug, Default)]
+pub struct Localisation {
+    newest: Option<Instant>,
+    fix: Option<Instant>,
+    odometry: Option<(Instant, Odometry)>,
+    track: Option<Estimates>,
+    disagrees: bool,
+    waived: Waived,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Estimates {
+    pose: Estimate,
+    anchor: Estimate,
+    /// How far the unit may have gone without odometry, millimetres.
+    unobserved: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Estimate {
+    at: Point,
+    yaw: f64,
+}
+
+impl Localisation {
+    /// Takes an accepted reading; `waived` says which checks it passed by waiver.
+    pub fn take(&mut self, reading: &Navigation, waived: Waived) {
+        let elapsed = self.newest.map_or(0.0, |newest| seconds(reading.stamp.since(newest)));
+        self.newest = Some(reading.stamp);
+        self.waived = waived;
+        self.advance(reading.odometry, elapsed);
+        if let Some(odometry) = reading.odometry {
+            self.odometry = Some((reading.stamp, odometry));
+        }
+        if let Some(fix) = reading.fix {
+            self.fix = Some(reading.stamp);
+            self.correct(&fix, elapsed);
+        }
+    }
+
+    /// Why localisation fails, if it does: silence of a source for more than `limit`, or disagreement of the two.
+    pub fn lost(&self, now: Instant, limit: Span) -> Option<Because> {
+        let sources = [self.fix, self.odometry.map(|(at, _)| at)];
+        let oldest = sources.into_iter().map(Option::unwrap_or_default).min().unwrap_or_default();
+        if now.since(oldest) > limit || self.track.is_none() {
+            Some(Because::Silence(oldest))
+        } else if self.disagrees {
+            Some(Because::Itself)
+        } else {
+            None
+        }
+    }
+
+    /// Where the unit is and how it moves, as far as is known; absent before the first fix.
+    pub fn motion(&self) -> Option<Motion> {
+        let Estimates { pose, .. } = self.track?;
+        Some(Motion { at: pose.at, yaw: pose.yaw, speed: self.speed() })
+    }
+
+    /// The pose for others to read, and the age of the fix behind it; absent before the first fix.
+    pub fn reported(&self, now: Instant) -> Option<(Pose, Span)> {
+        let (Estimates { pose, .. }, fix) = (self.track?, self.fix?);
+        let yaw_mrad = libm::round(wrap(pose.yaw) * 1000.0) as i16;
+        Some((Pose { x_mm: pose.at.0 as i32, y_mm: pose.at.1 as i32, yaw_mrad }, now.since(fix)))
+    }
+
+    /// Forward speed by the newest odometry, mm/s.
+    pub fn speed(&self) -> f64 {
+        self.odometry.map_or(0.0, |(_, odometry)| f64::from(odometry.speed_mm_s))
+    }
+
+    /// Checks that were waived on the way of the newest reading.
+    pub fn waived(&self) -> Waived {
+        self.waived
+    }
+
+    fn advance(&mut self, odometry: Option<Odometry>, elapsed: f64) {
+        let reach = self.speed().abs() * elapsed;
+        let Some(estimates) = &mut self.track else { return };
+        match odometry {
+            Some(odometry) => {
+                let (speed, rate) = (f64::from(odometry.speed_mm_s), f64::from(odometry.yaw_rate_mrad_s) / 1000.0);
+                estimates.pose.move_on(speed, rate, elapsed);
+                estimates.anchor.move_on(speed, rate, elapsed);
+            }
+            None => estimates.unobserved = (estimates.unobserved + reach).min(MAX_UNOBSERVED_MM),
+        }
+    }
+
+    fn correct(&mut self, fix: &Fix, elapsed: f64) {
+        let pose = &fix.pose;
+        let seen =
+            Estimate { at: (f64::from(pose.x_mm), f64::from(pose.y_mm)), yaw: f64::from(pose.yaw_mrad) / 1000.0 };
+        let Some(estimates) = &mut self.track else {
+            self.track = Some(Estimates { pose: seen, anchor: seen, unobserved: 0.0 });
+            return;
+        };
+        let gate = GATE_MM + SIGMAS * f64::from(fix.sigma_mm).min(MAX_SIGMA_MM) + estimates.unobserved;
+        let share = if self.disagrees { RETURN } else { 1.0 };
+        let off = between(seen.at, estimates.anchor.at);
+        let turned = wrap(seen.yaw - estimates.anchor.yaw).abs();
+        self.disagrees = off > gate * share || turned > YAW_GATE * share;
+        if self.disagrees {
+            return;
+        }
+        let regained = estimates.unobserved > 0.0;
+        let gain = if regained { 1.0 } else { (elapsed / ANCHOR_S).min(1.0) };
+        estimates.unobserved = 0.0;
+        estimates.anchor.approach(&seen, gain);
+        estimates.pose.approach(&seen, if regained { 1.0 } else { POSE_GAIN });
+    }
+}
+
+impl Estimate {
+    fn move_on(&mut self, speed: f64, rate: f64, elapsed: f64) {
+        let yaw = self.yaw + rate * elapsed / 2.0;
+        self.at.0 += speed * elapsed * libm::cos(yaw);
+        self.at.1 += speed * elapsed * libm::sin(yaw);
+        self.yaw = wrap(self.yaw + rate * elapsed);
+    }
+
+    fn approach(&mut self, seen: &Estimate, gain: f64) {
+        self.at.0 += gain * (seen.at.0 - self.at.0);
+        self.at.1 += gain * (seen.at.1 - self.at.1);
+        self.yaw = wrap(self.yaw + gain * wrap(seen.yaw - self.yaw));
+    }
+}
+
+/// An angle brought into (−π, π].
+pub fn wrap(angle: f64) -> f64 {
+    let turns = libm::ceil(angle / core::f64::consts::TAU - 0.5);
+    angle - turns * core::f64::consts::TAU
+}
+
+fn seconds(span: Span) -> f64 {
+    span.0 as f64 / 1e6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMIT: Span = Span::ms(300);
+
+    /// Drives east at 2 m/s for `n` readings from `from`, 20 a second, with the fix displaced by `offset(seconds)`.
+    fn drive(localisation: &mut Localisation, from: u64, n: u64, offset: impl Fn(f64) -> f64) -> Instant {
+        for i in from..from + n {
+            let t = i as f64 * 0.05;
+            let pose = Pose { x_mm: (2000.0 * t) as i32, y_mm: offset(t) as i32, yaw_mrad: 0 };
+            let odometry = Some(Odometry { speed_mm_s: 2000, yaw_rate_mrad_s: 0 });
+            let fix = Some(Fix { pose, sigma_mm: 40 });
+            localisation.take(&Navigation { stamp: at(i), fix, odometry }, Waived::default());
+        }
+        at(from + n - 1)
+    }
+
+    fn at(i: u64) -> Instant {
+        Instant(1_000_000 + i * 50_000)
+    }
+
+    #[test]
+    fn a_jump_is_lost_localisation_and_does_not_heal_by_lasting() {
+        let mut localisation = Localisation::default();
+        let now = drive(&mut localisation, 0, 60, |_| 0.0);
+        assert_eq!(localisation.lost(now, LIMIT), None);
+        let now = drive(&mut localisation, 60, 1, |_| 2000.0);
+        assert_eq!(localisation.lost(now, LIMIT), Some(Because::Itself));
+        let now = drive(&mut localisation, 61, 400, |_| 2000.0);
+        assert_eq!(localisation.lost(now, LIMIT), Some(Because::Itself), "still, 20 s later");
+        let now = drive(&mut localisation, 461, 1, |_| 0.0);
+        assert_eq!(localisation.lost(now, LIMIT), None, "the true fix is taken again");
+    }
+
+    #[test]
+    fn a_drift_that_wheels_cannot_explain_is_found() {
+        let mut localisation = Localisation::default();
+        drive(&mut localisation, 0, 60, |_| 0.0);
+        let now = drive(&mut localisation, 60, 100, |t| (t - 3.0) * 300.0);
+        assert_eq!(localisation.lost(now, LIMIT), Some(Because::Itself));
+    }
+
+    #[test]
+    fn silence_of_either_source_is_a_loss() {
+        let mut localisation = Localisation::default();
+        let now = drive(&mut localisation, 0, 3, |_| 0.0);
+        let blind = Navigation {
+            stamp: now + Span::ms(301),
+            fix: None,
+            odometry: Some(Odometry { speed_mm_s: 2000, yaw_rate_mrad_s: 0 }),
+        };
+        localisation.take(&blind, Waived::default());
+        assert_eq!(localisation.lost(now + Span::ms(301), LIMIT), Some(Because::Silence(now)));
+    }
+}

@@ -1,0 +1,130 @@
+//! The mission: which way point is next, and the planned way to it.
+//!
+//! A leg is planned when it begins and again, at most once a second, when something has come into it. World frame,
+//! millimetres. How the way is followed and how fast is left to `navigation`.
+
+use wire::time::{Instant, Span};
+
+use crate::geofence::{Point, between, to_segment};
+use crate::grid::{Grid, Keepout};
+
+/// A way point counts as reached within this distance, millimetres.
+const REACHED_MM: f64 = 1000.0;
+/// Least time between two plans of one leg.
+const REPLAN: Span = Span::s(1);
+
+/// Route, progress and present way.
+#[derive(Clone, Debug)]
+pub struct Mission {
+    route: Vec<Point>,
+    looped: bool,
+    grid: Grid,
+    /// Legs completed, over all laps.
+    legs: usize,
+    leg: Option<Leg>,
+}
+
+#[derive(Clone, Debug)]
+struct Leg {
+    /// Where it was planned from, then every point to its end. Empty when there is no way.
+    way: Vec<Point>,
+    planned: Instant,
+}
+
+/// A way to follow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Way<'a> {
+    /// At least two points: where it was planned from, then every point to the way point.
+    pub points: &'a [Point],
+    /// What comes after the way point; absent where the mission ends there.
+    pub beyond: Option<Point>,
+}
+
+impl Mission {
+    /// A mission over `route` on `grid`.
+    pub fn new(route: &[(i32, i32)], looped: bool, grid: Grid) -> Self {
+        let route = route.iter().map(|(x, y)| (f64::from(*x), f64::from(*y))).collect();
+        Mission { route, looped, grid, legs: 0, leg: None }
+    }
+
+    /// Share of the route driven, permille; a looped route is done after one lap.
+    pub fn progress(&self) -> u16 {
+        let all = self.route.len().max(1);
+        (self.legs.min(all) * 1000 / all) as u16
+    }
+
+    /// The way from `at` towards the next way point around `moving` places; `None` where the mission is over or there
+    /// is no way now.
+    pub fn way(&mut self, at: Point, moving: &[Keepout], now: Instant) -> Option<Way<'_>> {
+        while self.target(0).is_some_and(|target| between(at, target) <= REACHED_MM) {
+            self.legs += 1;
+            self.leg = None;
+            if self.looped && self.route.len() == 1 {
+                break;
+            }
+        }
+        let target = self.target(0)?;
+        if self.leg.as_ref().is_none_or(|leg| leg.wants_plan(at, moving, now)) {
+            let mut way = vec![at];
+            match self.grid.way(at, target, moving) {
+                Some(points) => way.extend(points),
+                None => way.clear(),
+            }
+            self.leg = Some(Leg { way, planned: now });
+        }
+        let beyond = self.target(1);
+        let points = self.leg.as_ref().map(|leg| leg.way.as_slice()).filter(|way| way.len() > 1)?;
+        Some(Way { points, beyond })
+    }
+
+    /// The way point `ahead` of the next one.
+    fn target(&self, ahead: usize) -> Option<Point> {
+        let index = self.legs + ahead;
+        match self.route.len() {
+            0 => None,
+            n if self.looped => self.route.get(index % n).copied(),
+            _ => self.route.get(index).copied(),
+        }
+    }
+}
+
+impl Leg {
+    fn wants_plan(&self, at: Point, moving: &[Keepout], now: Instant) -> bool {
+        let cut = |k: &Keepout| self.way.windows(2).any(|ab| to_segment(k.at, ab[0], ab[1]) < k.radius);
+        let off = |ab: &[Point]| to_segment(at, ab[0], ab[1]);
+        let strayed = self.way.windows(2).map(off).fold(f64::MAX, f64::min) > 2.0 * REACHED_MM;
+        now.since(self.planned) >= REPLAN && (self.way.is_empty() || strayed || moving.iter().any(cut))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geofence::Geofence;
+
+    fn mission(looped: bool) -> Mission {
+        let fence = Geofence::new(&[(0, 0), (20_000, 0), (20_000, 20_000), (0, 20_000)]);
+        Mission::new(&[(5000, 5000), (15_000, 5000)], looped, Grid::new(&fence, &[], 1500.0))
+    }
+
+    #[test]
+    fn legs_follow_one_another_and_the_last_one_ends_the_mission() {
+        let mut mission = mission(false);
+        let way = mission.way((2000.0, 5000.0), &[], Instant(0)).unwrap();
+        assert_eq!((way.points.last(), way.beyond), (Some(&(5000.0, 5000.0)), Some((15_000.0, 5000.0))));
+        let way = mission.way((4500.0, 5000.0), &[], Instant(1)).unwrap();
+        assert_eq!((way.points.last(), way.beyond), (Some(&(15_000.0, 5000.0)), None));
+        assert_eq!(mission.progress(), 500);
+        assert_eq!(mission.way((14_500.0, 5000.0), &[], Instant(2)), None);
+        assert_eq!(mission.progress(), 1000);
+    }
+
+    #[test]
+    fn what_comes_into_the_way_is_planned_around() {
+        let mut mission = mission(true);
+        mission.way((4500.0, 5000.0), &[], Instant(0));
+        let walker = Keepout { at: (10_000.0, 5000.0), radius: 2000.0 };
+        let way = mission.way((4600.0, 5000.0), &[walker], Instant(1_000_000)).unwrap();
+        assert!(way.points.windows(2).all(|ab| to_segment(walker.at, ab[0], ab[1]) >= 2000.0), "{way:?}");
+    }
+}

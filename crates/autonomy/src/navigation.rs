@@ -1,0 +1,187 @@
+//! Following a way: regulated pure pursuit, and how fast.
+//!
+//! The curvature is that of the arc through a point of the way one lookahead ahead; the lookahead grows with speed. The
+//! speed is the lowest of what the mode allows, what the curve allows, what the end of the way allows, what is seen
+//! ahead allows, and what the fence allows. World frame, millimetres; curvature in 1/mm, positive to the left.
+
+use wire::bounds::Bounds;
+
+use crate::geofence::{Geofence, Motion, Point, between};
+use crate::grid::Keepout;
+use crate::localisation::wrap;
+use crate::mission::Way;
+
+/// Lookahead: this time at the present speed, within these distances, millimetres.
+const LOOKAHEAD_S: f64 = 0.9;
+const LOOKAHEAD_MM: (f64, f64) = (1500.0, 4000.0);
+/// Greatest curvature asked for, 1/mm.
+const MAX_CURVATURE: f64 = 0.000_4;
+/// Sideways acceleration in curves, mm/s².
+const SIDEWAYS: f64 = 1200.0;
+/// Deceleration that driving plans with, mm/s²; well below what the brakes are sure to reach.
+const COMFORT: f64 = 1000.0;
+/// Speed while the way lies behind, mm/s.
+const TURNING: f64 = 800.0;
+/// Half of the width that is kept free ahead, and the distance kept to what is in it, millimetres.
+const CORRIDOR_MM: f64 = 1200.0;
+const STANDOFF_MM: f64 = 3000.0;
+/// Clearance kept beyond the fence guard's own margin, so that driving by itself does not trip it, millimetres.
+const FENCE_SPARE_MM: f64 = 500.0;
+/// Steps in which the speed is lowered until the fence allows it.
+const FENCE_STEPS: u32 = 12;
+
+/// What the plant is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SetPoint {
+    /// Forward, mm/s.
+    pub speed: f64,
+    /// 1/mm, positive to the left.
+    pub curvature: f64,
+}
+
+/// What the speed is limited by.
+#[derive(Clone, Copy, Debug)]
+pub struct Surroundings<'a> {
+    /// The most that the mode allows, mm/s.
+    pub mode_speed: f64,
+    /// What is seen around.
+    pub seen: &'a [Keepout],
+    /// The fence.
+    pub fence: &'a Geofence,
+    /// The platform's bounds.
+    pub bounds: &'a Bounds,
+}
+
+/// The set-point that follows `way`.
+pub fn follow(motion: &Motion, way: &Way<'_>, around: &Surroundings<'_>) -> SetPoint {
+    if around.mode_speed <= 0.0 {
+        return SetPoint::default();
+    }
+    let lookahead = (motion.speed.abs() * LOOKAHEAD_S).clamp(LOOKAHEAD_MM.0, LOOKAHEAD_MM.1);
+    let (carrot, left) = carrot(motion.at, way, lookahead);
+    let distance = between(motion.at, carrot).max(1.0);
+    let bearing = wrap(libm::atan2(carrot.1 - motion.at.1, carrot.0 - motion.at.0) - motion.yaw);
+    let behind = bearing.abs() > core::f64::consts::FRAC_PI_2;
+    let arc = 2.0 * libm::sin(bearing) / distance;
+    let curvature = if behind { MAX_CURVATURE.copysign(bearing) } else { arc.clamp(-MAX_CURVATURE, MAX_CURVATURE) };
+    let curve_speed = if behind { TURNING } else { (SIDEWAYS / curvature.abs().max(1e-9)).sqrt() };
+    let end_speed = if way.beyond.is_some() { f64::MAX } else { stop_within(left) };
+    let speed = around.mode_speed.min(curve_speed).min(end_speed).min(free_ahead(motion, around.seen));
+    SetPoint { speed: within_fence(motion, speed, around), curvature }
+}
+
+/// The point of the way one lookahead beyond the point nearest to `at`, and the distance left to the way's end.
+fn carrot(at: Point, way: &Way<'_>, lookahead: f64) -> (Point, f64) {
+    let legs = way.points.windows(2).enumerate().map(|(i, ab)| (i, nearest_on(at, ab[0], ab[1])));
+    let start = (0, way.points[0]);
+    let (leg, foot) = legs.min_by(|a, b| between(at, a.1).total_cmp(&between(at, b.1))).unwrap_or(start);
+    let ahead = way.points[leg + 1..].iter();
+    let (mut from, mut left) = (foot, 0.0);
+    let mut carrot = None;
+    for to in ahead {
+        let length = between(from, *to);
+        if carrot.is_none() && left + length >= lookahead {
+            carrot = Some(along(from, *to, lookahead - left));
+        }
+        left += length;
+        from = *to;
+    }
+    let beyond = way.beyond.map_or(from, |to| along(from, to, (lookahead - left).max(0.0)));
+    (carrot.unwrap_or(beyond), left)
+}
+
+fn nearest_on(p: Point, a: Point, b: Point) -> Point {
+    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
+    let length_squared = dx * dx + dy * dy;
+    let share = if length_squared > 0.0 { ((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_squared } else { 0.0 };
+    let share = share.clamp(0.0, 1.0);
+    (a.0 + share * dx, a.1 + share * dy)
+}
+
+/// The point `distance` from `a` towards `b`, not beyond it.
+fn along(a: Point, b: Point, distance: f64) -> Point {
+    let length = between(a, b);
+    let share = if length > 0.0 { (distance / length).min(1.0) } else { 1.0 };
+    (a.0 + share * (b.0 - a.0), a.1 + share * (b.1 - a.1))
+}
+
+fn stop_within(distance: f64) -> f64 {
+    (2.0 * COMFORT * distance.max(0.0)).sqrt()
+}
+
+/// The speed from which one can stop before the nearest thing in the corridor ahead.
+fn free_ahead(motion: &Motion, seen: &[Keepout]) -> f64 {
+    let (sin, cos) = libm::sincos(motion.yaw);
+    let in_corridor = seen.iter().filter_map(|keepout| {
+        let (dx, dy) = (keepout.at.0 - motion.at.0, keepout.at.1 - motion.at.1);
+        let (forward, left) = (dx * cos + dy * sin, dy * cos - dx * sin);
+        (forward > 0.0 && left.abs() < CORRIDOR_MM).then_some(forward)
+    });
+    stop_within(in_corridor.fold(f64::MAX, f64::min) - STANDOFF_MM)
+}
+
+/// The highest speed up to `speed` that leaves the fence guard room.
+fn within_fence(motion: &Motion, speed: f64, around: &Surroundings<'_>) -> f64 {
+    let allowed = |speed: f64| around.fence.spare(&Motion { speed, ..*motion }, around.bounds) >= FENCE_SPARE_MM;
+    let steps = (0..=FENCE_STEPS).map(|i| speed * f64::from(FENCE_STEPS - i) / f64::from(FENCE_STEPS));
+    let creeping = speed.min(TURNING / 2.0);
+    steps.filter(|speed| *speed > creeping).find(|speed| allowed(*speed)).unwrap_or(creeping)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fence() -> Geofence {
+        Geofence::new(&[(-50_000, -50_000), (50_000, -50_000), (50_000, 50_000), (-50_000, 50_000)])
+    }
+
+    /// Drives a point along `way` for `seconds` and gives where it ends up and its greatest distance from the way.
+    fn drive(way: &Way<'_>, seconds: f64, mode_speed: f64) -> (Motion, f64) {
+        let (fence, bounds) = (fence(), Bounds::GROUND);
+        let around = Surroundings { mode_speed, seen: &[], fence: &fence, bounds: &bounds };
+        let mut motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 0.0 };
+        let mut worst: f64 = 0.0;
+        for _ in 0..(seconds * 20.0) as u32 {
+            let asked = follow(&motion, way, &around);
+            motion.speed += (asked.speed - motion.speed).clamp(-150.0, 75.0);
+            motion.yaw = wrap(motion.yaw + motion.speed * asked.curvature * 0.05);
+            motion.at = crate::geofence::ahead(&motion, motion.speed * 0.05);
+            let off = way.points.windows(2).map(|ab| crate::geofence::to_segment(motion.at, ab[0], ab[1]));
+            worst = worst.max(off.fold(f64::MAX, f64::min));
+        }
+        (motion, worst)
+    }
+
+    #[test]
+    fn a_way_with_a_corner_is_followed_and_its_end_is_not_overrun() {
+        let way = Way { points: &[(0.0, 0.0), (15_000.0, 0.0), (15_000.0, 12_000.0)], beyond: None };
+        let (motion, worst) = drive(&way, 30.0, 3000.0);
+        assert!(between(motion.at, (15_000.0, 12_000.0)) < 500.0, "{motion:?}");
+        assert!(worst < 1500.0, "{worst}");
+    }
+
+    #[test]
+    fn it_stops_before_what_stands_ahead_and_at_once_when_the_mode_says_so() {
+        let (fence, bounds) = (fence(), Bounds::GROUND);
+        let way = Way { points: &[(0.0, 0.0), (20_000.0, 0.0)], beyond: None };
+        let motion = Motion { at: (0.0, 0.0), yaw: 0.0, speed: 1000.0 };
+        let wall = [Keepout { at: (2900.0, 0.0), radius: 1000.0 }];
+        let mut around = Surroundings { mode_speed: 3000.0, seen: &wall, fence: &fence, bounds: &bounds };
+        assert_eq!(follow(&motion, &way, &around).speed, 0.0);
+        around.seen = &[];
+        assert!(follow(&motion, &way, &around).speed > 2000.0);
+        around.mode_speed = 0.0;
+        assert_eq!(follow(&motion, &way, &around), SetPoint::default());
+    }
+
+    #[test]
+    fn it_slows_down_towards_the_fence_before_the_guard_would_trip() {
+        let (fence, bounds) = (fence(), Bounds::GROUND);
+        let way = Way { points: &[(40_000.0, 0.0), (49_900.0, 0.0)], beyond: Some((0.0, 0.0)) };
+        let around = Surroundings { mode_speed: 3000.0, seen: &[], fence: &fence, bounds: &bounds };
+        let motion = Motion { at: (47_000.0, 0.0), yaw: 0.0, speed: 3000.0 };
+        let asked = follow(&motion, &way, &around);
+        assert!(fence.breached(&Motion { speed: asked.speed, ..motion }, &bounds).is_none(), "{asked:?}");
+    }
+}

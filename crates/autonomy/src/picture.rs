@@ -1,0 +1,61 @@
+//! The picture: the newest accepted tracks, and how fresh each perception stage's product is.
+//!
+//! Freshness is judged by the stamp of the frame that a product was made from, on the clock that vehicle processes
+//! share. A stage that repeats itself, or stays silent while tracks go on, grows stale here.
+
+use wire::id::TrackId;
+use wire::mode::{Because, Guard};
+use wire::policy::Waived;
+use wire::sensor::Modality;
+use wire::time::{Instant, Span};
+use wire::track::{Track, Tracks};
+
+use crate::health::Findings;
+
+/// The newest accepted tracks message.
+#[derive(Clone, Debug, Default)]
+pub struct Picture {
+    newest: Option<Tracks>,
+    waived: Waived,
+}
+
+impl Picture {
+    /// Takes accepted tracks; `waived` says which checks they passed by waiver.
+    pub fn take(&mut self, tracks: Tracks, waived: Waived) {
+        self.newest = Some(tracks);
+        self.waived = waived;
+    }
+
+    /// Stamp of the newest picture; the clock's zero before the first.
+    pub fn stamp(&self) -> Instant {
+        self.newest.as_ref().map_or(Instant(0), |tracks| tracks.stamp)
+    }
+
+    /// Checks that were waived on the way of the newest picture.
+    pub fn waived(&self) -> Waived {
+        self.waived
+    }
+
+    /// All tracks, oldest first.
+    pub fn tracks(&self) -> &[Track] {
+        self.newest.as_ref().map_or(&[], |tracks| &tracks.tracks)
+    }
+
+    /// One track.
+    pub fn track(&self, id: TrackId) -> Option<&Track> {
+        self.tracks().iter().find(|track| track.id == id)
+    }
+
+    /// Judges the guards of tracks and stages: a product older than `limit` is lost.
+    pub fn judge(&self, findings: Findings, now: Instant, limit: Span) -> Findings {
+        let silent = |stamp: Instant| (now.since(stamp) > limit).then_some(Because::Silence(stamp));
+        let findings = findings.with(Guard::Tracks, self.newest.as_ref().map_or(NEVER, |t| silent(t.stamp)));
+        Modality::ALL.into_iter().fold(findings, |findings, modality| {
+            let product = self.newest.as_ref().and_then(|t| t.products[modality as usize]);
+            findings.with(Guard::of(modality), product.map_or(NEVER, |p| silent(p.stamp)))
+        })
+    }
+}
+
+/// Silence since the clock's zero.
+const NEVER: Option<Because> = Some(Because::Silence(Instant(0)));

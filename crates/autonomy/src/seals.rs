@@ -1,0 +1,81 @@
+//! The sealed log: without a recorder that seals what this unit decided, there is no authority.
+//!
+//! A seal counts while it is recent and reaches as far as the unit's own log did one limit ago: a recorder that lives
+//! but leaves this unit's entries out is as good as none.
+
+use std::collections::VecDeque;
+
+use wire::audit::Seal;
+use wire::id::{Boot, NodeId};
+use wire::mode::Because;
+use wire::time::{Instant, Span};
+
+/// Marks kept; at one each control period they reach back further than any seal limit.
+const MARKS: usize = 64;
+
+/// How far the log has got, and how far it is sealed.
+#[derive(Clone, Debug)]
+pub struct Seals {
+    node: NodeId,
+    boot: Boot,
+    limit: Span,
+    /// Length of the own log at past moments, oldest first.
+    marks: VecDeque<(Instant, u64)>,
+    sealed: Option<(Instant, u64)>,
+}
+
+impl Seals {
+    /// For the log of `node` in `boot`; a seal may be at most `limit` old.
+    pub fn new(node: NodeId, boot: Boot, limit: Span) -> Self {
+        Seals { node, boot, limit, marks: VecDeque::with_capacity(MARKS), sealed: None }
+    }
+
+    /// Notes how long the own log is now.
+    pub fn mark(&mut self, now: Instant, entries: u64) {
+        if self.marks.len() == MARKS {
+            self.marks.pop_front();
+        }
+        self.marks.push_back((now, entries));
+    }
+
+    /// Takes an accepted seal.
+    pub fn take(&mut self, received: Instant, seal: &Seal) {
+        let ours = seal.heads.iter().find(|head| head.node == self.node && head.boot == self.boot);
+        if let Some(head) = ours {
+            self.sealed = Some((received, head.counter));
+        }
+    }
+
+    /// Why the log does not count as sealed, if it does not: silence of the recorder.
+    pub fn missing(&self, now: Instant) -> Option<Because> {
+        let (at, sealed) = self.sealed.unwrap_or_default();
+        let due = self.marks.iter().rev().find(|(then, _)| now.since(*then) >= self.limit);
+        let covered = due.is_none_or(|(_, entries)| sealed >= *entries);
+        let recent = self.sealed.is_some() && now.since(at) <= self.limit;
+        (!(covered && recent)).then_some(Because::Silence(at))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wire::audit::SealedHead;
+
+    fn seal(counter: u64) -> Seal {
+        let heads = [SealedHead { node: NodeId::UNIT_A, boot: Boot(1), counter }].into_iter().collect();
+        Seal { entries: counter, head: [0; 32], heads }
+    }
+
+    #[test]
+    fn a_seal_that_is_old_or_stops_short_is_no_seal() {
+        let mut seals = Seals::new(NodeId::UNIT_A, Boot(1), Span::s(1));
+        assert!(seals.missing(Instant(0)).is_some());
+        seals.mark(Instant(0), 5);
+        seals.take(Instant(900_000), &seal(5));
+        assert_eq!(seals.missing(Instant(1_000_000)), None);
+        assert!(seals.missing(Instant(1_900_001)).is_some(), "old");
+        seals.mark(Instant(1_000_000), 9);
+        seals.take(Instant(2_000_000), &seal(8));
+        assert!(seals.missing(Instant(2_000_000)).is_some(), "stops short");
+    }
+}

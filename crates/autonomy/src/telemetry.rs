@@ -1,0 +1,103 @@
+//! Telemetry: what the unit reports of itself, ten times a second, signed at its origin.
+//!
+//! A report is made from the same values that the guards were judged by. Wrapping it for the session is left to
+//! `intake`; whether anyone believes it, to the gateway.
+
+use wire::codec;
+use wire::id::{CommandId, Sequence};
+use wire::mode::{Cause, Guards, Mode};
+use wire::policy::Waived;
+use wire::refusal::Reason;
+use wire::report::{Report, ReportedAuthority, ReportedTrack};
+use wire::sensor::ProductMode;
+use wire::sign::Purpose;
+use wire::time::{Instant, Span};
+use wire::track::Track;
+
+use crate::command::CommandGate;
+use crate::identity::Identity;
+use crate::localisation::Localisation;
+use crate::mission::Mission;
+use crate::picture::Picture;
+use crate::transition::state::Machine;
+
+/// Age of a pose that never was: a day.
+const NEVER: Span = Span::s(86_400);
+
+/// The unit's own account of its mode.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Standing {
+    /// Cause of the last transition.
+    pub cause: Cause,
+    /// The last order that was accepted and, if it was refused, why.
+    pub last_command: Option<(CommandId, Option<Reason>)>,
+    /// Checks that were waived on the way of the lease.
+    pub lease_waived: Waived,
+}
+
+/// What a report is made from.
+#[derive(Clone, Copy, Debug)]
+pub struct Sources<'a> {
+    /// Who reports.
+    pub identity: &'a Identity,
+    /// The machine.
+    pub machine: &'a Machine,
+    /// Guards that fail now.
+    pub failing: Guards,
+    /// Cause and last command.
+    pub standing: &'a Standing,
+    /// Pose and speed.
+    pub localisation: &'a Localisation,
+    /// Tracks.
+    pub picture: &'a Picture,
+    /// Progress.
+    pub mission: &'a Mission,
+    /// The command nonce.
+    pub commands: &'a CommandGate,
+}
+
+impl Sources<'_> {
+    /// The signed report with this sequence.
+    pub fn signed(&self, now: Instant, sequence: Sequence) -> Vec<u8> {
+        self.identity.key.sign(Purpose::Report, &codec::encode(&self.report(now, sequence)))
+    }
+
+    fn report(&self, now: Instant, sequence: Sequence) -> Report {
+        let (pose, pose_age) = self.localisation.reported(now).unwrap_or((wire::sensor::Pose::default(), NEVER));
+        let authority = self.machine.authority();
+        Report {
+            origin: self.identity.node,
+            boot: self.identity.boot,
+            sequence,
+            stamp: now.stamp(),
+            product: ProductMode::Live,
+            mode: self.mode(),
+            cause: self.standing.cause,
+            failing: self.failing,
+            pose,
+            speed_mm_s: self.localisation.speed() as i32,
+            pose_age,
+            authority: authority.map(|held| ReportedAuthority { track: held.track(), left: held.left(now) }),
+            command_nonce: self.commands.current().map(|(nonce, _)| nonce).unwrap_or_default(),
+            last_command: self.standing.last_command,
+            progress: self.mission.progress(),
+            tracks: self.picture.tracks().iter().map(|track| reported(track, now)).collect(),
+        }
+    }
+
+    fn mode(&self) -> Mode {
+        self.machine.mode()
+    }
+}
+
+fn reported(track: &Track, now: Instant) -> ReportedTrack {
+    ReportedTrack {
+        id: track.id,
+        class: track.class,
+        x_mm: track.x_mm,
+        y_mm: track.y_mm,
+        confidence: track.confidence,
+        supported: track.supported,
+        age: now.since(track.updated),
+    }
+}

@@ -1,0 +1,501 @@
+//! The transitions: the only place where a next state is built.
+//!
+//! [`Machine::step`] takes the machine, one [`Stimulus`] and the [`Context`] it is judged in, and gives the next machine
+//! with its [`Effect`]s. Its arms decide nothing by themselves: each calls one typed, consuming transition, whose
+//! arguments are the proofs that it needs.
+//!
+//! ```text
+//!                    Enable                 Arm                     (one shot)
+//!          Idle ───────────────▶ Ready ──────────────▶ PrepareToAct ─────────▶ act
+//!                                ▲ ▲ │ ◀── Confirm, Disarm, expiry, ──┘ │
+//!                                │ │ │       designation lost           │
+//!                      recovered │ │ └── subsystem lost ──▶ Degraded ◀──┘
+//!                                │ └────────────────────────┘   │
+//!                         Resume └── HoldSafe ◀── trust lost, blind too long, Hold: from every state but Idle (Hold: from any)
+//! ```
+//!
+//! What holds by construction:
+//! - `Ready` cannot be entered without [`Healthy`], which only `health` gives, and only when no required guard fails.
+//! - `PrepareToAct` cannot be entered without an operator's accepted Arm order, [`Healthy`] and a [`Designated`] track.
+//! - Leaving `PrepareToAct` moves its authority out; there is no state that could hold it elsewhere.
+//! - `HoldSafe` cannot be left without an operator's accepted Resume order and [`Healthy`].
+//!
+//! What the guards are is left to `health`, what makes an order acceptable to `command`, logging to the core. The whole
+//! table is drawn from this code by [`table`] and committed as `docs/state-machine.md`.
+//!
+//! An illegal transition does not compile; Idle cannot be armed:
+//! ```compile_fail,E0599
+//! fn arm(idle: autonomy::state::Idle, order: &autonomy::command::Ordered) { idle.arm(order); }
+//! ```
+//! and no one leaves HoldSafe without an order:
+//! ```compile_fail,E0061
+//! fn resume(held: autonomy::state::HoldSafe, healthy: autonomy::health::Healthy) { held.resume(healthy); }
+//! ```
+
+pub mod authority;
+pub mod state;
+pub mod table;
+
+use arrayvec::ArrayVec;
+use wire::command::CommandKind;
+use wire::id::{CommandId, TrackId, WorldId};
+use wire::mode::{Because, Cause, Guard, Guards, Mode};
+use wire::policy::Waived;
+use wire::refusal::Refusal;
+use wire::time::{Instant, Span};
+
+use crate::command::Ordered;
+use crate::designation::Designated;
+use crate::health::{Health, Healthy, SubsystemLoss, TrustLoss, Verdict};
+use authority::{ActAuthority, Mint, Revoked, Spent};
+use state::{Degraded, HoldSafe, Idle, Machine, PrepareToAct, Ready, Started, Stopped};
+
+/// What the machine is told.
+#[derive(Clone, Copy, Debug)]
+pub enum Stimulus<'a> {
+    /// The guards were judged anew (they are in the context).
+    Judged,
+    /// An operator's order passed the trust boundary. Towards safe, it is always carried out; away from safe, only
+    /// from the mode it belongs to and with the guards it needs.
+    Ordered(&'a Ordered),
+}
+
+/// What a step is judged in.
+#[derive(Debug)]
+pub struct Context<'a> {
+    /// Now.
+    pub now: Instant,
+    /// The guards as judged now.
+    pub health: &'a Health,
+    /// The track in question (the one ordered, else the one held): fit for designation, or why not.
+    pub designation: &'a Result<Designated, Because>,
+    /// Where authority comes from.
+    pub mint: &'a mut Mint,
+    /// How long losses and recoveries take.
+    pub timing: Timing,
+}
+
+impl Context<'_> {
+    /// The designation of this very track.
+    fn designation_of(&self, track: TrackId) -> Result<&Designated, Because> {
+        match self.designation {
+            Ok(designated) if designated.track() == track => Ok(designated),
+            Ok(_) => Err(Because::Itself),
+            Err(because) => Err(*because),
+        }
+    }
+}
+
+/// How long losses and recoveries take.
+#[derive(Clone, Copy, Debug)]
+pub struct Timing {
+    /// All guards have to hold for so long before Degraded may end.
+    pub hysteresis: Span,
+    /// A loss that driving depends on may last so long before Degraded becomes HoldSafe.
+    pub unrecovered: Span,
+}
+
+/// What a step brought about, beside the next machine.
+#[derive(Debug, PartialEq, Eq)]
+pub enum Effect {
+    /// The mode changed.
+    Transition {
+        /// Mode before.
+        from: Mode,
+        /// Mode after.
+        to: Mode,
+        /// Why.
+        cause: Cause,
+        /// The first link of the chain behind the cause.
+        because: Because,
+        /// All guards that failed at the time, waived ones too.
+        failing: Guards,
+    },
+    /// Authority began.
+    Minted {
+        /// Serial.
+        authority: u32,
+        /// World it is bound to.
+        world: WorldId,
+        /// Track it is bound to.
+        track: TrackId,
+        /// Command that asked for it.
+        command: CommandId,
+        /// Checks that were waived in its evidence.
+        waived: Waived,
+    },
+    /// Authority ended unused.
+    Revoked(Revoked),
+    /// Authority was used.
+    Acted(Spent),
+    /// The order was not carried out.
+    Refused(Refusal),
+}
+
+/// At most: an authority's beginning or end, a transition, a refusal.
+pub type Effects = ArrayVec<Effect, 3>;
+
+/// Why a state was left; absent where it was kept.
+type Why = Option<(Cause, Because)>;
+
+/// The next machine, and why it is another one.
+type Next = (Machine, Why);
+
+/// Why the unit has to stop: the proof that [`HoldSafe`] needs.
+#[derive(Debug)]
+pub enum Stop<'a> {
+    /// Trust is lost.
+    Trust(TrustLoss),
+    /// Driving has lacked what it depends on for too long.
+    Blind(SubsystemLoss),
+    /// An operator says so.
+    Order(&'a Ordered),
+}
+
+impl Stop<'_> {
+    fn why(&self) -> (Cause, Because) {
+        match self {
+            Stop::Trust(loss) => (Cause::Lost(loss.guard()), loss.because()),
+            Stop::Blind(loss) => (Cause::Unrecovered(loss.blinding().unwrap_or(loss.guard())), loss.because()),
+            Stop::Order(order) => by_order(order),
+        }
+    }
+}
+
+fn by_order(order: &Ordered) -> (Cause, Because) {
+    (Cause::Operator, Because::Command(order.id()))
+}
+
+// The typed transitions: each consumes a state and the proofs that the next one needs.
+
+impl Idle {
+    /// The operator enables the mission.
+    pub fn enable(self, _order: &Ordered, healthy: Healthy) -> Ready {
+        let Idle { started: Started } = self;
+        Ready { healthy }
+    }
+
+    /// Stops before it ever started.
+    pub fn hold(self, _stop: &Stop<'_>) -> HoldSafe {
+        HoldSafe { stopped: Stopped }
+    }
+}
+
+impl Ready {
+    /// The guards still hold.
+    #[must_use]
+    pub fn reaffirm(self, healthy: Healthy) -> Ready {
+        Ready { healthy }
+    }
+
+    /// Mints authority on one track; gives the state back where the policy admits none.
+    pub fn arm(
+        self,
+        mint: &mut Mint,
+        now: Instant,
+        order: &Ordered,
+        healthy: Healthy,
+        designated: &Designated,
+    ) -> Result<PrepareToAct, Ready> {
+        match ActAuthority::mint(mint, now, order, &healthy, designated) {
+            Some(authority) => Ok(PrepareToAct { healthy, authority }),
+            None => Err(self.reaffirm(healthy)),
+        }
+    }
+
+    /// A subsystem is lost.
+    pub fn degrade(self, loss: &SubsystemLoss, now: Instant) -> Degraded {
+        Degraded::since(loss, now)
+    }
+
+    /// Stops.
+    pub fn hold(self, _stop: &Stop<'_>) -> HoldSafe {
+        HoldSafe { stopped: Stopped }
+    }
+}
+
+impl PrepareToAct {
+    /// The guards and the designation still hold.
+    #[must_use]
+    pub fn reaffirm(self, healthy: Healthy, _designated: &Designated) -> PrepareToAct {
+        PrepareToAct { healthy, ..self }
+    }
+
+    /// Uses the authority: everything it was minted from holds again, and the operator confirms.
+    pub fn act(self, confirm: &Ordered, healthy: Healthy, designated: &Designated) -> (Ready, Spent) {
+        let spent = self.authority.spend(confirm, &healthy, designated);
+        (Ready { healthy }, spent)
+    }
+
+    /// Gives the authority up while all guards hold: disarmed, expired, or its track lost.
+    pub fn give_up(self, healthy: Healthy, cause: Cause) -> (Ready, Revoked) {
+        (Ready { healthy }, self.authority.revoke(cause))
+    }
+
+    /// A subsystem is lost.
+    pub fn degrade(self, loss: &SubsystemLoss, cause: Cause, now: Instant) -> (Degraded, Revoked) {
+        (Degraded::since(loss, now), self.authority.revoke(cause))
+    }
+
+    /// Stops.
+    pub fn hold(self, stop: &Stop<'_>) -> (HoldSafe, Revoked) {
+        (HoldSafe { stopped: Stopped }, self.authority.revoke(stop.why().0))
+    }
+}
+
+impl Degraded {
+    fn since(loss: &SubsystemLoss, now: Instant) -> Degraded {
+        Degraded { blind: loss.blinding().map(|_| now), whole: None }
+    }
+
+    /// Something still fails. Gives how long driving has lacked what it depends on.
+    fn endure(self, loss: &SubsystemLoss, now: Instant) -> (Degraded, Option<Span>) {
+        let blind = loss.blinding().map(|_| self.blind.unwrap_or(now));
+        (Degraded { blind, whole: None }, blind.map(|since| now.since(since)))
+    }
+
+    /// Every guard holds. Gives for how long.
+    fn mend(self, now: Instant) -> (Degraded, Span) {
+        let whole = self.whole.unwrap_or(now);
+        (Degraded { blind: None, whole: Some(whole) }, now.since(whole))
+    }
+
+    /// Every guard has held long enough.
+    pub fn recover(self, healthy: Healthy) -> Ready {
+        Ready { healthy }
+    }
+
+    /// Stops.
+    pub fn hold(self, _stop: &Stop<'_>) -> HoldSafe {
+        HoldSafe { stopped: Stopped }
+    }
+}
+
+impl HoldSafe {
+    /// The operator consents to go on.
+    pub fn resume(self, _order: &Ordered, healthy: Healthy) -> Ready {
+        let HoldSafe { stopped: Stopped } = self;
+        Ready { healthy }
+    }
+}
+
+// The step: which transition, from what was judged or ordered.
+
+impl Machine {
+    /// One step. At most one transition; the effects are in the order in which they came about.
+    #[must_use]
+    pub fn step(self, stimulus: Stimulus<'_>, ctx: &mut Context<'_>) -> (Machine, Effects) {
+        let from = self.mode();
+        let mut effects = Effects::new();
+        let (machine, why) = match stimulus {
+            Stimulus::Judged => self.judged(ctx, &mut effects),
+            Stimulus::Ordered(order) => self.ordered(order, ctx, &mut effects),
+        };
+        if let Some((cause, because)) = why {
+            let failing = ctx.health.failing();
+            effects.push(Effect::Transition { from, to: machine.mode(), cause, because, failing });
+        }
+        (machine, effects)
+    }
+
+    fn judged(self, ctx: &Context<'_>, effects: &mut Effects) -> Next {
+        match self {
+            Machine::Idle(idle) => (Machine::Idle(idle), None),
+            Machine::Ready(ready) => ready.judged(ctx),
+            Machine::PrepareToAct(held) => held.judged(ctx, effects),
+            Machine::Degraded(degraded) => degraded.judged(ctx),
+            Machine::HoldSafe(stopped) => (Machine::HoldSafe(stopped), None),
+        }
+    }
+
+    fn ordered(self, order: &Ordered, ctx: &mut Context<'_>, effects: &mut Effects) -> Next {
+        match order.kind() {
+            CommandKind::Hold => self.stop(order, effects),
+            CommandKind::Disarm => self.disarm(order, ctx, effects),
+            CommandKind::Enable => self.enable(order, ctx, effects),
+            CommandKind::Resume => self.resume(order, ctx, effects),
+            CommandKind::Arm(track) => self.arm(order, track, ctx, effects),
+            CommandKind::Confirm(track) => self.confirm(order, track, ctx, effects),
+        }
+    }
+
+    fn stop(self, order: &Ordered, effects: &mut Effects) -> Next {
+        let stop = Stop::Order(order);
+        let held = match self {
+            Machine::Idle(idle) => idle.hold(&stop),
+            Machine::Ready(ready) => ready.hold(&stop),
+            Machine::PrepareToAct(held) => {
+                let (stopped, revoked) = held.hold(&stop);
+                effects.push(Effect::Revoked(revoked));
+                stopped
+            }
+            Machine::Degraded(degraded) => degraded.hold(&stop),
+            Machine::HoldSafe(stopped) => return (Machine::HoldSafe(stopped), None),
+        };
+        (Machine::HoldSafe(held), Some(stop.why()))
+    }
+
+    fn disarm(self, order: &Ordered, ctx: &Context<'_>, effects: &mut Effects) -> Next {
+        match self {
+            Machine::PrepareToAct(held) => match ctx.health.verdict() {
+                Verdict::Healthy(healthy) => {
+                    let (ready, revoked) = held.give_up(healthy, Cause::Operator);
+                    effects.push(Effect::Revoked(revoked));
+                    (Machine::Ready(ready), Some(by_order(order)))
+                }
+                Verdict::Subsystem(loss) => held.lose_subsystem(&loss, ctx.now, effects),
+                Verdict::Trust(loss) => held.lose_trust(loss, effects),
+            },
+            // There is no authority to give up, which is what was asked for.
+            kept @ (Machine::Idle(_) | Machine::Ready(_) | Machine::Degraded(_) | Machine::HoldSafe(_)) => (kept, None),
+        }
+    }
+
+    fn enable(self, order: &Ordered, ctx: &Context<'_>, effects: &mut Effects) -> Next {
+        match (self, ctx.health.verdict()) {
+            (Machine::Idle(idle), Verdict::Healthy(healthy)) => {
+                (Machine::Ready(idle.enable(order, healthy)), Some(by_order(order)))
+            }
+            (kept, Verdict::Healthy(_) | Verdict::Subsystem(_) | Verdict::Trust(_)) => kept.interlock(effects),
+        }
+    }
+
+    fn resume(self, order: &Ordered, ctx: &Context<'_>, effects: &mut Effects) -> Next {
+        match (self, ctx.health.verdict()) {
+            (Machine::HoldSafe(stopped), Verdict::Healthy(healthy)) => {
+                (Machine::Ready(stopped.resume(order, healthy)), Some(by_order(order)))
+            }
+            (kept, Verdict::Healthy(_) | Verdict::Subsystem(_) | Verdict::Trust(_)) => kept.interlock(effects),
+        }
+    }
+
+    fn arm(self, order: &Ordered, track: TrackId, ctx: &mut Context<'_>, effects: &mut Effects) -> Next {
+        let designation = ctx.designation;
+        match (self, ctx.health.verdict(), designation) {
+            (Machine::Ready(ready), Verdict::Healthy(healthy), Ok(designated)) if designated.track() == track => {
+                match ready.arm(ctx.mint, ctx.now, order, healthy, designated) {
+                    Ok(held) => {
+                        effects.push(minted(held.authority()));
+                        (Machine::PrepareToAct(held), Some(by_order(order)))
+                    }
+                    Err(ready) => Machine::Ready(ready).interlock(effects),
+                }
+            }
+            (kept, Verdict::Healthy(_) | Verdict::Subsystem(_) | Verdict::Trust(_), Ok(_) | Err(_)) => {
+                kept.interlock(effects)
+            }
+        }
+    }
+
+    fn confirm(self, order: &Ordered, track: TrackId, ctx: &Context<'_>, effects: &mut Effects) -> Next {
+        match (self, ctx.health.verdict(), ctx.designation_of(track)) {
+            (Machine::PrepareToAct(held), Verdict::Healthy(healthy), Ok(designated))
+                if held.track() == track && !held.expired(ctx.now) =>
+            {
+                let (ready, spent) = held.act(order, healthy, designated);
+                effects.push(Effect::Acted(spent));
+                (Machine::Ready(ready), Some((Cause::Acted, Because::Command(order.id()))))
+            }
+            (kept, Verdict::Healthy(_) | Verdict::Subsystem(_) | Verdict::Trust(_), Ok(_) | Err(_)) => {
+                kept.interlock(effects)
+            }
+        }
+    }
+
+    fn interlock(self, effects: &mut Effects) -> Next {
+        effects.push(Effect::Refused(Refusal::Interlock { mode: self.mode() }));
+        (self, None)
+    }
+}
+
+impl Ready {
+    fn judged(self, ctx: &Context<'_>) -> Next {
+        match ctx.health.verdict() {
+            Verdict::Healthy(healthy) => (Machine::Ready(self.reaffirm(healthy)), None),
+            Verdict::Subsystem(loss) => {
+                let why = (Cause::Lost(loss.guard()), loss.because());
+                (Machine::Degraded(self.degrade(&loss, ctx.now)), Some(why))
+            }
+            Verdict::Trust(loss) => {
+                let stop = Stop::Trust(loss);
+                (Machine::HoldSafe(self.hold(&stop)), Some(stop.why()))
+            }
+        }
+    }
+}
+
+impl PrepareToAct {
+    fn expired(&self, now: Instant) -> bool {
+        self.authority().left(now) == Span::ZERO
+    }
+
+    fn judged(self, ctx: &Context<'_>, effects: &mut Effects) -> Next {
+        match (ctx.health.verdict(), ctx.designation_of(self.track())) {
+            (Verdict::Trust(loss), Ok(_) | Err(_)) => self.lose_trust(loss, effects),
+            (Verdict::Subsystem(loss), Ok(_) | Err(_)) => self.lose_subsystem(&loss, ctx.now, effects),
+            (Verdict::Healthy(healthy), Err(because)) => {
+                self.end(healthy, Cause::Lost(Guard::Designation), because, effects)
+            }
+            (Verdict::Healthy(healthy), Ok(_)) if self.expired(ctx.now) => {
+                self.end(healthy, Cause::Expired, Because::Itself, effects)
+            }
+            (Verdict::Healthy(healthy), Ok(designated)) => {
+                (Machine::PrepareToAct(self.reaffirm(healthy, designated)), None)
+            }
+        }
+    }
+
+    fn end(self, healthy: Healthy, cause: Cause, because: Because, effects: &mut Effects) -> Next {
+        let (ready, revoked) = self.give_up(healthy, cause);
+        effects.push(Effect::Revoked(revoked));
+        (Machine::Ready(ready), Some((cause, because)))
+    }
+
+    fn lose_subsystem(self, loss: &SubsystemLoss, now: Instant, effects: &mut Effects) -> Next {
+        let cause = Cause::Lost(loss.guard());
+        let (degraded, revoked) = self.degrade(loss, cause, now);
+        effects.push(Effect::Revoked(revoked));
+        (Machine::Degraded(degraded), Some((cause, loss.because())))
+    }
+
+    fn lose_trust(self, loss: TrustLoss, effects: &mut Effects) -> Next {
+        let stop = Stop::Trust(loss);
+        let (stopped, revoked) = self.hold(&stop);
+        effects.push(Effect::Revoked(revoked));
+        (Machine::HoldSafe(stopped), Some(stop.why()))
+    }
+}
+
+impl Degraded {
+    fn judged(self, ctx: &Context<'_>) -> Next {
+        match ctx.health.verdict() {
+            Verdict::Healthy(healthy) => match self.mend(ctx.now) {
+                (mended, held) if held >= ctx.timing.hysteresis => {
+                    (Machine::Ready(mended.recover(healthy)), Some((Cause::Recovered, Because::Itself)))
+                }
+                (mended, _) => (Machine::Degraded(mended), None),
+            },
+            Verdict::Subsystem(loss) => match self.endure(&loss, ctx.now) {
+                (enduring, Some(blind)) if blind >= ctx.timing.unrecovered => {
+                    let stop = Stop::Blind(loss);
+                    (Machine::HoldSafe(enduring.hold(&stop)), Some(stop.why()))
+                }
+                (enduring, Some(_) | None) => (Machine::Degraded(enduring), None),
+            },
+            Verdict::Trust(loss) => {
+                let stop = Stop::Trust(loss);
+                (Machine::HoldSafe(self.hold(&stop)), Some(stop.why()))
+            }
+        }
+    }
+}
+
+fn minted(authority: &ActAuthority) -> Effect {
+    Effect::Minted {
+        authority: authority.serial(),
+        world: authority.world(),
+        track: authority.track(),
+        command: authority.command(),
+        waived: authority.waived(),
+    }
+}
