@@ -242,7 +242,8 @@ impl Model {
         if self.commands.len() >= MAX_COMMANDS {
             self.commands.pop_front();
         }
-        self.commands.push_back(Given { shown: ShownCommand { id, unit, kind, life: Life::Requested, since: now }, hash });
+        self.commands
+            .push_back(Given { shown: ShownCommand { id, unit, kind, life: Life::Requested, since: now }, hash });
     }
 
     /// We confirmed a staged command.
@@ -295,7 +296,8 @@ impl Model {
 
     /// What is to be drawn at `now`.
     pub fn shown(&self, now: Instant) -> Shown {
-        let unit = |(unit, heard): &(UnitId, Option<Heard>)| heard.as_ref().map(|heard| self.shown_unit(now, *unit, heard));
+        let unit =
+            |(unit, heard): &(UnitId, Option<Heard>)| heard.as_ref().map(|heard| self.shown_unit(now, *unit, heard));
         Shown {
             at: now,
             units: self.units.iter().filter_map(unit).collect(),

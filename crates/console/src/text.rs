@@ -53,7 +53,10 @@ fn unit_lines(text: &mut String, at: Instant, unit: &ShownUnit) {
     );
     let authority = state.authority.map_or("none".to_owned(), |a| format!("track {} for {}", a.track.0, age(a.left)));
     let failing = joined(state.failing.iter().map(|guard| guard.name().to_owned()));
-    line(text, format_args!("         authority {authority}  failing {failing}  speed {:.1} m/s", metres(state.speed_mm_s)));
+    line(
+        text,
+        format_args!("         authority {authority}  failing {failing}  speed {:.1} m/s", metres(state.speed_mm_s)),
+    );
     let (pose, pose_freshness) = unit.pose.get();
     line(
         text,
@@ -76,7 +79,10 @@ fn track_line(text: &mut String, labelled: &Labelled<ReportedTrack>) {
     let confidence = f64::from(track.confidence) / 1000.0;
     let class = class_name(track.class);
     let (word, age) = (word(freshness), age(labelled.age()));
-    line(text, format_args!("         track {:<3} {class:<8} {confidence:.2}  ({x:.1}, {y:.1}) m  {word} {age}", track.id.0));
+    line(
+        text,
+        format_args!("         track {:<3} {class:<8} {confidence:.2}  ({x:.1}, {y:.1}) m  {word} {age}", track.id.0),
+    );
 }
 
 fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {
@@ -92,7 +98,10 @@ fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {
         Life::NotAcknowledged => "NOT ACKNOWLEDGED".to_owned(),
     };
     let ago = at.since(command.since).as_ms() / 1000.0;
-    line(text, format_args!("command  {} {} to {}: {life}, {ago:.1} s ago", command.id, command.kind.name(), command.unit));
+    line(
+        text,
+        format_args!("command  {} {} to {}: {life}, {ago:.1} s ago", command.id, command.kind.name(), command.unit),
+    );
 }
 
 fn line(text: &mut String, content: core::fmt::Arguments<'_>) {

@@ -96,12 +96,7 @@ impl Boundary {
     }
 
     /// Judges one record that `session` delivered at `now`.
-    pub fn admit<'b>(
-        &mut self,
-        session: &mut Session,
-        now: Instant,
-        bytes: &'b [u8],
-    ) -> Result<Admitted<'b>, Refusal> {
+    pub fn admit<'b>(&mut self, session: &mut Session, now: Instant, bytes: &'b [u8]) -> Result<Admitted<'b>, Refusal> {
         let (hop, evidence) = self.session_record(session, now, bytes)?.into_parts();
         let content = match hop.body {
             HopBody::Hello(_) => Content::Exchange(without_report(session, &hop)),

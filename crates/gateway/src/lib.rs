@@ -29,8 +29,8 @@ use wire::event::{Account, Event, Interface};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::hop::HopBody;
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, SessionId, UnitId, WorldId};
-use wire::policy::Policy;
-use wire::refusal::{Reason, Refusal};
+use wire::policy::{Policy, Waived};
+use wire::refusal::Refusal;
 use wire::setup::{NoChannel, Setup};
 use wire::time::{Instant, Span};
 use wire::trust::{Accepted, BusGate, SignedReport};
@@ -39,7 +39,7 @@ use crate::admit::{Admitted, Boundary, Content};
 use crate::fanout::Envelope;
 use crate::feed::Feeder;
 use crate::lease::Leases;
-use crate::session::{MAX_SESSIONS, Session, Sessions};
+use crate::session::{Session, Sessions};
 use crate::stage::{Dispatch, Progress, Rejected, Rules, Staging};
 
 /// A session without a grant still says Hello so often, so that challenges and echoes go on.
@@ -144,11 +144,9 @@ impl Gateway {
 
     fn opened(&mut self, now: Instant, id: SessionId, peer: PeerId) {
         let unit = UnitId::from_name(peer.name()).filter(|unit| self.config.units.contains(unit));
-        let Some(unit) = unit else { return }; // Its records are refused by name, one by one.
+        let Some(unit) = unit else { return self.sessions.bar(id, peer) };
         let nonce = fresh_nonce(&mut self.nonces);
-        if !self.sessions.open(Session::new(id, peer, unit, nonce, &self.bounds)) {
-            return;
-        }
+        self.sessions.open(Session::new(id, peer, unit, nonce, &self.bounds));
         self.note(now, Event::Session { peer, open: true });
         self.tell(now, &Feed::Session(peer, true));
         if self.tick.is_none() {
@@ -165,9 +163,9 @@ impl Gateway {
 
     /// One record, one verdict.
     fn record(&mut self, now: Instant, id: SessionId, bytes: &[u8]) {
-        let Some(session) = self.sessions.get_mut(id) else {
-            let refusal = no_session(&self.sessions);
-            return self.refuse(now, Interface::Uplink, None, &refusal);
+        let session = match self.sessions.get_mut(id) {
+            Ok(session) => session,
+            Err((peer, refusal)) => return self.refuse(now, Interface::Uplink, peer, &refusal),
         };
         let peer = session.peer();
         match self.boundary.admit(session, now, bytes) {
@@ -188,11 +186,11 @@ impl Gateway {
     }
 
     /// An accepted report: supervision of its unit, display, teammates.
-    fn report(&mut self, now: Instant, id: SessionId, report: &Accepted<SignedReport<'_>>, waived: wire::policy::Waived) {
+    fn report(&mut self, now: Instant, id: SessionId, report: &Accepted<SignedReport<'_>>, waived: Waived) {
         let (signed, evidence) = (report.message(), report.evidence());
         let age = evidence.age.map(|age| age.upper());
         let Some(unit) = signed.report.origin.unit() else { return };
-        let Some(session) = self.sessions.get_mut(id) else { return };
+        let Ok(session) = self.sessions.get_mut(id) else { return };
         if let Some(age) = age
             && session.unit() == unit
         {
@@ -317,9 +315,8 @@ impl Gateway {
     fn refuse(&mut self, now: Instant, at: Interface, peer: Option<PeerId>, refusal: &Refusal) {
         let event = self.accounts.refused(at, peer, refusal);
         self.note(now, event);
-        let reason: Reason = refusal.reason();
         if !self.quiet {
-            self.out.extend(self.feed.refused(now, reason, peer));
+            self.out.extend(self.feed.refused(now, refusal.reason(), peer));
         }
     }
 
@@ -361,13 +358,4 @@ impl Core for Gateway {
 /// An unguessable number other than zero, which stands for "none yet".
 fn fresh_nonce(nonces: &mut ChaCha8Rng) -> Nonce {
     Nonce(nonces.next_u64().max(1))
-}
-
-/// Why a record of a session that we do not hold is refused.
-fn no_session(sessions: &Sessions) -> Refusal {
-    if sessions.is_full() {
-        Refusal::Full { limit: MAX_SESSIONS }
-    } else {
-        Refusal::Session { expected: Nonce(0), got: Nonce(0) }
-    }
 }

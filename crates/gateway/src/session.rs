@@ -3,16 +3,19 @@
 //! What a session keeps is what *we* issued or measured, and what we have to repeat to that same peer. Judging records
 //! is left to `admit`; deciding what to send, to `lib`.
 
+use std::collections::VecDeque;
+
+use wire::bounds::Bounds;
 use wire::codec;
 use wire::core::Output;
 use wire::hop::{HOP_VERSION, Hop, HopBody};
-use wire::id::{Boot, Nonce, PeerId, Sequence, SessionId, UnitId};
-use wire::bounds::Bounds;
+use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId};
+use wire::refusal::Refusal;
 use wire::time::{AgeBound, Echo, Instant, Span};
 use wire::trust::{Exchange, Window};
 
-/// Sessions that may stand at once.
-pub const MAX_SESSIONS: usize = 64;
+/// Sessions that are remembered as barred.
+const MAX_BARRED: usize = 64;
 
 /// One session, from the gateway's side.
 #[derive(Clone, Debug)]
@@ -139,45 +142,65 @@ impl Session {
     }
 }
 
-/// The standing sessions, in order of their handles; at most one for each peer.
+/// The standing sessions, in order of their handles. At most one for each peer, so the closed set of identities bounds
+/// the table.
 #[derive(Clone, Debug, Default)]
-pub struct Sessions(Vec<Session>);
+pub struct Sessions {
+    standing: Vec<Session>,
+    /// Sessions whose records are refused: superseded by a newer one of the same peer, or of a peer that may have none.
+    barred: VecDeque<(SessionId, PeerId)>,
+}
 
 impl Sessions {
-    /// Adds a session. One that the same peer had before is dropped; false when the table is full.
-    pub fn open(&mut self, session: Session) -> bool {
-        self.0.retain(|old| old.peer != session.peer && old.id != session.id);
-        if self.0.len() >= MAX_SESSIONS {
-            return false;
+    /// Adds a session; one that the same peer had before is barred.
+    pub fn open(&mut self, session: Session) {
+        let old = self.standing.iter().position(|old| old.peer == session.peer || old.id == session.id);
+        if let Some(at) = old {
+            let old = self.standing.remove(at);
+            self.bar(old.id, old.peer);
         }
-        let at = self.0.partition_point(|old| old.id < session.id);
-        self.0.insert(at, session);
-        true
+        let at = self.standing.partition_point(|old| old.id < session.id);
+        self.standing.insert(at, session);
+    }
+
+    /// Notes a session that is not to be heard.
+    pub fn bar(&mut self, id: SessionId, peer: PeerId) {
+        if self.barred.len() >= MAX_BARRED {
+            self.barred.pop_front();
+        }
+        self.barred.push_back((id, peer));
     }
 
     /// Removes a session; gives its peer when it still stood.
     pub fn close(&mut self, id: SessionId) -> Option<PeerId> {
-        let at = self.0.iter().position(|session| session.id == id)?;
-        Some(self.0.remove(at).peer)
+        self.barred.retain(|(barred, _)| *barred != id);
+        let at = self.standing.iter().position(|session| session.id == id)?;
+        Some(self.standing.remove(at).peer)
     }
 
-    /// The session with this handle.
-    pub fn get_mut(&mut self, id: SessionId) -> Option<&mut Session> {
-        self.0.iter_mut().find(|session| session.id == id)
+    /// The session with this handle, if it stands; else whose it was, where that is known, and why it is not heard.
+    pub fn get_mut(&mut self, id: SessionId) -> Result<&mut Session, (Option<PeerId>, Refusal)> {
+        let Some(at) = self.standing.iter().position(|session| session.id == id) else { return Err(self.why_not(id)) };
+        Ok(&mut self.standing[at])
     }
 
     /// All sessions.
     pub fn iter_mut(&mut self) -> impl Iterator<Item = &mut Session> {
-        self.0.iter_mut()
+        self.standing.iter_mut()
     }
 
     /// Whether there is none.
     pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.standing.is_empty()
     }
 
-    /// Whether no further peer could open one.
-    pub fn is_full(&self) -> bool {
-        self.0.len() >= MAX_SESSIONS
+    fn why_not(&self, id: SessionId) -> (Option<PeerId>, Refusal) {
+        let barred = self.barred.iter().find(|(barred, _)| *barred == id);
+        let peer = barred.map(|(_, peer)| *peer);
+        let newer = self.standing.iter().find(|session| Some(session.peer) == peer);
+        let expected = newer.map(|session| session.nonce).unwrap_or_default();
+        let stranger = peer.filter(|_| newer.is_none()).and_then(|peer| NodeId::from_name(peer.name()));
+        let no_session = Refusal::Session { expected, got: Nonce::default() };
+        (peer, stranger.map_or(no_session, |got| Refusal::Role { got }))
     }
 }

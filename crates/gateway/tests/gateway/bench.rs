@@ -1,0 +1,324 @@
+//! A gateway on a bench: units with clocks and keys of their own, a console, and everything it put out.
+
+use std::collections::BTreeMap;
+
+use gateway::{Gateway, GatewayConfig};
+use wire::audit::Entry;
+use wire::bounds::Bounds;
+use wire::bus::{ChannelKey, Sender};
+use wire::codec::{self, List, Text};
+use wire::command::{Ack, CommandKind, Confirmation, Intent, Request};
+use wire::core::{Core, Input, Output, Subject, Topic};
+use wire::event::{Account, Event, Interface};
+use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP};
+use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId, WorldId};
+use wire::mode::{Cause, Guards, Mode};
+use wire::policy::{Check, Policy, Requirement};
+use wire::refusal::Reason;
+use wire::report::Report;
+use wire::sensor::{Pose, ProductMode};
+use wire::setup::{Channel, Secret, Setup};
+use wire::sign::{Key, Purpose};
+use wire::time::{Echo, Instant, PeerStamp, Span};
+
+pub(crate) const INTENTS: ChannelKey = ChannelKey([2; 32]);
+const FEED: ChannelKey = ChannelKey([1; 32]);
+
+pub(crate) fn key_of(node: NodeId) -> Key {
+    Key::from_bytes(&[node.index() as u8 + 1; 32])
+}
+
+/// A policy with these checks waived.
+pub(crate) fn waiving(checks: &[Check]) -> Policy {
+    Policy { boundary: checks.iter().map(|c| (*c, Requirement::Waived)).collect(), ..Policy::default() }
+}
+
+pub(crate) fn setup(policy: Policy) -> Setup {
+    let known = [NodeId::UNIT_A, NodeId::UNIT_B, NodeId::UNIT_C, NodeId::OPERATOR, NodeId::GATEWAY];
+    Setup {
+        node: NodeId::GATEWAY,
+        boot: Boot(1),
+        world: WorldId(0),
+        seed: 11,
+        policy,
+        bounds: Bounds::GROUND,
+        secret: Secret([NodeId::GATEWAY.index() as u8 + 1; 32]),
+        public_keys: known.into_iter().map(|node| (node, key_of(node).public())).collect(),
+        channels: vec![
+            Channel { topic: Topic::Feed, producer: NodeId::GATEWAY, key: FEED },
+            Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: INTENTS },
+        ],
+        ablation: None,
+    }
+}
+
+pub(crate) struct Bench {
+    pub(crate) gateway: Gateway,
+    pub(crate) now: Instant,
+    pub(crate) units: BTreeMap<SessionId, Unit>,
+    pub(crate) events: Vec<Event>,
+    pub(crate) published: Vec<(Subject, Vec<u8>)>,
+    pub(crate) feeds: usize,
+    pub(crate) console: Sender,
+    pub(crate) delivered: u64,
+}
+
+impl Bench {
+    pub(crate) fn new(policy: Policy) -> Self {
+        let units = vec![UnitId::A, UnitId::B, UnitId::C];
+        let fanout = vec![UnitId::A, UnitId::B];
+        let config = GatewayConfig { units, fanout, operators: vec![NodeId::OPERATOR] };
+        let now = Instant(1_000_000);
+        let mut bench = Self {
+            gateway: Gateway::new(setup(policy), config, now).unwrap(),
+            now,
+            units: BTreeMap::new(),
+            events: Vec::new(),
+            published: Vec::new(),
+            feeds: 0,
+            console: Sender::new(Topic::Intents, NodeId::CONSOLE, Boot(1), INTENTS),
+            delivered: 0,
+        };
+        bench.drain();
+        bench
+    }
+
+    /// Opens a session for `node`, whose clock is far from ours.
+    pub(crate) fn open(&mut self, session: u32, node: NodeId) -> SessionId {
+        let id = SessionId(session);
+        self.units.insert(id, Unit::new(node));
+        self.give(&Input::Opened { session: id, peer: PeerId::from_name(node.name()).unwrap() });
+        id
+    }
+
+    /// A session that has exchanged nonces and brought its first report.
+    pub(crate) fn reporting(&mut self, session: u32, node: NodeId) -> SessionId {
+        let id = self.open(session, node);
+        self.hello(id);
+        assert_eq!(self.report(id), None);
+        id
+    }
+
+    pub(crate) fn give(&mut self, input: &Input) {
+        self.gateway.handle(self.now, input);
+        self.drain();
+    }
+
+    pub(crate) fn drain(&mut self) {
+        while let Some(output) = self.gateway.output() {
+            match output {
+                Output::Audit { bytes } => self.events.push(Entry::decode(&bytes).unwrap().event),
+                Output::Record { session, bytes } => {
+                    self.units.get_mut(&session).expect("a session of ours").take(self.now, &bytes);
+                }
+                Output::Publish { subject, bytes } => self.published.push((subject, bytes)),
+                Output::Bus { topic: Topic::Feed, .. } => self.feeds += 1,
+                other => panic!("unexpected {other:?}"),
+            }
+        }
+    }
+
+    /// Lets `span` go by, with every deadline in it.
+    pub(crate) fn pass(&mut self, span: Span) {
+        let until = self.now + span;
+        while let Some(deadline) = self.gateway.deadline().filter(|at| *at <= until) {
+            self.now = self.now.max(deadline);
+            self.give(&Input::Timeout);
+        }
+        self.now = until;
+    }
+
+    /// Delivers a session record; gives the reason when it was refused.
+    pub(crate) fn deliver(&mut self, session: SessionId, bytes: Vec<u8>) -> Option<Reason> {
+        self.delivered += 1;
+        let from = self.events.len();
+        self.give(&Input::Record { session, bytes });
+        let verdicts: Vec<Option<Reason>> = self.events[from..].iter().filter_map(verdict).collect();
+        assert_eq!(verdicts.len(), 1, "one verdict for a record: {verdicts:?}");
+        verdicts[0]
+    }
+
+    pub(crate) fn hello(&mut self, session: SessionId) -> Option<Reason> {
+        let unit = self.units.get_mut(&session).unwrap();
+        let nonce = unit.nonce;
+        let bytes = unit.hop(self.now, HopBody::Hello(nonce));
+        self.deliver(session, bytes)
+    }
+
+    /// The unit's own next report.
+    pub(crate) fn report(&mut self, session: SessionId) -> Option<Reason> {
+        let bytes = self.units.get_mut(&session).unwrap().report(self.now);
+        self.deliver(session, bytes)
+    }
+
+    /// A report made by `by`, carried by the unit of `session`.
+    pub(crate) fn carry(&mut self, session: SessionId, report: &[u8]) -> Option<Reason> {
+        let bytes = self.units.get_mut(&session).unwrap().hop(self.now, HopBody::Report(report.into()));
+        self.deliver(session, bytes)
+    }
+
+    pub(crate) fn request(&mut self, request: &Request<'_>) -> Option<Reason> {
+        let bytes = self.console.seal(self.now, &codec::encode(request));
+        let from = self.events.len();
+        self.give(&Input::Bus { topic: Topic::Intents, bytes });
+        self.events[from..].iter().find_map(|event| match event {
+            Event::Refused { reason, .. } => Some(*reason),
+            _ => None,
+        })
+    }
+
+    pub(crate) fn stage(&mut self, intent: &[u8]) -> Option<Reason> {
+        self.request(&Request::Stage(intent.into()))
+    }
+
+    pub(crate) fn acknowledge(&mut self, unit: NodeId, ack: &Ack) {
+        let bytes = key_of(unit).sign(Purpose::Ack, &codec::encode(ack));
+        let subject = Subject::Ack(unit.unit().unwrap());
+        self.give(&Input::Published { subject, bytes });
+    }
+
+    pub(crate) fn count(&self, account: Account) -> u64 {
+        self.gateway.accounts().of(account)
+    }
+
+    /// Delivered = accepted + Σ refused, by the gateway's own account and by ours.
+    pub(crate) fn assert_conserved(&self) {
+        let at = Interface::Uplink;
+        let refused: u64 = Reason::ALL.iter().map(|reason| self.count(Account::Refused(at, *reason))).sum();
+        assert_eq!(self.count(Account::Received(at)), self.delivered);
+        assert_eq!(self.count(Account::Accepted(at)) + refused, self.delivered);
+    }
+}
+
+fn verdict(event: &Event) -> Option<Option<Reason>> {
+    match event {
+        Event::Accepted { at: Interface::Uplink, .. } => Some(None),
+        Event::Refused { at: Interface::Uplink, reason, .. } => Some(Some(*reason)),
+        _ => None,
+    }
+}
+
+/// A unit's end of a session.
+pub(crate) struct Unit {
+    pub(crate) node: NodeId,
+    pub(crate) boot: Boot,
+    /// What its own session records count and its own reports.
+    pub(crate) sequence: u64,
+    pub(crate) reports: u64,
+    /// Its session nonce, the gateway's, and the echo it owes.
+    pub(crate) nonce: Nonce,
+    pub(crate) theirs: Nonce,
+    pub(crate) echo: Option<Echo>,
+    pub(crate) product: ProductMode,
+    /// Its clock minus ours.
+    offset: u64,
+    /// Grants and teammates' envelopes received.
+    pub(crate) grants: usize,
+    pub(crate) teammates: Vec<(PeerId, Span, Vec<u8>)>,
+}
+
+impl Unit {
+    fn new(node: NodeId) -> Self {
+        Self {
+            node,
+            boot: Boot(1),
+            sequence: 0,
+            reports: 0,
+            nonce: Nonce(1000 + node.index() as u64),
+            theirs: Nonce(0),
+            echo: None,
+            product: ProductMode::Live,
+            offset: 77_000_000 * (node.index() as u64 + 1),
+            grants: 0,
+            teammates: Vec::new(),
+        }
+    }
+
+    pub(crate) fn clock(&self, now: Instant) -> PeerStamp {
+        PeerStamp(now.0 + self.offset)
+    }
+
+    fn take(&mut self, now: Instant, bytes: &[u8]) {
+        let hop: Hop<'_> = codec::decode(bytes, MAX_HOP).unwrap();
+        if self.echo.is_none_or(|echo| echo.nonce != hop.challenge) {
+            self.echo = Some(Echo { nonce: hop.challenge, seen: self.clock(now) });
+        }
+        match hop.body {
+            HopBody::Hello(nonce) => self.theirs = nonce,
+            HopBody::Grant(_) => self.grants += 1,
+            HopBody::Teammate(t) => self.teammates.push((t.via, t.age, t.report.to_vec())),
+            HopBody::Report(_) => panic!("a gateway reports nothing"),
+        }
+    }
+
+    pub(crate) fn hop(&mut self, now: Instant, body: HopBody<'_>) -> Vec<u8> {
+        self.sequence += 1;
+        codec::encode(&self.hop_at(self.clock(now), body))
+    }
+
+    pub(crate) fn hop_at<'b>(&self, stamp: PeerStamp, body: HopBody<'b>) -> Hop<'b> {
+        Hop {
+            version: HOP_VERSION,
+            session: self.theirs,
+            boot: self.boot,
+            sequence: Sequence(self.sequence),
+            stamp,
+            challenge: self.nonce,
+            echo: self.echo,
+            body,
+        }
+    }
+
+    pub(crate) fn report(&mut self, now: Instant) -> Vec<u8> {
+        let report = self.signed(now);
+        self.hop(now, HopBody::Report(report.as_slice().into()))
+    }
+
+    /// Its own next report, signed.
+    pub(crate) fn signed(&mut self, now: Instant) -> Vec<u8> {
+        let report = self.next_report(now);
+        sign(self.node, &report)
+    }
+
+    pub(crate) fn next_report(&mut self, now: Instant) -> Report {
+        self.reports += 1;
+        Report {
+            origin: self.node,
+            boot: self.boot,
+            sequence: Sequence(self.reports),
+            stamp: self.clock(now),
+            product: self.product,
+            mode: Mode::Ready,
+            cause: Cause::Operator,
+            failing: Guards::default(),
+            pose: Pose { x_mm: 1, y_mm: 2, yaw_mrad: 3 },
+            speed_mm_s: 0,
+            pose_age: Span::ZERO,
+            authority: None,
+            command_nonce: Nonce(5),
+            last_command: None,
+            progress: 0,
+            tracks: List::default(),
+        }
+    }
+}
+
+pub(crate) fn sign(by: NodeId, report: &Report) -> Vec<u8> {
+    key_of(by).sign(Purpose::Report, &codec::encode(report))
+}
+
+pub(crate) fn command(sequence: u64) -> CommandId {
+    CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(sequence) }
+}
+
+pub(crate) fn intent(sequence: u64, kind: CommandKind, reason: &str) -> Intent {
+    Intent { id: command(sequence), unit: UnitId::A, nonce: Nonce(5), kind, reason: Text::new(reason) }
+}
+
+pub(crate) fn signed_intent(intent: &Intent) -> Vec<u8> {
+    key_of(NodeId::OPERATOR).sign(Purpose::Intent, &codec::encode(intent))
+}
+
+pub(crate) fn signed_confirmation(id: CommandId, intent: [u8; 32]) -> Vec<u8> {
+    key_of(NodeId::OPERATOR).sign(Purpose::Confirmation, &codec::encode(&Confirmation { id, intent }))
+}

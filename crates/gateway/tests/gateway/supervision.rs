@@ -1,0 +1,118 @@
+//! Leases and fan-out.
+
+use sha2::{Digest, Sha256};
+use wire::command::{Ack, CommandKind};
+use wire::core::Input;
+use wire::id::{NodeId, PeerId, SessionId};
+use wire::mode::Mode;
+use wire::policy::Policy;
+use wire::refusal::Reason;
+use wire::time::Span;
+
+use crate::bench::{Bench, command, intent, signed_intent};
+
+fn grants(bench: &mut Bench, session: SessionId, over: Span) -> usize {
+    let before = bench.units[&session].grants;
+    bench.pass(over);
+    bench.units[&session].grants - before
+}
+
+#[test]
+fn no_unit_is_granted_a_lease_before_its_first_report() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.open(1, NodeId::UNIT_A);
+    assert_eq!(bench.hello(a), None);
+    assert_eq!(grants(&mut bench, a, Span::s(2)), 0);
+    bench.hello(a);
+    assert_eq!(bench.report(a), None);
+    assert_eq!(grants(&mut bench, a, Span::ms(250)), 2);
+}
+
+#[test]
+fn grants_stop_when_telemetry_is_stale_and_start_again_when_it_is_not() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.reporting(1, NodeId::UNIT_A);
+    assert!(grants(&mut bench, a, Span::ms(300)) > 0);
+    assert_eq!(grants(&mut bench, a, Span::s(2)), 0);
+    bench.hello(a);
+    assert_eq!(bench.report(a), None);
+    assert!(grants(&mut bench, a, Span::ms(300)) > 0);
+}
+
+#[test]
+fn anothers_telemetry_earns_no_lease() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.open(1, NodeId::UNIT_A);
+    bench.hello(a);
+    bench.reporting(2, NodeId::UNIT_B);
+    assert_eq!(grants(&mut bench, a, Span::ms(500)), 0);
+}
+
+#[test]
+fn while_a_hold_is_unacknowledged_or_was_refused_nothing_is_granted() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.reporting(1, NodeId::UNIT_A);
+    let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
+    assert_eq!(bench.stage(&hold), None);
+    let supervised = |bench: &mut Bench| {
+        bench.hello(a);
+        assert_eq!(bench.report(a), None);
+        grants(bench, a, Span::ms(250)) > 0
+    };
+    assert!(!supervised(&mut bench));
+    let ack = Ack { id: command(1), intent: Sha256::digest(&hold).into(), refused: None, mode: Mode::HoldSafe };
+    bench.acknowledge(NodeId::UNIT_B, &ack);
+    assert!(!supervised(&mut bench), "another unit's acknowledgement");
+    bench.acknowledge(NodeId::UNIT_A, &Ack { intent: [0; 32], ..ack });
+    assert!(!supervised(&mut bench), "an acknowledgement of another intent");
+    bench.acknowledge(NodeId::UNIT_A, &Ack { refused: Some(Reason::Late), ..ack });
+    assert!(!supervised(&mut bench), "a refusal");
+    bench.acknowledge(NodeId::UNIT_A, &ack);
+    assert!(supervised(&mut bench));
+}
+
+#[test]
+fn a_report_goes_verbatim_to_the_teammates_that_listen_and_to_nobody_else() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.reporting(1, NodeId::UNIT_A);
+    let b = bench.open(2, NodeId::UNIT_B);
+    let c = bench.reporting(3, NodeId::UNIT_C);
+    let now = bench.now;
+    let report = bench.units.get_mut(&a).unwrap().signed(now);
+    assert_eq!(bench.carry(a, &report), None);
+    assert!(bench.units[&b].teammates.is_empty(), "B has not said what it wants to see");
+    bench.hello(b);
+    let now = bench.now;
+    let report = bench.units.get_mut(&a).unwrap().signed(now);
+    bench.pass(Span::ms(40));
+    assert_eq!(bench.carry(a, &report), None);
+    let (via, age, bytes) = bench.units[&b].teammates.last().unwrap();
+    assert_eq!((*via, bytes), (PeerId::UNIT_A, &report));
+    assert!(*age >= Span::ms(40) && *age < Span::ms(45), "{age}");
+    assert_eq!(bench.units[&a].teammates.len(), 1, "A has C's, not its own");
+    assert!(bench.units[&c].teammates.is_empty(), "C is not in the fan-out");
+}
+
+#[test]
+fn a_quiet_gateway_sends_nothing_and_goes_on_accounting() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.reporting(1, NodeId::UNIT_A);
+    bench.give(&Input::Quiesce);
+    let (feeds, grants_before) = (bench.feeds, bench.units[&a].grants);
+    assert_eq!(bench.report(a), None);
+    bench.pass(Span::s(1));
+    assert_eq!((bench.feeds, bench.units[&a].grants), (feeds, grants_before));
+    bench.assert_conserved();
+}
+
+#[test]
+fn a_flood_of_refusals_is_counted_whole_and_fed_in_part() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.reporting(1, NodeId::UNIT_A);
+    let before = bench.feeds;
+    for _ in 0..500 {
+        assert_eq!(bench.deliver(a, vec![0xff; 30]), Some(Reason::Schema));
+    }
+    assert!(bench.feeds - before <= 20);
+    bench.assert_conserved();
+}
