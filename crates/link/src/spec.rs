@@ -346,7 +346,8 @@ pub fn watch() -> io::Result<mpsc::Receiver<Control>> {
                 Ok(0) | Err(_) => std::process::exit(ORPHANED),
                 Ok(_) => match Control::parse(&line) {
                     Some(control) => {
-                        if tx.blocking_send(control).is_err() {
+                        // After `finish` the launcher may close the pipe while the account is written.
+                        if tx.blocking_send(control).is_err() || control == Control::Finish {
                             return;
                         }
                     }

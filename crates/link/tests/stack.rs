@@ -1,0 +1,14 @@
+//! The stack as a whole, one binary: DTLS over an in-memory network in paused time, the accept loop on real sockets,
+//! shared memory, and what is read from files and pipes.
+
+mod stack {
+    mod network;
+
+    mod accept;
+    mod association;
+    mod bus;
+    mod hostile;
+    mod logs;
+    mod recorder;
+    mod spec;
+}

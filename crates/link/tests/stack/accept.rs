@@ -1,0 +1,127 @@
+//! The accept loop on real sockets.
+
+use std::net::UdpSocket;
+use std::time::Duration;
+
+use link::dtls::dial::dial;
+use link::dtls::listen::{Listener, listen};
+use link::dtls::session::{SessionCounters, SessionEvent, SessionHandle, Settings};
+use link::guard::GuardMode;
+use link::loopback::LoopbackAddr;
+use link::relay::DatagramRelay;
+use link::spec::RelayLeg;
+use tokio::sync::mpsc;
+use wire::core::Input;
+use wire::id::PeerId;
+
+use super::network::{credentials, genuine_hello};
+
+struct Gateway {
+    listener: Listener,
+    events: mpsc::Receiver<SessionEvent>,
+    counters: std::sync::Arc<SessionCounters>,
+    unit: link::pki::Credential,
+}
+
+fn settings() -> Settings {
+    Settings::new(GuardMode::Required, Duration::from_secs(60))
+}
+
+fn gateway() -> Gateway {
+    let (unit, credential) = credentials();
+    let (tx, events) = mpsc::channel(64);
+    let settings = settings();
+    let counters = settings.counters.clone();
+    let listener = listen(LoopbackAddr::ANY_PORT, credential, settings, tx).unwrap();
+    Gateway { listener, events, counters, unit }
+}
+
+async fn opened(events: &mut mpsc::Receiver<SessionEvent>) -> SessionHandle {
+    loop {
+        if let SessionEvent::Opened(handle) = events.recv().await.unwrap() {
+            return handle;
+        }
+    }
+}
+
+/// The next record; the handle of a session that opens meanwhile is dropped, which ends that session.
+async fn record(events: &mut mpsc::Receiver<SessionEvent>) -> Vec<u8> {
+    loop {
+        if let SessionEvent::Record(_, bytes) = events.recv().await.unwrap() {
+            return bytes;
+        }
+    }
+}
+
+#[tokio::test]
+async fn a_silent_client_hello_keeps_nobody_out() {
+    let hello = genuine_hello().await;
+    let mut gateway = gateway();
+    let silent = UdpSocket::bind("127.0.0.1:0").unwrap();
+    silent.send_to(&hello, gateway.listener.local().socket()).unwrap();
+    let (tx, mut unit) = mpsc::channel(64);
+    let _dialler = dial(gateway.listener.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(), tx);
+    let up = opened(&mut unit).await;
+    let down = opened(&mut gateway.events).await;
+    assert_eq!((up.peer, down.peer), (PeerId::GATEWAY, PeerId::UNIT_A));
+    assert!(up.send(b"up".to_vec()) && down.send(b"down".to_vec()));
+    assert_eq!(record(&mut gateway.events).await, b"up");
+    assert_eq!(record(&mut unit).await, b"down");
+}
+
+#[tokio::test]
+async fn malformed_datagrams_leave_the_listener_serving() {
+    let hello = genuine_hello().await;
+    let mut gateway = gateway();
+    let hostile = UdpSocket::bind("127.0.0.1:0").unwrap();
+    for at in 0..hello.len() {
+        let mut changed = hello.clone();
+        changed[at] ^= 0xff;
+        hostile.send_to(&changed, gateway.listener.local().socket()).unwrap();
+        hostile.send_to(&hello[..at], gateway.listener.local().socket()).unwrap();
+    }
+    let (tx, mut unit) = mpsc::channel(64);
+    let _dialler = dial(gateway.listener.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(), tx);
+    let up = opened(&mut unit).await;
+    let _down = opened(&mut gateway.events).await;
+    assert!(up.send(b"up".to_vec()));
+    assert_eq!(record(&mut gateway.events).await, b"up");
+    assert!(gateway.counters.read().strangers > 0);
+}
+
+#[tokio::test]
+async fn a_session_that_is_dropped_at_one_end_is_closed_at_the_other_and_opened_again() {
+    let mut gateway = gateway();
+    let (tx, mut unit) = mpsc::channel(64);
+    let _dialler = dial(gateway.listener.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(), tx);
+    let first = opened(&mut unit).await.session;
+    drop(opened(&mut gateway.events).await);
+    let second = opened(&mut unit).await.session;
+    assert_ne!(first, second);
+    assert!(gateway.counters.read().opened >= 1);
+}
+
+#[tokio::test]
+async fn a_relay_carries_a_session_and_a_strangers_alert_does_not_end_it() {
+    let mut gateway = gateway();
+    let (to_core, mut inputs) = mpsc::channel(64);
+    let leg = RelayLeg { at: LoopbackAddr::ANY_PORT, upstream: gateway.listener.local() };
+    let relay = std::sync::Arc::new(DatagramRelay::open(leg, to_core).unwrap());
+    let passing = relay.clone();
+    tokio::spawn(async move {
+        while let Some(Input::Datagram { side, bytes }) = inputs.recv().await {
+            passing.emit(side.other(), &bytes);
+        }
+    });
+    let (tx, mut unit) = mpsc::channel(64);
+    let _dialler = dial(relay.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(), tx);
+    let up = opened(&mut unit).await;
+    let _down = opened(&mut gateway.events).await;
+    relay.emit_stranger(&[21, 254, 253, 0, 0, 0, 0, 0, 0, 0, 99, 0, 2, 2, 40]);
+    relay.emit(wire::core::Side::Server, &[21, 254, 253, 0, 0, 0, 0, 0, 0, 0, 99, 0, 2, 2, 40]);
+    assert!(up.send(b"through".to_vec()));
+    assert_eq!(record(&mut gateway.events).await, b"through");
+    let stats = gateway.counters.read();
+    assert_eq!((stats.strangers, stats.guard.plaintext_after), (1, 1));
+    assert_eq!(relay.stats().strange, 1);
+}

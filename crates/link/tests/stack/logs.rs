@@ -1,0 +1,113 @@
+//! Mouth logs: replay, and files that were cut or forged.
+
+use link::mouth::{Entry, Header, MAGIC, MAX_ENTRY, MouthError, Reader, ReplayError, Writer, replay};
+use wire::core::{Core, Input, Output, Topic};
+use wire::id::{Boot, NodeId};
+use wire::time::Instant;
+
+/// Answers each bus message with its sum so far, and a timeout with nothing.
+#[derive(Default)]
+struct Adder {
+    sum: u8,
+    out: Option<Output>,
+}
+
+impl Core for Adder {
+    fn handle(&mut self, _now: Instant, input: &Input) {
+        if let Input::Bus { bytes, .. } = input {
+            self.sum = bytes.iter().fold(self.sum, |sum, byte| sum.wrapping_add(*byte));
+            self.out = Some(Output::Bus { topic: Topic::Drive, bytes: vec![self.sum] });
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        None
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.out.take()
+    }
+}
+
+fn log() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let header = Header { node: NodeId::SIM, boot: Boot(1), started: Instant(5) };
+    let mut writer = Writer::new(&mut bytes, header, 1 << 20).unwrap();
+    let mut core = Adder::default();
+    for n in 0..10u8 {
+        let input = if n % 3 == 0 { Input::Timeout } else { Input::Bus { topic: Topic::Act, bytes: vec![n, n] } };
+        let now = Instant(100 + u64::from(n));
+        writer.input(now, &input).unwrap();
+        core.handle(now, &input);
+        while let Some(output) = core.output() {
+            writer.output(&output).unwrap();
+        }
+    }
+    bytes
+}
+
+#[test]
+fn a_log_replays_and_a_changed_core_is_found_out() {
+    let log = log();
+    let reader = Reader::new(log.as_slice()).unwrap();
+    assert_eq!(reader.header().started, Instant(5));
+    let replayed = replay(reader, &mut Adder::default()).unwrap();
+    assert_eq!((replayed.inputs, replayed.outputs, replayed.unlogged), (10, 6, 0));
+    let mut other = Adder { sum: 1, out: None };
+    match replay(Reader::new(log.as_slice()).unwrap(), &mut other) {
+        Err(ReplayError::Diverged(divergence)) => assert_eq!(divergence.index, 0),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_log_cut_at_any_byte_replays_as_far_as_it_goes() {
+    let log = log();
+    let header = Header { node: NodeId::SIM, boot: Boot(1), started: Instant(5) };
+    let head = MAGIC.len() + 4 + minicbor::to_vec(header).unwrap().len();
+    let mut before = 0;
+    for cut in 0..log.len() {
+        match Reader::new(&log[..cut]) {
+            Ok(reader) => {
+                let replayed = replay(reader, &mut Adder::default()).unwrap();
+                assert!(replayed.inputs >= before && replayed.unlogged <= 1, "cut at {cut}");
+                before = replayed.inputs;
+            }
+            Err(MouthError::Magic | MouthError::Truncated { .. }) => assert!(cut < head, "cut at {cut}"),
+            Err(other) => panic!("cut at {cut}: {other}"),
+        }
+    }
+}
+
+#[test]
+fn forged_lengths_and_bytes_are_named_and_cost_nothing() {
+    let log = log();
+    let mut huge = log.clone();
+    let at = MAGIC.len();
+    huge[at..at + 4].copy_from_slice(&u32::MAX.to_be_bytes());
+    assert!(matches!(Reader::new(huge.as_slice()), Err(MouthError::TooLong { at: 8, .. })));
+    let mut trailing = log.clone();
+    trailing.extend([0, 0, 0, 3, 0xf6, 0xf6, 0xf6]);
+    let last = Reader::new(trailing.as_slice()).unwrap().last().unwrap();
+    assert!(matches!(last, Err(MouthError::Malformed { .. })));
+    for at in MAGIC.len()..log.len() {
+        let mut changed = log.clone();
+        changed[at] ^= 0x41;
+        if let Ok(reader) = Reader::new(changed.as_slice()) {
+            assert!(reader.take(1_000).count() < 1_000);
+        }
+    }
+}
+
+#[test]
+fn a_full_log_leaves_out_everything_after_the_first_loss() {
+    let mut bytes = Vec::new();
+    let header = Header { node: NodeId::SIM, boot: Boot(1), started: Instant(0) };
+    let mut writer = Writer::new(&mut bytes, header, 200).unwrap();
+    writer.input(Instant(1), &Input::Timeout).unwrap();
+    writer.input(Instant(2), &Input::Bus { topic: Topic::Frames, bytes: vec![0; MAX_ENTRY] }).unwrap();
+    writer.input(Instant(3), &Input::Timeout).unwrap();
+    assert_eq!(writer.counts(), (1, 2));
+    let entries: Vec<Entry> = Reader::new(bytes.as_slice()).unwrap().map(Result::unwrap).collect();
+    assert_eq!(entries, [Entry::Input { now: Instant(1), input: Input::Timeout }]);
+}

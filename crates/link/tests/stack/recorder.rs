@@ -1,0 +1,96 @@
+//! The recorder as a process: told by a pipe, fed by a socket, leaving a recording that can be read.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use link::clock::{HostClock, trace_us};
+use link::instrument::{Frame, Instrument};
+use link::mouth::{Entry, Reader};
+use link::spec::{Control, ORPHANED, RecorderSpec, ServiceSpec};
+use wire::audit::{Entry as AuditEntry, Journal};
+use wire::core::{Input, Output, Topic};
+use wire::event::Event;
+use wire::id::{Boot, NodeId};
+use wire::time::Instant;
+
+/// A running recorder and its standard output.
+struct Running {
+    child: Child,
+    lines: std::io::Lines<BufReader<std::process::ChildStdout>>,
+}
+
+fn start(directory: &Path) -> Running {
+    let clock = HostClock { zero_us: 1_000, drift_ppm: 0 };
+    let mut spec = ServiceSpec::new(NodeId::RECORDER, Boot(1), 1, clock, directory.to_owned());
+    spec.recorder = Some(RecorderSpec { socket: directory.join("audit"), directory: directory.join("record") });
+    spec.config = serde_json::json!({
+        "boot": 1,
+        "secret": vec![7; 32],
+        "channels": [{ "topic": Topic::Seals, "producer": NodeId::RECORDER, "key": vec![9; 32] }],
+    });
+    let mut child = Command::new(env!("CARGO_BIN_EXE_holdsafe-recorder"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    spec.write(child.stdin.as_mut().unwrap()).unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    assert!(lines.next().unwrap().unwrap().starts_with("ready {"));
+    Running { child, lines }
+}
+
+fn frames(n: u64) -> Vec<Frame> {
+    let mut journal = Journal::new(NodeId::SIM, Boot(1), None);
+    let mut out = std::collections::VecDeque::new();
+    (0..n).for_each(|at| journal.write(Instant(at), Event::Started, &mut out));
+    let bytes = |output| if let Output::Audit { bytes } = output { bytes } else { panic!("{output:?}") };
+    out.into_iter().map(|o| Frame { trace_us: trace_us(), node: NodeId::SIM, bytes: bytes(o) }).collect()
+}
+
+#[test]
+fn what_services_say_is_recorded_fed_and_accounted_for() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut running = start(directory.path());
+    let mut instrument = Instrument::start(directory.path().join("audit")).unwrap();
+    let sent = frames(50);
+    sent.iter().for_each(|frame| instrument.push(frame.clone()));
+    let stats = instrument.finish();
+    assert_eq!((stats.sent, stats.lost), (50, 0));
+    let recorded = wait_for(directory.path(), 50);
+    running.child.stdin.as_mut().unwrap().write_all(Control::Finish.line().as_bytes()).unwrap();
+    let last = running.lines.map(Result::unwrap).find(|line| line.starts_with("stats ")).unwrap();
+    assert!(running.child.wait().unwrap().success());
+    let stats: serde_json::Value = serde_json::from_str(last.trim_start_matches("stats ")).unwrap();
+    assert_eq!(stats["links"]["recording"]["lost"], 0);
+    assert!(recorded >= 50);
+    let file = std::fs::read(directory.path().join("record/audit-0.mcap")).unwrap();
+    let messages: Vec<_> = mcap::MessageStream::new(&file).unwrap().map(Result::unwrap).collect();
+    let from_sim: Vec<_> = messages.iter().filter(|m| m.channel.topic == "/audit/sim").collect();
+    assert_eq!(from_sim.len(), 50);
+    assert!(from_sim.iter().zip(&sent).all(|(message, frame)| *message.data == frame.bytes));
+    let own = messages.iter().filter(|m| m.channel.topic == "/audit/recorder");
+    assert!(own.clone().count() > 0 && own.clone().all(|m| AuditEntry::decode(&m.data).is_ok()));
+}
+
+/// Follows the recorder's mouth log until it has been fed `n` entries.
+fn wait_for(directory: &Path, n: usize) -> usize {
+    loop {
+        let file = std::fs::File::open(directory.join("mouth/recorder.cbor")).unwrap();
+        let fed = Reader::new(BufReader::new(file)).map_or(0, |log| {
+            log.filter(|entry| matches!(entry, Ok(Entry::Input { input: Input::Audit { .. }, .. }))).count()
+        });
+        if fed >= n {
+            return fed;
+        }
+        std::thread::yield_now();
+    }
+}
+
+#[test]
+fn the_end_of_the_pipe_ends_the_process() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut running = start(directory.path());
+    drop(running.child.stdin.take());
+    assert_eq!(running.child.wait().unwrap().code(), Some(ORPHANED));
+}
