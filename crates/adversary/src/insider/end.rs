@@ -1,0 +1,94 @@
+//! One end of a session, spoken properly (`wire::hop`): hello, challenge, echo, session nonce, sequence.
+//!
+//! What comes is decoded and used, not judged: an insider has nothing to protect.
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::RngCore;
+use wire::codec;
+use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP};
+use wire::id::{Boot, Nonce, PeerId, Sequence};
+use wire::time::{Echo, Instant, Span};
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub(super) struct End {
+    /// Who is at the other end.
+    pub(super) peer: PeerId,
+    boot: Boot,
+    /// The session nonce that the peer is to repeat.
+    ours: Nonce,
+    /// The session nonce to repeat; `None` until the peer's hello.
+    theirs: Option<Nonce>,
+    /// The peer repeats our nonce.
+    heard: bool,
+    sequence: Sequence,
+    challenge: Nonce,
+    challenged: Instant,
+    challenge_period: Span,
+    echo: Option<Echo>,
+}
+
+impl End {
+    /// An end of a session that opened at `now`.
+    pub(super) fn new(peer: PeerId, boot: Boot, challenge_period: Span, now: Instant, rng: &mut ChaCha8Rng) -> Self {
+        Self {
+            peer,
+            boot,
+            ours: Nonce(rng.next_u64()),
+            theirs: None,
+            heard: false,
+            sequence: Sequence(0),
+            challenge: Nonce(rng.next_u64()),
+            challenged: now,
+            challenge_period,
+            echo: None,
+        }
+    }
+
+    /// Whether the peer still has to be told our session nonce.
+    pub(super) fn wants_hello(&self) -> bool {
+        !self.heard
+    }
+
+    /// Whether what is said now can be accepted at all.
+    pub(super) fn ready(&self) -> bool {
+        self.theirs.is_some()
+    }
+
+    /// Takes a record; its content, or `None` when it is unreadable.
+    pub(super) fn hear<'b>(&mut self, now: Instant, bytes: &'b [u8]) -> Option<HopBody<'b>> {
+        let hop: Hop<'b> = codec::decode(bytes, MAX_HOP).ok()?;
+        if self.echo.is_none_or(|echo| echo.nonce != hop.challenge) {
+            self.echo = Some(Echo { nonce: hop.challenge, seen: now.stamp() });
+        }
+        self.heard |= hop.session == self.ours;
+        if let HopBody::Hello(nonce) = hop.body {
+            self.theirs = Some(nonce);
+        }
+        Some(hop.body)
+    }
+
+    /// Our hello.
+    pub(super) fn hello(&mut self, now: Instant, rng: &mut ChaCha8Rng) -> Vec<u8> {
+        let ours = self.ours;
+        self.say(now, HopBody::Hello(ours), rng)
+    }
+
+    /// A record with this content.
+    pub(super) fn say(&mut self, now: Instant, body: HopBody<'_>, rng: &mut ChaCha8Rng) -> Vec<u8> {
+        if now.since(self.challenged) >= self.challenge_period {
+            (self.challenge, self.challenged) = (Nonce(rng.next_u64()), now);
+        }
+        self.sequence = self.sequence.next();
+        codec::encode(&Hop {
+            version: HOP_VERSION,
+            session: self.theirs.unwrap_or_default(),
+            boot: self.boot,
+            sequence: self.sequence,
+            stamp: now.stamp(),
+            challenge: self.challenge,
+            echo: self.echo,
+            body,
+        })
+    }
+}

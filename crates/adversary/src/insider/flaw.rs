@@ -1,0 +1,62 @@
+//! Records that are authenticated and broken, one flaw each.
+
+use rand_chacha::ChaCha8Rng;
+use wire::hop::{HopBody, MAX_HOP};
+use wire::sign::{Key, Purpose};
+use wire::time::Instant;
+
+use super::end::End;
+use crate::plan::Flaw;
+use crate::schedule::{below, noise};
+
+/// A record of `end` with this flaw; `report` is an encoded report of the sender, not yet signed.
+pub(super) fn record(
+    flaw: Flaw,
+    now: Instant,
+    end: &mut End,
+    key: &Key,
+    report: &[u8],
+    rng: &mut ChaCha8Rng,
+) -> Vec<u8> {
+    match flaw {
+        Flaw::Length => {
+            let mut bytes = whole(now, end, key, report, rng);
+            bytes.resize(MAX_HOP + 1, 0);
+            bytes
+        }
+        Flaw::Schema => b"\x83\x01\x02\x03".to_vec(),
+        Flaw::NonCanonical => {
+            let mut bytes = whole(now, end, key, report, rng);
+            bytes.push(0);
+            bytes
+        }
+        Flaw::Range => whole(now, end, key, &origin_outside_the_set(report), rng),
+        Flaw::Count => whole(now, end, key, &endless_tracks(report), rng),
+        Flaw::Noise => {
+            let length = 1 + below(rng, MAX_HOP as u64) as usize;
+            noise(rng, length)
+        }
+    }
+}
+
+/// A sound record around a signed `report`.
+fn whole(now: Instant, end: &mut End, key: &Key, report: &[u8], rng: &mut ChaCha8Rng) -> Vec<u8> {
+    let signed = key.sign(Purpose::Report, report);
+    end.say(now, HopBody::Report(signed.as_slice().into()), rng)
+}
+
+/// The first field of a report, behind the array's head, is its origin: here one that nobody has.
+fn origin_outside_the_set(report: &[u8]) -> Vec<u8> {
+    let mut bytes = report[..1].to_vec();
+    bytes.extend_from_slice(&[0x18, 0x63]);
+    bytes.extend_from_slice(&report[2..]);
+    bytes
+}
+
+/// The last field of a report is its list of tracks, empty here: replaced by one of 2⁶⁴ − 1 items.
+fn endless_tracks(report: &[u8]) -> Vec<u8> {
+    let mut bytes = report[..report.len() - 1].to_vec();
+    bytes.push(0x9b);
+    bytes.extend_from_slice(&[0xff; 8]);
+    bytes
+}

@@ -1,0 +1,14 @@
+//! Insiders: identities of their own that hold valid credentials and do what their role does not allow.
+//!
+//! `teammate` holds teammate B's certificate and signing key, `command` holds access to the command plane. Both keep
+//! every rule of the protocol they speak; what they break is the meaning.
+
+mod command;
+mod end;
+mod flaw;
+mod teammate;
+#[cfg(test)]
+mod tests;
+
+pub use command::InsiderCommand;
+pub use teammate::InsiderTeammate;

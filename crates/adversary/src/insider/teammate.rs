@@ -1,0 +1,398 @@
+//! The insider who holds teammate B's certificate and signing key: the paper's central finding.
+//!
+//! It reports B's own state like an honest teammate. It hears C's reports through the gateway's fan-out or, where C has
+//! been drawn away, from C itself, which it then supervises so that C drives on. From a set time it sends C's telemetry
+//! up B's session, verbatim, relabelled or re-signed. Who accepts that is up to the receivers.
+//!
+//! Its setup names the insider's own node (whose audit chain this is) and B's secret.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::RngCore;
+use wire::audit::Journal;
+use wire::bounds::Bounds;
+use wire::codec;
+use wire::core::{Core, Input, Output, Side};
+use wire::event::{Account, Action, Event, wire_hash};
+use wire::hop::HopBody;
+use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId, WorldId};
+use wire::mode::{Cause, Guards, Mode};
+use wire::report::{MAX_REPORT, Report};
+use wire::sensor::{Pose, ProductMode};
+use wire::setup::Setup;
+use wire::sign::{Key, Purpose, Signed};
+use wire::time::{Instant, Span};
+
+use super::end::End;
+use super::flaw;
+use crate::plan::{Flaw, Form, InsiderTeammateConfig, Place, PlanError};
+use crate::schedule::{Steps, stream};
+
+/// Most sessions at once: one up to the gateway, one down to C, and as many again while they change over.
+const MAX_SESSIONS: usize = 4;
+/// Most reports of C held for their lag; what comes beyond is passed over.
+const MAX_WAITING: usize = 1024;
+/// Age of the claimed localisation in B's own reports.
+const POSE_AGE: Span = Span::ms(20);
+
+/// See the module.
+#[derive(Debug)]
+pub struct InsiderTeammate {
+    origin: Instant,
+    config: InsiderTeammateConfig,
+    boot: Boot,
+    bounds: Bounds,
+    key: Key,
+    rng: ChaCha8Rng,
+    ends: BTreeMap<SessionId, End>,
+    /// Sequence of what says B.
+    sequence: Sequence,
+    waiting: VecDeque<(Instant, Vec<u8>)>,
+    runs: Vec<Run>,
+    next_report: Instant,
+    next_grant: Instant,
+    sent: u64,
+    quiet: bool,
+    journal: Journal,
+    out: VecDeque<Output>,
+}
+
+/// A run of broken records.
+#[derive(Clone, Debug)]
+struct Run {
+    steps: Steps,
+    flaws: Vec<Flaw>,
+    taken: usize,
+}
+
+impl InsiderTeammate {
+    /// An insider that starts at `now`.
+    ///
+    /// # Errors
+    /// A magnitude of the plan outside its bounds.
+    pub fn new(setup: Setup, config: InsiderTeammateConfig, now: Instant) -> Result<Self, PlanError> {
+        config.check()?;
+        let runs = config.malformed.iter().map(|run| Run {
+            steps: Steps::new(now + Span::ms(run.at_ms), run.every_ms, run.count, None),
+            flaws: run.flaws.clone(),
+            taken: 0,
+        });
+        let mut insider = Self {
+            origin: now,
+            boot: setup.boot,
+            bounds: setup.bounds,
+            key: setup.key(),
+            rng: stream(setup.seed, 0),
+            ends: BTreeMap::new(),
+            sequence: Sequence(0),
+            waiting: VecDeque::new(),
+            runs: runs.collect(),
+            config,
+            next_report: now,
+            next_grant: now,
+            sent: 0,
+            quiet: false,
+            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
+            out: VecDeque::new(),
+        };
+        insider.journal.write(now, Event::Started, &mut insider.out);
+        Ok(insider)
+    }
+
+    /// The same insider in a forked world.
+    #[must_use]
+    pub fn fork(&self, _world: WorldId) -> Self {
+        Self {
+            origin: self.origin,
+            config: self.config.clone(),
+            boot: self.boot,
+            bounds: self.bounds,
+            key: self.key.fork(),
+            rng: self.rng.clone(),
+            ends: self.ends.clone(),
+            sequence: self.sequence,
+            waiting: self.waiting.clone(),
+            runs: self.runs.clone(),
+            next_report: self.next_report,
+            next_grant: self.next_grant,
+            sent: self.sent,
+            quiet: self.quiet,
+            journal: self.journal.fork(),
+            out: self.out.clone(),
+        }
+    }
+
+    fn open(&mut self, now: Instant, session: SessionId, peer: PeerId) {
+        if self.ends.len() >= MAX_SESSIONS {
+            return;
+        }
+        let period = Span::ms(self.bounds.challenge_period_ms);
+        let end = End::new(peer, self.boot, period, now, &mut self.rng);
+        self.ends.insert(session, end);
+        self.journal.write(now, Event::Session { peer, open: true }, &mut self.out);
+        if !self.quiet {
+            self.hello(now, session);
+        }
+    }
+
+    fn close(&mut self, now: Instant, session: SessionId) {
+        if let Some(end) = self.ends.remove(&session) {
+            self.journal.write(now, Event::Session { peer: end.peer, open: false }, &mut self.out);
+        }
+    }
+
+    fn hear(&mut self, now: Instant, session: SessionId, bytes: &[u8]) {
+        let Some(end) = self.ends.get_mut(&session) else { return };
+        let Some(body) = end.hear(now, bytes) else { return };
+        let report: &[u8] = match body {
+            HopBody::Report(report) if end.peer == PeerId::UNIT_C => report,
+            HopBody::Teammate(teammate) if teammate.via == PeerId::UNIT_C => teammate.report,
+            HopBody::Report(_) | HopBody::Teammate(_) | HopBody::Hello(_) | HopBody::Grant(_) => return,
+        };
+        let Some(lag) = self.forwarding(now) else { return };
+        if self.waiting.len() < MAX_WAITING {
+            self.waiting.push_back((now + lag, report.to_vec()));
+        }
+    }
+
+    /// The lag, while C's telemetry is being forwarded.
+    fn forwarding(&self, now: Instant) -> Option<Span> {
+        let forward = self.config.forward.as_ref()?;
+        let from = self.origin + Span::ms(forward.at_ms);
+        let open = now >= from && now < from + Span::ms(forward.duration_ms);
+        open.then_some(Span::ms(forward.lag_ms))
+    }
+
+    /// Sends on what has waited long enough.
+    fn forward(&mut self, now: Instant) {
+        while self.waiting.front().is_some_and(|(due, _)| *due <= now) {
+            let Some((_, theirs)) = self.waiting.pop_front() else { break };
+            let Some(forward) = self.config.forward else { continue };
+            let Some(report) = self.in_form(now, forward.form, &theirs) else { continue };
+            let length = u16::try_from(report.len()).unwrap_or(u16::MAX);
+            let hash = wire_hash(&report);
+            for session in self.sessions(PeerId::GATEWAY) {
+                self.say(now, session, HopBody::Report(report.as_slice().into()));
+                let delay = Span::ms(forward.lag_ms);
+                let event = Event::Attack { action: Action::Forward, side: Side::Server, length, hash, delay };
+                self.journal.write(now, event, &mut self.out);
+            }
+        }
+    }
+
+    /// C's signed report in the form in which it is forwarded; `None` when it is unreadable.
+    fn in_form(&mut self, now: Instant, form: Form, theirs: &[u8]) -> Option<Vec<u8>> {
+        match form {
+            Form::Verbatim => Some(theirs.to_vec()),
+            Form::Relabelled => {
+                let payload = self.as_ours(now, theirs)?;
+                Some(under_signature(&payload, theirs.last_chunk::<64>()?))
+            }
+            Form::ReSigned => {
+                let payload = self.as_ours(now, theirs)?;
+                Some(self.key.sign(Purpose::Report, &payload))
+            }
+        }
+    }
+
+    /// The content of C's report under B's name, boot, sequence and stamp.
+    fn as_ours(&mut self, now: Instant, theirs: &[u8]) -> Option<Vec<u8>> {
+        let signed = Signed::parse(theirs, MAX_REPORT).ok()?;
+        let mut report: Report = codec::decode(signed.payload, MAX_REPORT).ok()?;
+        self.sequence = self.sequence.next();
+        report.origin = NodeId::UNIT_B;
+        report.boot = self.boot;
+        report.sequence = self.sequence;
+        report.stamp = now.stamp();
+        Some(codec::encode(&report))
+    }
+
+    /// B's own report.
+    fn own(&mut self, now: Instant) -> Vec<u8> {
+        self.sequence = self.sequence.next();
+        let report = Report {
+            origin: NodeId::UNIT_B,
+            boot: self.boot,
+            sequence: self.sequence,
+            stamp: now.stamp(),
+            product: ProductMode::Live,
+            mode: Mode::Ready,
+            cause: Cause::Operator,
+            failing: Guards::default(),
+            pose: pose(&self.config.place, now.since(self.origin)),
+            speed_mm_s: speed(&self.config.place),
+            pose_age: POSE_AGE,
+            authority: None,
+            command_nonce: Nonce(self.rng.next_u64()),
+            last_command: None,
+            progress: 0,
+            tracks: codec::List::default(),
+        };
+        codec::encode(&report)
+    }
+
+    /// One period of telemetry up to the gateway.
+    fn report(&mut self, now: Instant) {
+        let keeps = self.config.forward.is_none_or(|forward| forward.own_reports);
+        let own = keeps || self.forwarding(now).is_none();
+        for session in self.open_to(PeerId::GATEWAY) {
+            self.hello(now, session);
+        }
+        let up = self.sessions(PeerId::GATEWAY);
+        if own && !up.is_empty() {
+            let report = self.own(now);
+            let signed = self.key.sign(Purpose::Report, &report);
+            up.into_iter().for_each(|session| self.say(now, session, HopBody::Report(signed.as_slice().into())));
+        }
+    }
+
+    /// One period of supervision down to C.
+    fn grant(&mut self, now: Instant) {
+        for session in self.open_to(PeerId::UNIT_C) {
+            self.hello(now, session);
+        }
+        let lease = Span::ms(self.bounds.lease_ms);
+        self.sessions(PeerId::UNIT_C).into_iter().for_each(|session| self.say(now, session, HopBody::Grant(lease)));
+    }
+
+    /// Broken records that are due.
+    fn misspeak(&mut self, now: Instant) {
+        for i in 0..self.runs.len() {
+            while self.runs[i].steps.take(now) {
+                let run = &mut self.runs[i];
+                let flaw = run.flaws[run.taken % run.flaws.len()];
+                run.taken += 1;
+                let report = self.own(now);
+                for session in self.sessions(PeerId::GATEWAY) {
+                    let Some(end) = self.ends.get_mut(&session) else { continue };
+                    let bytes = flaw::record(flaw, now, end, &self.key, &report, &mut self.rng);
+                    let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
+                    let (hash, delay) = (wire_hash(&bytes), Span::ZERO);
+                    let event = Event::Attack { action: Action::Inject, side: Side::Server, length, hash, delay };
+                    self.journal.write(now, event, &mut self.out);
+                    self.send(session, bytes);
+                }
+            }
+        }
+    }
+
+    /// Sessions with `peer` in which something can be said.
+    fn sessions(&self, peer: PeerId) -> Vec<SessionId> {
+        let ready = self.ends.iter().filter(|(_, end)| end.peer == peer && end.ready());
+        ready.map(|(session, _)| *session).collect()
+    }
+
+    /// Sessions with `peer` that still want our hello.
+    fn open_to(&self, peer: PeerId) -> Vec<SessionId> {
+        let wanting = self.ends.iter().filter(|(_, end)| end.peer == peer && end.wants_hello());
+        wanting.map(|(session, _)| *session).collect()
+    }
+
+    fn hello(&mut self, now: Instant, session: SessionId) {
+        let Some(end) = self.ends.get_mut(&session) else { return };
+        let bytes = end.hello(now, &mut self.rng);
+        self.send(session, bytes);
+    }
+
+    fn say(&mut self, now: Instant, session: SessionId, body: HopBody<'_>) {
+        let Some(end) = self.ends.get_mut(&session) else { return };
+        let bytes = end.say(now, body, &mut self.rng);
+        self.send(session, bytes);
+    }
+
+    fn send(&mut self, session: SessionId, bytes: Vec<u8>) {
+        self.sent += 1;
+        self.out.push_back(Output::Record { session, bytes });
+    }
+
+    fn act(&mut self, now: Instant) {
+        self.forward(now);
+        if now >= self.next_report {
+            self.report(now);
+            self.next_report = next(self.next_report, self.bounds.telemetry_period_ms, now);
+        }
+        if now >= self.next_grant {
+            self.grant(now);
+            self.next_grant = next(self.next_grant, self.bounds.grant_period_ms, now);
+        }
+        self.misspeak(now);
+    }
+}
+
+/// The next tick after `now` of a period that started at `tick`; missed ones are passed over.
+fn next(tick: Instant, period_ms: u64, now: Instant) -> Instant {
+    let period = Span::ms(period_ms.max(1));
+    let missed = now.since(tick).0 / period.0;
+    tick + Span(period.0 * (missed + 1))
+}
+
+/// Where B claims to be after `elapsed`.
+fn pose(place: &Place, elapsed: Span) -> Pose {
+    let along = |from: i32, per_s: i32| {
+        let at = i64::from(from) + i64::from(per_s) * (elapsed.0 / 1000) as i64 / 1000;
+        at.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+    };
+    let yaw = libm::atan2(f64::from(place.vy_mm_s), f64::from(place.vx_mm_s));
+    Pose {
+        x_mm: along(place.x_mm, place.vx_mm_s),
+        y_mm: along(place.y_mm, place.vy_mm_s),
+        yaw_mrad: (yaw * 1000.0) as i16,
+    }
+}
+
+fn speed(place: &Place) -> i32 {
+    libm::hypot(f64::from(place.vx_mm_s), f64::from(place.vy_mm_s)) as i32
+}
+
+/// A COSE_Sign1 of the one profile (`wire::sign`) with a signature that was made over something else.
+fn under_signature(payload: &[u8], signature: &[u8; 64]) -> Vec<u8> {
+    let mut encoder = minicbor::Encoder::new(Vec::with_capacity(payload.len() + 80));
+    let written = encoder
+        .array(4)
+        .and_then(|e| e.bytes(&[0xa1, 0x01, 0x27]))
+        .and_then(|e| e.map(0))
+        .and_then(|e| e.bytes(payload))
+        .and_then(|e| e.bytes(signature))
+        .map(|_| ());
+    debug_assert!(written.is_ok(), "writing to a Vec cannot fail");
+    encoder.into_writer()
+}
+
+impl Core for InsiderTeammate {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        match input {
+            Input::Opened { session, peer } => self.open(now, *session, *peer),
+            Input::Record { session, bytes } => self.hear(now, *session, bytes),
+            Input::Closed { session } => self.close(now, *session),
+            Input::Quiesce => self.quiet = true,
+            Input::Finish => {
+                self.quiet = true;
+                self.journal.write(now, Event::Count { account: Account::Sent, n: self.sent }, &mut self.out);
+                return self.journal.sign(now, &mut self.out);
+            }
+            Input::Timeout
+            | Input::Bus { .. }
+            | Input::Published { .. }
+            | Input::Datagram { .. }
+            | Input::Stream { .. }
+            | Input::Audit { .. } => {}
+        }
+        if !self.quiet {
+            self.act(now);
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        if self.quiet {
+            return None;
+        }
+        let waiting = self.waiting.front().map(|(due, _)| *due);
+        let runs = self.runs.iter().filter_map(|run| run.steps.due());
+        [self.next_report, self.next_grant].into_iter().chain(waiting).chain(runs).min()
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+}

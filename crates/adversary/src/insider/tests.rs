@@ -1,0 +1,276 @@
+//! The insiders as attacks, judged at the receiver by `wire::trust`.
+
+use wire::codec;
+use wire::core::{Core, Input, Output, Subject};
+use wire::event::{Account, Action, Event, wire_hash};
+use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP, Teammate};
+use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId};
+use wire::mode::{Cause, Guards, Mode};
+use wire::policy::Policy;
+use wire::refusal::{Reason, Refusal};
+use wire::report::{MAX_REPORT, Report};
+use wire::sensor::{Pose, ProductMode};
+use wire::sign::{Key, Keyring, Purpose, Signed};
+use wire::time::{AgeBound, PeerStamp, Span};
+use wire::trust::{SessionGate, SignedReport, Window};
+
+use super::{InsiderCommand, InsiderTeammate};
+use crate::plan::{
+    Flaw, Form, Forward, InsiderCommandConfig, InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater,
+};
+use crate::testing::{at, counted, setup, times, turn};
+
+const UP: SessionId = SessionId(1);
+const DOWN: SessionId = SessionId(2);
+/// The session nonce that the gateway (or C) announces.
+const THEIRS: Nonce = Nonce(77);
+
+#[test]
+fn the_insider_speaks_the_session_layer_so_that_its_records_are_accepted() {
+    let mut insider = teammate(None);
+    let mut ages = AgeBound::new(Span::s(3));
+    let mut window = Window::new(32, 600);
+    ages.issue(Nonce(5), at(0));
+    open(&mut insider, UP, PeerId::GATEWAY);
+    let mut accepted = 0;
+    for ms in (100..1100).step_by(100) {
+        for bytes in records(turn(&mut insider, at(ms), &Input::Timeout, &mut Vec::new()), UP) {
+            let mut gate = SessionGate {
+                policy: &Policy::default(),
+                peer: PeerId::UNIT_B,
+                ages: &mut ages,
+                session: THEIRS,
+                window: &mut window,
+                freshness: Span::ms(300),
+                echo_limit: Span::s(3),
+            };
+            let (exchange, verdict) = gate.admit(at(ms), &bytes);
+            let hop = *verdict.unwrap().message();
+            accepted += u32::from(matches!(hop.body, HopBody::Report(_)));
+            assert!(exchange.unwrap().echo.is_some());
+        }
+    }
+    assert_eq!(accepted, 10);
+}
+
+#[test]
+fn a_verbatim_forward_says_c_and_its_signature_verifies() {
+    let report = forwarded(Form::Verbatim);
+    let policy = Policy::default();
+    let decoded = SignedReport::decode(at(0), &report).unwrap();
+    assert_eq!(decoded.claim().0, NodeId::UNIT_C);
+    let fresh = decoded.fresh(&policy, Some(wire::time::Age::on_one_host(at(0), at(0))), Span::ms(1), Span::ZERO);
+    let verdict = fresh.unwrap().by_origin(&policy, PeerId::UNIT_B, &ring());
+    let refusal = verdict.err().unwrap();
+    assert_eq!(refusal, Refusal::Origin { peer: PeerId::UNIT_B, origin: NodeId::UNIT_C });
+    let signed = Signed::parse(&report, MAX_REPORT).unwrap();
+    assert_eq!(ring().verify(NodeId::UNIT_C, Purpose::Report, &signed), Ok(()));
+}
+
+#[test]
+fn a_relabelled_forward_says_b_and_no_signature_verifies() {
+    let report = forwarded(Form::Relabelled);
+    let signed = Signed::parse(&report, MAX_REPORT).unwrap();
+    let read: Report = codec::decode(signed.payload, MAX_REPORT).unwrap();
+    assert_eq!((read.origin, read.pose.x_mm), (NodeId::UNIT_B, 9000));
+    for signer in [NodeId::UNIT_B, NodeId::UNIT_C] {
+        assert_eq!(ring().verify(signer, Purpose::Report, &signed), Err(Refusal::Signature { signer }));
+    }
+}
+
+#[test]
+fn a_re_signed_forward_passes_every_cryptographic_check() {
+    let report = forwarded(Form::ReSigned);
+    let signed = Signed::parse(&report, MAX_REPORT).unwrap();
+    let read: Report = codec::decode(signed.payload, MAX_REPORT).unwrap();
+    assert_eq!((read.origin, read.boot, read.pose.x_mm), (NodeId::UNIT_B, Boot(1), 9000));
+    assert!(read.sequence.0 > 0 && read.stamp == at(1000).stamp());
+    assert_eq!(ring().verify(NodeId::UNIT_B, Purpose::Report, &signed), Ok(()));
+}
+
+#[test]
+fn c_drawn_away_is_supervised_and_its_own_records_are_forwarded() {
+    let mut insider = teammate(Some(forward(Form::Verbatim)));
+    open(&mut insider, UP, PeerId::GATEWAY);
+    open(&mut insider, DOWN, PeerId::UNIT_C);
+    let mut said = Vec::new();
+    let granted = records(turn(&mut insider, at(100), &Input::Timeout, &mut said), DOWN);
+    let lease = Span::ms(500);
+    let is_grant = |bytes: &Vec<u8>| body(bytes, |body| matches!(body, HopBody::Grant(span) if span == lease));
+    assert!(granted.iter().any(is_grant), "{granted:?}");
+    let report = report_of_c();
+    let record = hop(HopBody::Report(report.as_slice().into()));
+    let out = turn(&mut insider, at(1000), &Input::Record { session: DOWN, bytes: record }, &mut said);
+    let is_it = |bytes: &Vec<u8>| body(bytes, |body| matches!(body, HopBody::Report(got) if got[..] == report[..]));
+    assert!(records(out, UP).iter().any(is_it));
+    assert_eq!(times(&said, Action::Forward), 1);
+}
+
+#[test]
+fn b_is_honest_before_and_after_the_window() {
+    let mut insider = teammate(Some(Forward { own_reports: false, ..forward(Form::ReSigned) }));
+    open(&mut insider, UP, PeerId::GATEWAY);
+    let reports = |insider: &mut InsiderTeammate, ms: u64| {
+        let out = records(turn(insider, at(ms), &Input::Timeout, &mut Vec::new()), UP);
+        out.iter().filter(|bytes| body(bytes, |body| matches!(body, HopBody::Report(_)))).count()
+    };
+    assert_eq!([100, 1100, 1200, 2100].map(|ms| reports(&mut insider, ms)), [1, 0, 0, 1]);
+}
+
+#[test]
+fn broken_records_are_refused_for_the_flaw_they_have() {
+    use Reason::{Canonical, Length, Schema};
+    let flaws = [Flaw::Length, Flaw::Schema, Flaw::NonCanonical, Flaw::Range, Flaw::Count];
+    let expected = [Length, Schema, Canonical, Schema, Schema];
+    let run = Malformed { at_ms: 150, flaws: flaws.to_vec(), count: 5, every_ms: 0 };
+    let config = InsiderTeammateConfig { malformed: vec![run], ..InsiderTeammateConfig::default() };
+    let mut insider = InsiderTeammate::new(setup(NodeId::INSIDER_B, 2), config, at(0)).unwrap();
+    open(&mut insider, UP, PeerId::GATEWAY);
+    turn(&mut insider, at(100), &Input::Timeout, &mut Vec::new());
+    let mut said = Vec::new();
+    let broken = records(turn(&mut insider, at(150), &Input::Timeout, &mut said), UP);
+    assert_eq!(times(&said, Action::Inject), 5);
+    for ((bytes, expected), flaw) in broken.iter().zip(expected).zip(flaws) {
+        let outer = codec::decode::<Hop<'_>>(bytes, MAX_HOP).map_err(Refusal::from);
+        let reason = match outer {
+            Err(refusal) => refusal.reason(),
+            Ok(Hop { body: HopBody::Report(report), .. }) => {
+                SignedReport::decode(at(0), report).err().unwrap().reason()
+            }
+            Ok(other) => panic!("{other:?}"),
+        };
+        assert_eq!(reason, expected, "{flaw:?}");
+    }
+}
+
+#[test]
+fn a_captured_order_is_published_again_later_byte_for_byte() {
+    let later = vec![RepeatLater { at_ms: 1000, count: 3, every_ms: 100 }];
+    let mut insider = commander(InsiderCommandConfig { later, at_once: vec![] });
+    let mut said = Vec::new();
+    assert_eq!(turn(&mut insider, at(100), &order(1), &mut said), []);
+    assert_eq!(turn(&mut insider, at(200), &order(2), &mut said), []);
+    for (ms, byte) in [(1000, 2), (1100, 1), (1200, 2)] {
+        assert_eq!(insider.deadline(), Some(at(ms)));
+        assert_eq!(turn(&mut insider, at(ms), &Input::Timeout, &mut said), [repeated(byte)]);
+    }
+    let told = |event: &&Event| matches!(event, Event::Attack { hash, .. } if *hash == wire_hash(&[2; 30]));
+    assert_eq!(said.iter().filter(told).count(), 2);
+    turn(&mut insider, at(1300), &Input::Finish, &mut said);
+    assert_eq!(counted(&said, Account::Sent), 3);
+}
+
+#[test]
+fn a_duplicated_order_is_not_duplicated_again_when_it_comes_back() {
+    let at_once = vec![RepeatAtOnce { at_ms: 0, duration_ms: 1000, copies: 2 }];
+    let mut insider = commander(InsiderCommandConfig { later: vec![], at_once });
+    assert_eq!(turn(&mut insider, at(10), &order(1), &mut Vec::new()), [repeated(1), repeated(1)]);
+    assert_eq!(turn(&mut insider, at(11), &order(1), &mut Vec::new()), []);
+    assert_eq!(turn(&mut insider, at(1000), &order(2), &mut Vec::new()), []);
+}
+
+fn teammate(forward: Option<Forward>) -> InsiderTeammate {
+    let place = Place { x_mm: 1000, y_mm: 2000, vx_mm_s: 300, vy_mm_s: -400 };
+    let config = InsiderTeammateConfig { place, forward, malformed: vec![] };
+    InsiderTeammate::new(setup(NodeId::INSIDER_B, 2), config, at(0)).unwrap()
+}
+
+fn forward(form: Form) -> Forward {
+    Forward { form, at_ms: 1000, duration_ms: 1000, lag_ms: 0, own_reports: true }
+}
+
+/// Opens a session and says hello to the insider in it.
+fn open(insider: &mut InsiderTeammate, session: SessionId, peer: PeerId) {
+    turn(insider, at(0), &Input::Opened { session, peer }, &mut Vec::new());
+    turn(insider, at(0), &Input::Record { session, bytes: hop(HopBody::Hello(THEIRS)) }, &mut Vec::new());
+}
+
+/// C's report as the insider forwards it when it hears it through the gateway.
+fn forwarded(form: Form) -> Vec<u8> {
+    let mut insider = teammate(Some(Forward { own_reports: false, ..forward(form) }));
+    open(&mut insider, UP, PeerId::GATEWAY);
+    turn(&mut insider, at(990), &Input::Timeout, &mut Vec::new());
+    let report = report_of_c();
+    let envelope = Teammate { via: PeerId::UNIT_C, age: Span::ms(20), report: report.as_slice().into() };
+    let mut said = Vec::new();
+    let record = Input::Record { session: UP, bytes: hop(HopBody::Teammate(envelope)) };
+    let out = records(turn(&mut insider, at(1000), &record, &mut said), UP);
+    let mut reports = out.iter().filter_map(|bytes| match codec::decode::<Hop<'_>>(bytes, MAX_HOP).unwrap().body {
+        HopBody::Report(report) => Some(report.to_vec()),
+        HopBody::Hello(_) | HopBody::Grant(_) | HopBody::Teammate(_) => None,
+    });
+    let forwarded = reports.next().unwrap();
+    let told = |event: &Event| matches!(event, Event::Attack { hash, .. } if *hash == wire_hash(&forwarded));
+    assert!(said.iter().any(told));
+    forwarded
+}
+
+fn report_of_c() -> Vec<u8> {
+    let report = Report {
+        origin: NodeId::UNIT_C,
+        boot: Boot(4),
+        sequence: Sequence(31),
+        stamp: PeerStamp(123_456),
+        product: ProductMode::Live,
+        mode: Mode::Ready,
+        cause: Cause::Operator,
+        failing: Guards::default(),
+        pose: Pose { x_mm: 9000, y_mm: -4000, yaw_mrad: 100 },
+        speed_mm_s: 700,
+        pose_age: Span::ms(10),
+        authority: None,
+        command_nonce: Nonce(1),
+        last_command: None,
+        progress: 10,
+        tracks: codec::List::default(),
+    };
+    key(3).sign(Purpose::Report, &codec::encode(&report))
+}
+
+fn key(secret: u8) -> Key {
+    Key::from_bytes(&[secret; 32])
+}
+
+fn ring() -> Keyring {
+    let mut ring = Keyring::default();
+    assert!(ring.insert(NodeId::UNIT_B, &key(2).public()) && ring.insert(NodeId::UNIT_C, &key(3).public()));
+    ring
+}
+
+/// A record of the other end.
+fn hop(body: HopBody<'_>) -> Vec<u8> {
+    codec::encode(&Hop {
+        version: HOP_VERSION,
+        session: Nonce(0),
+        boot: Boot(1),
+        sequence: Sequence(1),
+        stamp: PeerStamp(0),
+        challenge: Nonce(5),
+        echo: None,
+        body,
+    })
+}
+
+fn body(bytes: &[u8], judge: impl Fn(HopBody<'_>) -> bool) -> bool {
+    judge(codec::decode::<Hop<'_>>(bytes, MAX_HOP).unwrap().body)
+}
+
+fn records(out: Vec<Output>, of: SessionId) -> Vec<Vec<u8>> {
+    let bytes = |output| match output {
+        Output::Record { session, bytes } if session == of => Some(bytes),
+        _ => None,
+    };
+    out.into_iter().filter_map(bytes).collect()
+}
+
+fn commander(config: InsiderCommandConfig) -> InsiderCommand {
+    InsiderCommand::new(setup(NodeId::INSIDER_B, 5), config, at(0)).unwrap()
+}
+
+fn order(byte: u8) -> Input {
+    Input::Published { subject: Subject::Command(UnitId::A), bytes: vec![byte; 30] }
+}
+
+fn repeated(byte: u8) -> Output {
+    Output::Publish { subject: Subject::Command(UnitId::A), bytes: vec![byte; 30] }
+}

@@ -1,0 +1,163 @@
+//! What an adversary will do: timed actions, fixed before the run, every magnitude bounded.
+//!
+//! Times are milliseconds from the start of the core on the adversary's own clock. A plan without actions is the null
+//! attack: an adversary in the path that does nothing. Turning a scenario into plans is left to `campaign`; what an
+//! action does to bytes, to `relay` and `insider`.
+
+use serde::{Deserialize, Serialize};
+use wire::core::Side;
+use wire::time::{Instant, Span};
+
+mod insider;
+mod relay;
+
+pub use insider::{
+    Flaw, Form, Forward, InsiderCommandConfig, InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater,
+};
+pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
+
+/// Longest time in a plan, ms: an hour.
+pub const MAX_MS: u64 = 3_600_000;
+/// Longest time for which one datagram, piece or report is held back, ms.
+pub const MAX_HOLD_MS: u64 = 60_000;
+/// Most repetitions of one action.
+pub const MAX_COUNT: u32 = 10_000;
+/// Most copies beside an original.
+pub const MAX_COPIES: u32 = 64;
+/// Most actions of one plan.
+pub const MAX_ACTIONS: usize = 128;
+
+/// Which role an adversary process plays, and its plan.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum AdversaryConfig {
+    /// In the telemetry path, without a key.
+    DatagramRelay(DatagramRelayConfig),
+    /// In the command path, without a key.
+    StreamRelay(StreamRelayConfig),
+    /// The holder of teammate B's credentials.
+    InsiderTeammate(InsiderTeammateConfig),
+    /// A holder of access to the command plane.
+    InsiderCommand(InsiderCommandConfig),
+}
+
+/// Why a plan is not carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum PlanError {
+    /// A magnitude is outside its bounds.
+    #[error("{what}: {min} to {max} expected, got {got}")]
+    Magnitude {
+        /// Which field.
+        what: &'static str,
+        /// Smallest.
+        min: u64,
+        /// Largest.
+        max: u64,
+        /// In the plan.
+        got: u64,
+    },
+    /// More actions than one plan may hold.
+    #[error("at most {max} actions expected, got {got}")]
+    Actions {
+        /// Bound.
+        max: usize,
+        /// In the plan.
+        got: usize,
+    },
+    /// The action can only go towards the server.
+    #[error("{what} goes up only")]
+    UpOnly {
+        /// Which action.
+        what: &'static str,
+    },
+}
+
+/// Which way datagrams or bytes go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Direction {
+    /// From the side that opened the path to the side that listens.
+    Up,
+    /// The other way.
+    Down,
+    /// Both ways.
+    #[default]
+    Both,
+}
+
+impl Direction {
+    /// Whether it covers what goes towards `side`.
+    pub fn covers(self, side: Side) -> bool {
+        match (self, side) {
+            (Direction::Both, Side::Client | Side::Server)
+            | (Direction::Up, Side::Server)
+            | (Direction::Down, Side::Client) => true,
+            (Direction::Up, Side::Client) | (Direction::Down, Side::Server) => false,
+        }
+    }
+
+    /// The covered sides, as destinations.
+    pub fn towards(self) -> impl Iterator<Item = Side> {
+        [Side::Server, Side::Client].into_iter().filter(move |side| self.covers(*side))
+    }
+}
+
+/// An action with its window.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Timed<A> {
+    /// Start of the window.
+    pub start_ms: u64,
+    /// Length of the window; zero only for what happens once, or a counted number of times.
+    #[serde(default)]
+    pub duration_ms: u64,
+    /// Which way.
+    #[serde(default)]
+    pub direction: Direction,
+    /// What is done.
+    pub action: A,
+}
+
+impl<A> Timed<A> {
+    /// When the window opens, for a core that started at `origin`.
+    pub fn opens(&self, origin: Instant) -> Instant {
+        origin + Span::ms(self.start_ms)
+    }
+
+    /// When it closes; an instant before which everything of the window happens.
+    pub fn closes(&self, origin: Instant) -> Instant {
+        self.opens(origin) + Span::ms(self.duration_ms)
+    }
+
+    /// Whether it is open at `now` for what goes towards `side`.
+    pub fn open(&self, origin: Instant, now: Instant, side: Side) -> bool {
+        self.direction.covers(side) && now >= self.opens(origin) && now < self.closes(origin)
+    }
+
+    /// Bounds of the window itself; `lasting` when the action needs one.
+    fn check_window(&self, lasting: bool) -> Result<(), PlanError> {
+        within("start_ms", self.start_ms, 0, MAX_MS)?;
+        within("duration_ms", self.duration_ms, u64::from(lasting), MAX_MS)
+    }
+}
+
+/// A magnitude within its bounds.
+fn within(what: &'static str, got: u64, min: u64, max: u64) -> Result<(), PlanError> {
+    if (min..=max).contains(&got) { Ok(()) } else { Err(PlanError::Magnitude { what, min, max, got }) }
+}
+
+/// A probability in permille.
+fn share(what: &'static str, permille: u16) -> Result<(), PlanError> {
+    within(what, u64::from(permille), 0, 1000)
+}
+
+/// A number of repetitions and the time between them.
+fn repeats(count: u32, every_ms: u64) -> Result<(), PlanError> {
+    within("count", u64::from(count), 1, u64::from(MAX_COUNT))?;
+    within("every_ms", every_ms, 0, MAX_HOLD_MS)
+}
+
+/// No more actions than allowed.
+fn at_most(got: usize) -> Result<(), PlanError> {
+    if got <= MAX_ACTIONS { Ok(()) } else { Err(PlanError::Actions { max: MAX_ACTIONS, got }) }
+}

@@ -1,0 +1,177 @@
+//! Plans of the insiders: a teammate that forwards a third unit's telemetry, and a republisher of commands.
+
+use serde::{Deserialize, Serialize};
+
+use super::{MAX_COPIES, MAX_HOLD_MS, MAX_MS, PlanError, at_most, repeats, within};
+
+/// Largest coordinate or speed of a claimed place, mm or mm/s.
+const MAX_PLACE: u64 = 1_000_000;
+
+/// Plan of the insider who holds teammate B's credentials. Without `forward` and `malformed` it is an honest B.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InsiderTeammateConfig {
+    /// Where B claims to be.
+    pub place: Place,
+    /// What it does with C's telemetry.
+    #[serde(default)]
+    pub forward: Option<Forward>,
+    /// Records that are authenticated and broken.
+    #[serde(default)]
+    pub malformed: Vec<Malformed>,
+}
+
+/// A claimed place and constant velocity, world frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Place {
+    /// East at the start of the core, mm.
+    pub x_mm: i32,
+    /// North, mm.
+    pub y_mm: i32,
+    /// Velocity east, mm/s.
+    #[serde(default)]
+    pub vx_mm_s: i32,
+    /// Velocity north, mm/s.
+    #[serde(default)]
+    pub vy_mm_s: i32,
+}
+
+/// How C's telemetry is forwarded.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Forward {
+    /// In what form.
+    pub form: Form,
+    /// From when.
+    pub at_ms: u64,
+    /// For how long.
+    pub duration_ms: u64,
+    /// How long each report is held before it is forwarded.
+    #[serde(default)]
+    pub lag_ms: u64,
+    /// Whether B's own reports go on beside the forwarded ones.
+    #[serde(default = "yes")]
+    pub own_reports: bool,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// What a forwarded report says and under whose signature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Form {
+    /// C's report as it came: it says C and is C's.
+    Verbatim,
+    /// It says B, with B's boot, sequence and stamp, and keeps C's signature, which can no longer verify.
+    Relabelled,
+    /// It says B, with B's boot, sequence and stamp, and B signed it.
+    ReSigned,
+}
+
+/// A run of broken records in B's session.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Malformed {
+    /// From when.
+    pub at_ms: u64,
+    /// The flaws, taken in turn; at least one.
+    pub flaws: Vec<Flaw>,
+    /// How many records.
+    pub count: u32,
+    /// Time between them.
+    pub every_ms: u64,
+}
+
+/// What is wrong with a record.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Flaw {
+    /// Longer than any record may be.
+    Length,
+    /// Not the schema.
+    Schema,
+    /// Not the one canonical encoding.
+    NonCanonical,
+    /// A value outside its range.
+    Range,
+    /// A list that claims more elements than there are bytes.
+    Count,
+    /// Random bytes.
+    Noise,
+}
+
+impl InsiderTeammateConfig {
+    /// Every magnitude within its bounds.
+    pub fn check(&self) -> Result<(), PlanError> {
+        let Place { x_mm, y_mm, vx_mm_s, vy_mm_s } = self.place;
+        for (what, value) in [("x_mm", x_mm), ("y_mm", y_mm), ("vx_mm_s", vx_mm_s), ("vy_mm_s", vy_mm_s)] {
+            within(what, u64::from(value.unsigned_abs()), 0, MAX_PLACE)?;
+        }
+        if let Some(forward) = &self.forward {
+            within("at_ms", forward.at_ms, 0, MAX_MS)?;
+            within("duration_ms", forward.duration_ms, 1, MAX_MS)?;
+            within("lag_ms", forward.lag_ms, 0, MAX_HOLD_MS)?;
+        }
+        at_most(self.malformed.len())?;
+        self.malformed.iter().try_for_each(|run| {
+            within("at_ms", run.at_ms, 0, MAX_MS)?;
+            within("flaws", run.flaws.len() as u64, 1, 8)?;
+            repeats(run.count, run.every_ms)
+        })
+    }
+}
+
+/// Plan of the insider on the command plane.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InsiderCommandConfig {
+    /// Captured commands published again later.
+    #[serde(default)]
+    pub later: Vec<RepeatLater>,
+    /// Commands published again as they are seen.
+    #[serde(default)]
+    pub at_once: Vec<RepeatAtOnce>,
+}
+
+/// Captured commands, the newest first and then in turn, published again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RepeatLater {
+    /// From when.
+    pub at_ms: u64,
+    /// How many times.
+    pub count: u32,
+    /// Time between them.
+    pub every_ms: u64,
+}
+
+/// Each new command of a window, published again at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RepeatAtOnce {
+    /// From when.
+    pub at_ms: u64,
+    /// For how long.
+    pub duration_ms: u64,
+    /// Copies beside the original.
+    pub copies: u32,
+}
+
+impl InsiderCommandConfig {
+    /// Every magnitude within its bounds.
+    pub fn check(&self) -> Result<(), PlanError> {
+        at_most(self.later.len() + self.at_once.len())?;
+        self.later.iter().try_for_each(|run| {
+            within("at_ms", run.at_ms, 0, MAX_MS)?;
+            repeats(run.count, run.every_ms)
+        })?;
+        self.at_once.iter().try_for_each(|run| {
+            within("at_ms", run.at_ms, 0, MAX_MS)?;
+            within("duration_ms", run.duration_ms, 1, MAX_MS)?;
+            within("copies", u64::from(run.copies), 1, u64::from(MAX_COPIES))
+        })
+    }
+}

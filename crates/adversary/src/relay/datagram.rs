@@ -1,0 +1,387 @@
+//! The relay in the telemetry path: it sees ciphertext, holds it, loses it, repeats it, changes it, adds to it.
+//!
+//! Without an open action a datagram leaves in the same turn as it came, unchanged. What is held waits in one bounded
+//! queue ordered by (due, arrival). Every act is journaled with the hash of the bytes as they are sent; a datagram
+//! that merely passes is only counted.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use rand_chacha::ChaCha8Rng;
+use wire::audit::Journal;
+use wire::core::{Core, Input, Output, Side};
+use wire::event::{Action, Event};
+use wire::id::WorldId;
+use wire::setup::Setup;
+use wire::time::{Instant, Span};
+
+use super::{Tally, attack, forge};
+use crate::plan::{DatagramAction, DatagramRelayConfig, MAX_HOLD_MS, PlanError, Timed};
+use crate::schedule::{Steps, below, chance, stream};
+
+/// Most datagrams held at once; what comes beyond is dropped and counted.
+const MAX_HELD: usize = 4096;
+/// Most datagrams remembered for replay; the oldest goes first.
+const MAX_CAPTURED: usize = 4096;
+
+/// See the module.
+#[derive(Debug)]
+pub struct DatagramRelay {
+    origin: Instant,
+    plan: Arc<[Timed<DatagramAction>]>,
+    captures: bool,
+    actors: Vec<Actor>,
+    held: BTreeMap<(Instant, u64), Datagram>,
+    arrivals: u64,
+    captured: VecDeque<(Instant, Datagram)>,
+    before: [Vec<u8>; 2],
+    pub(super) tally: Tally,
+    quiet: bool,
+    journal: Journal,
+    out: VecDeque<Output>,
+}
+
+/// Bytes on their way towards a side.
+#[derive(Clone, Debug)]
+struct Datagram {
+    towards: Side,
+    bytes: Arc<[u8]>,
+}
+
+/// The changing part of one action.
+#[derive(Clone, Debug)]
+struct Actor {
+    rng: ChaCha8Rng,
+    /// State of the burst-loss chain towards each side.
+    bad: [bool; 2],
+    /// What the relay sends by itself.
+    steps: Option<Steps>,
+}
+
+/// A datagram on its way through the open actions.
+struct Passing {
+    bytes: Vec<u8>,
+    hold: Span,
+    copies: u32,
+    every: Span,
+    /// What was done, with the delay that it brought.
+    done: Vec<(Action, Span)>,
+}
+
+impl DatagramRelay {
+    /// A relay that starts at `now`.
+    ///
+    /// # Errors
+    /// A magnitude of the plan outside its bounds.
+    pub fn new(setup: Setup, config: DatagramRelayConfig, now: Instant) -> Result<Self, PlanError> {
+        config.check()?;
+        let actor = |(i, timed): (usize, &Timed<DatagramAction>)| {
+            let end = (timed.duration_ms > 0).then(|| timed.closes(now));
+            let steps = timed.action.counted().map(|(n, every_ms)| Steps::new(timed.opens(now), every_ms, n, end));
+            Actor { rng: stream(setup.seed, i), bad: [false; 2], steps }
+        };
+        let mut relay = Self {
+            origin: now,
+            captures: config.actions.iter().any(|timed| timed.action.captures()),
+            actors: config.actions.iter().enumerate().map(actor).collect(),
+            plan: config.actions.into(),
+            held: BTreeMap::new(),
+            arrivals: 0,
+            captured: VecDeque::new(),
+            before: [Vec::new(), Vec::new()],
+            tally: Tally::default(),
+            quiet: false,
+            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
+            out: VecDeque::new(),
+        };
+        relay.journal.write(now, Event::Started, &mut relay.out);
+        Ok(relay)
+    }
+
+    /// The same relay in a forked world.
+    #[must_use]
+    pub fn fork(&self, _world: WorldId) -> Self {
+        Self {
+            origin: self.origin,
+            plan: Arc::clone(&self.plan),
+            captures: self.captures,
+            actors: self.actors.clone(),
+            held: self.held.clone(),
+            arrivals: self.arrivals,
+            captured: self.captured.clone(),
+            before: self.before.clone(),
+            tally: self.tally,
+            quiet: self.quiet,
+            journal: self.journal.fork(),
+            out: self.out.clone(),
+        }
+    }
+
+    /// How many datagrams wait to go towards `side`.
+    pub fn held_towards(&self, side: Side) -> u64 {
+        self.held.values().filter(|datagram| datagram.towards == side).count() as u64
+    }
+
+    fn pass(&mut self, now: Instant, from: Side, bytes: &[u8]) {
+        self.tally.came[from as usize] += 1;
+        let towards = from.other();
+        let plan = Arc::clone(&self.plan);
+        let mut passing = Passing::new(bytes);
+        for (i, timed) in plan.iter().enumerate() {
+            if !self.quiet && timed.open(self.origin, now, towards) {
+                let since = now.since(timed.opens(self.origin));
+                let before = &self.before[towards as usize];
+                if !self.actors[i].apply(&timed.action, towards, since, before, &mut passing) {
+                    self.tally.dropped[from as usize] += 1;
+                    self.journal.write(now, attack(Action::Drop, from, bytes, Span::ZERO), &mut self.out);
+                    return self.remember(now, towards, bytes);
+                }
+            }
+        }
+        for (action, delay) in &passing.done {
+            self.journal.write(now, attack(*action, towards, &passing.bytes, *delay), &mut self.out);
+        }
+        self.remember(now, towards, bytes);
+        let mut due = now + passing.hold;
+        let bytes: Arc<[u8]> = passing.bytes.into();
+        self.send(now, due, Datagram { towards, bytes: Arc::clone(&bytes) });
+        for _ in 0..passing.copies {
+            due += passing.every;
+            self.tally.added[towards as usize] += 1;
+            self.journal.write(now, attack(Action::Duplicate, towards, &bytes, due.since(now)), &mut self.out);
+            self.send(now, due, Datagram { towards, bytes: Arc::clone(&bytes) });
+        }
+    }
+
+    /// Keeps what later actions need of a datagram as it came.
+    fn remember(&mut self, now: Instant, towards: Side, bytes: &[u8]) {
+        if self.plan.is_empty() {
+            return;
+        }
+        let before = &mut self.before[towards as usize];
+        before.clear();
+        before.extend_from_slice(bytes);
+        if self.captures {
+            if self.captured.len() == MAX_CAPTURED {
+                self.captured.pop_front();
+            }
+            self.captured.push_back((now, Datagram { towards, bytes: bytes.into() }));
+        }
+    }
+
+    /// Emits what is due, holds what is not, drops what there is no room for.
+    fn send(&mut self, now: Instant, due: Instant, datagram: Datagram) {
+        if due <= now {
+            self.emit(datagram);
+        } else if self.held.len() < MAX_HELD {
+            self.arrivals += 1;
+            self.held.insert((due, self.arrivals), datagram);
+        } else {
+            let from = datagram.towards.other();
+            self.tally.dropped[from as usize] += 1;
+            self.journal.write(now, attack(Action::Drop, from, &datagram.bytes, Span::ZERO), &mut self.out);
+        }
+    }
+
+    fn emit(&mut self, datagram: Datagram) {
+        self.tally.out[datagram.towards as usize] += 1;
+        self.out.push_back(Output::Datagram { side: datagram.towards, bytes: datagram.bytes.to_vec() });
+    }
+
+    fn release(&mut self, now: Instant) {
+        while let Some(first) = self.held.first_entry() {
+            if first.key().0 > now {
+                break;
+            }
+            let datagram = first.remove();
+            self.emit(datagram);
+        }
+    }
+
+    /// What the relay sends by itself, as far as it is due.
+    fn act(&mut self, now: Instant) {
+        let plan = Arc::clone(&self.plan);
+        for (i, timed) in plan.iter().enumerate() {
+            let mut due = 0;
+            while self.actors[i].steps.as_mut().is_some_and(|steps| steps.take(now)) {
+                due += 1;
+            }
+            if due > 0 {
+                self.originate(now, i, timed, due);
+            }
+        }
+    }
+
+    fn originate(&mut self, now: Instant, i: usize, timed: &Timed<DatagramAction>, due: usize) {
+        match timed.action {
+            DatagramAction::Replay { lag_ms, every_ms, .. } => {
+                for datagram in self.old_enough(now, Span::ms(lag_ms), timed, every_ms == 0, due) {
+                    self.add(now, Action::Replay, datagram.towards, datagram.bytes);
+                }
+            }
+            DatagramAction::Reoriginate { .. } => {
+                let newest = self.captured.iter().rev().find(|(_, datagram)| datagram.towards == Side::Server);
+                let Some(bytes) = newest.map(|(_, datagram)| Arc::clone(&datagram.bytes)) else { return };
+                (0..due).for_each(|_| self.stranger(now, Action::Reoriginate, bytes.to_vec()));
+            }
+            DatagramAction::Inject { content, .. } if content.from_stranger() => {
+                for _ in 0..due {
+                    let bytes = forge::inject(content, &mut self.actors[i].rng);
+                    self.stranger(now, Action::Inject, bytes);
+                }
+            }
+            DatagramAction::Inject { content, .. } => {
+                for _ in 0..due {
+                    for towards in timed.direction.towards() {
+                        let bytes = forge::inject(content, &mut self.actors[i].rng);
+                        self.add(now, Action::Inject, towards, bytes.into());
+                    }
+                }
+            }
+            DatagramAction::Delay { .. }
+            | DatagramAction::Jitter { .. }
+            | DatagramAction::Loss { .. }
+            | DatagramAction::BurstLoss { .. }
+            | DatagramAction::Duplicate { .. }
+            | DatagramAction::Reorder { .. }
+            | DatagramAction::Corrupt { .. } => {}
+        }
+    }
+
+    /// The `n` newest captured datagrams of that age, oldest first; or the newest, `n` times.
+    fn old_enough(
+        &self,
+        now: Instant,
+        lag: Span,
+        timed: &Timed<DatagramAction>,
+        burst: bool,
+        n: usize,
+    ) -> Vec<Datagram> {
+        let mut old = self
+            .captured
+            .iter()
+            .rev()
+            .filter(|(at, datagram)| *at + lag <= now && timed.direction.covers(datagram.towards))
+            .map(|(_, datagram)| datagram.clone());
+        if burst {
+            let mut newest: Vec<Datagram> = old.take(n).collect();
+            newest.reverse();
+            newest
+        } else {
+            old.next().map(|datagram| vec![datagram; n]).unwrap_or_default()
+        }
+    }
+
+    fn add(&mut self, now: Instant, action: Action, towards: Side, bytes: Arc<[u8]>) {
+        self.tally.added[towards as usize] += 1;
+        self.journal.write(now, attack(action, towards, &bytes, Span::ZERO), &mut self.out);
+        self.emit(Datagram { towards, bytes });
+    }
+
+    fn stranger(&mut self, now: Instant, action: Action, bytes: Vec<u8>) {
+        self.tally.strangers += 1;
+        self.journal.write(now, attack(action, Side::Server, &bytes, Span::ZERO), &mut self.out);
+        self.out.push_back(Output::Stranger { bytes });
+    }
+
+    /// The closing account. What is still held will never be sent: it counts as dropped.
+    fn finish(&mut self, now: Instant) {
+        for (_, datagram) in std::mem::take(&mut self.held) {
+            self.tally.dropped[datagram.towards.other() as usize] += 1;
+        }
+        self.tally.write(now, &mut self.journal, &mut self.out);
+        self.journal.sign(now, &mut self.out);
+    }
+}
+
+impl Passing {
+    fn new(bytes: &[u8]) -> Self {
+        Self { bytes: bytes.to_vec(), hold: Span::ZERO, copies: 0, every: Span::ZERO, done: Vec::new() }
+    }
+
+    fn hold(&mut self, action: Action, by: Span) {
+        if by > Span::ZERO {
+            self.hold = self.hold + by;
+            self.done.push((action, by));
+        }
+    }
+}
+
+impl Actor {
+    /// Applies an open action to a datagram towards `towards`; false when it is lost.
+    fn apply(
+        &mut self,
+        action: &DatagramAction,
+        towards: Side,
+        since: Span,
+        before: &[u8],
+        passing: &mut Passing,
+    ) -> bool {
+        match *action {
+            DatagramAction::Delay { ms, growth_ms_per_s } => {
+                let by = Span(ms * 1000 + since.0.saturating_mul(growth_ms_per_s) / 1000);
+                passing.hold(Action::Delay, by.min(Span::ms(MAX_HOLD_MS)));
+            }
+            DatagramAction::Jitter { ms } => {
+                passing.hold(Action::Delay, Span(below(&mut self.rng, ms * 1000 + 1)));
+            }
+            DatagramAction::Loss { permille } => return !chance(&mut self.rng, permille),
+            DatagramAction::BurstLoss { enter_permille, leave_permille, loss_permille } => {
+                let bad = &mut self.bad[towards as usize];
+                let turn = if *bad { leave_permille } else { enter_permille };
+                *bad ^= chance(&mut self.rng, turn);
+                return !(*bad && chance(&mut self.rng, loss_permille));
+            }
+            DatagramAction::Duplicate { copies, every_ms, permille } => {
+                if chance(&mut self.rng, permille) {
+                    (passing.copies, passing.every) = (passing.copies + copies, Span::ms(every_ms));
+                }
+            }
+            DatagramAction::Reorder { permille, hold_ms } => {
+                if chance(&mut self.rng, permille) {
+                    passing.hold(Action::Reorder, Span::ms(hold_ms));
+                }
+            }
+            DatagramAction::Corrupt { permille, damage } => {
+                if chance(&mut self.rng, permille) {
+                    passing.bytes = forge::damage(damage, &passing.bytes, before, &mut self.rng);
+                    passing.done.push((Action::Corrupt, Span::ZERO));
+                }
+            }
+            DatagramAction::Replay { .. } | DatagramAction::Reoriginate { .. } | DatagramAction::Inject { .. } => {}
+        }
+        true
+    }
+}
+
+impl Core for DatagramRelay {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        self.release(now);
+        match input {
+            Input::Datagram { side, bytes } => self.pass(now, *side, bytes),
+            Input::Quiesce => self.quiet = true,
+            Input::Finish => return self.finish(now),
+            Input::Timeout
+            | Input::Bus { .. }
+            | Input::Opened { .. }
+            | Input::Record { .. }
+            | Input::Closed { .. }
+            | Input::Published { .. }
+            | Input::Stream { .. }
+            | Input::Audit { .. } => {}
+        }
+        if !self.quiet {
+            self.act(now);
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        let held = self.held.keys().next().map(|(due, _)| *due);
+        let steps = self.actors.iter().filter_map(|actor| actor.steps.as_ref().and_then(Steps::due));
+        held.into_iter().chain(steps.filter(|_| !self.quiet)).min()
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+}

@@ -1,0 +1,65 @@
+//! Relays: in a path between two services that do not know of them, and without any key.
+//!
+//! `datagram` stands in the telemetry path, `stream` in the command path, `forge` makes and damages bytes. Both keep
+//! an account that balances at every instant: in + added = out + dropped + held, for each direction.
+
+mod datagram;
+mod forge;
+mod stream;
+#[cfg(test)]
+mod tests;
+
+use std::collections::VecDeque;
+
+use wire::audit::Journal;
+use wire::core::{Output, Side};
+use wire::event::{Account, Action, Event, wire_hash};
+use wire::time::{Instant, Span};
+
+pub use datagram::DatagramRelay;
+pub use stream::StreamRelay;
+
+/// Both sides, in the order in which accounts are written.
+const SIDES: [Side; 2] = [Side::Client, Side::Server];
+
+/// What came, went and stayed behind, in datagrams or pieces.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Tally {
+    /// Came from a side.
+    came: [u64; 2],
+    /// Emitted towards a side.
+    out: [u64; 2],
+    /// From a side, and dropped.
+    dropped: [u64; 2],
+    /// Made here, towards a side.
+    added: [u64; 2],
+    /// Sent from an address of the relay's own.
+    strangers: u64,
+}
+
+impl Tally {
+    /// The closing account.
+    fn write(&self, now: Instant, journal: &mut Journal, out: &mut VecDeque<Output>) {
+        for side in SIDES {
+            let i = side as usize;
+            let lines = [
+                (Account::RelayIn(side), self.came[i]),
+                (Account::RelayOut(side), self.out[i]),
+                (Account::RelayDropped(side), self.dropped[i]),
+                (Account::RelayAdded(side), self.added[i]),
+            ];
+            for (account, n) in lines {
+                journal.write(now, Event::Count { account, n }, out);
+            }
+        }
+        if self.strangers > 0 {
+            journal.write(now, Event::Count { account: Account::RelayStranger, n: self.strangers }, out);
+        }
+    }
+}
+
+/// The journal's entry for one act on `bytes`.
+fn attack(action: Action, side: Side, bytes: &[u8], delay: Span) -> Event {
+    let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
+    Event::Attack { action, side, length, hash: wire_hash(bytes), delay }
+}

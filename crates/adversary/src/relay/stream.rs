@@ -1,0 +1,318 @@
+//! The relay in the command path: it sees TLS, and can hold, slow, end and damage it, but not read it.
+//!
+//! A stream keeps its order: a piece is never due before the one ahead of it. When a piece may leave is settled when it
+//! comes, since every window of the plan is known by then. An empty piece is the end of its direction.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use rand_chacha::ChaCha8Rng;
+use wire::audit::Journal;
+use wire::core::{Core, Input, Output, Side};
+use wire::event::{Action, Event};
+use wire::id::{SessionId, WorldId};
+use wire::setup::Setup;
+use wire::time::{Instant, Span};
+
+use super::{SIDES, Tally, attack, forge};
+use crate::plan::{PlanError, StreamAction, StreamRelayConfig, Timed};
+use crate::schedule::{Steps, chance, stream};
+
+/// Most bytes held for one direction of a connection; beyond, the connection is cut.
+const MAX_HELD_BYTES: usize = 1 << 20;
+/// Most connections at once, and most cut ones whose late bytes are still recognised.
+const MAX_CONNECTIONS: usize = 64;
+
+/// See the module.
+#[derive(Debug)]
+pub struct StreamRelay {
+    origin: Instant,
+    plan: Arc<[Timed<StreamAction>]>,
+    rngs: Vec<ChaCha8Rng>,
+    /// When a half-close, reset or cut begins.
+    strikes: Vec<Option<Steps>>,
+    connections: BTreeMap<SessionId, [Lane; 2]>,
+    cut: VecDeque<SessionId>,
+    pub(super) tally: Tally,
+    quiet: bool,
+    journal: Journal,
+    out: VecDeque<Output>,
+}
+
+/// What goes towards one side of a connection.
+#[derive(Clone, Debug, Default)]
+struct Lane {
+    pieces: VecDeque<(Instant, Vec<u8>)>,
+    bytes: usize,
+    last_due: Instant,
+    /// No more passes: the end was sent, or the direction was ended here.
+    ended: bool,
+}
+
+impl StreamRelay {
+    /// A relay that starts at `now`.
+    ///
+    /// # Errors
+    /// A magnitude of the plan outside its bounds.
+    pub fn new(setup: Setup, config: StreamRelayConfig, now: Instant) -> Result<Self, PlanError> {
+        config.check()?;
+        let strike = |timed: &Timed<StreamAction>| match timed.action {
+            StreamAction::HalfClose | StreamAction::Reset | StreamAction::Cut => {
+                Some(Steps::new(timed.opens(now), 0, 1, None))
+            }
+            StreamAction::Delay { .. }
+            | StreamAction::Stall
+            | StreamAction::Throttle { .. }
+            | StreamAction::Corrupt { .. } => None,
+        };
+        let mut relay = Self {
+            origin: now,
+            rngs: (0..config.actions.len()).map(|i| stream(setup.seed, i)).collect(),
+            strikes: config.actions.iter().map(strike).collect(),
+            plan: config.actions.into(),
+            connections: BTreeMap::new(),
+            cut: VecDeque::new(),
+            tally: Tally::default(),
+            quiet: false,
+            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
+            out: VecDeque::new(),
+        };
+        relay.journal.write(now, Event::Started, &mut relay.out);
+        Ok(relay)
+    }
+
+    /// The same relay in a forked world.
+    #[must_use]
+    pub fn fork(&self, _world: WorldId) -> Self {
+        Self {
+            origin: self.origin,
+            plan: Arc::clone(&self.plan),
+            rngs: self.rngs.clone(),
+            strikes: self.strikes.clone(),
+            connections: self.connections.clone(),
+            cut: self.cut.clone(),
+            tally: self.tally,
+            quiet: self.quiet,
+            journal: self.journal.fork(),
+            out: self.out.clone(),
+        }
+    }
+
+    /// How many pieces wait to go towards `side`.
+    pub fn held_towards(&self, side: Side) -> u64 {
+        self.connections.values().map(|lanes| lanes[side as usize].pieces.len() as u64).sum()
+    }
+
+    fn pass(&mut self, now: Instant, connection: SessionId, from: Side, bytes: &[u8]) {
+        self.tally.came[from as usize] += 1;
+        let towards = from.other();
+        if self.cut.contains(&connection) {
+            self.tally.dropped[from as usize] += 1;
+            return;
+        }
+        let room = self.connections.contains_key(&connection) || self.connections.len() < MAX_CONNECTIONS;
+        self.connections.entry(connection).or_default();
+        if !room || (!self.quiet && self.cutting(now)) {
+            self.tally.dropped[from as usize] += 1;
+            return self.reset(now, connection, bytes);
+        }
+        if self.connections.get(&connection).is_some_and(|lanes| lanes[towards as usize].ended) {
+            self.tally.dropped[from as usize] += 1;
+            self.journal.write(now, attack(Action::Stream, from, bytes, Span::ZERO), &mut self.out);
+            return;
+        }
+        let bytes = self.damaged(now, towards, bytes);
+        self.queue(now, connection, towards, bytes);
+    }
+
+    /// Whether connections are cut at `now`.
+    fn cutting(&self, now: Instant) -> bool {
+        let open = |timed: &Timed<StreamAction>| {
+            matches!(timed.action, StreamAction::Cut) && SIDES.iter().any(|side| timed.open(self.origin, now, *side))
+        };
+        self.plan.iter().any(open)
+    }
+
+    /// The piece, with a flipped bit where the plan says so.
+    fn damaged(&mut self, now: Instant, towards: Side, bytes: &[u8]) -> Vec<u8> {
+        let mut bytes = bytes.to_vec();
+        if self.quiet || bytes.is_empty() {
+            return bytes;
+        }
+        let plan = Arc::clone(&self.plan);
+        for (timed, rng) in plan.iter().zip(&mut self.rngs) {
+            let StreamAction::Corrupt { permille } = timed.action else { continue };
+            if timed.open(self.origin, now, towards) && chance(rng, permille) {
+                forge::flip(&mut bytes, rng);
+                self.journal.write(now, attack(Action::Stream, towards, &bytes, Span::ZERO), &mut self.out);
+            }
+        }
+        bytes
+    }
+
+    fn queue(&mut self, now: Instant, connection: SessionId, towards: Side, bytes: Vec<u8>) {
+        let Some(lanes) = self.connections.get_mut(&connection) else { return };
+        let lane = &mut lanes[towards as usize];
+        if lane.bytes + bytes.len() > MAX_HELD_BYTES {
+            self.tally.dropped[towards.other() as usize] += 1;
+            return self.reset(now, connection, &bytes);
+        }
+        let due = if self.quiet {
+            now.max(lane.last_due)
+        } else {
+            due(&self.plan, self.origin, now, now.max(lane.last_due), towards, bytes.len())
+        };
+        lane.last_due = due;
+        lane.bytes += bytes.len();
+        if due > now {
+            self.journal.write(now, attack(Action::Stream, towards, &bytes, due.since(now)), &mut self.out);
+        }
+        lane.pieces.push_back((due, bytes));
+    }
+
+    /// Cuts a connection in both directions and forgets what it held.
+    fn reset(&mut self, now: Instant, connection: SessionId, bytes: &[u8]) {
+        let Some(lanes) = self.connections.remove(&connection) else { return };
+        for side in SIDES {
+            self.tally.dropped[side.other() as usize] += lanes[side as usize].pieces.len() as u64;
+        }
+        if self.cut.len() == MAX_CONNECTIONS {
+            self.cut.pop_front();
+        }
+        self.cut.push_back(connection);
+        self.journal.write(now, attack(Action::Stream, Side::Server, bytes, Span::ZERO), &mut self.out);
+        self.out.push_back(Output::Reset { connection });
+    }
+
+    /// Half-closes, resets and cuts that are due.
+    fn strike(&mut self, now: Instant) {
+        let plan = Arc::clone(&self.plan);
+        for (i, timed) in plan.iter().enumerate() {
+            if !self.strikes[i].as_mut().is_some_and(|steps| steps.take(now)) {
+                continue;
+            }
+            let open: Vec<SessionId> = self.connections.keys().copied().collect();
+            for connection in open {
+                match timed.action {
+                    StreamAction::HalfClose => {
+                        timed.direction.towards().for_each(|side| self.half_close(now, connection, side));
+                    }
+                    StreamAction::Reset | StreamAction::Cut => self.reset(now, connection, &[]),
+                    StreamAction::Delay { .. }
+                    | StreamAction::Stall
+                    | StreamAction::Throttle { .. }
+                    | StreamAction::Corrupt { .. } => {}
+                }
+            }
+        }
+    }
+
+    /// Ends the way towards `side` behind what is already held for it.
+    fn half_close(&mut self, now: Instant, connection: SessionId, side: Side) {
+        let Some(lanes) = self.connections.get_mut(&connection) else { return };
+        let lane = &mut lanes[side as usize];
+        if lane.ended || lane.pieces.back().is_some_and(|(_, bytes)| bytes.is_empty()) {
+            return;
+        }
+        lane.pieces.push_back((now.max(lane.last_due), Vec::new()));
+        lane.ended = true;
+        self.tally.added[side as usize] += 1;
+        self.journal.write(now, attack(Action::Stream, side, &[], Span::ZERO), &mut self.out);
+    }
+
+    fn release(&mut self, now: Instant) {
+        for (connection, lanes) in &mut self.connections {
+            for side in SIDES {
+                let lane = &mut lanes[side as usize];
+                while lane.pieces.front().is_some_and(|(due, _)| *due <= now) {
+                    let Some((_, bytes)) = lane.pieces.pop_front() else { break };
+                    lane.bytes -= bytes.len();
+                    lane.ended |= bytes.is_empty();
+                    self.tally.out[side as usize] += 1;
+                    self.out.push_back(Output::Stream { connection: *connection, side, bytes });
+                }
+            }
+        }
+        let over = |lanes: &[Lane; 2]| lanes.iter().all(|lane| lane.ended && lane.pieces.is_empty());
+        self.connections.retain(|_, lanes| !over(lanes));
+    }
+
+    /// The closing account. What is still held will never be sent: it counts as dropped.
+    fn finish(&mut self, now: Instant) {
+        for lanes in std::mem::take(&mut self.connections).values() {
+            for side in SIDES {
+                self.tally.dropped[side.other() as usize] += lanes[side as usize].pieces.len() as u64;
+            }
+        }
+        self.tally.write(now, &mut self.journal, &mut self.out);
+        self.journal.sign(now, &mut self.out);
+    }
+}
+
+/// When `length` bytes that come at `now`, and may not leave before `earliest`, are through.
+fn due(
+    plan: &[Timed<StreamAction>],
+    origin: Instant,
+    now: Instant,
+    earliest: Instant,
+    towards: Side,
+    length: usize,
+) -> Instant {
+    let mut due = earliest;
+    for timed in plan.iter().filter(|timed| timed.open(origin, now, towards)) {
+        match timed.action {
+            StreamAction::Delay { ms } => due = due.max(now + Span::ms(ms)),
+            StreamAction::Throttle { bytes_per_s } => due += Span(length as u64 * 1_000_000 / bytes_per_s),
+            StreamAction::Stall
+            | StreamAction::HalfClose
+            | StreamAction::Reset
+            | StreamAction::Cut
+            | StreamAction::Corrupt { .. } => {}
+        }
+    }
+    // A stall may begin while a piece waits; one may follow another.
+    let stalled = |at: Instant| {
+        let over = |timed: &&Timed<StreamAction>| {
+            matches!(timed.action, StreamAction::Stall) && timed.open(origin, at, towards)
+        };
+        plan.iter().find(over).map(|timed| timed.closes(origin))
+    };
+    while let Some(end) = stalled(due) {
+        due = end;
+    }
+    due
+}
+
+impl Core for StreamRelay {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        self.release(now);
+        if !self.quiet {
+            self.strike(now);
+        }
+        match input {
+            Input::Stream { connection, side, bytes } => self.pass(now, *connection, *side, bytes),
+            Input::Quiesce => self.quiet = true,
+            Input::Finish => return self.finish(now),
+            Input::Timeout
+            | Input::Bus { .. }
+            | Input::Opened { .. }
+            | Input::Record { .. }
+            | Input::Closed { .. }
+            | Input::Published { .. }
+            | Input::Datagram { .. }
+            | Input::Audit { .. } => {}
+        }
+        self.release(now);
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        let lanes = self.connections.values().flatten();
+        let held = lanes.filter_map(|lane| lane.pieces.front().map(|(due, _)| *due));
+        let strikes = self.strikes.iter().filter(|_| !self.quiet).flatten().filter_map(Steps::due);
+        held.chain(strikes).min()
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+}

@@ -1,0 +1,90 @@
+//! One type over the roles, for those who run an adversary without caring which.
+
+use wire::core::{Core, Input, Output};
+use wire::id::WorldId;
+use wire::setup::Setup;
+use wire::time::Instant;
+
+use crate::insider::{InsiderCommand, InsiderTeammate};
+use crate::plan::{AdversaryConfig, PlanError};
+use crate::relay::{DatagramRelay, StreamRelay};
+
+/// Why an adversary could not be made.
+pub type AdversaryError = PlanError;
+
+/// An adversary in one of its roles.
+#[derive(Debug)]
+pub enum Adversary {
+    /// In the telemetry path.
+    DatagramRelay(Box<DatagramRelay>),
+    /// In the command path.
+    StreamRelay(Box<StreamRelay>),
+    /// The holder of teammate B's credentials.
+    InsiderTeammate(Box<InsiderTeammate>),
+    /// A holder of access to the command plane.
+    InsiderCommand(Box<InsiderCommand>),
+}
+
+impl Adversary {
+    /// The role that `config` names, from `now`.
+    ///
+    /// # Errors
+    /// A magnitude of the plan outside its bounds.
+    pub fn new(setup: Setup, config: AdversaryConfig, now: Instant) -> Result<Self, AdversaryError> {
+        Ok(match config {
+            AdversaryConfig::DatagramRelay(plan) => {
+                Adversary::DatagramRelay(Box::new(DatagramRelay::new(setup, plan, now)?))
+            }
+            AdversaryConfig::StreamRelay(plan) => Adversary::StreamRelay(Box::new(StreamRelay::new(setup, plan, now)?)),
+            AdversaryConfig::InsiderTeammate(plan) => {
+                Adversary::InsiderTeammate(Box::new(InsiderTeammate::new(setup, plan, now)?))
+            }
+            AdversaryConfig::InsiderCommand(plan) => {
+                Adversary::InsiderCommand(Box::new(InsiderCommand::new(setup, plan, now)?))
+            }
+        })
+    }
+
+    /// The same adversary in a forked world.
+    #[must_use]
+    pub fn fork(&self, world: WorldId) -> Self {
+        match self {
+            Adversary::DatagramRelay(core) => Adversary::DatagramRelay(Box::new(core.fork(world))),
+            Adversary::StreamRelay(core) => Adversary::StreamRelay(Box::new(core.fork(world))),
+            Adversary::InsiderTeammate(core) => Adversary::InsiderTeammate(Box::new(core.fork(world))),
+            Adversary::InsiderCommand(core) => Adversary::InsiderCommand(Box::new(core.fork(world))),
+        }
+    }
+
+    fn core(&self) -> &dyn Core {
+        match self {
+            Adversary::DatagramRelay(core) => core.as_ref(),
+            Adversary::StreamRelay(core) => core.as_ref(),
+            Adversary::InsiderTeammate(core) => core.as_ref(),
+            Adversary::InsiderCommand(core) => core.as_ref(),
+        }
+    }
+
+    fn core_mut(&mut self) -> &mut dyn Core {
+        match self {
+            Adversary::DatagramRelay(core) => core.as_mut(),
+            Adversary::StreamRelay(core) => core.as_mut(),
+            Adversary::InsiderTeammate(core) => core.as_mut(),
+            Adversary::InsiderCommand(core) => core.as_mut(),
+        }
+    }
+}
+
+impl Core for Adversary {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        self.core_mut().handle(now, input);
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        self.core().deadline()
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.core_mut().output()
+    }
+}

@@ -1,0 +1,57 @@
+//! Helpers of this crate's tests: a setup, and a turn of a core.
+
+use wire::audit::Entry;
+use wire::bounds::Bounds;
+use wire::core::{Core, Input, Output};
+use wire::event::{Account, Action, Event};
+use wire::id::{Boot, NodeId, WorldId};
+use wire::policy::Policy;
+use wire::setup::{Secret, Setup};
+use wire::time::{Instant, Span};
+
+pub(crate) fn setup(node: NodeId, secret: u8) -> Setup {
+    Setup {
+        node,
+        boot: Boot(1),
+        world: WorldId(0),
+        seed: 7,
+        policy: Policy::default(),
+        bounds: Bounds::GROUND,
+        secret: Secret([secret; 32]),
+        public_keys: Vec::new(),
+        channels: Vec::new(),
+        ablation: None,
+    }
+}
+
+/// Milliseconds after an arbitrary zero.
+pub(crate) fn at(ms: u64) -> Instant {
+    Instant(5_000_000) + Span::ms(ms)
+}
+
+/// One input, and what comes of it apart from the journal; what the journal says is added to `said`.
+pub(crate) fn turn(core: &mut dyn Core, now: Instant, input: &Input, said: &mut Vec<Event>) -> Vec<Output> {
+    core.handle(now, input);
+    let mut out = Vec::new();
+    while let Some(output) = core.output() {
+        match output {
+            Output::Audit { bytes } => said.push(Entry::decode(&bytes).unwrap().event),
+            other => out.push(other),
+        }
+    }
+    out
+}
+
+/// How often the journal says that `action` was done.
+pub(crate) fn times(said: &[Event], wanted: Action) -> usize {
+    said.iter().filter(|event| matches!(event, Event::Attack { action, .. } if *action == wanted)).count()
+}
+
+/// What the closing account says.
+pub(crate) fn counted(said: &[Event], wanted: Account) -> u64 {
+    let count = |event: &Event| match event {
+        Event::Count { account, n } if *account == wanted => Some(*n),
+        _ => None,
+    };
+    said.iter().find_map(count).unwrap_or(0)
+}
