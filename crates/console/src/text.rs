@@ -23,7 +23,7 @@ pub fn lines(shown: &Shown, ablation: Option<&str>) -> String {
         unit_lines(&mut text, shown.at, unit);
     }
     for unit in &shown.silent {
-        line(&mut text, format_args!("{unit:<8} nothing received"));
+        line(&mut text, format_args!("{:<8} nothing received", unit.name()));
     }
     let links = shown.links.iter().map(|(peer, open)| format!("{peer} {}", if *open { "up" } else { "DOWN" }));
     line(&mut text, format_args!("links    {}", joined(links)));
@@ -43,7 +43,7 @@ fn unit_lines(text: &mut String, at: Instant, unit: &ShownUnit) {
         text,
         format_args!(
             "{:<8} {}{mark}  since {:.1} s  cause {}  {} {}",
-            unit.unit,
+            unit.unit.name(),
             state.mode.name(),
             at.since(unit.since).as_ms() / 1000.0,
             state.cause.label(),

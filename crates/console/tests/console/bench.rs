@@ -1,0 +1,246 @@
+//! A console on a bench, behind a gateway that says what it is told to.
+
+use console::operator::{Action, Step, When};
+use console::{Console, ConsoleConfig};
+use wire::audit::Entry;
+use wire::bounds::Bounds;
+use wire::bus::{ChannelKey, Sender};
+use wire::codec::{self, List};
+use wire::command::{Ack, Confirmation, Intent, Request};
+use wire::core::{Core, Input, Output, Topic};
+use wire::event::{Event, Freshness};
+use wire::feed::{AcceptedReport, CommandStage, Feed};
+use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId, WorldId};
+use wire::mode::{Cause, Guards, Mode};
+use wire::policy::{Policy, Waived};
+use wire::refusal::Reason;
+use wire::report::{Report, ReportedTrack};
+use wire::sensor::{Class, Modalities, Pose, ProductMode};
+use wire::setup::{Channel, Secret, Setup};
+use wire::sign::{Key, Purpose, Signed};
+use wire::time::{Instant, PeerStamp, Span};
+
+const FEED: ChannelKey = ChannelKey([1; 32]);
+const INTENTS: ChannelKey = ChannelKey([2; 32]);
+/// A tag and a header around a body, bytes.
+const AROUND: (usize, usize) = (wire::bus::HEADER_LEN, wire::bus::TAG_LEN);
+
+pub(crate) fn key_of(node: NodeId) -> Key {
+    Key::from_bytes(&[node.index() as u8 + 1; 32])
+}
+
+/// What the console asked the gateway for.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum Asked {
+    Stage(Intent, Vec<u8>),
+    Release(Confirmation),
+}
+
+pub(crate) struct Bench {
+    pub(crate) console: Console,
+    pub(crate) now: Instant,
+    pub(crate) gateway: Sender,
+    pub(crate) events: Vec<(Instant, Event)>,
+    pub(crate) asked: Vec<Asked>,
+    pub(crate) texts: Vec<String>,
+    sequence: u64,
+}
+
+impl Bench {
+    pub(crate) fn new(policy: Policy, script: Vec<Step>) -> Self {
+        let known = [NodeId::UNIT_A, NodeId::UNIT_B];
+        let setup = Setup {
+            node: NodeId::CONSOLE,
+            boot: Boot(1),
+            world: WorldId(0),
+            seed: 3,
+            policy,
+            bounds: Bounds::GROUND,
+            secret: Secret([9; 32]),
+            public_keys: known.into_iter().map(|node| (node, key_of(node).public())).collect(),
+            channels: vec![
+                Channel { topic: Topic::Feed, producer: NodeId::GATEWAY, key: FEED },
+                Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: INTENTS },
+            ],
+            ablation: None,
+        };
+        let config = ConsoleConfig {
+            units: vec![UnitId::A, UnitId::B],
+            operator: NodeId::OPERATOR,
+            operator_secret: Secret([NodeId::OPERATOR.index() as u8 + 1; 32]),
+            script,
+            text: true,
+        };
+        let now = Instant(5_000_000);
+        let mut bench = Self {
+            console: Console::new(setup, config, now).unwrap(),
+            now,
+            gateway: Sender::new(Topic::Feed, NodeId::GATEWAY, Boot(1), FEED),
+            events: Vec::new(),
+            asked: Vec::new(),
+            texts: Vec::new(),
+            sequence: 0,
+        };
+        bench.drain();
+        bench
+    }
+
+    pub(crate) fn drain(&mut self) {
+        while let Some(output) = self.console.output() {
+            match output {
+                Output::Audit { bytes } => self.events.push((self.now, Entry::decode(&bytes).unwrap().event)),
+                Output::Bus { topic: Topic::Intents, bytes } => self.asked.push(read(&bytes)),
+                Output::Text { text } => self.texts.push(text),
+                other => panic!("unexpected {other:?}"),
+            }
+        }
+    }
+
+    pub(crate) fn give(&mut self, input: &Input) {
+        self.console.handle(self.now, input);
+        self.drain();
+    }
+
+    pub(crate) fn feed(&mut self, message: &Feed<'_>) {
+        let bytes = self.gateway.seal(self.now, &codec::encode(message));
+        self.give(&Input::Bus { topic: Topic::Feed, bytes });
+    }
+
+    /// Lets `span` go by, with every deadline in it.
+    pub(crate) fn pass(&mut self, span: Span) {
+        let until = self.now + span;
+        while let Some(deadline) = self.console.deadline().filter(|at| *at <= until) {
+            assert!(deadline >= self.now, "a deadline in the past");
+            self.now = deadline;
+            self.give(&Input::Timeout);
+        }
+        self.now = until;
+    }
+
+    /// Unit A's next report in this mode.
+    pub(crate) fn next(&mut self, mode: Mode) -> Report {
+        self.sequence += 1;
+        report(self.sequence, self.now.0, mode)
+    }
+
+    /// Feeds a report of A that was `age` old when the gateway had it, just now.
+    pub(crate) fn heard(&mut self, report: &Report, age: Span) {
+        let signed = sign(report.origin, report);
+        self.heard_as(&signed, UnitId::A, Some(age), self.now);
+    }
+
+    pub(crate) fn heard_as(&mut self, signed: &[u8], unit: UnitId, age: Option<Span>, received: Instant) {
+        let waived = Waived::default();
+        self.feed(&Feed::Accepted(AcceptedReport {
+            via: PeerId::UNIT_A,
+            unit,
+            received,
+            age,
+            waived,
+            report: signed.into(),
+        }));
+    }
+
+    /// Unit A reports every 100 ms for `span`.
+    pub(crate) fn reports(&mut self, mode: Mode, span: Span) {
+        for _ in 0..span.0 / 100_000 {
+            let report = self.next(mode);
+            self.heard(&report, Span::ms(20));
+            self.pass(Span::ms(100));
+        }
+    }
+
+    pub(crate) fn staged(&mut self, id: CommandId, stage: CommandStage) {
+        self.feed(&Feed::Command(id, stage));
+    }
+
+    pub(crate) fn acknowledged(&mut self, by: NodeId, ack: &Ack) {
+        let bytes = key_of(by).sign(Purpose::Ack, &codec::encode(ack));
+        self.feed(&Feed::Acknowledged(bytes.as_slice().into()));
+    }
+
+    /// The intents asked for so far.
+    pub(crate) fn intents(&self) -> Vec<(Intent, Vec<u8>)> {
+        let stage = |asked: &Asked| match asked {
+            Asked::Stage(intent, bytes) => Some((*intent, bytes.clone())),
+            Asked::Release(_) => None,
+        };
+        self.asked.iter().filter_map(stage).collect()
+    }
+
+    pub(crate) fn refusals(&self) -> Vec<Reason> {
+        let reason = |(_, event): &(Instant, Event)| match event {
+            Event::Refused { reason, .. } => Some(*reason),
+            _ => None,
+        };
+        self.events.iter().filter_map(reason).collect()
+    }
+
+    /// When, which freshness and which age the display had of A.
+    pub(crate) fn displayed(&self) -> Vec<(Instant, Freshness, Span)> {
+        let shown = |(at, event): &(Instant, Event)| match event {
+            Event::Displayed { unit: UnitId::A, freshness, age, .. } => Some((*at, *freshness, *age)),
+            _ => None,
+        };
+        self.events.iter().filter_map(shown).collect()
+    }
+}
+
+pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
+    let track = ReportedTrack {
+        id: TrackId(4),
+        class: Class::Vehicle,
+        x_mm: 10_000,
+        y_mm: 0,
+        confidence: 900,
+        supported: Modalities::default(),
+        age: Span::ms(50),
+    };
+    Report {
+        origin: NodeId::UNIT_A,
+        boot: Boot(1),
+        sequence: Sequence(sequence),
+        stamp: PeerStamp(stamp),
+        product: ProductMode::Live,
+        mode,
+        cause: Cause::Start,
+        failing: Guards::default(),
+        pose: Pose { x_mm: 1, y_mm: 2, yaw_mrad: 3 },
+        speed_mm_s: 0,
+        pose_age: Span::ms(10),
+        authority: None,
+        command_nonce: Nonce(sequence + 500),
+        last_command: None,
+        progress: 0,
+        tracks: [track].into_iter().collect::<List<_, 8>>(),
+    }
+}
+
+pub(crate) fn sign(by: NodeId, report: &Report) -> Vec<u8> {
+    key_of(by).sign(Purpose::Report, &codec::encode(report))
+}
+
+pub(crate) fn step(at_ms: u64, action: Action, mode: Mode) -> Step {
+    Step {
+        at_ms: Some(at_ms),
+        unit: UnitId::A,
+        when: When { mode: Some(mode), track: None },
+        action,
+        reason: "as planned".into(),
+        within_ms: 2000,
+    }
+}
+
+fn read(bytes: &[u8]) -> Asked {
+    let body = &bytes[AROUND.0..bytes.len() - AROUND.1];
+    match codec::decode(body, body.len()).unwrap() {
+        Request::Stage(intent) => {
+            let signed = Signed::parse(intent, 1024).unwrap();
+            Asked::Stage(codec::decode(signed.payload, 1024).unwrap(), intent.to_vec())
+        }
+        Request::Release(confirmation) => {
+            let signed = Signed::parse(confirmation, 1024).unwrap();
+            Asked::Release(codec::decode(signed.payload, 1024).unwrap())
+        }
+    }
+}

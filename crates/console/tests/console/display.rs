@@ -1,0 +1,219 @@
+//! What may be shown, and how fresh.
+
+use proptest::prelude::*;
+use wire::core::Core;
+use wire::event::{Event, Freshness};
+use wire::feed::Feed;
+use wire::id::{NodeId, PeerId, UnitId, WorldId};
+use wire::mode::Mode;
+use wire::policy::{DisplayRule, Policy, Requirement};
+use wire::refusal::Reason;
+use wire::time::{Instant, Span};
+
+use crate::bench::{Bench, report, sign};
+
+#[test]
+fn a_silent_unit_goes_from_fresh_to_late_to_stale_to_lost_at_its_limits() {
+    let mut bench = Bench::new(Policy::default(), vec![]);
+    let report = bench.next(Mode::Ready);
+    bench.heard(&report, Span::ms(20));
+    let heard = bench.now;
+    bench.pass(Span::s(3));
+    let mut labels: Vec<(Freshness, Span)> = Vec::new();
+    for (at, freshness, age) in bench.displayed() {
+        assert_eq!(age, at.since(heard) + Span::ms(20));
+        if labels.last().is_none_or(|(last, _)| *last != freshness) {
+            labels.push((freshness, at.since(heard)));
+        }
+    }
+    let beyond = |ms: u64| Span::ms(ms - 20) + Span(1);
+    let expected = [
+        (Freshness::Fresh, Span::ZERO),
+        (Freshness::Late, beyond(300)),
+        (Freshness::Stale, beyond(500)),
+        (Freshness::Lost, beyond(2000)),
+    ];
+    assert_eq!(labels, expected);
+}
+
+#[test]
+fn the_display_is_told_at_least_every_200_ms() {
+    let mut bench = Bench::new(Policy::default(), vec![]);
+    bench.reports(Mode::Ready, Span::s(3));
+    let told = bench.displayed();
+    assert!(told.windows(2).all(|pair| pair[1].0.since(pair[0].0) <= Span::ms(200)));
+    assert!(told.iter().all(|(_, freshness, _)| *freshness == Freshness::Fresh));
+    assert!(told.len() < 40, "{}", told.len());
+}
+
+#[test]
+fn a_mode_is_told_as_soon_as_it_is_shown() {
+    let mut bench = Bench::new(Policy::default(), vec![]);
+    bench.reports(Mode::Ready, Span::ms(300));
+    let report = bench.next(Mode::HoldSafe);
+    bench.heard(&report, Span::ms(20));
+    let (at, event) = *bench.events.last().unwrap();
+    assert!(matches!(event, Event::Displayed { mode: Mode::HoldSafe, .. }), "{event:?}");
+    assert_eq!(at, bench.now);
+    let shown = bench.console.shown(bench.now);
+    assert_eq!(shown.units[0].since, bench.now);
+}
+
+#[test]
+fn what_the_gateway_says_is_checked_again() {
+    let mut bench = Bench::new(Policy::default(), vec![]);
+    let now = bench.now;
+    let good = report(1, 1, Mode::Ready);
+    let cases = [
+        (Reason::Signature, sign(NodeId::UNIT_B, &good), UnitId::A, Some(Span::ms(1))),
+        (Reason::Unit, sign(NodeId::UNIT_A, &good), UnitId::B, Some(Span::ms(1))),
+        (Reason::Stale, sign(NodeId::UNIT_A, &good), UnitId::A, Some(Span::ms(2001))),
+        (Reason::NoEcho, sign(NodeId::UNIT_A, &good), UnitId::A, None),
+        (Reason::Schema, vec![0xff; 50], UnitId::A, Some(Span::ms(1))),
+    ];
+    for (reason, signed, unit, age) in cases {
+        bench.heard_as(&signed, unit, age, now);
+        assert_eq!(bench.refusals().pop(), Some(reason));
+    }
+    let mut forged = bench.gateway.clone();
+    let mut bytes = forged.seal(now, &wire::codec::encode(&Feed::Session(PeerId::UNIT_A, true)));
+    *bytes.last_mut().unwrap() ^= 1;
+    bench.give(&wire::core::Input::Bus { topic: wire::core::Topic::Feed, bytes });
+    assert_eq!(bench.refusals().pop(), Some(Reason::Tag));
+    assert!(bench.console.shown(now).units.is_empty());
+    assert!(bench.displayed().is_empty());
+}
+
+#[test]
+fn where_the_policy_waives_ageing_an_old_picture_stays_fresh_as_in_the_paper() {
+    let waived = [(DisplayRule::AgeOut, Requirement::Waived)];
+    let policy = Policy { name: "no-age-out".into(), display: waived.into_iter().collect(), ..Policy::default() };
+    let mut bench = Bench::new(policy, vec![]);
+    bench.reports(Mode::Ready, Span::ms(100));
+    bench.pass(Span::s(10));
+    let (_, freshness, age) = *bench.displayed().last().unwrap();
+    assert_eq!((freshness, age), (Freshness::Fresh, Span::ms(20)));
+    assert!(bench.texts.last().unwrap().starts_with("ABLATION"));
+}
+
+#[test]
+fn the_text_has_no_control_characters_and_comes_at_most_five_times_a_second() {
+    let mut bench = Bench::new(Policy::default(), vec![]);
+    bench.feed(&Feed::Refused(Reason::Stale, Some(PeerId::UNIT_B)));
+    bench.feed(&Feed::Session(PeerId::UNIT_A, true));
+    bench.reports(Mode::Ready, Span::s(2));
+    assert!(bench.texts.len() <= 11, "{}", bench.texts.len());
+    assert!(bench.texts.iter().flat_map(|text| text.chars()).all(|c| c == '\n' || !c.is_control()));
+    let last = bench.texts.last().unwrap();
+    for word in ["unit-a   READY", "stale 1", "unit-a up", "unit-b   nothing received", "vehicle"] {
+        assert!(last.contains(word), "no `{word}` in\n{last}");
+    }
+}
+
+#[test]
+fn a_fork_goes_on_as_the_original_does() {
+    let mut bench = Bench::new(Policy::default(), vec![]);
+    bench.reports(Mode::Ready, Span::ms(300));
+    let mut fork = bench.console.fork(WorldId(2));
+    for _ in 0..20 {
+        let at = bench.console.deadline().unwrap();
+        assert_eq!(fork.deadline(), Some(at));
+        bench.console.handle(at, &wire::core::Input::Timeout);
+        fork.handle(at, &wire::core::Input::Timeout);
+        while let Some(output) = bench.console.output() {
+            assert_eq!(fork.output(), Some(output));
+        }
+    }
+}
+
+/// What the network may do to the display in one step.
+#[derive(Clone, Debug)]
+enum Move {
+    /// Nothing comes for so long, ms.
+    Gap(u64),
+    /// The next report comes; it is so old, ms, and its stamp is off by so much, µs.
+    Next { age: u64, stamp: i64 },
+    /// An earlier report comes again, with an age that would make it look young.
+    Again { back: usize },
+}
+
+fn moves() -> impl Strategy<Value = Vec<Move>> {
+    let one = prop_oneof![
+        (0u64..900).prop_map(Move::Gap),
+        (0u64..300, -5_000_000i64..5_000_000).prop_map(|(age, stamp)| Move::Next { age, stamp }),
+        (0u64..300).prop_map(|age| Move::Next { age, stamp: 0 }),
+        (0usize..6).prop_map(|back| Move::Again { back }),
+    ];
+    prop::collection::vec(one, 1..60)
+}
+
+/// The reference: when each report was sent by its own word, and what the label of an age must be.
+#[derive(Default)]
+struct Reference {
+    /// Each report's signed bytes and the latest instant at which its content can have been true.
+    told: Vec<(Vec<u8>, Instant)>,
+}
+
+fn label(age: Span) -> Freshness {
+    match age.0 {
+        0..=300_000 => Freshness::Fresh,
+        300_001..=500_000 => Freshness::Late,
+        500_001..=2_000_000 => Freshness::Stale,
+        _ => Freshness::Lost,
+    }
+}
+
+impl Reference {
+    /// What is shown is at least as old as the report behind it, and labelled for that age.
+    fn check(&self, bench: &Bench) -> Result<(), TestCaseError> {
+        let shown = bench.console.shown(bench.now);
+        let Some(unit) = shown.units.first() else { return Ok(()) };
+        let (_, made) = &self.told[unit.report.sequence.0 as usize - 1];
+        let least = bench.now.since(*made);
+        prop_assert!(unit.state.age() >= least, "shown {} where it is {least} old", unit.state.age());
+        prop_assert_eq!(unit.state.freshness(), label(unit.state.age()));
+        for track in &unit.tracks {
+            prop_assert!(track.age() >= least + Span::ms(50));
+            prop_assert_eq!(track.freshness(), label(track.age()));
+        }
+        prop_assert!(unit.pose.age() >= least + Span::ms(10));
+        Ok(())
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn nothing_is_labelled_fresher_than_it_is_and_no_replay_or_stamp_makes_it_younger(moves in moves()) {
+        let mut bench = Bench::new(Policy::default(), vec![]);
+        let mut reference = Reference::default();
+        let mut clock = bench.now.0 as i64;
+        for one in moves {
+            let before = bench.console.shown(bench.now).units.first().map(|unit| (unit.report, unit.state.age()));
+            match one {
+                Move::Gap(ms) => bench.pass(Span::ms(ms)),
+                Move::Next { age, stamp } => {
+                    clock = (bench.now.0 as i64 + stamp).max(1);
+                    let sequence = reference.told.len() as u64 + 1;
+                    let signed = sign(NodeId::UNIT_A, &report(sequence, clock as u64, Mode::Ready));
+                    reference.told.push((signed.clone(), bench.now - Span::ms(age)));
+                    bench.heard_as(&signed, UnitId::A, Some(Span::ms(age)), bench.now);
+                }
+                Move::Again { back } => {
+                    let Some((signed, _)) = reference.told.iter().rev().nth(back) else { continue };
+                    let signed = signed.clone();
+                    bench.heard_as(&signed, UnitId::A, Some(Span::ZERO), bench.now);
+                    let after = bench.console.shown(bench.now).units.first().map(|unit| (unit.report, unit.state.age()));
+                    prop_assert_eq!(before, after, "a replay changed the picture");
+                }
+            }
+            reference.check(&bench)?;
+        }
+        // And what the oracle was told is what was shown.
+        for (_, freshness, age) in bench.displayed() {
+            prop_assert_eq!(freshness, label(age));
+        }
+        prop_assert!(clock > 0);
+    }
+}

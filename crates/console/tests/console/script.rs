@@ -1,0 +1,163 @@
+//! The operator's script: what is asked for, when, and how often.
+
+use std::collections::BTreeSet;
+
+use console::ConsoleConfig;
+use console::model::Life;
+use console::operator::{Action, Step, TrackCondition, When};
+use proptest::prelude::*;
+use sha2::{Digest, Sha256};
+use wire::command::{Ack, CommandKind};
+use wire::core::{Core, Input};
+use wire::event::Event;
+use wire::feed::CommandStage;
+use wire::id::{NodeId, Nonce, TrackId};
+use wire::mode::Mode;
+use wire::policy::Policy;
+use wire::refusal::Reason;
+use wire::sensor::Class;
+use wire::time::Span;
+
+use crate::bench::{Asked, Bench, step};
+
+#[test]
+fn enabling_is_staged_then_released_then_acknowledged_each_once() {
+    let mut bench = Bench::new(Policy::default(), vec![step(200, Action::Enable, Mode::Idle)]);
+    bench.reports(Mode::Idle, Span::ms(400));
+    let [(intent, bytes)] = &bench.intents()[..] else { panic!("one intent expected: {:?}", bench.asked) };
+    let (intent, hash): (_, [u8; 32]) = (*intent, Sha256::digest(bytes).into());
+    assert_eq!((intent.kind, intent.reason.as_str()), (CommandKind::Enable, "as planned"));
+    assert!((500..510).contains(&intent.nonce.0), "a displayed nonce");
+    bench.staged(intent.id, CommandStage::Staged);
+    bench.staged(intent.id, CommandStage::Staged);
+    let releases = bench.asked.iter().filter(|a| matches!(a, Asked::Release(c) if c.intent == hash)).count();
+    assert_eq!((releases, bench.asked.len()), (1, 2));
+    bench.staged(intent.id, CommandStage::Sent);
+    let ack = Ack { id: intent.id, intent: hash, refused: None, mode: Mode::Ready };
+    bench.acknowledged(NodeId::UNIT_B, &ack);
+    bench.acknowledged(NodeId::UNIT_A, &Ack { intent: [0; 32], ..ack });
+    assert_eq!(bench.refusals(), [Reason::Signature, Reason::Confirmation]);
+    bench.acknowledged(NodeId::UNIT_A, &ack);
+    bench.acknowledged(NodeId::UNIT_A, &Ack { refused: Some(Reason::Duplicate), ..ack });
+    let told = bench.events.iter().filter(|(_, e)| matches!(e, Event::Acknowledged { .. })).count();
+    assert_eq!(told, 1);
+    assert_eq!(bench.console.shown(bench.now).commands[0].life, Life::Executed);
+    bench.reports(Mode::Idle, Span::s(5));
+    assert_eq!(bench.asked.len(), 2, "nothing is sent twice");
+}
+
+#[test]
+fn the_operator_acts_on_nothing_that_is_not_displayed_as_fresh() {
+    let mut arm = step(500, Action::Arm(Class::Vehicle), Mode::Ready);
+    arm.when.track = Some(TrackCondition { class: Class::Vehicle, confidence: 800 });
+    let mut bench = Bench::new(Policy::default(), vec![arm]);
+    bench.reports(Mode::Ready, Span::ms(100));
+    bench.pass(Span::ms(900));
+    assert_eq!(bench.asked, [], "the picture is stale");
+    bench.reports(Mode::Ready, Span::ms(100));
+    assert_eq!(bench.intents()[0].0.kind, CommandKind::Arm(TrackId(4)));
+}
+
+#[test]
+fn a_step_whose_conditions_never_show_is_given_up() {
+    let mut bench = Bench::new(Policy::default(), vec![step(0, Action::Resume, Mode::HoldSafe)]);
+    bench.reports(Mode::Ready, Span::ms(2200));
+    bench.reports(Mode::HoldSafe, Span::s(1));
+    assert_eq!(bench.asked, []);
+}
+
+#[test]
+fn a_hold_is_never_kept_back() {
+    let hold = Step { when: When::default(), ..step(1000, Action::Hold, Mode::Ready) };
+    let mut bench = Bench::new(Policy::default(), vec![hold]);
+    bench.pass(Span::ms(1001));
+    let (intent, _) = bench.intents()[0].clone();
+    assert_eq!((intent.kind, intent.nonce), (CommandKind::Hold, Nonce(0)));
+}
+
+#[test]
+fn without_an_answer_it_is_shown_so_and_tried_once_more_under_a_new_id() {
+    let mut bench = Bench::new(Policy::default(), vec![step(0, Action::Hold, Mode::Ready)]);
+    bench.reports(Mode::Ready, Span::ms(1100));
+    assert_eq!(bench.console.shown(bench.now).commands[0].life, Life::NotAcknowledged);
+    bench.reports(Mode::Ready, Span::s(6));
+    let ids: Vec<u64> = bench.intents().iter().map(|(intent, _)| intent.id.sequence.0).collect();
+    assert_eq!(ids, [1, 2]);
+    assert!(bench.console.shown(bench.now).commands.iter().all(|command| command.life == Life::NotAcknowledged));
+}
+
+#[test]
+fn a_step_without_a_time_follows_the_one_before() {
+    let enable = step(0, Action::Enable, Mode::Idle);
+    let hold = Step { at_ms: None, ..step(0, Action::Hold, Mode::Idle) };
+    let mut bench = Bench::new(Policy::default(), vec![enable, hold]);
+    bench.reports(Mode::Idle, Span::ms(300));
+    assert_eq!(bench.intents().len(), 1);
+    let (intent, bytes) = bench.intents()[0].clone();
+    bench.staged(intent.id, CommandStage::Staged);
+    let ack = Ack { id: intent.id, intent: Sha256::digest(&bytes).into(), refused: None, mode: Mode::Ready };
+    bench.acknowledged(NodeId::UNIT_A, &ack);
+    bench.reports(Mode::Idle, Span::ms(200));
+    assert_eq!(bench.intents()[1].0.kind, CommandKind::Hold);
+}
+
+#[test]
+fn a_quiet_operator_asks_for_nothing() {
+    let mut bench = Bench::new(Policy::default(), vec![step(500, Action::Hold, Mode::Ready)]);
+    bench.give(&Input::Quiesce);
+    bench.reports(Mode::Ready, Span::s(2));
+    assert_eq!(bench.asked, []);
+    bench.give(&Input::Finish);
+    assert!(matches!(bench.events.last(), Some((_, Event::Signed { .. }))));
+}
+
+#[test]
+fn a_configuration_is_read_back_from_json_and_an_unknown_key_is_refused() {
+    let json = r#"{"units": ["unit-a"], "operator": "operator-1", "operator_secret": SECRET, "text": false,
+        "script": [{"unit": "unit-a", "when": {"mode": "READY"}, "do": {"arm": "vehicle"}, "within_ms": 9}]}"#;
+    let json = json.replace("SECRET", &format!("{:?}", [1u8; 32]));
+    let config: ConsoleConfig = serde_json::from_str(&json).unwrap();
+    assert_eq!(config.script[0].action, Action::Arm(Class::Vehicle));
+    assert!(serde_json::from_str::<ConsoleConfig>(&json.replace("within_ms", "within")).is_err());
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// Whatever the gateway and the unit answer, in whatever order: no id is asked for or confirmed twice, and no step
+    /// is tried more than twice.
+    #[test]
+    fn nothing_is_sent_twice(answers in prop::collection::vec((0usize..4, 0u8..7, 0u64..700), 1..40)) {
+        let script = vec![step(0, Action::Enable, Mode::Idle), step(300, Action::Hold, Mode::Idle)];
+        let mut bench = Bench::new(Policy::default(), script);
+        for (which, answer, gap) in answers {
+            let report = bench.next(Mode::Idle);
+            bench.heard(&report, Span::ms(10));
+            let intents = bench.intents();
+            if let Some((intent, bytes)) = intents.get(which) {
+                let hash = Sha256::digest(bytes).into();
+                let refused = [None, Some(Reason::Interlock), Some(Reason::Duplicate)];
+                match answer {
+                    0 => bench.staged(intent.id, CommandStage::Staged),
+                    1 => bench.staged(intent.id, CommandStage::Sent),
+                    2 => bench.staged(intent.id, CommandStage::Refused),
+                    3 => bench.staged(intent.id, CommandStage::Expired),
+                    n => {
+                        let refused = refused[usize::from(n) - 4];
+                        bench.acknowledged(NodeId::UNIT_A, &Ack { id: intent.id, intent: hash, refused, mode: Mode::Idle });
+                    }
+                }
+            }
+            bench.pass(Span::ms(gap));
+        }
+        let (mut staged, mut released) = (BTreeSet::new(), BTreeSet::new());
+        for asked in &bench.asked {
+            match asked {
+                Asked::Stage(intent, _) => prop_assert!(staged.insert(intent.id), "{} staged twice", intent.id),
+                Asked::Release(c) => prop_assert!(released.insert(c.id), "{} released twice", c.id),
+            }
+        }
+        prop_assert!(staged.len() <= 4);
+        prop_assert!(bench.console.deadline().is_some());
+    }
+}
