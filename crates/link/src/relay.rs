@@ -116,8 +116,8 @@ impl DatagramRelay {
     pub fn emit(&self, side: Side, bytes: &[u8]) {
         let path = self.path.lock().unwrap_or_else(PoisonError::into_inner);
         let sent = match (&*path, side) {
-            (Some(leg), Side::Client) => self.front.try_send_to(bytes, leg.client.socket()).is_ok(),
-            (Some(leg), Side::Server) => leg.back.try_send(bytes).is_ok(),
+            (Some(leg), Side::Client) => sockets::emit(&self.front, Some(leg.client), bytes),
+            (Some(leg), Side::Server) => sockets::emit(&leg.back, None, bytes),
             (None, Side::Client | Side::Server) => false,
         };
         add(if sent { &self.counters.emitted[index(side)] } else { &self.counters.unsent });
@@ -125,7 +125,7 @@ impl DatagramRelay {
 
     /// Emits a datagram towards the server from an address that no session knows. What comes back is not read.
     pub fn emit_stranger(&self, bytes: &[u8]) {
-        let sent = self.stranger.try_send(bytes).is_ok();
+        let sent = sockets::emit(&self.stranger, None, bytes);
         add(if sent { &self.counters.strange } else { &self.counters.unsent });
     }
 

@@ -2,8 +2,10 @@
 
 use std::io;
 use std::net::SocketAddr;
+use std::os::fd::AsRawFd;
 
-use nix::sys::socket::{setsockopt, sockopt};
+use nix::errno::Errno;
+use nix::sys::socket::{MsgFlags, SockaddrStorage, send, sendto, setsockopt, sockopt};
 use tokio::net::UdpSocket;
 
 use crate::loopback::LoopbackAddr;
@@ -30,6 +32,21 @@ fn bound(at: LoopbackAddr) -> io::Result<std::net::UdpSocket> {
     LoopbackAddr::try_from(socket.local_addr()?).map_err(io::Error::other)?;
     setsockopt(&socket, sockopt::RcvBuf, &RECEIVE_BUFFER)?;
     Ok(socket)
+}
+
+/// Sends a datagram at once, to `to` or to the socket's one peer, or not at all. True when the kernel took it.
+///
+/// The runtime would first want to see that the socket is writable, and so lose the first datagram of a new one.
+pub fn emit(socket: &UdpSocket, to: Option<LoopbackAddr>, bytes: &[u8]) -> bool {
+    let attempt = || match to {
+        Some(to) => sendto(socket.as_raw_fd(), bytes, &SockaddrStorage::from(to.socket()), MsgFlags::MSG_DONTWAIT),
+        None => send(socket.as_raw_fd(), bytes, MsgFlags::MSG_DONTWAIT),
+    };
+    match attempt() {
+        // The answer to an earlier datagram that found nobody; this one has not been tried yet.
+        Err(Errno::ECONNREFUSED) => attempt().is_ok(),
+        outcome => outcome.is_ok(),
+    }
 }
 
 /// Datagrams the kernel has dropped on the UDP socket bound at `local`, out of `/proc/net/udp`; `None` when it is not

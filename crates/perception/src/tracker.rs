@@ -12,7 +12,7 @@ use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
 use wire::codec::List;
 use wire::id::{FrameId, TrackId};
-use wire::sensor::{Class, Modalities};
+use wire::sensor::{Class, Modalities, Modality};
 use wire::time::{Instant, Span};
 use wire::track::Track;
 
@@ -23,6 +23,12 @@ use crate::pose::Placement;
 pub const MAX_TRACKS: usize = 16;
 /// A track ends after this long without an update.
 const LIFE: Span = Span::ms(1000);
+/// Frames whose opinions a track shows: the product limit of 300 ms at 10 Hz.
+const OPINIONS: usize = 3;
+/// Of those, how many make a supporting modality: one noisy frame withdraws no support.
+const SUPPORTS: usize = 1;
+/// Of those, how many make a veto: one noisy frame is none.
+const VETOES: usize = 2;
 /// Updates that make a tentative track a track, within the last five frames.
 const CONFIRMATIONS: u32 = 3;
 const CONFIRMATION_FRAMES: u8 = 0b1_1111;
@@ -46,8 +52,8 @@ struct Hypothesis {
     confirmed: bool,
     confidence: u16,
     votes: [u32; 4],
-    supported: Modalities,
-    vetoed: Modalities,
+    /// What supported and what vetoed the track in the newest frames, newest first.
+    opinions: [(Modalities, Modalities); OPINIONS],
     updated: Instant,
     frame: FrameId,
 }
@@ -144,8 +150,7 @@ impl Hypothesis {
             confirmed: false,
             confidence: 0,
             votes: [0; 4],
-            supported: Modalities::default(),
-            vetoed: Modalities::default(),
+            opinions: Default::default(),
             updated: stamp,
             frame,
         };
@@ -162,7 +167,7 @@ impl Hypothesis {
     }
 
     fn learn(&mut self, sighting: &Sighting) {
-        (self.supported, self.vetoed) = (sighting.supported, sighting.vetoed);
+        self.hear(sighting.supported, sighting.vetoed);
         self.history <<= 1;
         if !sighting.stands() {
             self.confidence -= self.confidence / 8;
@@ -178,7 +183,19 @@ impl Hypothesis {
         self.votes[sighting.class as usize] += u32::from(sighting.score);
     }
 
+    fn hear(&mut self, supported: Modalities, vetoed: Modalities) {
+        self.opinions.rotate_right(1);
+        self.opinions[0] = (supported, vetoed);
+    }
+
+    /// The modalities that at least `least` of the newest opinions hold.
+    fn held(&self, least: usize, side: impl Fn(&(Modalities, Modalities)) -> Modalities) -> Modalities {
+        let holds = |m: &Modality| self.opinions.iter().filter(|o| side(o).has(*m)).count() >= least;
+        Modality::ALL.into_iter().filter(holds).fold(Modalities::default(), Modalities::with)
+    }
+
     fn miss(&mut self) {
+        self.hear(Modalities::default(), Modalities::default());
         self.history <<= 1;
         self.confidence -= self.confidence / 24;
     }
@@ -220,8 +237,8 @@ impl Hypothesis {
             vy_mm_s: millimetres(state[3]),
             sigma_mm: (variance.max(0.0).sqrt() * 1000.0).min(65_535.0) as u16,
             confidence: self.confidence,
-            supported: self.supported,
-            vetoed: self.vetoed,
+            supported: self.held(SUPPORTS, |o| o.0),
+            vetoed: self.held(VETOES, |o| o.1),
             updated: self.updated,
             frame: self.frame,
         }

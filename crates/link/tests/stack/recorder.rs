@@ -4,10 +4,13 @@ use std::io::{BufRead, BufReader, Write};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
+use link::bus::Domain;
+use link::bus::sweep::sweep;
 use link::clock::{HostClock, trace_us};
 use link::instrument::{Frame, Instrument};
 use link::mouth::{Entry, Reader};
-use link::spec::{Control, ORPHANED, RecorderSpec, ServiceSpec};
+use link::spec::{BusSpec, ChannelSpec, Control, ORPHANED, RecorderSpec, ServiceSpec};
+use tokio::sync::mpsc;
 use wire::audit::{Entry as AuditEntry, Journal};
 use wire::core::{Input, Output, Topic};
 use wire::event::Event;
@@ -21,14 +24,22 @@ struct Running {
 }
 
 fn start(directory: &Path) -> Running {
+    launch(spec(directory, Boot(1)))
+}
+
+fn spec(directory: &Path, boot: Boot) -> ServiceSpec {
     let clock = HostClock { zero_us: 1_000, drift_ppm: 0 };
-    let mut spec = ServiceSpec::new(NodeId::RECORDER, Boot(1), 1, clock, directory.to_owned());
+    let mut spec = ServiceSpec::new(NodeId::RECORDER, boot, 1, clock, directory.to_owned());
     spec.recorder = Some(RecorderSpec { socket: directory.join("audit"), directory: directory.join("record") });
     spec.config = serde_json::json!({
-        "boot": 1,
+        "boot": boot,
         "secret": vec![7; 32],
         "channels": [{ "topic": Topic::Seals, "producer": NodeId::RECORDER, "key": vec![9; 32] }],
     });
+    spec
+}
+
+fn launch(spec: ServiceSpec) -> Running {
     let mut child = Command::new(env!("CARGO_BIN_EXE_holdsafe-recorder"))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
@@ -93,4 +104,26 @@ fn the_end_of_the_pipe_ends_the_process() {
     let mut running = start(directory.path());
     drop(running.child.stdin.take());
     assert_eq!(running.child.wait().unwrap().code(), Some(ORPHANED));
+}
+
+#[test]
+fn the_successor_of_a_killed_recorder_is_heard_by_those_who_heard_it() {
+    let directory = tempfile::tempdir().unwrap();
+    let (root, prefix) = (directory.path().join("bus"), format!("hs_t{}_killed_", std::process::id()));
+    let (tx, mut inbox) = mpsc::channel(64);
+    let domain = Domain::new(&root, &prefix).unwrap();
+    let reader = domain.subscribe("vehicle", Topic::Seals, tx).unwrap();
+    for boot in 1..=3 {
+        let mut spec = spec(directory.path(), Boot(boot));
+        let publish = vec![ChannelSpec { scope: "vehicle".into(), topic: Topic::Seals }];
+        spec.bus.push(BusSpec { root: root.clone(), prefix: prefix.clone(), subscribe: Vec::new(), publish });
+        let mut running = launch(spec);
+        assert!(matches!(inbox.blocking_recv(), Some(Input::Bus { topic: Topic::Seals, .. })));
+        running.child.kill().unwrap();
+        running.child.wait().unwrap();
+        while inbox.try_recv().is_ok() {}
+    }
+    drop(reader);
+    sweep(&prefix, &root).unwrap();
+    assert_eq!(sweep(&prefix, &root).unwrap(), 0);
 }
