@@ -20,41 +20,41 @@ use tokio_rustls::client::TlsStream;
 use wire::id::PeerId;
 
 /// The authority of a test run.
-pub struct RunPki {
+pub(crate) struct RunPki {
     authority: Authority,
 }
 
 impl RunPki {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         crypto::init();
         Self { authority: Authority::new().expect("an authority can be made") }
     }
 
     /// The broker's own credential.
-    pub fn broker(&self) -> Credential {
+    pub(crate) fn broker(&self) -> Credential {
         self.issue("broker", Role::Listens)
     }
 
     /// What `peer` dials with.
-    pub fn tls(&self, peer: PeerId) -> ClientConfig {
+    pub(crate) fn tls(&self, peer: PeerId) -> ClientConfig {
         self.tls_trusting(peer, self)
     }
 
     /// A certificate of this authority, shown to a server of another.
-    pub fn tls_trusting(&self, peer: PeerId, other: &RunPki) -> ClientConfig {
+    pub(crate) fn tls_trusting(&self, peer: PeerId, other: &RunPki) -> ClientConfig {
         with_certificate(other.trust(&TLS13), &self.issue(peer.name(), Role::Dials))
     }
 
-    pub fn tls_1_2(&self, peer: PeerId) -> ClientConfig {
+    pub(crate) fn tls_1_2(&self, peer: PeerId) -> ClientConfig {
         with_certificate(self.trust(&TLS12), &self.issue(peer.name(), Role::Dials))
     }
 
-    pub fn tls_without_certificate(&self) -> ClientConfig {
+    pub(crate) fn tls_without_certificate(&self) -> ClientConfig {
         self.trust(&TLS13).with_no_client_auth()
     }
 
     /// A client of the broker at `at` under its own name.
-    pub async fn connect(&self, at: LoopbackAddr, peer: PeerId) -> Client {
+    pub(crate) async fn connect(&self, at: LoopbackAddr, peer: PeerId) -> Client {
         Client::open(at, peer.name(), self.tls(peer), None).await.expect("admitted")
     }
 
@@ -78,7 +78,7 @@ fn with_certificate(builder: ConfigBuilder<ClientConfig, WantsClientCert>, own: 
 
 /// A connected MQTT client. Dropping it drops the connection.
 #[derive(Debug)]
-pub struct Client {
+pub(crate) struct Client {
     client: AsyncClient,
     inbox: mpsc::Receiver<(String, Vec<u8>)>,
     task: tokio::task::JoinHandle<()>,
@@ -92,7 +92,7 @@ impl Drop for Client {
 
 impl Client {
     /// Connects, or says what CONNACK said; `None` when it did not come to a CONNACK.
-    pub async fn open(
+    pub(crate) async fn open(
         at: LoopbackAddr,
         client_id: &str,
         tls: ClientConfig,
@@ -118,7 +118,7 @@ impl Client {
     }
 
     /// Publishes at QoS 1 and waits for PUBACK.
-    pub async fn publish(&self, topic: &str, payload: &[u8]) -> Result<(), PublishNoticeError> {
+    pub(crate) async fn publish(&self, topic: &str, payload: &[u8]) -> Result<(), PublishNoticeError> {
         let options = PublishOptions::new(QoS::AtLeastOnce);
         let sent = self.client.publish_tracked(topic, payload.to_vec(), options).await;
         match sent {
@@ -128,13 +128,13 @@ impl Client {
     }
 
     /// Publishes at QoS 0, which has no answer.
-    pub async fn publish_unacknowledged(&self, topic: &str, payload: &[u8]) {
+    pub(crate) async fn publish_unacknowledged(&self, topic: &str, payload: &[u8]) {
         let options = PublishOptions::new(QoS::AtMostOnce);
         self.client.publish(topic, payload.to_vec(), options).await.expect("queued");
     }
 
     /// Subscribes and waits for SUBACK.
-    pub async fn subscribe(&self, filter: &str) -> Result<(), SubscribeNoticeError> {
+    pub(crate) async fn subscribe(&self, filter: &str) -> Result<(), SubscribeNoticeError> {
         let sent = self.client.subscribe_tracked(filter, QoS::AtLeastOnce).await;
         match sent {
             Ok(notice) => notice.wait_completion_async().await,
@@ -143,11 +143,11 @@ impl Client {
     }
 
     /// The next publication that arrived.
-    pub async fn received(&mut self) -> (String, Vec<u8>) {
+    pub(crate) async fn received(&mut self) -> (String, Vec<u8>) {
         self.inbox.recv().await.expect("the session stands")
     }
 
-    pub fn inbox_is_empty(&self) -> bool {
+    pub(crate) fn inbox_is_empty(&self) -> bool {
         self.inbox.is_empty()
     }
 }
@@ -171,10 +171,7 @@ async fn run(
             }
             Ok(_) => {}
             Err(error) => {
-                let code = match error {
-                    ConnectionError::ConnectionRefused(code) => Some(code),
-                    _ => None,
-                };
+                let code = if let ConnectionError::ConnectionRefused(code) = error { Some(code) } else { None };
                 let _ = connected.take().map(|connected| connected.send(Err(code)));
                 return;
             }
@@ -183,7 +180,7 @@ async fn run(
 }
 
 /// A TLS connection on which nothing has been said.
-pub async fn raw_tls(at: LoopbackAddr, tls: ClientConfig) -> TlsStream<TcpStream> {
+pub(crate) async fn raw_tls(at: LoopbackAddr, tls: ClientConfig) -> TlsStream<TcpStream> {
     let name = dns_name(PeerId::from_name("broker").expect("a name of the closed set"));
     let stream = TcpStream::connect(at.socket()).await.expect("accepted");
     let name = ServerName::try_from(name).expect("a host name");
@@ -191,7 +188,7 @@ pub async fn raw_tls(at: LoopbackAddr, tls: ClientConfig) -> TlsStream<TcpStream
 }
 
 /// CONNECT with a clean start, no properties and no will, at a protocol level below 5.
-pub fn open_session_bytes(level: u8, client_id: &str) -> Vec<u8> {
+pub(crate) fn open_session_bytes(level: u8, client_id: &str) -> Vec<u8> {
     let mut body = vec![0, 4, b'M', b'Q', b'T', b'T', level, 0b10, 0, 60];
     body.extend((client_id.len() as u16).to_be_bytes());
     body.extend(client_id.as_bytes());
