@@ -34,9 +34,10 @@ pub(crate) fn turn(core: &mut dyn Core, now: Instant, input: &Input, said: &mut 
     core.handle(now, input);
     let mut out = Vec::new();
     while let Some(output) = core.output() {
-        match output {
-            Output::Audit { bytes } => said.push(Entry::decode(&bytes).unwrap().event),
-            other => out.push(other),
+        if let Output::Audit { bytes } = output {
+            said.push(Entry::decode(&bytes).unwrap().event);
+        } else {
+            out.push(output);
         }
     }
     out
@@ -49,9 +50,8 @@ pub(crate) fn times(said: &[Event], wanted: Action) -> usize {
 
 /// What the closing account says.
 pub(crate) fn counted(said: &[Event], wanted: Account) -> u64 {
-    let count = |event: &Event| match event {
-        Event::Count { account, n } if *account == wanted => Some(*n),
-        _ => None,
+    let count = |event: &Event| {
+        if let Event::Count { account, n } = event { (*account == wanted).then_some(*n) } else { None }
     };
     said.iter().find_map(count).unwrap_or(0)
 }

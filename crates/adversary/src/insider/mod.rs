@@ -9,6 +9,7 @@ mod flaw;
 mod teammate;
 #[cfg(test)]
 mod tests;
+mod voice;
 
 pub use command::InsiderCommand;
 pub use teammate::InsiderTeammate;

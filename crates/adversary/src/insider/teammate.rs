@@ -12,29 +12,24 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
 use wire::audit::Journal;
 use wire::bounds::Bounds;
-use wire::codec;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::{Account, Action, Event, wire_hash};
 use wire::hop::HopBody;
-use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId, WorldId};
-use wire::mode::{Cause, Guards, Mode};
-use wire::report::{MAX_REPORT, Report};
-use wire::sensor::{Pose, ProductMode};
+use wire::id::{Boot, Nonce, PeerId, SessionId, WorldId};
 use wire::setup::Setup;
-use wire::sign::{Key, Purpose, Signed};
+use wire::sign::Purpose;
 use wire::time::{Instant, Span};
 
 use super::end::End;
 use super::flaw;
-use crate::plan::{Flaw, Form, InsiderTeammateConfig, Place, PlanError};
+use super::voice::Voice;
+use crate::plan::{Flaw, InsiderTeammateConfig, PlanError};
 use crate::schedule::{Steps, stream};
 
 /// Most sessions at once: one up to the gateway, one down to C, and as many again while they change over.
 const MAX_SESSIONS: usize = 4;
 /// Most reports of C held for their lag; what comes beyond is passed over.
 const MAX_WAITING: usize = 1024;
-/// Age of the claimed localisation in B's own reports.
-const POSE_AGE: Span = Span::ms(20);
 
 /// See the module.
 #[derive(Debug)]
@@ -43,11 +38,9 @@ pub struct InsiderTeammate {
     config: InsiderTeammateConfig,
     boot: Boot,
     bounds: Bounds,
-    key: Key,
+    voice: Voice,
     rng: ChaCha8Rng,
     ends: BTreeMap<SessionId, End>,
-    /// Sequence of what says B.
-    sequence: Sequence,
     waiting: VecDeque<(Instant, Vec<u8>)>,
     runs: Vec<Run>,
     next_report: Instant,
@@ -82,10 +75,9 @@ impl InsiderTeammate {
             origin: now,
             boot: setup.boot,
             bounds: setup.bounds,
-            key: setup.key(),
+            voice: Voice::new(setup.key(), setup.boot, config.place, now),
             rng: stream(setup.seed, 0),
             ends: BTreeMap::new(),
-            sequence: Sequence(0),
             waiting: VecDeque::new(),
             runs: runs.collect(),
             config,
@@ -108,10 +100,9 @@ impl InsiderTeammate {
             config: self.config.clone(),
             boot: self.boot,
             bounds: self.bounds,
-            key: self.key.fork(),
+            voice: self.voice.fork(),
             rng: self.rng.clone(),
             ends: self.ends.clone(),
-            sequence: self.sequence,
             waiting: self.waiting.clone(),
             runs: self.runs.clone(),
             next_report: self.next_report,
@@ -169,7 +160,7 @@ impl InsiderTeammate {
         while self.waiting.front().is_some_and(|(due, _)| *due <= now) {
             let Some((_, theirs)) = self.waiting.pop_front() else { break };
             let Some(forward) = self.config.forward else { continue };
-            let Some(report) = self.in_form(now, forward.form, &theirs) else { continue };
+            let Some(report) = self.voice.in_form(now, forward.form, &theirs) else { continue };
             let length = u16::try_from(report.len()).unwrap_or(u16::MAX);
             let hash = wire_hash(&report);
             for session in self.sessions(PeerId::GATEWAY) {
@@ -181,57 +172,6 @@ impl InsiderTeammate {
         }
     }
 
-    /// C's signed report in the form in which it is forwarded; `None` when it is unreadable.
-    fn in_form(&mut self, now: Instant, form: Form, theirs: &[u8]) -> Option<Vec<u8>> {
-        match form {
-            Form::Verbatim => Some(theirs.to_vec()),
-            Form::Relabelled => {
-                let payload = self.as_ours(now, theirs)?;
-                Some(under_signature(&payload, theirs.last_chunk::<64>()?))
-            }
-            Form::ReSigned => {
-                let payload = self.as_ours(now, theirs)?;
-                Some(self.key.sign(Purpose::Report, &payload))
-            }
-        }
-    }
-
-    /// The content of C's report under B's name, boot, sequence and stamp.
-    fn as_ours(&mut self, now: Instant, theirs: &[u8]) -> Option<Vec<u8>> {
-        let signed = Signed::parse(theirs, MAX_REPORT).ok()?;
-        let mut report: Report = codec::decode(signed.payload, MAX_REPORT).ok()?;
-        self.sequence = self.sequence.next();
-        report.origin = NodeId::UNIT_B;
-        report.boot = self.boot;
-        report.sequence = self.sequence;
-        report.stamp = now.stamp();
-        Some(codec::encode(&report))
-    }
-
-    /// B's own report.
-    fn own(&mut self, now: Instant) -> Vec<u8> {
-        self.sequence = self.sequence.next();
-        let report = Report {
-            origin: NodeId::UNIT_B,
-            boot: self.boot,
-            sequence: self.sequence,
-            stamp: now.stamp(),
-            product: ProductMode::Live,
-            mode: Mode::Ready,
-            cause: Cause::Operator,
-            failing: Guards::default(),
-            pose: pose(&self.config.place, now.since(self.origin)),
-            speed_mm_s: speed(&self.config.place),
-            pose_age: POSE_AGE,
-            authority: None,
-            command_nonce: Nonce(self.rng.next_u64()),
-            last_command: None,
-            progress: 0,
-            tracks: codec::List::default(),
-        };
-        codec::encode(&report)
-    }
-
     /// One period of telemetry up to the gateway.
     fn report(&mut self, now: Instant) {
         let keeps = self.config.forward.is_none_or(|forward| forward.own_reports);
@@ -241,8 +181,8 @@ impl InsiderTeammate {
         }
         let up = self.sessions(PeerId::GATEWAY);
         if own && !up.is_empty() {
-            let report = self.own(now);
-            let signed = self.key.sign(Purpose::Report, &report);
+            let report = self.voice.own(now, Nonce(self.rng.next_u64()));
+            let signed = self.voice.key.sign(Purpose::Report, &report);
             up.into_iter().for_each(|session| self.say(now, session, HopBody::Report(signed.as_slice().into())));
         }
     }
@@ -263,10 +203,10 @@ impl InsiderTeammate {
                 let run = &mut self.runs[i];
                 let flaw = run.flaws[run.taken % run.flaws.len()];
                 run.taken += 1;
-                let report = self.own(now);
+                let report = self.voice.own(now, Nonce(self.rng.next_u64()));
                 for session in self.sessions(PeerId::GATEWAY) {
                     let Some(end) = self.ends.get_mut(&session) else { continue };
-                    let bytes = flaw::record(flaw, now, end, &self.key, &report, &mut self.rng);
+                    let bytes = flaw::record(flaw, now, end, &self.voice.key, &report, &mut self.rng);
                     let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
                     let (hash, delay) = (wire_hash(&bytes), Span::ZERO);
                     let event = Event::Attack { action: Action::Inject, side: Side::Server, length, hash, delay };
@@ -325,38 +265,6 @@ fn next(tick: Instant, period_ms: u64, now: Instant) -> Instant {
     let period = Span::ms(period_ms.max(1));
     let missed = now.since(tick).0 / period.0;
     tick + Span(period.0 * (missed + 1))
-}
-
-/// Where B claims to be after `elapsed`.
-fn pose(place: &Place, elapsed: Span) -> Pose {
-    let along = |from: i32, per_s: i32| {
-        let at = i64::from(from) + i64::from(per_s) * (elapsed.0 / 1000) as i64 / 1000;
-        at.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
-    };
-    let yaw = libm::atan2(f64::from(place.vy_mm_s), f64::from(place.vx_mm_s));
-    Pose {
-        x_mm: along(place.x_mm, place.vx_mm_s),
-        y_mm: along(place.y_mm, place.vy_mm_s),
-        yaw_mrad: (yaw * 1000.0) as i16,
-    }
-}
-
-fn speed(place: &Place) -> i32 {
-    libm::hypot(f64::from(place.vx_mm_s), f64::from(place.vy_mm_s)) as i32
-}
-
-/// A COSE_Sign1 of the one profile (`wire::sign`) with a signature that was made over something else.
-fn under_signature(payload: &[u8], signature: &[u8; 64]) -> Vec<u8> {
-    let mut encoder = minicbor::Encoder::new(Vec::with_capacity(payload.len() + 80));
-    let written = encoder
-        .array(4)
-        .and_then(|e| e.bytes(&[0xa1, 0x01, 0x27]))
-        .and_then(|e| e.map(0))
-        .and_then(|e| e.bytes(payload))
-        .and_then(|e| e.bytes(signature))
-        .map(|_| ());
-    debug_assert!(written.is_ok(), "writing to a Vec cannot fail");
-    encoder.into_writer()
 }
 
 impl Core for InsiderTeammate {

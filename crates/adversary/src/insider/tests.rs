@@ -256,9 +256,8 @@ fn body(bytes: &[u8], judge: impl Fn(HopBody<'_>) -> bool) -> bool {
 }
 
 fn records(out: Vec<Output>, of: SessionId) -> Vec<Vec<u8>> {
-    let bytes = |output| match output {
-        Output::Record { session, bytes } if session == of => Some(bytes),
-        _ => None,
+    let bytes = |output| {
+        if let Output::Record { session, bytes } = output { (session == of).then_some(bytes) } else { None }
     };
     out.into_iter().filter_map(bytes).collect()
 }

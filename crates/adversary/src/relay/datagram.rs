@@ -7,7 +7,6 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use rand_chacha::ChaCha8Rng;
 use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::{Action, Event};
@@ -15,9 +14,10 @@ use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
+use super::passing::{Actor, Passing};
 use super::{Tally, attack, forge};
-use crate::plan::{DatagramAction, DatagramRelayConfig, MAX_HOLD_MS, PlanError, Timed};
-use crate::schedule::{Steps, below, chance, stream};
+use crate::plan::{DatagramAction, DatagramRelayConfig, PlanError, Timed};
+use crate::schedule::{Steps, stream};
 
 /// Most datagrams held at once; what comes beyond is dropped and counted.
 const MAX_HELD: usize = 4096;
@@ -46,26 +46,6 @@ pub struct DatagramRelay {
 struct Datagram {
     towards: Side,
     bytes: Arc<[u8]>,
-}
-
-/// The changing part of one action.
-#[derive(Clone, Debug)]
-struct Actor {
-    rng: ChaCha8Rng,
-    /// State of the burst-loss chain towards each side.
-    bad: [bool; 2],
-    /// What the relay sends by itself.
-    steps: Option<Steps>,
-}
-
-/// A datagram on its way through the open actions.
-struct Passing {
-    bytes: Vec<u8>,
-    hold: Span,
-    copies: u32,
-    every: Span,
-    /// What was done, with the delay that it brought.
-    done: Vec<(Action, Span)>,
 }
 
 impl DatagramRelay {
@@ -291,66 +271,6 @@ impl DatagramRelay {
         }
         self.tally.write(now, &mut self.journal, &mut self.out);
         self.journal.sign(now, &mut self.out);
-    }
-}
-
-impl Passing {
-    fn new(bytes: &[u8]) -> Self {
-        Self { bytes: bytes.to_vec(), hold: Span::ZERO, copies: 0, every: Span::ZERO, done: Vec::new() }
-    }
-
-    fn hold(&mut self, action: Action, by: Span) {
-        if by > Span::ZERO {
-            self.hold = self.hold + by;
-            self.done.push((action, by));
-        }
-    }
-}
-
-impl Actor {
-    /// Applies an open action to a datagram towards `towards`; false when it is lost.
-    fn apply(
-        &mut self,
-        action: &DatagramAction,
-        towards: Side,
-        since: Span,
-        before: &[u8],
-        passing: &mut Passing,
-    ) -> bool {
-        match *action {
-            DatagramAction::Delay { ms, growth_ms_per_s } => {
-                let by = Span(ms * 1000 + since.0.saturating_mul(growth_ms_per_s) / 1000);
-                passing.hold(Action::Delay, by.min(Span::ms(MAX_HOLD_MS)));
-            }
-            DatagramAction::Jitter { ms } => {
-                passing.hold(Action::Delay, Span(below(&mut self.rng, ms * 1000 + 1)));
-            }
-            DatagramAction::Loss { permille } => return !chance(&mut self.rng, permille),
-            DatagramAction::BurstLoss { enter_permille, leave_permille, loss_permille } => {
-                let bad = &mut self.bad[towards as usize];
-                let turn = if *bad { leave_permille } else { enter_permille };
-                *bad ^= chance(&mut self.rng, turn);
-                return !(*bad && chance(&mut self.rng, loss_permille));
-            }
-            DatagramAction::Duplicate { copies, every_ms, permille } => {
-                if chance(&mut self.rng, permille) {
-                    (passing.copies, passing.every) = (passing.copies + copies, Span::ms(every_ms));
-                }
-            }
-            DatagramAction::Reorder { permille, hold_ms } => {
-                if chance(&mut self.rng, permille) {
-                    passing.hold(Action::Reorder, Span::ms(hold_ms));
-                }
-            }
-            DatagramAction::Corrupt { permille, damage } => {
-                if chance(&mut self.rng, permille) {
-                    passing.bytes = forge::damage(damage, &passing.bytes, before, &mut self.rng);
-                    passing.done.push((Action::Corrupt, Span::ZERO));
-                }
-            }
-            DatagramAction::Replay { .. } | DatagramAction::Reoriginate { .. } | DatagramAction::Inject { .. } => {}
-        }
-        true
     }
 }
 

@@ -1,10 +1,12 @@
 //! Relays: in a path between two services that do not know of them, and without any key.
 //!
-//! `datagram` stands in the telemetry path, `stream` in the command path, `forge` makes and damages bytes. Both keep
+//! `datagram` stands in the telemetry path, `stream` in the command path, `passing` does to one datagram what
+//! the plan says, `forge` makes and damages bytes. Both keep
 //! an account that balances at every instant: in + added = out + dropped + held, for each direction.
 
 mod datagram;
 mod forge;
+mod passing;
 mod stream;
 #[cfg(test)]
 mod tests;

@@ -1,0 +1,121 @@
+//! What says B: B's own reports, and C's in the form in which the insider forwards them.
+//!
+//! All of it shares B's one sequence and B's key. When something is said, and to whom, is left to `teammate`.
+
+use wire::codec;
+use wire::id::{Boot, NodeId, Nonce, Sequence};
+use wire::mode::{Cause, Guards, Mode};
+use wire::report::{MAX_REPORT, Report};
+use wire::sensor::{Pose, ProductMode};
+use wire::sign::{Key, Purpose, Signed};
+use wire::time::{Instant, Span};
+
+use crate::plan::{Form, Place};
+
+/// Age of the claimed localisation in B's own reports.
+const POSE_AGE: Span = Span::ms(20);
+
+/// See the module.
+#[derive(Debug)]
+pub(super) struct Voice {
+    pub(super) key: Key,
+    origin: Instant,
+    place: Place,
+    boot: Boot,
+    sequence: Sequence,
+}
+
+impl Voice {
+    /// B's voice under `key`, standing at `place` at `now`.
+    pub(super) fn new(key: Key, boot: Boot, place: Place, now: Instant) -> Self {
+        Self { key, origin: now, place, boot, sequence: Sequence(0) }
+    }
+
+    /// The same voice in a forked world.
+    pub(super) fn fork(&self) -> Self {
+        Self { key: self.key.fork(), origin: self.origin, place: self.place, boot: self.boot, sequence: self.sequence }
+    }
+
+    /// C's signed report in the form in which it is forwarded; `None` when it is unreadable.
+    pub(super) fn in_form(&mut self, now: Instant, form: Form, theirs: &[u8]) -> Option<Vec<u8>> {
+        match form {
+            Form::Verbatim => Some(theirs.to_vec()),
+            Form::Relabelled => {
+                let payload = self.as_ours(now, theirs)?;
+                Some(under_signature(&payload, theirs.last_chunk::<64>()?))
+            }
+            Form::ReSigned => {
+                let payload = self.as_ours(now, theirs)?;
+                Some(self.key.sign(Purpose::Report, &payload))
+            }
+        }
+    }
+
+    /// The content of C's report under B's name, boot, sequence and stamp.
+    fn as_ours(&mut self, now: Instant, theirs: &[u8]) -> Option<Vec<u8>> {
+        let signed = Signed::parse(theirs, MAX_REPORT).ok()?;
+        let mut report: Report = codec::decode(signed.payload, MAX_REPORT).ok()?;
+        self.sequence = self.sequence.next();
+        report.origin = NodeId::UNIT_B;
+        report.boot = self.boot;
+        report.sequence = self.sequence;
+        report.stamp = now.stamp();
+        Some(codec::encode(&report))
+    }
+
+    /// B's own report.
+    pub(super) fn own(&mut self, now: Instant, nonce: Nonce) -> Vec<u8> {
+        self.sequence = self.sequence.next();
+        let report = Report {
+            origin: NodeId::UNIT_B,
+            boot: self.boot,
+            sequence: self.sequence,
+            stamp: now.stamp(),
+            product: ProductMode::Live,
+            mode: Mode::Ready,
+            cause: Cause::Operator,
+            failing: Guards::default(),
+            pose: pose(&self.place, now.since(self.origin)),
+            speed_mm_s: speed(&self.place),
+            pose_age: POSE_AGE,
+            authority: None,
+            command_nonce: nonce,
+            last_command: None,
+            progress: 0,
+            tracks: codec::List::default(),
+        };
+        codec::encode(&report)
+    }
+}
+
+/// Where B claims to be after `elapsed`.
+fn pose(place: &Place, elapsed: Span) -> Pose {
+    let along = |from: i32, per_s: i32| {
+        let at = i64::from(from) + i64::from(per_s) * (elapsed.0 / 1000) as i64 / 1000;
+        at.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
+    };
+    let yaw = libm::atan2(f64::from(place.vy_mm_s), f64::from(place.vx_mm_s));
+    Pose {
+        x_mm: along(place.x_mm, place.vx_mm_s),
+        y_mm: along(place.y_mm, place.vy_mm_s),
+        yaw_mrad: (yaw * 1000.0) as i16,
+    }
+}
+
+fn speed(place: &Place) -> i32 {
+    libm::hypot(f64::from(place.vx_mm_s), f64::from(place.vy_mm_s)) as i32
+}
+
+/// A COSE_Sign1 of the one profile (`wire::sign`) with a signature that was made over something else.
+fn under_signature(payload: &[u8], signature: &[u8; 64]) -> Vec<u8> {
+    let mut encoder = minicbor::Encoder::new(Vec::with_capacity(payload.len() + 80));
+    let written = encoder
+        .array(4)
+        .and_then(|e| e.bytes(&[0xa1, 0x01, 0x27]))
+        .and_then(|e| e.map(0))
+        .and_then(|e| e.bytes(payload))
+        .and_then(|e| e.bytes(signature))
+        .map(|_| ());
+    debug_assert!(written.is_ok(), "writing to a Vec cannot fail");
+    encoder.into_writer()
+}

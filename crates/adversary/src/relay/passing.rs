@@ -1,0 +1,91 @@
+//! What the open actions of a plan do to one datagram on its way through the relay: lose it, change it, hold it, copy
+//! it. When and whether it is sent is left to `datagram`.
+
+use rand_chacha::ChaCha8Rng;
+use wire::core::Side;
+use wire::event::Action;
+use wire::time::Span;
+
+use super::forge;
+use crate::plan::{DatagramAction, MAX_HOLD_MS};
+use crate::schedule::{Steps, below, chance};
+
+/// The changing part of one action.
+#[derive(Clone, Debug)]
+pub(super) struct Actor {
+    pub(super) rng: ChaCha8Rng,
+    /// State of the burst-loss chain towards each side.
+    pub(super) bad: [bool; 2],
+    /// What the relay sends by itself.
+    pub(super) steps: Option<Steps>,
+}
+
+/// A datagram on its way through the open actions.
+pub(super) struct Passing {
+    pub(super) bytes: Vec<u8>,
+    pub(super) hold: Span,
+    pub(super) copies: u32,
+    pub(super) every: Span,
+    /// What was done, with the delay that it brought.
+    pub(super) done: Vec<(Action, Span)>,
+}
+
+impl Passing {
+    pub(super) fn new(bytes: &[u8]) -> Self {
+        Self { bytes: bytes.to_vec(), hold: Span::ZERO, copies: 0, every: Span::ZERO, done: Vec::new() }
+    }
+
+    fn hold(&mut self, action: Action, by: Span) {
+        if by > Span::ZERO {
+            self.hold = self.hold + by;
+            self.done.push((action, by));
+        }
+    }
+}
+
+impl Actor {
+    /// Applies an open action to a datagram towards `towards`; false when it is lost.
+    pub(super) fn apply(
+        &mut self,
+        action: &DatagramAction,
+        towards: Side,
+        since: Span,
+        before: &[u8],
+        passing: &mut Passing,
+    ) -> bool {
+        match *action {
+            DatagramAction::Delay { ms, growth_ms_per_s } => {
+                let by = Span(ms * 1000 + since.0.saturating_mul(growth_ms_per_s) / 1000);
+                passing.hold(Action::Delay, by.min(Span::ms(MAX_HOLD_MS)));
+            }
+            DatagramAction::Jitter { ms } => {
+                passing.hold(Action::Delay, Span(below(&mut self.rng, ms * 1000 + 1)));
+            }
+            DatagramAction::Loss { permille } => return !chance(&mut self.rng, permille),
+            DatagramAction::BurstLoss { enter_permille, leave_permille, loss_permille } => {
+                let bad = &mut self.bad[towards as usize];
+                let turn = if *bad { leave_permille } else { enter_permille };
+                *bad ^= chance(&mut self.rng, turn);
+                return !(*bad && chance(&mut self.rng, loss_permille));
+            }
+            DatagramAction::Duplicate { copies, every_ms, permille } => {
+                if chance(&mut self.rng, permille) {
+                    (passing.copies, passing.every) = (passing.copies + copies, Span::ms(every_ms));
+                }
+            }
+            DatagramAction::Reorder { permille, hold_ms } => {
+                if chance(&mut self.rng, permille) {
+                    passing.hold(Action::Reorder, Span::ms(hold_ms));
+                }
+            }
+            DatagramAction::Corrupt { permille, damage } => {
+                if chance(&mut self.rng, permille) {
+                    passing.bytes = forge::damage(damage, &passing.bytes, before, &mut self.rng);
+                    passing.done.push((Action::Corrupt, Span::ZERO));
+                }
+            }
+            DatagramAction::Replay { .. } | DatagramAction::Reoriginate { .. } | DatagramAction::Inject { .. } => {}
+        }
+        true
+    }
+}
