@@ -8,6 +8,7 @@ pub mod age;
 pub mod display;
 pub mod intake;
 pub mod intent;
+pub mod life;
 pub mod model;
 pub mod operator;
 pub mod process;
@@ -162,7 +163,7 @@ impl Console {
             Feed::Accepted(report) => return self.report(now, at, &report),
             Feed::Refused(reason, _) => self.model.refused(reason),
             Feed::Session(peer, open) => self.model.session(peer, open),
-            Feed::Command(id, stage) => self.model.staged(now, id, stage),
+            Feed::Command(id, stage) => self.model.commands_mut().staged(now, id, stage),
             Feed::Acknowledged(ack) => self.acknowledged(now, ack),
         }
         self.accounts.accepted(at);
@@ -183,11 +184,11 @@ impl Console {
     }
 
     fn acknowledged(&mut self, now: Instant, bytes: &[u8]) {
-        match self.intake.acknowledgement(now, bytes, |id| self.model.given(id)) {
+        match self.intake.acknowledgement(now, bytes, |id| self.model.commands().given(id)) {
             Ok(accepted) => {
                 self.accounts.accepted(Interface::Acks);
                 let ack = *accepted.message();
-                if self.model.acknowledged(now, ack.id, ack.refused) {
+                if self.model.commands_mut().acknowledged(now, ack.id, ack.refused) {
                     self.note(now, Event::Acknowledged { command: ack.id, refused: ack.refused });
                 }
             }
@@ -200,7 +201,7 @@ impl Console {
         if now >= self.next {
             self.next = now + REPEAT;
         }
-        self.model.tick(now);
+        self.model.commands_mut().tick(now);
         let shown = self.model.shown(now);
         for event in self.witness.tell(&shown) {
             self.note(now, event);
@@ -220,14 +221,14 @@ impl Console {
             Wish::Intend { step, unit, kind, nonce, reason } => {
                 let issued = self.issuer.intent(unit, nonce, kind, &reason);
                 self.operator.given(step, issued.id);
-                self.model.requested(now, issued.id, unit, kind, issued.hash);
+                self.model.commands_mut().requested(now, issued.id, unit, kind, issued.hash);
                 self.note(now, Event::Intended { command: issued.id, kind });
                 self.request(now, &Request::Stage(issued.bytes.as_slice().into()));
             }
             Wish::Release(id) => {
-                let Some((_, hash)) = self.model.given(id) else { return };
+                let Some((_, hash)) = self.model.commands().given(id) else { return };
                 let confirmation = self.issuer.confirmation(id, hash);
-                self.model.released(now, id);
+                self.model.commands_mut().released(now, id);
                 self.request(now, &Request::Release(confirmation.as_slice().into()));
             }
         }

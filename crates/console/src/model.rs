@@ -1,15 +1,14 @@
 //! The display's model: a pure fold of accepted messages and the console's own clock.
 //!
 //! [`Model::shown`] gives [`Shown`], which is what views draw, what the operator sees and what the oracle is told; no
-//! other way leads from the model to a screen. Judging messages is left to `intake`, deciding to `operator`.
+//! other way leads from the model to a screen. Judging messages is left to `intake`, following commands to `life`,
+//! deciding to `operator`.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
 use wire::bounds::Bounds;
-use wire::command::CommandKind;
 use wire::event::Freshness;
-use wire::feed::CommandStage;
-use wire::id::{Boot, CommandId, Nonce, PeerId, RecordId, Sequence, UnitId};
+use wire::id::{CommandId, Nonce, PeerId, RecordId, UnitId};
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
@@ -19,11 +18,7 @@ use wire::time::{Instant, PeerStamp, Span};
 use wire::trust::{Accepted, SignedReport};
 
 use crate::age::{Aged, Labelled, Limits};
-
-/// Commands whose progress is kept.
-pub const MAX_COMMANDS: usize = 16;
-/// How long a command may go without progress before it is shown as not acknowledged.
-pub const ACK_WITHIN: Span = Span::s(1);
+use crate::life::{Commands, ShownCommand};
 
 /// What a unit says of its state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,59 +67,6 @@ impl ShownUnit {
     }
 }
 
-/// How far a command has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Life {
-    /// Requested of the gateway.
-    Requested,
-    /// Waits at the gateway for its confirmation.
-    Staged,
-    /// Its confirmation has been given.
-    Released,
-    /// On its way to the unit.
-    Sent,
-    /// The unit executed it.
-    Executed,
-    /// The unit refused it.
-    RefusedByUnit(Reason),
-    /// The gateway refused it.
-    RefusedByGateway,
-    /// It waited too long.
-    Expired,
-    /// Nothing was heard of it in time.
-    NotAcknowledged,
-}
-
-impl Life {
-    /// Whether an answer is being waited for.
-    fn pending(self) -> bool {
-        match self {
-            Life::Requested | Life::Released | Life::Sent => true,
-            Life::Staged
-            | Life::Executed
-            | Life::RefusedByUnit(_)
-            | Life::RefusedByGateway
-            | Life::Expired
-            | Life::NotAcknowledged => false,
-        }
-    }
-}
-
-/// A command as drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ShownCommand {
-    /// Which.
-    pub id: CommandId,
-    /// To whom.
-    pub unit: UnitId,
-    /// What.
-    pub kind: CommandKind,
-    /// How far it has come.
-    pub life: Life,
-    /// Since when.
-    pub since: Instant,
-}
-
 /// Everything that is drawn at one instant.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Shown {
@@ -167,13 +109,6 @@ struct Heard {
     tracks: Vec<Aged<ReportedTrack>>,
 }
 
-/// A command of ours with what its acknowledgement has to be bound to.
-#[derive(Clone, Copy, Debug)]
-struct Given {
-    shown: ShownCommand,
-    hash: [u8; 32],
-}
-
 /// The model.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -181,7 +116,7 @@ pub struct Model {
     units: Vec<(UnitId, Option<Heard>)>,
     links: BTreeMap<PeerId, bool>,
     refusals: BTreeMap<Reason, u64>,
-    commands: VecDeque<Given>,
+    commands: Commands,
 }
 
 impl Model {
@@ -192,7 +127,7 @@ impl Model {
             units: units.iter().map(|unit| (*unit, None)).collect(),
             links: BTreeMap::new(),
             refusals: BTreeMap::new(),
-            commands: VecDeque::new(),
+            commands: Commands::default(),
         }
     }
 
@@ -237,61 +172,24 @@ impl Model {
         *self.refusals.entry(reason).or_default() += 1;
     }
 
-    /// We asked for a command; `hash` is that of its signed intent.
-    pub fn requested(&mut self, now: Instant, id: CommandId, unit: UnitId, kind: CommandKind, hash: [u8; 32]) {
-        if self.commands.len() >= MAX_COMMANDS {
-            self.commands.pop_front();
-        }
-        self.commands
-            .push_back(Given { shown: ShownCommand { id, unit, kind, life: Life::Requested, since: now }, hash });
+    /// The commands of this console.
+    pub fn commands(&self) -> &Commands {
+        &self.commands
     }
 
-    /// We confirmed a staged command.
-    pub fn released(&mut self, now: Instant, id: CommandId) {
-        self.progress(now, id, Life::Released);
-    }
-
-    /// The gateway moved a command of ours along. Says nothing about one that the unit has answered.
-    pub fn staged(&mut self, now: Instant, id: CommandId, stage: CommandStage) {
-        let life = match stage {
-            CommandStage::Staged => Life::Staged,
-            CommandStage::Sent => Life::Sent,
-            CommandStage::Refused => Life::RefusedByGateway,
-            CommandStage::Expired => Life::Expired,
-        };
-        self.progress(now, id, life);
-    }
-
-    /// Whom a command of ours went to, and the hash that its acknowledgement has to repeat.
-    pub fn given(&self, id: CommandId) -> Option<(UnitId, [u8; 32])> {
-        self.commands.iter().find(|given| given.shown.id == id).map(|given| (given.shown.unit, given.hash))
-    }
-
-    /// A verified acknowledgement. False when it says nothing new: a command executed stays executed.
-    pub fn acknowledged(&mut self, now: Instant, id: CommandId, refused: Option<Reason>) -> bool {
-        self.progress(now, id, refused.map_or(Life::Executed, Life::RefusedByUnit))
-    }
-
-    /// Marks the commands that nothing was heard of in time.
-    pub fn tick(&mut self, now: Instant) {
-        for given in &mut self.commands {
-            if given.shown.life.pending() && now.since(given.shown.since) >= ACK_WITHIN {
-                given.shown.life = Life::NotAcknowledged;
-                given.shown.since = now;
-            }
-        }
+    /// The commands of this console, to move them along.
+    pub fn commands_mut(&mut self) -> &mut Commands {
+        &mut self.commands
     }
 
     /// When the picture changes next by time alone.
     pub fn changes(&self, now: Instant) -> Option<Instant> {
-        let waiting = self.commands.iter().filter(|given| given.shown.life.pending());
-        let overdue = waiting.map(|given| given.shown.since + ACK_WITHIN);
         let heard = self.units.iter().filter_map(|(_, heard)| heard.as_ref());
         let labels = heard.flat_map(|heard| {
             let tracks = heard.tracks.iter().filter_map(|track| track.changes(now, &self.limits));
             tracks.chain(heard.state.changes(now, &self.limits)).chain(heard.pose.changes(now, &self.limits))
         });
-        overdue.chain(labels).min()
+        labels.chain(self.commands.changes()).min()
     }
 
     /// What is to be drawn at `now`.
@@ -304,7 +202,7 @@ impl Model {
             silent: self.units.iter().filter(|(_, heard)| heard.is_none()).map(|(unit, _)| *unit).collect(),
             links: self.links.iter().map(|(peer, open)| (*peer, *open)).collect(),
             refusals: self.refusals.iter().map(|(reason, n)| (*reason, *n)).collect(),
-            commands: self.commands.iter().map(|given| given.shown).collect(),
+            commands: self.commands.shown(),
         }
     }
 
@@ -320,38 +218,11 @@ impl Model {
             tracks: heard.tracks.iter().map(|track| track.at(now, &self.limits)).collect(),
         }
     }
-
-    fn progress(&mut self, now: Instant, id: CommandId, to: Life) -> bool {
-        let Some(given) = self.commands.iter_mut().find(|given| given.shown.id == id) else { return false };
-        if !follows(given.shown.life, to) {
-            return false;
-        }
-        given.shown.life = to;
-        given.shown.since = now;
-        true
-    }
-}
-
-/// Whether a command may go from one life to the other: what the unit said outweighs what the gateway says, and that
-/// it was executed outweighs that a repetition was refused.
-fn follows(from: Life, to: Life) -> bool {
-    match from {
-        Life::Executed => false,
-        Life::RefusedByUnit(_) => to == Life::Executed,
-        Life::Requested
-        | Life::Staged
-        | Life::Released
-        | Life::Sent
-        | Life::RefusedByGateway
-        | Life::Expired
-        | Life::NotAcknowledged => from != to,
-    }
 }
 
 /// Whether `report` is newer than what is shown: a later boot, or within one boot a higher sequence *and* a later stamp.
 fn newer(report: &Report, heard: &Heard) -> bool {
-    let order = |boot: Boot, sequence: Sequence| (boot, sequence);
-    let later = order(report.boot, report.sequence) > order(heard.report.boot, heard.report.sequence);
+    let later = (report.boot, report.sequence) > (heard.report.boot, heard.report.sequence);
     later && (report.boot > heard.report.boot || report.stamp.minus(heard.stamp) > 0)
 }
 

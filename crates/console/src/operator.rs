@@ -15,7 +15,8 @@ use wire::sensor::Class;
 use wire::time::{Instant, Span};
 
 use crate::intent::nonce_for;
-use crate::model::{Life, Shown, ShownUnit};
+use crate::life::Life;
+use crate::model::{Shown, ShownUnit};
 
 /// Steps a script may have.
 pub const MAX_STEPS: usize = 32;

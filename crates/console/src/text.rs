@@ -11,7 +11,8 @@ use wire::sensor::Class;
 use wire::time::{Instant, Span};
 
 use crate::age::Labelled;
-use crate::model::{Life, Shown, ShownCommand, ShownUnit};
+use crate::life::{Life, ShownCommand};
+use crate::model::{Shown, ShownUnit};
 
 /// The text of `shown`. `ablation` is the mark of a run whose policy waives something.
 pub fn lines(shown: &Shown, ablation: Option<&str>) -> String {

@@ -58,6 +58,10 @@ pub struct Admitted<'b> {
 
 /// Content of an admitted record.
 #[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "it lives on the stack for one call; a box would be one allocation a record"
+)]
 pub enum Content<'b> {
     /// A Hello: it keeps the session going and says nothing about any unit.
     Exchange(RecordId),

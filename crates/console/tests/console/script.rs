@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use console::ConsoleConfig;
-use console::model::Life;
+use console::life::Life;
 use console::operator::{Action, Step, TrackCondition, When};
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};

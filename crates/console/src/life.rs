@@ -1,0 +1,163 @@
+//! The life of a command as the display knows it, from request to acknowledgement.
+//!
+//! What the unit signed outweighs what the gateway says, and nothing undoes that a command was executed. What is not
+//! answered in time is shown so. Verifying acknowledgements is left to `intake`.
+
+use std::collections::VecDeque;
+
+use wire::command::CommandKind;
+use wire::feed::CommandStage;
+use wire::id::{CommandId, UnitId};
+use wire::refusal::Reason;
+use wire::time::{Instant, Span};
+
+/// Commands whose progress is kept.
+pub const MAX_COMMANDS: usize = 16;
+/// How long a command may go without progress before it is shown as not acknowledged.
+pub const ACK_WITHIN: Span = Span::s(1);
+
+/// How far a command has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Life {
+    /// Requested of the gateway.
+    Requested,
+    /// Waits at the gateway for its confirmation.
+    Staged,
+    /// Its confirmation has been given.
+    Released,
+    /// On its way to the unit.
+    Sent,
+    /// The unit executed it.
+    Executed,
+    /// The unit refused it.
+    RefusedByUnit(Reason),
+    /// The gateway refused it.
+    RefusedByGateway,
+    /// It waited too long.
+    Expired,
+    /// Nothing was heard of it in time.
+    NotAcknowledged,
+}
+
+impl Life {
+    /// Whether an answer is being waited for.
+    fn pending(self) -> bool {
+        match self {
+            Life::Requested | Life::Released | Life::Sent => true,
+            Life::Staged
+            | Life::Executed
+            | Life::RefusedByUnit(_)
+            | Life::RefusedByGateway
+            | Life::Expired
+            | Life::NotAcknowledged => false,
+        }
+    }
+}
+
+/// A command as drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShownCommand {
+    /// Which.
+    pub id: CommandId,
+    /// To whom.
+    pub unit: UnitId,
+    /// What.
+    pub kind: CommandKind,
+    /// How far it has come.
+    pub life: Life,
+    /// Since when.
+    pub since: Instant,
+}
+
+/// A command of ours with what its acknowledgement has to be bound to.
+#[derive(Clone, Copy, Debug)]
+struct Given {
+    shown: ShownCommand,
+    hash: [u8; 32],
+}
+
+/// The commands of this console, oldest first, at most [`MAX_COMMANDS`].
+#[derive(Clone, Debug, Default)]
+pub struct Commands(VecDeque<Given>);
+
+impl Commands {
+    /// We asked for a command; `hash` is that of its signed intent.
+    pub fn requested(&mut self, now: Instant, id: CommandId, unit: UnitId, kind: CommandKind, hash: [u8; 32]) {
+        if self.0.len() >= MAX_COMMANDS {
+            self.0.pop_front();
+        }
+        self.0.push_back(Given { shown: ShownCommand { id, unit, kind, life: Life::Requested, since: now }, hash });
+    }
+
+    /// We confirmed a staged command.
+    pub fn released(&mut self, now: Instant, id: CommandId) {
+        self.progress(now, id, Life::Released);
+    }
+
+    /// The gateway moved a command of ours along.
+    pub fn staged(&mut self, now: Instant, id: CommandId, stage: CommandStage) {
+        let life = match stage {
+            CommandStage::Staged => Life::Staged,
+            CommandStage::Sent => Life::Sent,
+            CommandStage::Refused => Life::RefusedByGateway,
+            CommandStage::Expired => Life::Expired,
+        };
+        self.progress(now, id, life);
+    }
+
+    /// Whom a command of ours went to, and the hash that its acknowledgement has to repeat.
+    pub fn given(&self, id: CommandId) -> Option<(UnitId, [u8; 32])> {
+        self.0.iter().find(|given| given.shown.id == id).map(|given| (given.shown.unit, given.hash))
+    }
+
+    /// A verified acknowledgement. False when it says nothing new.
+    pub fn acknowledged(&mut self, now: Instant, id: CommandId, refused: Option<Reason>) -> bool {
+        self.progress(now, id, refused.map_or(Life::Executed, Life::RefusedByUnit))
+    }
+
+    /// Marks the commands that nothing was heard of in time.
+    pub fn tick(&mut self, now: Instant) {
+        let overdue = |given: &&mut Given| given.shown.life.pending() && now.since(given.shown.since) >= ACK_WITHIN;
+        for given in self.0.iter_mut().filter(overdue) {
+            given.shown.life = Life::NotAcknowledged;
+            given.shown.since = now;
+        }
+    }
+
+    /// When one will next be overdue.
+    pub fn changes(&self) -> Option<Instant> {
+        let pending = self.0.iter().filter(|given| given.shown.life.pending());
+        pending.map(|given| given.shown.since + ACK_WITHIN).min()
+    }
+
+    /// All of them, as drawn.
+    pub fn shown(&self) -> Vec<ShownCommand> {
+        self.0.iter().map(|given| given.shown).collect()
+    }
+
+    fn progress(&mut self, now: Instant, id: CommandId, to: Life) -> bool {
+        let Some(given) = self.0.iter_mut().find(|given| given.shown.id == id) else { return false };
+        if !follows(given.shown.life, to) {
+            return false;
+        }
+        given.shown.life = to;
+        given.shown.since = now;
+        true
+    }
+}
+
+/// Whether a command may go from one life to the other: what the unit said outweighs what the gateway says, and that
+/// it was executed outweighs that a repetition was refused.
+fn follows(from: Life, to: Life) -> bool {
+    match from {
+        Life::Executed => false,
+        Life::RefusedByUnit(_) => to == Life::Executed,
+        Life::Requested
+        | Life::Staged
+        | Life::Released
+        | Life::Sent
+        | Life::RefusedByGateway
+        | Life::Expired
+        | Life::NotAcknowledged => from != to,
+    }
+}

@@ -1,0 +1,111 @@
+//! The telemetry side of the core: sessions open, bring records and are kept going; accepted reports are passed on.
+//!
+//! Judging records is left to `admit`; who may have a lease, to `lease`; who hears of whom, to `fanout`.
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::RngCore;
+use wire::event::{Account, Event, Interface};
+use wire::feed::{AcceptedReport, Feed};
+use wire::hop::HopBody;
+use wire::id::{Nonce, PeerId, SessionId, UnitId};
+use wire::policy::Waived;
+use wire::time::{Instant, Span};
+use wire::trust::{Accepted, SignedReport};
+
+use crate::Gateway;
+use crate::admit::{Admitted, Content};
+use crate::fanout::Envelope;
+use crate::session::Session;
+
+/// A session without a grant still says Hello so often, so that challenges and echoes go on.
+const IDLE_HELLO: Span = Span::ms(250);
+
+impl Gateway {
+    pub(crate) fn opened(&mut self, now: Instant, id: SessionId, peer: PeerId) {
+        let unit = UnitId::from_name(peer.name()).filter(|unit| self.config.units.contains(unit));
+        let Some(unit) = unit else { return self.sessions.bar(id, peer) };
+        let nonce = fresh_nonce(&mut self.nonces);
+        self.sessions.open(Session::new(id, peer, unit, nonce, &self.bounds));
+        self.note(now, Event::Session { peer, open: true });
+        self.tell(now, &Feed::Session(peer, true));
+        if self.tick.is_none() {
+            self.tick = Some(now + Span::ms(self.bounds.grant_period_ms));
+        }
+        self.keep_up(now, Some(id));
+    }
+
+    pub(crate) fn closed(&mut self, now: Instant, id: SessionId) {
+        let Some(peer) = self.sessions.close(id) else { return };
+        self.note(now, Event::Session { peer, open: false });
+        self.tell(now, &Feed::Session(peer, false));
+    }
+
+    /// One record, one verdict.
+    pub(crate) fn record(&mut self, now: Instant, id: SessionId, bytes: &[u8]) {
+        let session = match self.sessions.get_mut(id) {
+            Ok(session) => session,
+            Err((peer, refusal)) => return self.refuse(now, Interface::Uplink, peer, &refusal),
+        };
+        let peer = session.peer();
+        match self.boundary.admit(session, now, bytes) {
+            Err(refusal) => self.refuse(now, Interface::Uplink, Some(peer), &refusal),
+            Ok(admitted) => self.admitted(now, id, peer, admitted),
+        }
+    }
+
+    fn admitted(&mut self, now: Instant, id: SessionId, peer: PeerId, admitted: Admitted<'_>) {
+        self.accounts.accepted(Interface::Uplink);
+        let age = admitted.evidence().age.map(|age| age.upper());
+        let (record, waived) = (admitted.record(), admitted.waived());
+        self.note(now, Event::Accepted { at: Interface::Uplink, record, peer, age, waived });
+        match &admitted.content {
+            Content::Exchange(_) => {}
+            Content::Report(report) => self.report(now, id, report, waived),
+        }
+    }
+
+    /// An accepted report: supervision of its unit, display, teammates.
+    fn report(&mut self, now: Instant, id: SessionId, report: &Accepted<SignedReport<'_>>, waived: Waived) {
+        let (signed, evidence) = (report.message(), report.evidence());
+        let age = evidence.age.map(|age| age.upper());
+        let Some(unit) = signed.report.origin.unit() else { return };
+        let Ok(session) = self.sessions.get_mut(id) else { return };
+        if let Some(age) = age
+            && session.unit() == unit
+        {
+            session.heard(evidence.received, age);
+        }
+        let envelope = Envelope::new(session, report, now);
+        let (via, received, report) = (session.peer(), evidence.received, signed.bytes.into());
+        self.tell(now, &Feed::Accepted(AcceptedReport { via, unit, received, age, waived, report }));
+        self.fan_out(now, &envelope);
+    }
+
+    fn fan_out(&mut self, now: Instant, envelope: &Envelope<'_>) {
+        for session in self.sessions.iter_mut().filter(|_| !self.quiet) {
+            if let Some(body) = envelope.addressed_to(session, &self.config.fanout) {
+                session.renew(now, || fresh_nonce(&mut self.nonces));
+                self.out.push_back(session.seal(now, self.boot, body));
+                self.accounts.count(Account::Sent);
+            }
+        }
+    }
+
+    /// Keeps sessions going (all, or just one): a grant where one is due and deserved, else a Hello where one is due.
+    pub(crate) fn keep_up(&mut self, now: Instant, only: Option<SessionId>) {
+        let due = |session: &Session| only.is_none_or(|id| id == session.id());
+        for session in self.sessions.iter_mut().filter(|s| due(s) && !self.quiet) {
+            let idle = session.sent().is_none_or(|at| now.since(at) >= IDLE_HELLO);
+            let hello = || (!session.established() || idle).then_some(HopBody::Hello(session.nonce));
+            let Some(body) = self.leases.grant(session, now).or_else(hello) else { continue };
+            session.renew(now, || fresh_nonce(&mut self.nonces));
+            self.out.push_back(session.seal(now, self.boot, body));
+            self.accounts.count(Account::Sent);
+        }
+    }
+}
+
+/// An unguessable number other than zero, which stands for "none yet".
+fn fresh_nonce(nonces: &mut ChaCha8Rng) -> Nonce {
+    Nonce(nonces.next_u64().max(1))
+}
