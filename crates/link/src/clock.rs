@@ -3,7 +3,7 @@
 //! Each simulated host has its own zero and drift over the machine's `CLOCK_MONOTONIC`. Processes of one host are given
 //! the same two numbers and so agree. The raw reading stamps traces; no core is ever handed it.
 
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use nix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
@@ -64,6 +64,18 @@ impl HostClock {
 pub fn trace_us() -> u64 {
     let now = clock_gettime(ClockId::CLOCK_MONOTONIC).expect("invariant: Linux has CLOCK_MONOTONIC");
     saturate(i128::from(now.tv_sec()) * MILLION + i128::from(now.tv_nsec()) / 1_000)
+}
+
+/// The wall clock, for the validity of certificates and nothing else.
+#[expect(clippy::disallowed_methods, reason = "certificates are dated; no core is handed this")]
+pub(crate) fn wall() -> SystemTime {
+    SystemTime::now()
+}
+
+/// Pauses a helper thread between attempts to reach something outside the process. No core waits for it.
+#[expect(clippy::disallowed_methods, reason = "the pause between two attempts, on a thread that owns no core")]
+pub(crate) fn pause(time: Duration) {
+    std::thread::sleep(time);
 }
 
 fn saturate(value: i128) -> u64 {

@@ -125,7 +125,7 @@ fn forward(socket: &Path, frames: &blocking::Receiver<Frame>, sent: &AtomicU64) 
                 break;
             }
             stream = None;
-            std::thread::sleep(PAUSE);
+            crate::clock::pause(PAUSE);
         }
     }
 }

@@ -16,6 +16,8 @@ use serde::{Deserialize, Serialize};
 use wire::id::PeerId;
 use x509_parser::prelude::{FromDer, GeneralName, X509Certificate};
 
+use crate::clock::wall;
+
 /// The longest life of anything the authority makes.
 pub const MAX_LIFE: Duration = Duration::from_secs(24 * 3600);
 
@@ -107,7 +109,7 @@ pub struct Authority {
 impl Authority {
     /// A fresh authority.
     pub fn new() -> Result<Self, PkiError> {
-        let born = SystemTime::now();
+        let born = wall();
         let mut params = CertificateParams::new(Vec::<String>::new())?;
         params.distinguished_name = common_name("holdsafe run authority");
         params.is_ca = IsCa::Ca(BasicConstraints::Constrained(0));
@@ -166,14 +168,12 @@ pub fn peer_of(leaf_der: &[u8]) -> Result<PeerId, PkiError> {
         return Err(PkiError::Unreadable);
     }
     let names = leaf.subject_alternative_name().map_err(|_| PkiError::Unreadable)?.ok_or(PkiError::UriNames(0))?;
-    let mut uris = names.value.general_names.iter().filter_map(|name| match name {
-        GeneralName::URI(uri) => Some(*uri),
-        _ => None,
-    });
+    let uri = |name: &GeneralName<'_>| if let GeneralName::URI(uri) = name { Some((*uri).to_owned()) } else { None };
+    let mut uris = names.value.general_names.iter().filter_map(uri);
     match (uris.next(), uris.count()) {
         (None, _) => Err(PkiError::UriNames(0)),
         (Some(uri), 0) => {
-            PeerId::from_uri(uri).ok_or_else(|| PkiError::UnknownName(uri.escape_default().take(64).collect()))
+            PeerId::from_uri(&uri).ok_or_else(|| PkiError::UnknownName(uri.escape_default().take(64).collect()))
         }
         (Some(_), more) => Err(PkiError::UriNames(more + 1)),
     }
@@ -184,7 +184,7 @@ pub fn remaining_life(leaf_der: &[u8]) -> Result<Duration, PkiError> {
     let (_, leaf) = X509Certificate::from_der(leaf_der).map_err(|_| PkiError::Unreadable)?;
     let ends = u64::try_from(leaf.validity().not_after.timestamp()).unwrap_or(0);
     let ends = SystemTime::UNIX_EPOCH + Duration::from_secs(ends);
-    Ok(ends.duration_since(SystemTime::now()).unwrap_or(Duration::ZERO))
+    Ok(ends.duration_since(wall()).unwrap_or(Duration::ZERO))
 }
 
 fn common_name(name: &str) -> DistinguishedName {

@@ -1,6 +1,7 @@
 //! The stack as a whole, one binary: DTLS over an in-memory network in paused time, the accept loop on real sockets,
 //! shared memory, and what is read from files and pipes.
 
+#[cfg(test)]
 mod stack {
     mod network;
 

@@ -187,7 +187,7 @@ fn persist<T>(node: &Node<Ipc>, mut attempt: impl FnMut() -> Result<T, BusError>
         if last.is_ok() {
             break;
         }
-        std::thread::sleep(ATTEMPTS.1);
+        crate::clock::pause(ATTEMPTS.1);
         node.try_cleanup_dead_nodes();
         last = attempt();
     }
@@ -314,7 +314,7 @@ impl Ends {
             }
             if let Err(error) = self.bell.timed_wait(|_| {}, NAP) {
                 tracing::debug!(?error, "bus bell failed");
-                std::thread::sleep(Duration::from_millis(10));
+                crate::clock::pause(Duration::from_millis(10));
             }
         }
     }

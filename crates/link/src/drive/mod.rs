@@ -25,6 +25,9 @@ use crate::spec::{Control, ServiceSpec, watch};
 /// How often buffered logs are handed to the operating system.
 const FLUSH_EVERY: Duration = Duration::from_millis(100);
 
+/// Time for the last records to leave before the links are closed.
+const LINGER: Duration = Duration::from_millis(50);
+
 /// The specification is unusable, or a link could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum DriveError {
@@ -89,6 +92,7 @@ async fn drive(spec: &ServiceSpec, core: Box<dyn Core>) -> Result<(), DriveError
     say("ready", &outlets.ready(spec.node));
     let mut driver = Driver { clock: spec.clock, core, outlets, latest: Instant(0), inputs: 0, late_us: 0 };
     driver.run(sources).await;
+    tokio::time::sleep(LINGER).await;
     let stats = driver.outlets.finish();
     say("stats", &json!({ "node": spec.node, "inputs": driver.inputs, "late_max_us": driver.late_us, "links": stats }));
     // Kept until here, so that no source looks ended while the loop runs.

@@ -33,9 +33,6 @@ use crate::spec::ServiceSpec;
 /// Room for guard observations, in bytes.
 const OBSERVATION_BYTES: u64 = 128 << 20;
 
-/// Time for the last records to leave before the links are closed.
-const LINGER: Duration = Duration::from_millis(50);
-
 /// Every link of the process, by what the core may ask of it.
 pub(super) struct Outlets {
     node: NodeId,
@@ -291,7 +288,6 @@ impl Outlets {
     /// Flushes everything and gives the closing account of the links.
     pub(super) fn finish(&mut self) -> Value {
         self.flush();
-        std::thread::sleep(LINGER);
         let instrument = self.instrument.as_mut().map(Instrument::finish);
         let recording = self.recording.as_mut().map(Recording::finish);
         let bus: BTreeMap<&str, &[u64; 2]> = self.published.iter().map(|(t, counts)| (t.name(), counts)).collect();

@@ -59,6 +59,7 @@ async fn a_certificate_of_another_run_is_refused_at_either_end() {
 }
 
 #[tokio::test(start_paused = true)]
+#[expect(clippy::disallowed_methods, reason = "certificates are dated by the wall clock")]
 async fn a_wrong_name_a_wrong_role_and_a_wrong_time_are_refused() {
     let authority = Authority::new().unwrap();
     let unit = authority.issue(PeerId::UNIT_A, Role::Dials).unwrap();
