@@ -106,12 +106,15 @@ impl Session {
         self.established = true;
     }
 
-    /// The unit's own report was accepted at `received`, at most `age` old then.
+    /// The unit's own report was accepted at `received`, at most `age` old then. One that was overtaken by a younger one
+    /// says nothing new.
     pub(crate) fn heard(&mut self, received: Instant, age: Span) {
-        self.telemetry = Some((received, age));
+        if self.telemetry_age(received).is_none_or(|known| age < known) {
+            self.telemetry = Some((received, age));
+        }
     }
 
-    /// Upper bound of the age of the unit's newest accepted report; `None` before the first.
+    /// Upper bound of the age of the unit's youngest accepted report; `None` before the first.
     pub fn telemetry_age(&self, now: Instant) -> Option<Span> {
         self.telemetry.map(|(received, age)| now.since(received) + age)
     }
