@@ -14,7 +14,7 @@ use wire::time::{Instant, Span};
 use crate::Autonomy;
 use crate::authority::Spent;
 use crate::command::Ordered;
-use crate::designation::Designated;
+use crate::designation::{Designated, Stage};
 use crate::grid::Keepout;
 use crate::health::{Findings, Health};
 use crate::intake::report_body;
@@ -115,7 +115,9 @@ impl Autonomy {
 
     fn designation(&self, track: Option<TrackId>, now: Instant) -> Result<Designated, Because> {
         let track = track.ok_or(Because::Itself)?;
-        Designated::judge(&self.picture, track, &self.identity.bounds, now)
+        let held = self.machine.authority().is_some_and(|authority| authority.track() == track);
+        let stage = if held { Stage::Held } else { Stage::Arming };
+        Designated::judge(&self.picture, track, stage, &self.identity.bounds, now)
     }
 
     fn step(

@@ -1,6 +1,6 @@
 //! Designation: whether one track is fit to be acted on.
 //!
-//! [`Designated`] is the proof: the track is in the newest accepted picture, was updated within the product limit, is a
+//! [`Designated`] is the proof: the track is in the newest accepted picture, was updated within the track limit, is a
 //! vehicle, confident enough, supported by at least two modalities of which thermal is one, and vetoed by none. It is
 //! good for one judgement; the next one judges again.
 
@@ -8,10 +8,19 @@ use wire::bounds::Bounds;
 use wire::id::TrackId;
 use wire::mode::Because;
 use wire::sensor::{Class, Modality};
-use wire::time::Instant;
+use wire::time::{Instant, Span};
 use wire::track::Track;
 
 use crate::picture::Picture;
+
+/// Whether authority on the track is asked for or held; holding it asks for less confidence (hysteresis).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Stage {
+    /// Authority is asked for.
+    Arming,
+    /// Authority is held.
+    Held,
+}
 
 /// Proof that a track was fit for designation when it was made.
 #[derive(Debug)]
@@ -26,14 +35,15 @@ impl Designated {
     pub(crate) fn judge(
         picture: &Picture,
         track: TrackId,
+        stage: Stage,
         bounds: &Bounds,
         now: Instant,
     ) -> Result<Designated, Because> {
         let found = picture.track(track).ok_or(Because::Silence(picture.stamp()))?;
-        if now.since(found.updated) > bounds.product_limit() {
+        if now.since(found.updated) > Span::ms(bounds.track_limit_ms) {
             return Err(Because::Silence(found.updated));
         }
-        if fit(found, bounds) {
+        if fit(found, stage, bounds) {
             Ok(Designated { track, x_mm: found.x_mm, y_mm: found.y_mm })
         } else {
             Err(Because::Frame(found.frame))
@@ -56,9 +66,13 @@ impl Designated {
     }
 }
 
-fn fit(track: &Track, bounds: &Bounds) -> bool {
+fn fit(track: &Track, stage: Stage, bounds: &Bounds) -> bool {
+    let least = match stage {
+        Stage::Arming => bounds.designation_confidence,
+        Stage::Held => bounds.designation_keep,
+    };
     track.class == Class::Vehicle
-        && track.confidence >= bounds.designation_confidence
+        && track.confidence >= least
         && track.supported.count() >= 2
         && track.supported.has(Modality::Thermal)
         && track.vetoed.count() == 0

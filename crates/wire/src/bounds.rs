@@ -42,6 +42,11 @@ pub struct Bounds {
     pub designation_mm: u32,
     /// Confidence from which a track can be designated, permille.
     pub designation_confidence: u16,
+    /// Confidence below which a designated track is given up, permille; lower than the above, so that a track at the
+    /// threshold does not come and go.
+    pub designation_keep: u16,
+    /// How long a designated track may go without an update, ms; at most *Td*.
+    pub track_limit_ms: u64,
     /// Largest speed of the unit, mm/s.
     pub max_speed_mm_s: u32,
     /// Speed while degraded, mm/s.
@@ -81,6 +86,8 @@ impl Bounds {
         seal_limit_ms: 1000,
         designation_mm: 2000,
         designation_confidence: 600,
+        designation_keep: 450,
+        track_limit_ms: 500,
         max_speed_mm_s: 3000,
         degraded_speed_mm_s: 1000,
         braking_mm_s2: 3000,

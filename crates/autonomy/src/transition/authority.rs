@@ -116,9 +116,9 @@ impl Mint {
         Mint { world: fork.world(), ..*self }
     }
 
-    #[cfg(test)]
-    pub(crate) fn of_policy(admitted: bool) -> Self {
-        Mint { admitted, world: WorldId(0), next: 1, lifetime: Span::s(5) }
+    /// The mint that a row of the transition table assumes.
+    pub(super) fn assumed(admitted: bool, world: WorldId, lifetime: Span) -> Self {
+        Mint { admitted, world, next: 1, lifetime }
     }
 }
 

@@ -246,7 +246,7 @@ pub fn planned(s: &Scenario) -> Vec<Planned> {
     add(!s.replay.is_empty(), Action::Replay);
     add(!s.corrupt.is_empty(), Action::Corrupt);
     add(!s.reoriginate.is_empty(), Action::Reoriginate);
-    add(!s.inject.is_empty() || !s.malformed.is_empty(), Action::Inject);
+    add(!s.inject.is_empty(), Action::Inject);
     add(!s.teammate.is_empty(), Action::Forward);
     add(!s.command_replay.is_empty() || !s.command_duplicate.is_empty(), Action::RepeatCommand);
     let streams = [
@@ -259,6 +259,7 @@ pub fn planned(s: &Scenario) -> Vec<Planned> {
         s.stream_corrupt.len(),
     ];
     add(streams.iter().any(|n| *n > 0), Action::Stream);
+    planned.extend((!s.malformed.is_empty()).then_some(Planned::Malformed));
     planned.extend(s.fault.iter().map(|f| Planned::Fault(sensor(f.sensor))));
     planned.extend(s.kill.iter().map(|k| Planned::Kill(process(k.process))));
     planned

@@ -40,6 +40,8 @@ pub struct Witnessed {
 pub enum Planned {
     /// An action of the relay or of an insider.
     Action(Action),
+    /// Authenticated and broken records of an insider.
+    Malformed,
     /// A fault of a sensor.
     Fault(Sensor),
     /// A process was to end.

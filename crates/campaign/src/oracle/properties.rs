@@ -107,9 +107,10 @@ fn link_trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Fi
         });
         let timely = arrivals.filter(|(_, hash)| {
             let held = receipt.delayed.get(hash).copied().unwrap_or(0);
-            firsts.insert(*hash) && held <= tf && receipt.forged.get(hash).is_none_or(|_| held > 0)
+            firsts.insert(*hash) && held <= tf && !receipt.forged.contains_key(hash)
         });
-        for at in timely.map(|(at, _)| at).chain(std::iter::once(evidence.duration)) {
+        let within = timely.map(|(at, _)| at).filter(|at| *at < evidence.duration);
+        for at in within.chain(std::iter::once(evidence.duration)) {
             if let Some(before) = last.filter(|before| at - before > th) {
                 let mode = line.mode_at(before + th);
                 if !matches!(mode, Mode::HoldSafe | Mode::Idle) {

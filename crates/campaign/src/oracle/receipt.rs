@@ -37,7 +37,8 @@ pub fn find(evidence: &Evidence) -> Receipt {
     let mut zeros = Vec::new();
     for planned in &evidence.planned {
         let zero = match *planned {
-            Planned::Action(Action::Forward) => forwarded(evidence),
+            Planned::Action(Action::Forward) => forwarded(evidence, Action::Forward),
+            Planned::Malformed => forwarded(evidence, Action::Inject),
             Planned::Action(Action::RepeatCommand) => repeated(evidence),
             Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
             Planned::Action(action) => datagram(evidence, action),
@@ -63,14 +64,17 @@ fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
             Action::Drop => {
                 receipt.delayed.insert(hash, Micros::MAX);
             }
-            Action::Corrupt | Action::Inject | Action::Reoriginate => {
+            Action::Corrupt | Action::Inject => {
                 receipt.forged.insert(hash, w.at);
             }
-            // The first sight of these bytes was the original; later ones are not timely traffic.
-            Action::Duplicate | Action::Replay => {
-                receipt.forged.entry(hash).or_insert(w.at);
-            }
-            Action::Forward | Action::RepeatCommand | Action::Stream | Action::Kill => {}
+            // The first sight of these bytes is the original; only that one counts as timely, whatever is repeated.
+            Action::Duplicate
+            | Action::Replay
+            | Action::Reoriginate
+            | Action::Forward
+            | Action::RepeatCommand
+            | Action::Stream
+            | Action::Kill => {}
         }
     }
 }
@@ -112,21 +116,21 @@ fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
     None
 }
 
-/// A forwarded record counts when the gateway judged a record of that session after it was sent.
-fn forwarded(evidence: &Evidence) -> Option<Micros> {
+/// An insider's record counts when the gateway judged a record of that session after it was sent.
+fn forwarded(evidence: &Evidence, wanted: Action) -> Option<Micros> {
     let sent = evidence.entries.iter().find_map(|w| match w.entry.event {
-        Event::Attack { action: Action::Forward, .. } => Some((w.at, w.entry.node)),
+        Event::Attack { action, .. } if action == wanted && w.entry.node == NodeId::INSIDER_B => Some(w.at),
         _ => None,
     })?;
     let judged = |w: &&super::Witnessed| {
-        w.at >= sent.0
+        w.at >= sent
             && w.entry.node == NodeId::GATEWAY
             && match w.entry.event {
                 Event::Accepted { peer, .. } | Event::Refused { peer: Some(peer), .. } => peer.name() == "unit-b",
                 _ => false,
             }
     };
-    evidence.entries.iter().find(judged).map(|_| sent.0)
+    evidence.entries.iter().find(judged).map(|_| sent)
 }
 
 /// A repeated command counts when the unit refused or executed a command after it was sent.

@@ -82,6 +82,10 @@ bounds_table! {
     designation_mm: Length,
     /// Confidence from which a track can be designated, permille.
     designation_confidence: Whole<0, 1_000>,
+    /// Confidence below which a designated track is given up, permille.
+    designation_keep: Whole<0, 1_000>,
+    /// How long a designated track may go without an update.
+    track_limit_ms: Bound,
     /// Highest speed, millimetres per second.
     max_speed_mm_s: Length,
     /// Speed while degraded, millimetres per second.

@@ -70,13 +70,25 @@ impl Node {
     }
 }
 
-/// The record filter in front of one end, as a witness of its own.
+/// The record filter in front of one node's sessions, as a witness of its own.
 struct Guard {
+    id: NodeId,
     journal: Journal,
     seen: u64,
     refused: u64,
     delivered: u64,
     discarded: u64,
+}
+
+impl Guard {
+    fn new(id: NodeId) -> Guard {
+        let journal = Journal::new(id, wire::id::Boot(1), None);
+        Guard { id, journal, seen: 0, refused: 0, delivered: 0, discarded: 0 }
+    }
+
+    fn fork(&self) -> Guard {
+        Guard { journal: self.journal.fork(), ..*self }
+    }
 }
 
 #[derive(Clone)]
@@ -109,7 +121,8 @@ pub struct Twin {
     nodes: Vec<Node>,
     clocks: Vec<HostClock>,
     associations: Vec<Association>,
-    guards: Vec<[Guard; 2]>,
+    /// By node; those without secure sessions have none.
+    guards: Vec<Option<Guard>>,
     broker: Option<broker::Broker>,
     delays: Delays,
     /// When the last thing from one node to another arrives: channels and sockets keep their order.
@@ -144,18 +157,7 @@ impl Twin {
             let filter = if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{}", peer.name()) };
             let _ = broker.subscribe(peer, &filter);
         }
-        let guard = |node: NodeIndex| Guard {
-            journal: Journal::new(
-                assembly.nodes[usize::from(node)].id.guard().unwrap_or(NodeId::CAMPAIGN),
-                wire::id::Boot(1),
-                None,
-            ),
-            seen: 0,
-            refused: 0,
-            delivered: 0,
-            discarded: 0,
-        };
-        let guards = assembly.associations.iter().map(|a| [guard(a.ends[0].node), guard(a.ends[1].node)]).collect();
+        let guards = assembly.nodes.iter().map(|n| n.id.guard().map(Guard::new)).collect();
         let mut twin = Twin {
             world: WorldId(0),
             now: 0,
@@ -198,7 +200,6 @@ impl Twin {
             armed: n.armed,
             generation: n.generation,
         });
-        let guard = |g: &Guard| Guard { journal: g.journal.fork(), ..*g };
         Twin {
             world,
             now: self.now,
@@ -206,7 +207,7 @@ impl Twin {
             nodes: nodes.collect(),
             clocks: self.clocks.clone(),
             associations: self.associations.clone(),
-            guards: self.guards.iter().map(|[a, b]| [guard(a), guard(b)]).collect(),
+            guards: self.guards.iter().map(|g| g.as_ref().map(Guard::fork)).collect(),
             broker: self.broker.clone(),
             delays: self.delays.clone(),
             latest: self.latest.clone(),
@@ -250,10 +251,7 @@ impl Twin {
     pub fn finish(&mut self, grace: Micros) {
         self.tell_all(&Input::Quiesce);
         self.run_until(self.now + grace);
-        for association in 0..self.guards.len() {
-            self.close_guard(association, 0);
-            self.close_guard(association, 1);
-        }
+        (0..self.nodes.len()).for_each(|node| self.close_guard(node as NodeIndex));
         self.run_until(self.now + 1_000);
         self.tell_all(&Input::Finish);
         self.run_until(self.now + 1_000);
@@ -439,34 +437,34 @@ impl Twin {
             Arrival::Refused(verdict) => *verdict,
             Arrival::Delivered(_) | Arrival::Discarded | Arrival::Ended => GuardVerdict::Passed,
         };
-        self.observe(a, e, association, outside, bytes, verdict);
-        let guard = &mut self.guards[a][e];
+        self.observe(target, association, outside, bytes, verdict);
+        if let Some(guard) = &mut self.guards[usize::from(target)] {
+            match &arrival {
+                Arrival::Delivered(_) => guard.delivered += 1,
+                Arrival::Refused(_) => guard.refused += 1,
+                Arrival::Discarded | Arrival::Ended => guard.discarded += 1,
+            }
+        }
         match arrival {
-            Arrival::Delivered(plain) => {
-                guard.delivered += 1;
-                self.feed(target, Input::Record { session, bytes: plain });
-            }
-            Arrival::Refused(_) => guard.refused += 1,
-            Arrival::Discarded => guard.discarded += 1,
-            Arrival::Ended => {
-                guard.discarded += 1;
-                self.close(a);
-            }
+            Arrival::Delivered(plain) => self.feed(target, Input::Record { session, bytes: plain }),
+            Arrival::Ended => self.close(a),
+            Arrival::Refused(_) | Arrival::Discarded => {}
         }
     }
 
     /// A datagram from an address that has no association.
     fn stranger(&mut self, association: u8, bytes: &[u8]) {
-        let a = usize::from(association);
-        if self.nodes[usize::from(self.associations[a].ends[1].node)].alive {
+        let target = self.associations[usize::from(association)].ends[1].node;
+        if self.nodes[usize::from(target)].alive {
             let outside = net::outside(bytes).unwrap_or_default();
-            self.observe(a, 1, u8::MAX, outside, bytes, GuardVerdict::Malformed);
-            self.guards[a][1].refused += 1;
+            self.observe(target, u8::MAX, outside, bytes, GuardVerdict::Malformed);
+            if let Some(guard) = &mut self.guards[usize::from(target)] {
+                guard.refused += 1;
+            }
         }
     }
 
-    fn observe(&mut self, a: usize, e: usize, name: u8, outside: Outside, bytes: &[u8], verdict: GuardVerdict) {
-        let at = self.local(self.associations[a].ends[e].node);
+    fn observe(&mut self, node: NodeIndex, name: u8, outside: Outside, bytes: &[u8], verdict: GuardVerdict) {
         let event = Event::GuardSaw {
             association: u32::from(name),
             epoch: outside.epoch,
@@ -475,32 +473,31 @@ impl Twin {
             hash: wire_hash(bytes),
             verdict,
         };
-        self.guards[a][e].seen += 1;
-        self.note_guard(a, e, at, event);
+        if let Some(guard) = &mut self.guards[usize::from(node)] {
+            guard.seen += 1;
+        }
+        self.note_guard(node, event);
     }
 
-    fn note_guard(&mut self, a: usize, e: usize, at: Instant, event: Event) {
-        let id = self.nodes[usize::from(self.associations[a].ends[e].node)].id.guard().unwrap_or(NodeId::CAMPAIGN);
+    fn note_guard(&mut self, node: NodeIndex, event: Event) {
+        let at = self.local(node);
+        let Some(guard) = &mut self.guards[usize::from(node)] else { return };
         let mut out = VecDeque::new();
-        self.guards[a][e].journal.write(at, event, &mut out);
+        guard.journal.write(at, event, &mut out);
+        let id = guard.id;
         self.record_all(id, out);
     }
 
-    fn close_guard(&mut self, a: usize, e: usize) {
-        let node = self.associations[a].ends[e].node;
-        if !self.nodes[usize::from(node)].alive {
-            return;
-        }
-        let at = self.local(node);
-        let g = &self.guards[a][e];
-        let counts = [
-            (Account::GuardIn, g.seen),
-            (Account::GuardRefused, g.refused),
-            (Account::Delivered, g.delivered),
-            (Account::Discarded, g.discarded),
-        ];
-        for (account, n) in counts {
-            self.note_guard(a, e, at, Event::Count { account, n });
+    fn close_guard(&mut self, node: NodeIndex) {
+        let Some(g) = &self.guards[usize::from(node)] else { return };
+        if self.nodes[usize::from(node)].alive {
+            let counts = [
+                (Account::GuardIn, g.seen),
+                (Account::GuardRefused, g.refused),
+                (Account::Delivered, g.delivered),
+                (Account::Discarded, g.discarded),
+            ];
+            counts.into_iter().for_each(|(account, n)| self.note_guard(node, Event::Count { account, n }));
         }
     }
 

@@ -1,0 +1,178 @@
+//! How the mode follows from what comes in, and how fast.
+
+use wire::command::CommandKind;
+use wire::core::Input;
+use wire::event::{Account, Event, Interface};
+use wire::id::WorldId;
+use wire::mode::{Because, Cause, Guard, Mode};
+use wire::policy::{Check, Policy, Requirement};
+use wire::refusal::Reason;
+use wire::setup::Ablation;
+
+use crate::bench::{Bench, TRACK, lose};
+
+#[test]
+fn enabled_armed_and_confirmed_it_acts_once_and_is_ready_again() {
+    let mut bench = Bench::in_mode(Mode::PrepareToAct);
+    bench.run(500);
+    assert!(bench.report.as_ref().unwrap().authority.is_some_and(|held| held.track == TRACK));
+    assert_eq!(bench.order(CommandKind::Confirm(TRACK)), None);
+    assert_eq!((bench.acts.len(), bench.core.mode()), (1, Mode::Ready));
+    assert_eq!((bench.acts[0].track, bench.acts[0].world), (TRACK, WorldId(1)));
+    assert_eq!(bench.order(CommandKind::Confirm(TRACK)), Some(Reason::Interlock), "authority is used up");
+    assert_eq!(bench.acts.len(), 1);
+}
+
+#[test]
+fn it_stands_until_enabled_and_drives_while_ready() {
+    let mut bench = Bench::new();
+    bench.run(2000);
+    assert_eq!((bench.core.mode(), bench.drive.unwrap().speed_mm_s), (Mode::Idle, 0));
+    bench.order(CommandKind::Enable);
+    bench.run(100);
+    assert!(bench.drive.unwrap().speed_mm_s > 1000);
+    bench.order(CommandKind::Hold);
+    bench.run(100);
+    assert_eq!((bench.core.mode(), bench.drive.unwrap().speed_mm_s), (Mode::HoldSafe, 0));
+}
+
+#[test]
+fn the_loss_of_any_guard_ends_authority_in_time() {
+    for guard in Guard::ALL {
+        let mut bench = Bench::in_mode(Mode::PrepareToAct);
+        lose(&mut bench, guard);
+        // A log counts as sealed for its own, longer limit; a lease lasts 500 ms; the fence has to be reached.
+        let limit = match guard {
+            Guard::SealedLog => 1500,
+            Guard::Lease => 600,
+            Guard::Geofence => 4000,
+            _ => 400,
+        };
+        bench.run(limit);
+        let revoked =
+            bench.events.iter().any(|e| matches!(e, Event::Revoked { cause, .. } if *cause == Cause::Lost(guard)));
+        assert!(revoked, "{guard:?}: {:?}", bench.transitions());
+        let expected = match guard {
+            Guard::Geofence | Guard::Lease | Guard::Teammates => Mode::HoldSafe,
+            Guard::Designation => Mode::Ready,
+            _ => Mode::Degraded,
+        };
+        let (from, to, cause) = bench.transitions()[2];
+        assert_eq!((from, to, cause), (Mode::PrepareToAct, expected, Cause::Lost(guard)));
+        assert_eq!(bench.order(CommandKind::Confirm(TRACK)), Some(Reason::Interlock), "{guard:?}");
+    }
+}
+
+#[test]
+fn unused_authority_expires() {
+    let mut bench = Bench::in_mode(Mode::PrepareToAct);
+    bench.run(5100);
+    assert_eq!(bench.transitions().last(), Some(&(Mode::PrepareToAct, Mode::Ready, Cause::Expired)));
+}
+
+#[test]
+fn a_lost_stage_degrades_and_recovers_after_hysteresis_but_authority_does_not_come_back() {
+    let mut bench = Bench::in_mode(Mode::PrepareToAct);
+    lose(&mut bench, Guard::Thermal);
+    bench.run(3000);
+    assert_eq!(bench.core.mode(), Mode::Degraded);
+    assert!(bench.drive.unwrap().speed_mm_s <= 1000);
+    bench.missing.clear();
+    bench.run(900);
+    assert_eq!(bench.core.mode(), Mode::Degraded, "hysteresis");
+    bench.run(300);
+    assert_eq!(bench.core.mode(), Mode::Ready);
+    assert!(bench.report.unwrap().authority.is_none());
+}
+
+#[test]
+fn losing_localisation_stops_at_once_and_holds_within_the_bound() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.no_fix = true;
+    bench.run(400);
+    assert_eq!((bench.core.mode(), bench.drive.unwrap().speed_mm_s), (Mode::Degraded, 0));
+    bench.run(500);
+    assert_eq!(
+        bench.transitions().last(),
+        Some(&(Mode::Degraded, Mode::HoldSafe, Cause::Unrecovered(Guard::Localisation)))
+    );
+}
+
+#[test]
+fn a_fix_that_jumps_is_not_believed() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.fix_offset = 3000;
+    bench.run(100);
+    assert_eq!(bench.core.mode(), Mode::Degraded);
+    let believed = bench.report.as_ref().unwrap().pose.y_mm;
+    assert!(believed.abs() < 100, "{believed}");
+    bench.run(500);
+    assert_eq!(bench.core.mode(), Mode::HoldSafe);
+}
+
+#[test]
+fn a_lapsed_lease_holds_and_going_on_takes_an_operator() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.no_grants = true;
+    bench.run(600);
+    assert_eq!(bench.transitions().last().unwrap().1, Mode::HoldSafe);
+    let silence = bench.events.iter().rev().find_map(|e| match e {
+        Event::Transition { because, .. } => Some(*because),
+        _ => None,
+    });
+    assert!(matches!(silence, Some(Because::Silence(_))));
+    bench.no_grants = false;
+    bench.run(3000);
+    assert_eq!(bench.core.mode(), Mode::HoldSafe, "nothing goes on by itself");
+    assert_eq!(bench.order(CommandKind::Resume), None);
+    assert_eq!(bench.core.mode(), Mode::Ready);
+}
+
+#[test]
+fn a_policy_that_waives_something_admits_authority_only_as_an_ablation() {
+    let mut policy = Policy::default();
+    policy.boundary.insert(Check::Origin, Requirement::Waived);
+    let mut bench = Bench::under(policy.clone(), None);
+    bench.reach(Mode::Ready);
+    assert_eq!(bench.order(CommandKind::Arm(TRACK)), Some(Reason::Interlock));
+    let mut bench = Bench::under(policy, Some(Ablation { scenario: "test".into() }));
+    bench.reach(Mode::PrepareToAct);
+}
+
+#[test]
+fn a_fork_has_its_own_authority_in_its_own_world_and_else_goes_the_same_way() {
+    let mut original = Bench::in_mode(Mode::PrepareToAct);
+    let fork = original.core.fork(WorldId(9));
+    let confirm = original.signed_order(CommandKind::Confirm(TRACK));
+    original.publish(confirm.clone());
+    original.core = fork;
+    original.publish(confirm);
+    assert_eq!(original.acts.len(), 2);
+    let [first, second] = [original.acts[0], original.acts[1]];
+    assert_eq!((first.world, second.world), (WorldId(1), WorldId(9)));
+    assert_eq!(first, wire::drive::Act { world: WorldId(1), ..second });
+}
+
+#[test]
+fn after_quiesce_nothing_is_sent_and_the_account_balances() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.feed(&Input::Quiesce);
+    let (drive, acks) = (bench.drive, bench.acks.len());
+    bench.no_grants = true;
+    bench.run(1000);
+    assert_eq!(bench.core.mode(), Mode::Ready, "the run is over: nothing is decided any more");
+    assert_eq!((bench.drive, bench.acks.len()), (drive, acks));
+    bench.feed(&Input::Finish);
+    let count = |wanted: &dyn Fn(Account) -> bool| -> u64 {
+        let of = |e: &Event| match e {
+            Event::Count { account, n } if wanted(*account) => *n,
+            _ => 0,
+        };
+        bench.events.iter().map(of).sum()
+    };
+    let at = Interface::Downlink;
+    let received = count(&|a| a == Account::Received(at));
+    let judged = count(&|a| a == Account::Accepted(at) || matches!(a, Account::Refused(place, _) if place == at));
+    assert!(received > 10 && received == judged, "{received} {judged}");
+    assert!(matches!(bench.events.last(), Some(Event::Signed { .. })));
+}

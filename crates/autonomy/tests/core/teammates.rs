@@ -1,0 +1,125 @@
+//! What teammates claim, and when it cannot all be true.
+
+use wire::command::CommandKind;
+use wire::event::{Event, Inconsistency};
+use wire::id::{PeerId, UnitId};
+use wire::mode::{Cause, Guard, Mode};
+use wire::policy::{Check, Policy, Requirement};
+use wire::refusal::Reason;
+use wire::setup::Ablation;
+
+use crate::bench::Bench;
+
+const B: (UnitId, PeerId) = (UnitId::B, PeerId::UNIT_B);
+const C: (UnitId, PeerId) = (UnitId::C, PeerId::UNIT_C);
+
+/// A policy under which whoever has a session may speak for anyone.
+fn session_only() -> Bench {
+    let mut policy = Policy::default();
+    policy.boundary.insert(Check::Origin, Requirement::Waived);
+    policy.boundary.insert(Check::Signature, Requirement::Waived);
+    let mut bench = Bench::under(policy, Some(Ablation { scenario: "session-only".into() }));
+    bench.reach(Mode::Ready);
+    bench
+}
+
+fn found(bench: &Bench) -> Vec<Inconsistency> {
+    let of = |e: &Event| match e {
+        Event::Inconsistent { finding, .. } => Some(*finding),
+        _ => None,
+    };
+    bench.events.iter().filter_map(of).collect()
+}
+
+fn refused(bench: &Bench, peer: PeerId) -> Vec<Reason> {
+    let of = |e: &Event| match e {
+        Event::Refused { peer: Some(by), reason, .. } if *by == peer => Some(*reason),
+        _ => None,
+    };
+    bench.events.iter().filter_map(of).collect()
+}
+
+#[test]
+fn claims_that_agree_change_nothing() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    for n in 1..20 {
+        bench.claim(B.0, B.1, n, (100 * n as i32, 12_000));
+        bench.claim(C.0, C.1, n, (-100 * n as i32, -12_000));
+        bench.run(100);
+    }
+    assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready));
+}
+
+#[test]
+fn a_teammate_that_jumps_holds_until_an_operator_consents() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.claim(B.0, B.1, 1, (0, 15_000));
+    bench.claim(B.0, B.1, 2, (0, 9000));
+    assert_eq!(found(&bench), [Inconsistency::Kinematics]);
+    assert_eq!(bench.transitions().last().unwrap().2, Cause::Lost(Guard::Teammates));
+    bench.run(3000);
+    assert_eq!(bench.core.mode(), Mode::HoldSafe, "the finding stays");
+    assert_eq!(bench.order(CommandKind::Resume), None);
+    assert_eq!(bench.core.mode(), Mode::Ready);
+}
+
+#[test]
+fn consent_that_other_guards_do_not_allow_leaves_the_finding_standing() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.claim(B.0, B.1, 1, (0, 15_000));
+    bench.claim(B.0, B.1, 2, (0, 9000));
+    bench.no_seals = true;
+    bench.run(1500);
+    assert_eq!(bench.order(CommandKind::Resume), Some(Reason::Interlock));
+    bench.run(100);
+    assert!(bench.report.as_ref().unwrap().failing.has(Guard::Teammates));
+}
+
+#[test]
+fn two_units_in_one_place_are_inconsistent_and_so_is_one_in_ours() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.claim(B.0, B.1, 1, (0, 12_000));
+    bench.claim(C.0, C.1, 1, (500, 12_500));
+    assert_eq!(found(&bench), [Inconsistency::Exclusion]);
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.claim(B.0, B.1, 1, (-9500, 300));
+    assert_eq!((found(&bench), bench.core.mode()), (vec![Inconsistency::Exclusion], Mode::HoldSafe));
+}
+
+#[test]
+fn forwarding_of_a_third_units_report_is_refused_by_origin_and_leaves_no_trace() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.claim(C.0, B.1, 1, (0, 12_000));
+    assert_eq!(refused(&bench, PeerId::UNIT_B), [Reason::Origin]);
+    bench.claim(B.0, B.1, 1, (0, 12_000));
+    assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready), "the refused claim excludes nobody");
+}
+
+#[test]
+fn under_session_only_a_forwarded_report_passes_and_consistency_finds_the_second_source() {
+    let mut bench = session_only();
+    bench.claim(C.0, C.1, 1, (0, 12_000));
+    bench.claim(C.0, B.1, 1, (0, 12_000));
+    assert_eq!(refused(&bench, PeerId::UNIT_B), []);
+    assert_eq!((found(&bench), bench.core.mode()), (vec![Inconsistency::TimeBase], Mode::HoldSafe));
+}
+
+#[test]
+fn under_session_only_a_silent_units_report_can_be_forwarded_unnoticed() {
+    let mut bench = session_only();
+    for n in 1..20 {
+        bench.claim(C.0, B.1, n, (0, 12_000));
+        bench.run(100);
+    }
+    assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready));
+}
+
+#[test]
+fn a_replayed_claim_is_refused_and_no_inconsistency() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.claim(B.0, B.1, 5, (0, 12_000));
+    bench.claim(B.0, B.1, 4, (0, 12_000));
+    bench.claim(B.0, B.1, 5, (0, 12_000));
+    assert_eq!(refused(&bench, PeerId::UNIT_B), [Reason::Replayed]);
+    assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready), "overtaking is no lie");
+}

@@ -1,0 +1,194 @@
+//! Any bytes at all, and any report or session record at all.
+
+use minicbor::bytes::ByteSlice;
+use proptest::collection::vec;
+use proptest::option;
+use proptest::prelude::*;
+use wire::bus::{ChannelKey, HEADER_LEN, Sender};
+use wire::codec;
+use wire::command::{Confirmation, Intent};
+use wire::core::Topic;
+use wire::hop::{Hop, HopBody, MAX_HOP, Teammate};
+use wire::id::{Boot, CommandId, NODES, NodeId, Nonce, PeerId, Sequence, TrackId};
+use wire::mode::{Cause, Guard, Guards, Mode};
+use wire::policy::Policy;
+use wire::refusal::Reason;
+use wire::report::{MAX_REPORT, Report, ReportedAuthority, ReportedTrack};
+use wire::sensor::{Candidates, Class, Frames, Modalities, Navigation, Pose, ProductMode};
+use wire::time::{AgeBound, Echo, Instant, PeerStamp, Span};
+use wire::track::Tracks;
+use wire::trust::{BusGate, Decoded, Received, SessionGate, SignedReport, SignedStatement, Window};
+
+use crate::values;
+
+/// Offers `bytes` to every way into the boundary; nothing but a panic is an error here.
+fn offer(bytes: &[u8]) {
+    for (_, values) in values::all() {
+        if let Some(value) = values.first() {
+            let _ = (value.decode)(bytes, MAX_HOP);
+        }
+    }
+    let (policy, now) = (Policy::default(), Instant(1_000_000));
+    let _ = Received::new(now, bytes).frame(MAX_HOP);
+    let _ = SignedReport::decode(now, bytes);
+    let _ = Decoded::<Intent>::parse(now, bytes, MAX_REPORT);
+    let _ = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes);
+    let mut gate = SessionGate {
+        policy: &policy,
+        peer: PeerId::UNIT_A,
+        ages: &mut AgeBound::new(Span::s(3)),
+        session: Nonce(1),
+        window: &mut Window::new(32, 600),
+        freshness: Span::ms(300),
+        echo_limit: Span::s(3),
+    };
+    let _ = gate.admit(now, bytes);
+    let gate = |topic| BusGate::new(topic, NodeId::SIM, ChannelKey([1; 32]), Span::ms(300));
+    let _ = gate(Topic::Frames).admit::<Frames<'_>>(&policy, now, bytes);
+    let _ = gate(Topic::Candidates).admit::<Candidates>(&policy, now, bytes);
+    let _ = gate(Topic::Navigation).admit::<Navigation>(&policy, now, bytes);
+    let _ = gate(Topic::Tracks).admit::<Tracks>(&policy, now, bytes);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn no_bytes_make_a_decoder_panic(bytes in vec(any::<u8>(), 0..512)) {
+        offer(&bytes);
+    }
+
+    #[test]
+    fn no_damage_to_a_message_makes_a_decoder_panic(
+        which in any::<prop::sample::Index>(),
+        damage in vec((any::<prop::sample::Index>(), any::<u8>()), 1..4),
+    ) {
+        let vectors: Vec<Vec<u8>> = values::all().into_iter().flat_map(|(_, v)| v).map(|v| v.bytes).collect();
+        let mut bytes = which.get(&vectors).clone();
+        for (at, byte) in damage {
+            let at = at.index(bytes.len());
+            bytes[at] = byte;
+        }
+        offer(&bytes);
+        let mut sender = Sender::new(Topic::Tracks, NodeId::SIM, Boot(1), ChannelKey([1; 32]));
+        let sealed = sender.seal(Instant(1_000_000), &bytes);
+        prop_assert_eq!(&sealed[HEADER_LEN..HEADER_LEN + bytes.len()], &bytes[..]);
+        offer(&sealed);
+    }
+
+    #[test]
+    fn a_report_survives_its_encoding(report in report()) {
+        let bytes = codec::encode(&report);
+        prop_assert!(bytes.len() <= MAX_REPORT);
+        prop_assert_eq!(codec::decode::<Report>(&bytes, MAX_REPORT), Ok(report));
+    }
+
+    #[test]
+    fn a_session_record_survives_its_encoding(
+        numbers in any::<[u64; 5]>(),
+        boot in any::<u32>(),
+        echo in option::of(any::<(u64, u64)>()),
+        kind in 0..4u8,
+        content in vec(any::<u8>(), 0..MAX_REPORT),
+        peer in identity(),
+    ) {
+        let [session, sequence, stamp, challenge, extra] = numbers;
+        let report: &ByteSlice = content.as_slice().into();
+        let via = PeerId::from_name(peer.name()).expect("one set of names for both");
+        let body = match kind {
+            0 => HopBody::Hello(Nonce(extra)),
+            1 => HopBody::Report(report),
+            2 => HopBody::Grant(Span(extra)),
+            _ => HopBody::Teammate(Teammate { via, age: Span(extra), report }),
+        };
+        let echo = echo.map(|(nonce, seen)| Echo { nonce: Nonce(nonce), seen: PeerStamp(seen) });
+        let hop = Hop {
+            version: 1,
+            session: Nonce(session),
+            boot: Boot(boot),
+            sequence: Sequence(sequence),
+            stamp: PeerStamp(stamp),
+            challenge: Nonce(challenge),
+            echo,
+            body,
+        };
+        let bytes = codec::encode(&hop);
+        prop_assert!(bytes.len() <= MAX_HOP, "{} bytes", bytes.len());
+        prop_assert_eq!(codec::decode::<Hop<'_>>(&bytes, MAX_HOP), Ok(hop));
+    }
+}
+
+fn identity() -> impl Strategy<Value = NodeId> {
+    let all: Vec<NodeId> = (0..NODES as u8).map(|n| codec::decode(&codec::encode(&n), 2).expect("an identity")).collect();
+    prop::sample::select(all)
+}
+
+fn guard() -> impl Strategy<Value = Guard> {
+    prop::sample::select(Guard::ALL.to_vec())
+}
+
+fn cause() -> impl Strategy<Value = Cause> {
+    prop_oneof![
+        prop::sample::select(vec![Cause::Start, Cause::Operator, Cause::Recovered, Cause::Acted, Cause::Expired]),
+        guard().prop_map(Cause::Lost),
+        guard().prop_map(Cause::Unrecovered),
+    ]
+}
+
+fn command() -> impl Strategy<Value = CommandId> {
+    (identity(), any::<u32>(), any::<u64>()).prop_map(|(operator, boot, sequence)| CommandId {
+        operator,
+        boot: Boot(boot),
+        sequence: Sequence(sequence),
+    })
+}
+
+fn pose() -> impl Strategy<Value = Pose> {
+    any::<(i32, i32, i16)>().prop_map(|(x_mm, y_mm, yaw_mrad)| Pose { x_mm, y_mm, yaw_mrad })
+}
+
+fn track() -> impl Strategy<Value = ReportedTrack> {
+    let class = prop::sample::select(Class::ALL.to_vec());
+    (any::<(u32, i32, i32, u16, u8, u64)>(), class).prop_map(|((id, x_mm, y_mm, confidence, supported, age), class)| {
+        ReportedTrack {
+            id: TrackId(id),
+            class,
+            x_mm,
+            y_mm,
+            confidence,
+            supported: Modalities(supported),
+            age: Span(age),
+        }
+    })
+}
+
+fn report() -> impl Strategy<Value = Report> {
+    let product = prop::sample::select(vec![ProductMode::Live, ProductMode::Synthetic, ProductMode::Replay]);
+    let state = (product, prop::sample::select(Mode::ALL.to_vec()), cause(), any::<u16>());
+    let authority = option::of(any::<(u32, u64)>());
+    let last = option::of((command(), option::of(prop::sample::select(Reason::ALL.to_vec()))));
+    let numbers = any::<(u32, u64, u64, i32, u64, u64, u16)>();
+    (identity(), numbers, state, pose(), authority, last, vec(track(), 0..=8)).prop_map(
+        |(origin, (boot, sequence, stamp, speed_mm_s, age, nonce, progress), state, pose, authority, last, tracks)| {
+            let (product, mode, cause, failing) = state;
+            Report {
+                origin,
+                boot: Boot(boot),
+                sequence: Sequence(sequence),
+                stamp: PeerStamp(stamp),
+                product,
+                mode,
+                cause,
+                failing: Guards(failing),
+                pose,
+                speed_mm_s,
+                pose_age: Span(age),
+                authority: authority.map(|(track, left)| ReportedAuthority { track: TrackId(track), left: Span(left) }),
+                command_nonce: Nonce(nonce),
+                last_command: last,
+                progress,
+                tracks: tracks.into_iter().collect(),
+            }
+        },
+    )
+}

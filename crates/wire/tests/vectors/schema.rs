@@ -1,0 +1,48 @@
+//! The vectors against `docs/telemetry.cddl`, judged by an independent validator.
+
+use std::path::Path;
+
+use cddl_cat::{cbor::validate_cbor_bytes, parse_cddl};
+
+use crate::values;
+
+fn schema() -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/telemetry.cddl");
+    std::fs::read_to_string(path).expect("docs/telemetry.cddl")
+}
+
+#[test]
+fn every_vector_meets_the_rule_of_its_message() {
+    let schema = schema();
+    for (message, values) in values::all() {
+        for value in values {
+            let verdict = validate_cbor_bytes(message, &schema, &value.bytes);
+            assert!(verdict.is_ok(), "{message}/{}: {verdict:?}", value.name);
+        }
+    }
+}
+
+#[test]
+fn no_vector_meets_the_rule_of_another_message_that_shares_its_channel() {
+    let schema = schema();
+    let channels = [&["intent", "confirmation", "ack", "report"][..], &["drive", "act"], &["seal", "tracks"]];
+    for channel in channels {
+        for (message, values) in values::all().into_iter().filter(|(m, _)| channel.contains(m)) {
+            for other in channel.iter().filter(|o| **o != message) {
+                for value in &values {
+                    let verdict = validate_cbor_bytes(other, &schema, &value.bytes);
+                    assert!(verdict.is_err(), "{message}/{} passes as {other}", value.name);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_schema_has_a_rule_for_every_message() {
+    let schema = schema();
+    let rules = parse_cddl(&schema).expect("valid CDDL").rules;
+    for (message, _) in values::all() {
+        assert!(rules.iter().any(|rule| rule.name == message), "no rule `{message}`");
+    }
+}

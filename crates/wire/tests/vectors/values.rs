@@ -1,0 +1,558 @@
+//! The named values behind the vectors. Numbers are chosen to differ from each other and to need every width.
+
+use minicbor::bytes::ByteSlice;
+use wire::audit::{Entry, Head, Seal, SealedHead};
+use wire::codec::{self, List, Malformed, Text};
+use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request};
+use wire::core::{Input, Output, Side, Subject, Topic};
+use wire::drive::{Act, Drive};
+use wire::event::{
+    Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor,
+};
+use wire::feed::{AcceptedReport, CommandStage, Feed};
+use wire::hop::{HOP_VERSION, Hop, HopBody, Teammate};
+use wire::id::{
+    Boot, CommandId, FrameId, NodeId, Nonce, ObjectId, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId,
+    WorldId,
+};
+use wire::mode::{Because, Cause, Guard, Guards, Mode};
+use wire::policy::{Check, Waived};
+use wire::refusal::{Reason, Refusal};
+use wire::report::{Report, ReportedAuthority, ReportedTrack};
+use wire::sensor::{
+    Blob, Candidates, Class, Cluster, DepthSample, Detection, Fix, Frames, Modalities, Modality, Navigation, Odometry,
+    PixelBox, Pose, ProductMode,
+};
+use wire::sign::{Key, Purpose, Signed};
+use wire::time::{Echo, Instant, PeerStamp, Span};
+use wire::track::{StageProduct, Track, Tracks};
+
+/// A decoder of one message: bytes and the longest length allowed in, whether it is the named value out.
+pub(crate) type Decode = Box<dyn Fn(&[u8], usize) -> Result<bool, Malformed>>;
+
+/// A value with its name and its encoding.
+pub(crate) struct Named {
+    /// Name in the vector file.
+    pub name: &'static str,
+    /// What the codec writes for it.
+    pub bytes: Vec<u8>,
+    /// Decodes and compares with it.
+    pub decode: Decode,
+    /// For entries, the event's number.
+    pub event: u8,
+}
+
+macro_rules! named {
+    ($name:expr, $message:ty, $value:expr) => {{
+        let value: $message = $value;
+        let bytes = codec::encode(&value);
+        let decode: Decode = Box::new(move |bytes, max| codec::decode::<$message>(bytes, max).map(|got| got == value));
+        Named { name: $name, bytes, decode, event: 0 }
+    }};
+}
+
+/// Every message with its values, in the order of the vector files.
+pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
+    vec![
+        ("report", reports()),
+        ("hop", hops()),
+        ("intent", intents()),
+        ("confirmation", vec![named!("of-arm", Confirmation, Confirmation { id: COMMAND, intent: [0xab; 32] })]),
+        ("order", orders()),
+        ("ack", acks()),
+        ("request", requests()),
+        ("feed", feeds()),
+        ("frames", frames()),
+        ("candidates", candidates()),
+        ("navigation", navigation()),
+        ("tracks", tracks()),
+        ("drive", vec![named!("left-turn", Drive, drive())]),
+        ("act", vec![named!("confirmed", Act, act())]),
+        ("entry", entries()),
+        ("seal", seals()),
+        ("head", vec![named!("unit-a", Head, head())]),
+        ("sign1", signed()),
+        ("input", inputs()),
+        ("output", outputs()),
+    ]
+}
+
+pub(crate) const COMMAND: CommandId = CommandId { operator: NodeId::OPERATOR, boot: Boot(2), sequence: Sequence(7) };
+const RECORD: RecordId = RecordId { node: NodeId::UNIT_C, boot: Boot(3), sequence: Sequence(1000) };
+
+fn opaque(bytes: &'static [u8]) -> &'static ByteSlice {
+    bytes.into()
+}
+
+pub(crate) fn report() -> Report {
+    Report {
+        origin: NodeId::UNIT_A,
+        boot: Boot(1),
+        sequence: Sequence(41),
+        stamp: PeerStamp(5_000_000_000),
+        product: ProductMode::Live,
+        mode: Mode::PrepareToAct,
+        cause: Cause::Operator,
+        failing: Guards::default(),
+        pose: Pose { x_mm: -12_000, y_mm: 300, yaw_mrad: -1571 },
+        speed_mm_s: 1500,
+        pose_age: Span(20_000),
+        authority: Some(ReportedAuthority { track: TrackId(3), left: Span::ms(4200) }),
+        command_nonce: Nonce(u64::MAX),
+        last_command: Some((COMMAND, None)),
+        progress: 250,
+        tracks: [ReportedTrack {
+            id: TrackId(3),
+            class: Class::Vehicle,
+            x_mm: 8000,
+            y_mm: -70_000,
+            confidence: 870,
+            supported: Modalities::default().with(Modality::Rgb).with(Modality::Lidar),
+            age: Span::ms(80),
+        }]
+        .into_iter()
+        .collect(),
+    }
+}
+
+fn reports() -> Vec<Named> {
+    let bare = Report {
+        mode: Mode::Degraded,
+        cause: Cause::Lost(Guard::Thermal),
+        failing: Guards::default().with(Guard::Thermal).with(Guard::Designation),
+        authority: None,
+        last_command: None,
+        tracks: List::default(),
+        ..report()
+    };
+    let refused = Report { last_command: Some((COMMAND, Some(Reason::Interlock))), ..bare.clone() };
+    vec![
+        named!("with-authority-and-a-track", Report, report()),
+        named!("degraded-without-either", Report, bare),
+        named!("last-command-refused", Report, refused),
+    ]
+}
+
+pub(crate) fn hop(body: HopBody<'static>) -> Hop<'static> {
+    Hop {
+        version: HOP_VERSION,
+        session: Nonce(0x0102_0304_0506_0708),
+        boot: Boot(1),
+        sequence: Sequence(300),
+        stamp: PeerStamp(70_000),
+        challenge: Nonce(23),
+        echo: Some(Echo { nonce: Nonce(24), seen: PeerStamp(65_000) }),
+        body,
+    }
+}
+
+fn hops() -> Vec<Named> {
+    let first = Hop { session: Nonce(0), sequence: Sequence(1), echo: None, ..hop(HopBody::Hello(Nonce(99))) };
+    let teammate = Teammate { via: PeerId::UNIT_B, age: Span::ms(12), report: opaque(b"signed") };
+    vec![
+        named!("hello-before-any-challenge", Hop<'_>, first),
+        named!("report", Hop<'_>, hop(HopBody::Report(opaque(b"signed")))),
+        named!("grant", Hop<'_>, hop(HopBody::Grant(Span::ms(500)))),
+        named!("teammate", Hop<'_>, hop(HopBody::Teammate(teammate))),
+    ]
+}
+
+pub(crate) fn intent(kind: CommandKind, reason: &str) -> Intent {
+    Intent { id: COMMAND, unit: UnitId::A, nonce: Nonce(77), kind, reason: Text::new(reason) }
+}
+
+fn intents() -> Vec<Named> {
+    vec![
+        named!("hold", Intent, intent(CommandKind::Hold, "")),
+        named!("disarm", Intent, intent(CommandKind::Disarm, "")),
+        named!("enable", Intent, intent(CommandKind::Enable, "start of the mission")),
+        named!("resume", Intent, intent(CommandKind::Resume, "cause understood")),
+        named!("arm", Intent, intent(CommandKind::Arm(TrackId(3)), "vehicle in view")),
+        named!("confirm", Intent, intent(CommandKind::Confirm(TrackId(3)), "still in view")),
+    ]
+}
+
+fn orders() -> Vec<Named> {
+    let (intent, confirmation) = (opaque(b"intent"), opaque(b"confirmation"));
+    vec![
+        named!("towards-safe", Order<'_>, Order { intent, confirmation: None }),
+        named!("away-from-safe", Order<'_>, Order { intent, confirmation: Some(confirmation) }),
+    ]
+}
+
+fn acks() -> Vec<Named> {
+    let executed = Ack { id: COMMAND, intent: [0xcd; 32], refused: None, mode: Mode::HoldSafe };
+    let refused = Ack { refused: Some(Reason::Late), mode: Mode::Ready, ..executed };
+    vec![named!("executed", Ack, executed), named!("refused", Ack, refused)]
+}
+
+fn requests() -> Vec<Named> {
+    vec![
+        named!("stage", Request<'_>, Request::Stage(opaque(b"intent"))),
+        named!("release", Request<'_>, Request::Release(opaque(b"confirmation"))),
+    ]
+}
+
+fn feeds() -> Vec<Named> {
+    let report = AcceptedReport {
+        via: PeerId::UNIT_A,
+        unit: UnitId::A,
+        received: Instant(9_000_000),
+        age: Some(Span::ms(31)),
+        waived: Waived::default(),
+        report: opaque(b"signed"),
+    };
+    let waived = Waived::default().with(Check::Freshness).with(Check::Signature);
+    let unknown_age = AcceptedReport { age: None, waived, ..report };
+    vec![
+        named!("accepted", Feed<'_>, Feed::Accepted(report)),
+        named!("accepted-of-unknown-age", Feed<'_>, Feed::Accepted(unknown_age)),
+        named!("refused-from-a-peer", Feed<'_>, Feed::Refused(Reason::Stale, Some(PeerId::UNIT_B))),
+        named!("refused-from-nobody-known", Feed<'_>, Feed::Refused(Reason::Tag, None)),
+        named!("session-open", Feed<'_>, Feed::Session(PeerId::UNIT_C, true)),
+        named!("command-sent", Feed<'_>, Feed::Command(COMMAND, CommandStage::Sent)),
+        named!("acknowledged", Feed<'_>, Feed::Acknowledged(opaque(b"ack"))),
+    ]
+}
+
+fn frames() -> Vec<Named> {
+    let none = Frames {
+        frame: FrameId(12),
+        stamp: Instant(1_200_000),
+        width: 2,
+        height: 1,
+        rgb: None,
+        depth: None,
+        thermal: None,
+        lidar: None,
+    };
+    let full = Frames {
+        rgb: Some(opaque(&[1, 2, 3, 4, 5, 6])),
+        depth: Some(opaque(&[0x10, 0x27, 0, 0])),
+        thermal: Some(opaque(&[0x72, 0x72, 0x90, 0x72])),
+        lidar: Some(opaque(&[0xe8, 3])),
+        ..none
+    };
+    vec![
+        named!("all-modalities", Frames<'_>, full),
+        named!("thermal-lost", Frames<'_>, Frames { thermal: None, ..full }),
+        named!("lidar-lost", Frames<'_>, Frames { lidar: None, ..full }),
+        named!("nothing", Frames<'_>, none),
+    ]
+}
+
+fn candidates() -> Vec<Named> {
+    let bounds = PixelBox { x0: 10, y0: 20, x1: 40, y1: 300 };
+    let full = Candidates {
+        frame: FrameId(12),
+        stamp: Instant(1_200_000),
+        mode: ProductMode::Live,
+        rgb: Some([Detection { class: Class::Decoy, score: 640, bounds }].into_iter().collect()),
+        depth: Some([DepthSample { detection: 0, median_mm: 9000 }].into_iter().collect()),
+        thermal: Some([Blob { bounds, mean_ck: 30_500, peak_ck: 31_000 }].into_iter().collect()),
+        lidar: Some([Cluster { x_mm: 9100, y_mm: -400, width_mm: 1800, height_mm: 1500 }].into_iter().collect()),
+    };
+    let looked = Candidates { rgb: Some(List::default()), depth: None, thermal: Some(List::default()), ..full.clone() };
+    let none = Candidates { mode: ProductMode::Replay, rgb: None, depth: None, thermal: None, lidar: None, ..looked.clone() };
+    vec![
+        named!("nothing-from-any-stage", Candidates, none),
+        named!("looked-and-saw-nothing-without-depth", Candidates, looked),
+        named!("all-stages", Candidates, full),
+    ]
+}
+
+fn navigation() -> Vec<Named> {
+    let fix = Some(Fix { pose: Pose { x_mm: 1, y_mm: -2, yaw_mrad: 3141 }, sigma_mm: 50 });
+    let odometry = Some(Odometry { speed_mm_s: -200, yaw_rate_mrad_s: 100 });
+    let stamp = Instant(1_250_000);
+    vec![
+        named!("both", Navigation, Navigation { stamp, fix, odometry }),
+        named!("localisation-lost", Navigation, Navigation { stamp, fix: None, odometry }),
+        named!("odometry-lost", Navigation, Navigation { stamp, fix, odometry: None }),
+        named!("neither", Navigation, Navigation { stamp, fix: None, odometry: None }),
+    ]
+}
+
+fn tracks() -> Vec<Named> {
+    let product = Some(StageProduct { frame: FrameId(12), stamp: Instant(1_200_000) });
+    let track = Track {
+        id: TrackId(3),
+        class: Class::Person,
+        x_mm: 8000,
+        y_mm: -70_000,
+        vx_mm_s: 0,
+        vy_mm_s: -1200,
+        sigma_mm: 300,
+        confidence: 999,
+        supported: Modalities(0b1011),
+        vetoed: Modalities(0b0100),
+        updated: Instant(1_200_000),
+        frame: FrameId(12),
+    };
+    let full = Tracks {
+        frame: FrameId(12),
+        stamp: Instant(1_200_000),
+        mode: ProductMode::Live,
+        products: [product; 4],
+        tracks: [track].into_iter().collect(),
+    };
+    let bare = Tracks { products: [product, None, None, None], tracks: List::default(), ..full.clone() };
+    vec![named!("one-track", Tracks, full), named!("before-any-but-rgb", Tracks, bare)]
+}
+
+pub(crate) fn drive() -> Drive {
+    Drive { stamp: Instant(1_300_000), speed_mm_s: 2500, curvature_um: 40_000, lease: Span::ms(300) }
+}
+
+fn act() -> Act {
+    Act {
+        stamp: Instant(1_400_000),
+        world: WorldId(0),
+        authority: 2,
+        track: TrackId(3),
+        x_mm: 8000,
+        y_mm: -70_000,
+        command: COMMAND,
+    }
+}
+
+fn seals() -> Vec<Named> {
+    let head = SealedHead { node: NodeId::UNIT_A, boot: Boot(1), counter: 17 };
+    let one = Seal { entries: 17, head: [0xee; 32], heads: [head].into_iter().collect() };
+    let none = Seal { entries: 0, head: [0; 32], heads: List::default() };
+    vec![named!("of-one-chain", Seal, one), named!("of-nothing-yet", Seal, none)]
+}
+
+fn head() -> Head {
+    Head { node: NodeId::UNIT_A, boot: Boot(1), counter: 17, hash: [0x11; 32] }
+}
+
+/// COSE_Sign1 is private to `wire::sign`, so its vectors go through the parser.
+fn signed() -> Vec<Named> {
+    let key = Key::from_bytes(&[7; 32]);
+    let purposes = [
+        ("report", Purpose::Report),
+        ("intent", Purpose::Intent),
+        ("confirmation", Purpose::Confirmation),
+        ("ack", Purpose::Ack),
+        ("head", Purpose::Head),
+    ];
+    let one = |(name, purpose)| {
+        let payload: &[u8] = b"payload";
+        let decode: Decode = Box::new(move |bytes, max| match Signed::parse(bytes, max) {
+            Ok(signed) => Ok(signed.payload == payload),
+            Err(Refusal::Length { max, got }) => Err(Malformed::TooLong { max, got }),
+            Err(Refusal::Schema { at }) => Err(Malformed::Schema { at }),
+            Err(Refusal::Canonical { at }) => Err(Malformed::NonCanonical { at }),
+            Err(other) => panic!("{other}"),
+        });
+        Named { name, bytes: key.sign(purpose, payload), decode, event: 0 }
+    };
+    purposes.into_iter().map(one).collect()
+}
+
+fn inputs() -> Vec<Named> {
+    let (bytes, session, subject) = (vec![1, 2], SessionId(4), Subject::Command(UnitId::A));
+    let stream = Input::Stream { connection: session, side: Side::Server, bytes: Vec::new() };
+    vec![
+        named!("timeout", Input, Input::Timeout),
+        named!("bus", Input, Input::Bus { topic: Topic::Tracks, bytes: bytes.clone() }),
+        named!("opened", Input, Input::Opened { session, peer: PeerId::UNIT_B }),
+        named!("record", Input, Input::Record { session, bytes: bytes.clone() }),
+        named!("closed", Input, Input::Closed { session }),
+        named!("published", Input, Input::Published { subject, bytes: bytes.clone() }),
+        named!("datagram", Input, Input::Datagram { side: Side::Client, bytes: bytes.clone() }),
+        named!("stream-end", Input, stream),
+        named!("audit", Input, Input::Audit { bytes }),
+        named!("quiesce", Input, Input::Quiesce),
+        named!("finish", Input, Input::Finish),
+    ]
+}
+
+fn outputs() -> Vec<Named> {
+    let (bytes, session, side) = (vec![1, 2], SessionId(4), Side::Server);
+    let stream = Output::Stream { connection: session, side, bytes: bytes.clone() };
+    vec![
+        named!("bus", Output, Output::Bus { topic: Topic::Drive, bytes: bytes.clone() }),
+        named!("record", Output, Output::Record { session, bytes: bytes.clone() }),
+        named!("publish", Output, Output::Publish { subject: Subject::Ack(UnitId::A), bytes: bytes.clone() }),
+        named!("datagram", Output, Output::Datagram { side, bytes: bytes.clone() }),
+        named!("stream", Output, stream),
+        named!("reset", Output, Output::Reset { connection: session }),
+        named!("audit", Output, Output::Audit { bytes: bytes.clone() }),
+        named!("text", Output, Output::Text { text: "HOLD_SAFE\n".into() }),
+        named!("stranger", Output, Output::Stranger { bytes }),
+    ]
+}
+
+/// How many kinds of event there are.
+pub(crate) const EVENTS: u8 = 28;
+
+fn entries() -> Vec<Named> {
+    let entry = |(name, event): (&'static str, Event)| {
+        let entry = Entry {
+            node: NodeId::GATEWAY,
+            boot: Boot(1),
+            counter: 2,
+            at: Instant(1_000_000),
+            event,
+            previous: [0x22; 32],
+        };
+        let mut named = named!(name, Entry, entry);
+        // An event is [number, fields], the first array within the entry.
+        let items = crate::item::items(&named.bytes);
+        let event = items.iter().skip(1).position(|item| item.major == 4).expect("the event");
+        named.event = items[event + 2].argument as u8;
+        named
+    };
+    decisions().into_iter().chain(witnesses()).chain(instrument()).map(entry).collect()
+}
+
+/// What services decide.
+fn decisions() -> Vec<(&'static str, Event)> {
+    let at = Interface::Uplink;
+    let waived = Waived::default();
+    let transition = |cause, because| Event::Transition {
+        from: Mode::Ready,
+        to: Mode::Degraded,
+        cause,
+        because,
+        failing: Guards::default().with(Guard::Lidar),
+    };
+    vec![
+        ("started", Event::Started),
+        ("accepted", Event::Accepted { at, record: RECORD, peer: PeerId::UNIT_C, age: Some(Span::ms(9)), waived }),
+        (
+            "accepted-of-unknown-age",
+            Event::Accepted {
+                at: Interface::Bus(Topic::Tracks),
+                record: RECORD,
+                peer: PeerId::UNIT_C,
+                age: None,
+                waived: waived.with(Check::Freshness),
+            },
+        ),
+        (
+            "refused",
+            Event::Refused { at, peer: Some(PeerId::UNIT_B), reason: Reason::Origin, detail: Text::new("origin: …") },
+        ),
+        (
+            "refused-from-nobody-known",
+            Event::Refused { at: Interface::Broker, peer: None, reason: Reason::Role, detail: Text::new("") },
+        ),
+        ("transition-frame", transition(Cause::Lost(Guard::Lidar), Because::Frame(FrameId(7)))),
+        ("transition-silence", transition(Cause::Unrecovered(Guard::Tracks), Because::Silence(Instant(900_000)))),
+        ("transition-record", transition(Cause::Lost(Guard::Teammates), Because::Record(RECORD))),
+        ("transition-claim", transition(Cause::Lost(Guard::Teammates), Because::Claim(UnitId::C))),
+        ("transition-command", transition(Cause::Operator, Because::Command(COMMAND))),
+        ("transition-itself", transition(Cause::Recovered, Because::Itself)),
+        ("minted", Event::Minted { world: WorldId(5), authority: 1, track: TrackId(3), command: COMMAND, waived }),
+        ("revoked", Event::Revoked { authority: 1, cause: Cause::Expired }),
+        (
+            "acted",
+            Event::Acted {
+                world: WorldId(5),
+                authority: 1,
+                track: TrackId(3),
+                command: COMMAND,
+                failing: Guards::default(),
+            },
+        ),
+        ("intended", Event::Intended { command: COMMAND, kind: CommandKind::Arm(TrackId(3)) }),
+        ("staged", Event::Staged { command: COMMAND, stage: CommandStage::Staged }),
+        ("executed", Event::Executed { command: COMMAND, kind: CommandKind::Hold, refused: None }),
+        (
+            "executed-refused",
+            Event::Executed { command: COMMAND, kind: CommandKind::Resume, refused: Some(Reason::Confirmation) },
+        ),
+        ("acknowledged", Event::Acknowledged { command: COMMAND, refused: None }),
+        (
+            "inconsistent",
+            Event::Inconsistent { unit: UnitId::C, finding: Inconsistency::TimeBase, record: RECORD },
+        ),
+    ]
+}
+
+/// What others saw.
+fn witnesses() -> Vec<(&'static str, Event)> {
+    vec![
+        (
+            "truth",
+            Event::Truth {
+                unit: UnitId::A,
+                x_mm: 1,
+                y_mm: -1,
+                yaw_mrad: 0,
+                speed_mm_s: 3000,
+                set_speed_mm_s: 2900,
+                leased: true,
+                fence_mm: -5,
+            },
+        ),
+        ("object", Event::Object { object: ObjectId(4), class: Class::Obstacle, x_mm: 100, y_mm: 200 }),
+        (
+            "plant-act",
+            Event::PlantAct {
+                authority: 1,
+                command: COMMAND,
+                object: Some(ObjectId(4)),
+                class: Some(Class::Vehicle),
+                distance_mm: 700,
+            },
+        ),
+        (
+            "plant-act-on-nothing",
+            Event::PlantAct { authority: 1, command: COMMAND, object: None, class: None, distance_mm: u32::MAX },
+        ),
+        (
+            "fault",
+            Event::Fault { sensor: Sensor::Odometry, kind: FaultKind::Drift, active: true, frame: FrameId(40) },
+        ),
+        ("frame-seen", Event::FrameSeen { frame: FrameId(41), present: Modalities(0b1011) }),
+        ("navigation-seen", Event::NavigationSeen { fix: false, odometry: true }),
+        (
+            "displayed",
+            Event::Displayed {
+                unit: UnitId::A,
+                mode: Mode::Ready,
+                authority: false,
+                freshness: Freshness::Late,
+                age: Span::ms(340),
+                tracks_fresh: 2,
+                tracks_stale: 1,
+                report: RECORD,
+            },
+        ),
+        (
+            "attack",
+            Event::Attack { action: Action::Replay, side: Side::Server, length: 180, hash: 1 << 40, delay: Span::ms(300) },
+        ),
+        (
+            "guard-saw",
+            Event::GuardSaw {
+                association: 1,
+                epoch: 1,
+                sequence: 300,
+                length: 180,
+                hash: 1 << 40,
+                verdict: GuardVerdict::Plaintext,
+            },
+        ),
+        ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
+    ]
+}
+
+/// What the instrument says of itself.
+fn instrument() -> Vec<(&'static str, Event)> {
+    let refused = Account::Refused(Interface::Bus(Topic::Tracks), Reason::Stale);
+    vec![
+        ("count-sent", Event::Count { account: Account::Sent, n: 90 }),
+        ("count-refused", Event::Count { account: refused, n: 3 }),
+        ("count-relay", Event::Count { account: Account::RelayDropped(Side::Client), n: 65_536 }),
+        ("sealed", Event::Sealed { entries: 400, head: [0x33; 32] }),
+        ("signed", Event::Signed { signature: [0x44; 64] }),
+        ("chain-broken", Event::ChainBroken { node: NodeId::SIM, counter: 12 }),
+        ("ended", Event::Ended { node: NodeId::PERCEPTION, killed: true }),
+        ("stalled", Event::Stalled { by: Span::ms(60) }),
+    ]
+}
