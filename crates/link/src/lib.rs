@@ -9,8 +9,8 @@
 pub mod bus;
 pub mod clock;
 pub mod crypto;
-pub mod dtls;
 pub mod drive;
+pub mod dtls;
 pub mod guard;
 pub mod instrument;
 pub mod loopback;

@@ -137,12 +137,7 @@ pub fn tls_client(credential: &Credential) -> Result<rustls::ClientConfig, PkiEr
     Ok(builder.with_client_auth_cert(credential.chain(), credential.key())?)
 }
 
-fn options(
-    at: LoopbackAddr,
-    own: PeerId,
-    broker: PeerId,
-    credential: &Credential,
-) -> Result<MqttOptions, PkiError> {
+fn options(at: LoopbackAddr, own: PeerId, broker: PeerId, credential: &Credential) -> Result<MqttOptions, PkiError> {
     crate::crypto::init();
     let tls = Arc::new(tls_client(credential)?);
     // The name is checked against the broker's certificate; the connector below never resolves it.

@@ -18,7 +18,9 @@ use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher as Port;
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::{AllocationStrategy, FileName, LogLevel, SemanticString, SignalHandlingMode, ipc, set_log_level};
+use iceoryx2::prelude::{
+    AllocationStrategy, FileName, LogLevel, SemanticString, SignalHandlingMode, ipc, set_log_level,
+};
 use iceoryx2::service::port_factory::{event, publish_subscribe};
 use tokio::sync::mpsc;
 use wire::core::{Input, Topic};
@@ -101,9 +103,8 @@ impl Domain {
                 .create()
                 .map_err(|e| library("publisher")(&e))
         })?;
-        let bell = persist(&channel.node, || {
-            channel.wakes.notifier_builder().create().map_err(|e| library("notifier")(&e))
-        })?;
+        let bell =
+            persist(&channel.node, || channel.wakes.notifier_builder().create().map_err(|e| library("notifier")(&e)))?;
         Ok(Publisher { topic, port, bell, _channel: channel })
     }
 
@@ -285,9 +286,8 @@ struct Ends {
 impl Ends {
     fn open(domain: &Domain, scope: &str, topic: Topic) -> Result<Self, BusError> {
         let channel = domain.open(scope, topic)?;
-        let bell = persist(&channel.node, || {
-            channel.wakes.listener_builder().create().map_err(|e| library("listener")(&e))
-        })?;
+        let bell =
+            persist(&channel.node, || channel.wakes.listener_builder().create().map_err(|e| library("listener")(&e)))?;
         let port = persist(&channel.node, || {
             channel.samples.subscriber_builder().create().map_err(|e| library("subscriber")(&e))
         })?;

@@ -37,13 +37,8 @@ pub(super) fn open(controls: mpsc::Receiver<Control>) -> (Sources, Senders) {
     let (sessions_tx, sessions) = mpsc::channel(SESSIONS);
     let (frames_tx, frames) = mpsc::channel(FRAMES);
     let (log, observations) = ObservationLog::new(OBSERVATIONS);
-    let senders = Senders {
-        inputs: inputs_tx,
-        relayed: relayed_tx,
-        sessions: sessions_tx,
-        frames: frames_tx,
-        observations: log,
-    };
+    let senders =
+        Senders { inputs: inputs_tx, relayed: relayed_tx, sessions: sessions_tx, frames: frames_tx, observations: log };
     (Sources { inputs, relayed, sessions, frames, observations, controls }, senders)
 }
 

@@ -179,8 +179,9 @@ async fn handshake(
 
 /// The pinned configuration of both ends.
 fn config(credential: &Credential) -> Result<Config, DtlsError> {
-    let key = EcdsaKeyPair::from_pkcs8(&ECDSA_P256_SHA256_ASN1_SIGNING, &credential.key_pkcs8_der, &SystemRandom::new())
-        .map_err(|_| PkiError::Key)?;
+    let key =
+        EcdsaKeyPair::from_pkcs8(&ECDSA_P256_SHA256_ASN1_SIGNING, &credential.key_pkcs8_der, &SystemRandom::new())
+            .map_err(|_| PkiError::Key)?;
     Ok(Config {
         certificates: vec![Certificate {
             certificate: credential.chain(),

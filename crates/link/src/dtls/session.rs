@@ -43,12 +43,7 @@ impl Settings {
     }
 
     pub(super) fn guard(&self, association: u32) -> GuardSettings {
-        GuardSettings {
-            mode: self.guard,
-            association,
-            counters: self.counters.guard.clone(),
-            log: self.log.clone(),
-        }
+        GuardSettings { mode: self.guard, association, counters: self.counters.guard.clone(), log: self.log.clone() }
     }
 
     pub(super) fn next_session(&self) -> SessionId {
@@ -150,7 +145,12 @@ impl SessionCounters {
 }
 
 /// Carries one association until it ends. Returns early only when nobody listens to `events` any more.
-pub(super) async fn serve(secure: Secure, session: SessionId, settings: &Settings, events: &mpsc::Sender<SessionEvent>) {
+pub(super) async fn serve(
+    secure: Secure,
+    session: SessionId,
+    settings: &Settings,
+    events: &mpsc::Sender<SessionEvent>,
+) {
     let (outbound, mut to_send) = mpsc::channel(OUTBOUND);
     let counters = &settings.counters;
     SessionCounters::add(&counters.opened);
