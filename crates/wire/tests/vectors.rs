@@ -108,6 +108,6 @@ fn a_shared_memory_message_has_the_layout_that_the_schema_tells() {
     let (boot, now) = (wire::id::Boot(0x0102), wire::time::Instant(0x0a0b));
     let mut sender = wire::bus::Sender::new(wire::core::Topic::Drive, wire::id::NodeId::UNIT_A, boot, key);
     let sealed = sender.seal(now, &body);
-    let (header, tag) = ("04000201000001000000000000000b0a000000000000", "TAG");
+    let (header, tag) = ("04000201000001000000000000000b0a000000000000", "26023b0bd00e89ca418c2b774accfda4");
     assert_eq!(hex(&sealed), format!("{header}{}{tag}", hex(&body)));
 }

@@ -119,7 +119,8 @@ proptest! {
 }
 
 fn identity() -> impl Strategy<Value = NodeId> {
-    let all: Vec<NodeId> = (0..NODES as u8).map(|n| codec::decode(&codec::encode(&n), 2).expect("an identity")).collect();
+    let all: Vec<NodeId> =
+        (0..NODES as u8).map(|n| codec::decode(&codec::encode(&n), 2).expect("an identity")).collect();
     prop::sample::select(all)
 }
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use cddl_cat::{cbor::validate_cbor_bytes, parse_cddl};
 
+use crate::item::items;
 use crate::values;
 
 fn schema() -> String {
@@ -33,6 +34,20 @@ fn no_vector_meets_the_rule_of_another_message_that_shares_its_channel() {
                     let verdict = validate_cbor_bytes(other, &schema, &value.bytes);
                     assert!(verdict.is_err(), "{message}/{} passes as {other}", value.name);
                 }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_float_anywhere_meets_no_rule() {
+    let schema = schema();
+    for (message, values) in values::all() {
+        for value in &values {
+            for item in items(&value.bytes) {
+                let bytes = [&value.bytes[..item.start], &[0xf9, 0x3c, 0x00], &value.bytes[item.end..]].concat();
+                let verdict = validate_cbor_bytes(message, &schema, &bytes);
+                assert!(verdict.is_err(), "{message}/{} at {}", value.name, item.start);
             }
         }
     }

@@ -6,14 +6,11 @@ use wire::codec::{self, List, Malformed, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request};
 use wire::core::{Input, Output, Side, Subject, Topic};
 use wire::drive::{Act, Drive};
-use wire::event::{
-    Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor,
-};
+use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::hop::{HOP_VERSION, Hop, HopBody, Teammate};
 use wire::id::{
-    Boot, CommandId, FrameId, NodeId, Nonce, ObjectId, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId,
-    WorldId,
+    Boot, CommandId, FrameId, NodeId, Nonce, ObjectId, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId, WorldId,
 };
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::{Check, Waived};
@@ -253,7 +250,8 @@ fn candidates() -> Vec<Named> {
         lidar: Some([Cluster { x_mm: 9100, y_mm: -400, width_mm: 1800, height_mm: 1500 }].into_iter().collect()),
     };
     let looked = Candidates { rgb: Some(List::default()), depth: None, thermal: Some(List::default()), ..full.clone() };
-    let none = Candidates { mode: ProductMode::Replay, rgb: None, depth: None, thermal: None, lidar: None, ..looked.clone() };
+    let none =
+        Candidates { mode: ProductMode::Replay, rgb: None, depth: None, thermal: None, lidar: None, ..looked.clone() };
     vec![
         named!("nothing-from-any-stage", Candidates, none),
         named!("looked-and-saw-nothing-without-depth", Candidates, looked),
@@ -466,10 +464,7 @@ fn decisions() -> Vec<(&'static str, Event)> {
             Event::Executed { command: COMMAND, kind: CommandKind::Resume, refused: Some(Reason::Confirmation) },
         ),
         ("acknowledged", Event::Acknowledged { command: COMMAND, refused: None }),
-        (
-            "inconsistent",
-            Event::Inconsistent { unit: UnitId::C, finding: Inconsistency::TimeBase, record: RECORD },
-        ),
+        ("inconsistent", Event::Inconsistent { unit: UnitId::C, finding: Inconsistency::TimeBase, record: RECORD }),
     ]
 }
 
@@ -504,10 +499,7 @@ fn witnesses() -> Vec<(&'static str, Event)> {
             "plant-act-on-nothing",
             Event::PlantAct { authority: 1, command: COMMAND, object: None, class: None, distance_mm: u32::MAX },
         ),
-        (
-            "fault",
-            Event::Fault { sensor: Sensor::Odometry, kind: FaultKind::Drift, active: true, frame: FrameId(40) },
-        ),
+        ("fault", Event::Fault { sensor: Sensor::Odometry, kind: FaultKind::Drift, active: true, frame: FrameId(40) }),
         ("frame-seen", Event::FrameSeen { frame: FrameId(41), present: Modalities(0b1011) }),
         ("navigation-seen", Event::NavigationSeen { fix: false, odometry: true }),
         (
@@ -525,7 +517,13 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ),
         (
             "attack",
-            Event::Attack { action: Action::Replay, side: Side::Server, length: 180, hash: 1 << 40, delay: Span::ms(300) },
+            Event::Attack {
+                action: Action::Replay,
+                side: Side::Server,
+                length: 180,
+                hash: 1 << 40,
+                delay: Span::ms(300),
+            },
         ),
         (
             "guard-saw",
