@@ -1,17 +1,28 @@
 //! Perception of one unit: frames or candidates in, corroborated tracks out.
 //!
-//! - Candidates come over the bus in the unrendered twin; everything after them is the same code as for frames.
+//! - [`stages`] make candidates of a rendered frame: [`detector`] (ONNX), [`thermal`], [`depth`], [`lidar`]. In the
+//!   unrendered twin the candidates come over the bus; everything after them is the same code.
 //! - [`corroborate`] sets the modalities against each other, [`tracker`] follows what they agree on, [`pose`] places it
 //!   in the world, [`provenance`] says which stage gave what and when.
 //! - [`Perception`] is the core: one [`Topic::Tracks`] message for each processed frame, also when modalities are
 //!   missing, because liveness downstream rests on products. What follows from that is autonomy's to decide.
 
 pub mod corroborate;
+pub mod depth;
+pub mod detector;
+pub mod grid;
+pub mod lidar;
+pub mod model;
 pub mod pose;
+pub mod process;
 pub mod provenance;
+pub mod runtime;
+pub mod stages;
+pub mod thermal;
 pub mod tracker;
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use wire::account::Accounts;
 use wire::audit::Journal;
@@ -21,15 +32,18 @@ use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface};
 use wire::id::WorldId;
 use wire::refusal::Refusal;
-use wire::sensor::{Camera, Candidates, Navigation};
+use wire::sensor::{Camera, Candidates, Frames, Navigation};
 use wire::setup::{NoChannel, Setup};
 use wire::time::Instant;
 use wire::track::Tracks;
 use wire::trust::BusGate;
 
 use crate::corroborate::{Limits, Sighting};
+use crate::detector::{Detector, DetectorError};
+use crate::model::ModelRef;
 use crate::pose::Ego;
 use crate::provenance::Provenance;
+use crate::stages::Stages;
 use crate::tracker::Tracker;
 
 /// What a run may choose about perception.
@@ -38,6 +52,11 @@ use crate::tracker::Tracker;
 pub struct PerceptionConfig {
     /// Whether frames come rendered ([`Topic::Frames`]) or candidates in their place ([`Topic::Candidates`]).
     pub rendered: bool,
+    /// A detector in place of the built-in one. The process reads it; a twin hands it to
+    /// [`Perception::with_detector`].
+    pub detector: Option<ModelRef>,
+    /// An ONNX Runtime library in place of the pure-Rust backend, by path and hash. Only a live process adopts one.
+    pub runtime: Option<ModelRef>,
     /// Limits of corroboration.
     pub limits: Limits,
 }
@@ -48,6 +67,12 @@ pub enum PerceptionError {
     /// The setup lacks a channel.
     #[error(transparent)]
     Channel(#[from] NoChannel),
+    /// The built-in detector was refused.
+    #[error(transparent)]
+    Detector(#[from] DetectorError),
+    /// The configuration names a detector that the caller has not loaded.
+    #[error("the configuration names the detector {0}, which has to be loaded first")]
+    NotLoaded(String),
 }
 
 /// The perception core.
@@ -55,6 +80,8 @@ pub struct Perception {
     setup: Setup,
     config: PerceptionConfig,
     camera: Camera,
+    /// Present when frames come rendered.
+    stages: Option<Stages>,
     observations: BusGate,
     navigation: BusGate,
     tracks: Sender,
@@ -68,11 +95,39 @@ pub struct Perception {
 }
 
 impl Perception {
-    /// A core that starts at `now` with no tracks.
+    /// A core that starts at `now` with no tracks; if rendered, with the built-in detector.
+    ///
+    /// # Errors
+    /// The setup lacks a channel, the built-in detector was refused, or the configuration names another.
+    pub fn new(setup: Setup, config: PerceptionConfig, now: Instant) -> Result<Self, PerceptionError> {
+        match &config.detector {
+            Some(other) if config.rendered => Err(PerceptionError::NotLoaded(other.path.display().to_string())),
+            Some(_) | None => {
+                let detector = if config.rendered { Some(Arc::new(Detector::built_in()?)) } else { None };
+                Self::make(setup, config, detector, now)
+            }
+        }
+    }
+
+    /// A core that takes rendered frames through `detector`.
     ///
     /// # Errors
     /// The setup lacks a channel that perception reads or writes.
-    pub fn new(setup: Setup, config: PerceptionConfig, now: Instant) -> Result<Self, PerceptionError> {
+    pub fn with_detector(
+        setup: Setup,
+        config: PerceptionConfig,
+        detector: Arc<Detector>,
+        now: Instant,
+    ) -> Result<Self, PerceptionError> {
+        Self::make(setup, PerceptionConfig { rendered: true, ..config }, Some(detector), now)
+    }
+
+    fn make(
+        setup: Setup,
+        config: PerceptionConfig,
+        detector: Option<Arc<Detector>>,
+        now: Instant,
+    ) -> Result<Self, PerceptionError> {
         let limit = setup.bounds.product_limit();
         let source = if config.rendered { Topic::Frames } else { Topic::Candidates };
         let mut core = Perception {
@@ -81,6 +136,7 @@ impl Perception {
             tracks: setup.sender(Topic::Tracks)?,
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
             camera: Camera::GROUND,
+            stages: detector.map(Stages::new),
             ego: Ego::default(),
             tracker: Tracker::default(),
             provenance: Provenance::default(),
@@ -101,6 +157,7 @@ impl Perception {
             setup: Setup { world, ..self.setup.clone() },
             config: self.config.clone(),
             camera: self.camera,
+            stages: self.stages.clone(),
             observations: self.observations.clone(),
             navigation: self.navigation.clone(),
             tracks: self.tracks.clone(),
@@ -139,9 +196,15 @@ impl Perception {
     }
 
     fn observe(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
-        let accepted = self.observations.admit::<Candidates>(&self.setup.policy, now, bytes)?;
-        let (candidates, _) = accepted.into_parts();
-        provenance::admit(&self.setup.policy, candidates.mode)?;
+        let policy = &self.setup.policy;
+        let candidates = match &self.stages {
+            Some(stages) => {
+                let accepted = self.observations.admit::<Frames<'_>>(policy, now, bytes)?;
+                stages.candidates(accepted.message(), self.config.limits.score)
+            }
+            None => self.observations.admit::<Candidates>(policy, now, bytes)?.into_parts().0,
+        };
+        provenance::admit(policy, candidates.mode)?;
         self.process(now, &candidates);
         Ok(())
     }

@@ -23,12 +23,12 @@ use crate::pose::Placement;
 pub const MAX_TRACKS: usize = 16;
 /// A track ends after this long without an update.
 const LIFE: Span = Span::ms(1000);
-/// Frames whose opinions a track shows: the product limit of 300 ms at 10 Hz.
-const OPINIONS: usize = 3;
+/// Frames whose opinions a track shows: the track limit of 500 ms at 10 Hz.
+const OPINIONS: usize = 5;
 /// Of those, how many make a supporting modality: one noisy frame withdraws no support.
 const SUPPORTS: usize = 1;
-/// Of those, how many make a veto: one noisy frame is none.
-const VETOES: usize = 2;
+/// Of those, how many make a veto: most of them.
+const VETOES: usize = 3;
 /// Updates that make a tentative track a track, within the last five frames.
 const CONFIRMATIONS: u32 = 3;
 const CONFIRMATION_FRAMES: u8 = 0b1_1111;

@@ -33,7 +33,7 @@ pub struct ReportedTrack {
     /// Confidence in permille.
     #[n(4)]
     pub confidence: u16,
-    /// Modalities that supported the track in one of its last three frames.
+    /// Modalities that supported the track in one of its last five frames.
     #[n(5)]
     pub supported: Modalities,
     /// Age of the last update when the report was made.

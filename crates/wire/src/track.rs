@@ -34,10 +34,10 @@ pub struct Track {
     /// Confidence in permille.
     #[n(7)]
     pub confidence: u16,
-    /// Modalities that supported the track in one of its last three frames.
+    /// Modalities that supported the track in one of its last five frames.
     #[n(8)]
     pub supported: Modalities,
-    /// Modalities that contradicted it in two of its last three frames.
+    /// Modalities that contradicted it in three of its last five frames.
     #[n(9)]
     pub vetoed: Modalities,
     /// Stamp of the last frame that updated the track, on the vehicle host's clock.

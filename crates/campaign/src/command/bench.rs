@@ -119,16 +119,16 @@ fn show(context: &Context, measured: &Measured) -> Result<(), Failure> {
         return out::print_json(measured);
     }
     for run in &measured.losses {
-        println!("{}", run_table(run));
+        out::say(format_args!("{}", run_table(run)));
     }
-    println!("{}", latency_table(&measured.live_latency_ms));
+    out::say(format_args!("{}", latency_table(&measured.live_latency_ms)));
     let quiet = [&measured.live_null_attack, &measured.twin_null_attack_at_2_percent_loss];
     for run in quiet.into_iter().flatten() {
-        println!("{}", run_table(run));
+        out::say(format_args!("{}", run_table(run)));
         let s = &run.summary;
         let upper = s.false_trips_per_hour_upper_95.map_or_else(|| "-".to_owned(), |u| format!("{u:.3}"));
         let hours = s.sim_seconds / 3600.0;
-        println!("{:.2} h: {:.3} false trips an hour, below {upper} (95 %)", hours, s.false_trips_per_hour);
+        out::say(format_args!("{:.2} h: {:.3} false trips an hour, below {upper} (95 %)", hours, s.false_trips_per_hour));
     }
     Ok(())
 }

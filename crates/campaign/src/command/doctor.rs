@@ -37,9 +37,9 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     if !context.json {
         for need in &needs {
             let mark = if need.met { "ok     " } else { "MISSING" };
-            println!("{mark} {:22} {}", need.need, need.found);
+            out::say(format_args!("{mark} {:22} {}", need.need, need.found));
             if !need.met {
-                println!("        {}", need.remedy);
+                out::say(format_args!("        {}", need.remedy));
             }
         }
     }

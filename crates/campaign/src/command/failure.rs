@@ -6,6 +6,7 @@ use std::io::IsTerminal;
 use serde::Serialize;
 
 use super::engine::EngineError;
+use super::out;
 use crate::report::SCHEMA_VERSION;
 use crate::scenario::{ProblemRow, Problems};
 
@@ -94,7 +95,7 @@ impl Failure {
                 reproduce: self.reproduce.as_deref(),
             };
             if let Ok(text) = serde_json::to_string(&told) {
-                println!("{text}");
+                out::say(format_args!("{text}"));
             }
         }
         self.exit

@@ -40,7 +40,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     // With --json stdout is for the object, so the operator's view goes to stderr.
     let mut show: Box<dyn FnMut(&str)> =
-        if context.json { Box::new(|text| eprintln!("{text}")) } else { Box::new(|text| println!("{text}")) };
+        if context.json { Box::new(|text| eprintln!("{text}")) } else { Box::new(|text| out::say(format_args!("{text}"))) };
     let scenario = &one.variation.scenario;
     let mut trial = engine::watched(scenario, &one.setup, context.seed, &context.stop, &mut show)
         .map_err(|e| Failure::from(e).reproduced_by(batch::reproduce(Mode::Live, one, context.seed)))?;
@@ -48,7 +48,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if context.json {
         out::print_json(&trial)?;
     } else {
-        println!("{}", trial.outcome.name());
+        out::say(format_args!("{}", trial.outcome.name()));
     }
     Ok(batch::judge(Mode::Live, &planned, &[trial]))
 }

@@ -103,9 +103,18 @@ pub(super) fn write_trials(dir: &Path, name: &str, trials: &[Trial]) -> Result<(
     Ok(file.flush()?)
 }
 
+/// Prints a line of the result on stdout. A reader that has gone away is no failure: the exit code still tells.
+pub(super) fn say(line: std::fmt::Arguments<'_>) {
+    match writeln!(std::io::stdout(), "{line}") {
+        Ok(()) => {}
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {}
+        Err(e) => eprintln!("stdout: {e}"),
+    }
+}
+
 /// Prints a value as one JSON object on stdout.
 pub(super) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string(value).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
-    println!("{text}");
+    say(format_args!("{text}"));
     Ok(())
 }

@@ -76,8 +76,8 @@ fn finish(context: &Context, reference: &Reference, dir: &Path) -> Result<(), Fa
     if context.json {
         out::print_json(reference)?;
     } else {
-        println!("{}", reference_table(reference));
-        println!("{}", latency_table(&reference.live_latency_ms));
+        out::say(format_args!("{}", reference_table(reference)));
+        out::say(format_args!("{}", latency_table(&reference.live_latency_ms)));
     }
     if context.talk == Talk::Normal {
         eprintln!("seed {}, run directory {}", context.seed, dir.display());

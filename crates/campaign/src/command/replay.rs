@@ -32,7 +32,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if !context.json {
         for core in &cores {
             let verdict = core.difference.as_deref().unwrap_or("identical");
-            println!("{:16} {:8} inputs {:8} outputs  {verdict}", core.core, core.inputs, core.outputs);
+            out::say(format_args!("{:16} {:8} inputs {:8} outputs  {verdict}", core.core, core.inputs, core.outputs));
         }
     }
     if context.json {

@@ -100,7 +100,7 @@ pub(super) fn fold(
 fn finish(context: &Context, mode: Mode, mut runs: Vec<RunObject>, out: Option<&std::path::Path>) -> Result<(), Failure> {
     if !context.json {
         for run in &runs {
-            println!("{}", run_table(run));
+            out::say(format_args!("{}", run_table(run)));
         }
     }
     if runs.len() == 1

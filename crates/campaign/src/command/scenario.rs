@@ -47,7 +47,7 @@ pub(super) fn run(context: &Context, verb: &Verb) -> Result<Exit, Failure> {
         Verb::Schema => {
             let schema = scenario::schema();
             let text = serde_json::to_string_pretty(&schema).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
-            println!("{text}");
+            out::say(format_args!("{text}"));
             Ok(Exit::Fine)
         }
         Verb::New { name } => new(context, name),
@@ -63,7 +63,7 @@ fn check(context: &Context, files: &[PathBuf]) -> Result<Exit, Failure> {
         if let (Some(problems), false) = (&problems, context.json) {
             eprintln!("{}", problems.render(std::io::stderr().is_terminal()).trim_end());
         } else if !context.json {
-            println!("{name}: fine");
+            out::say(format_args!("{name}: fine"));
         }
         let problems = problems.map(|p| p.rows()).unwrap_or_default();
         rows.push(CheckedFile { file: name, fine: problems.is_empty(), problems });
@@ -103,6 +103,6 @@ fn new(context: &Context, name: &str) -> Result<Exit, Failure> {
         Failure::new(Exit::Usage, format!("{}: {e}; {remedy}", path.display()))
     })?;
     file.write_all(scenario::template(&name).as_bytes())?;
-    println!("{}", path.display());
+    out::say(format_args!("{}", path.display()));
     Ok(Exit::Fine)
 }

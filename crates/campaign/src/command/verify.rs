@@ -29,11 +29,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let holds = verified.sealed && verified.findings.is_empty();
     if !context.json {
         let closed = if verified.sealed { "sealed" } else { "TRUNCATED: no closing seal" };
-        println!("{} events, head {}, {closed}", verified.events, verified.head);
+        out::say(format_args!("{} events, head {}, {closed}", verified.events, verified.head));
         for finding in &verified.findings {
-            println!("{finding}");
+            out::say(format_args!("{finding}"));
         }
-        println!("{}", if holds { "the evidence holds" } else { "INVALID" });
+        out::say(format_args!("{}", if holds { "the evidence holds" } else { "INVALID" }));
     } else {
         out::print_json(&Told { schema_version: SCHEMA_VERSION, holds, verified })?;
     }

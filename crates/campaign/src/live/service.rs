@@ -6,6 +6,7 @@ use std::process::ExitCode;
 pub fn main(name: &str) -> Option<ExitCode> {
     Some(match name {
         "sim" => sim::process::main(),
+        "perception" => perception::process::main(),
         "autonomy" => autonomy::process::main(),
         "gateway" => gateway::process::main(),
         "console" => console::process::main(),

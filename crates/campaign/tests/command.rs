@@ -1,0 +1,101 @@
+//! The program as a user meets it: exit codes, one-screen errors, one JSON object.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+fn holdsafe(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_holdsafe")).args(["--root", root().to_str().unwrap()]).args(arguments).output().unwrap()
+}
+
+/// A shipped scenario with `from` replaced by `to`, in a directory of its own, and its path.
+fn mistaken(dir: &Path, from: &str, to: &str) -> String {
+    let text = fs::read_to_string(root().join("scenarios/loss.toml")).unwrap();
+    let changed = text.replacen(from, to, 1);
+    assert!(from.is_empty() || changed != text, "{from} is not in the scenario");
+    fs::create_dir_all(dir.join("scenes")).unwrap();
+    fs::copy(root().join("scenarios/scenes/yard.toml"), dir.join("scenes/yard.toml")).unwrap();
+    let path = dir.join("loss.toml");
+    fs::write(&path, changed).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+#[test]
+fn bad_input_is_answered_on_one_screen_with_file_line_and_remedy_and_exit_2() {
+    let mistakes = [
+        ("duration_s = 9.0", "duration = 9.0", "unknown field `duration`"),
+        ("duration_s = 9.0", "duration_s = \"9\"", "invalid type"),
+        ("duration_s = 9.0", "duration_s = 9000", "out of range"),
+        ("duration_s = 9.0", "duration_s = nan", "not a finite number"),
+        ("scenes/yard.toml", "../scenes/yard.toml", "path leaves the scenario directory"),
+        ("scenes/yard.toml", "scenes/none.toml", "no such file"),
+    ];
+    for (from, to, message) in mistakes {
+        let dir = tempfile::tempdir().unwrap();
+        let output = holdsafe(&["run", &mistaken(dir.path(), from, to)]);
+        let screen = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{to}: {screen}");
+        assert!(screen.contains(message) && screen.contains("help: "), "{to}: {screen}");
+        let in_file = screen.lines().any(|line| line.split("loss.toml:").nth(1).is_some_and(|at| at.starts_with(|c: char| c.is_ascii_digit())));
+        assert!(in_file, "{to} names no line: {screen}");
+        assert!(screen.lines().count() <= 24 && !screen.contains("panicked"), "{screen}");
+    }
+}
+
+#[test]
+fn a_file_that_cannot_be_a_scenario_is_refused_unread_with_exit_2() {
+    let dir = tempfile::tempdir().unwrap();
+    let huge = dir.path().join("huge.toml");
+    File::create(&huge).unwrap().set_len(1_000_000_000).unwrap();
+    let none = dir.path().join("none.toml");
+    for (file, message) in [(&huge, "at most 262144 are read"), (&none, "no such file")] {
+        let output = holdsafe(&["scenario", "check", file.to_str().unwrap(), "--json"]);
+        assert_eq!(output.status.code(), Some(2));
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let told = object["files"][0]["problems"][0]["message"].as_str().unwrap().to_owned();
+        assert!(told.contains(message), "{told}");
+    }
+    let output = holdsafe(&["replay", none.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2));
+}
+
+#[test]
+fn a_name_that_is_no_scenario_is_answered_with_those_there_are() {
+    let output = holdsafe(&["run", "nominall", "--json"]);
+    assert_eq!(output.status.code(), Some(2));
+    let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(object["error"].as_str().unwrap().contains("nominal, "), "{object}");
+}
+
+#[test]
+fn every_shipped_scenario_passes_the_check() {
+    let output = holdsafe(&["scenario", "check"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+#[test]
+fn a_run_prints_one_object_and_the_same_seed_gives_the_same_hashes() {
+    let run = |seed: &str| {
+        let output = holdsafe(&["run", "loss", "--trials", "2", "--seed", seed, "--json", "--quiet"]);
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert_eq!(object["seed"].to_string(), seed);
+        object["trials"].as_array().unwrap().iter().map(|t| t["log_hash"].to_string()).collect::<Vec<_>>()
+    };
+    let first = run("7");
+    assert_eq!(first, run("7"));
+    assert_eq!(first[1], run("8")[0], "trial i has seed + i");
+    assert_ne!(first[0], first[1]);
+}
+
+#[test]
+fn usage_errors_exit_with_2_and_the_codes_are_in_the_help() {
+    assert_eq!(holdsafe(&["run"]).status.code(), Some(2));
+    let help = String::from_utf8(holdsafe(&["--help"]).stdout).unwrap();
+    for code in ["0 ", "1 ", "2 ", "3 ", "4 ", "5 ", "130 "] {
+        assert!(help.contains(&format!("\n  {code}")), "{code}: {help}");
+    }
+}

@@ -1,0 +1,114 @@
+//! Models pinned by hash: bytes become a [`Model`] only if their SHA-256 is the one that was stated.
+//!
+//! The built-in detector and its manifest are compiled in; an edit to either is refused at start. Reading a model from
+//! a file is the process's business.
+
+use sha2::{Digest, Sha256};
+
+/// The largest model, bytes.
+pub const MAX_MODEL: usize = 8 << 20;
+
+const BUILT_IN: &[u8] = include_bytes!("../models/detector.onnx");
+const MANIFEST: &str = include_str!("../models/manifest.toml");
+
+/// A model outside this crate, by path and hash.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModelRef {
+    /// ONNX file with the detector's input and output shapes.
+    pub path: std::path::PathBuf,
+    /// SHA-256 of the file, 64 hexadecimal digits.
+    pub sha256: String,
+}
+
+/// Why bytes are not the model they should be.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ModelError {
+    /// Longer than any model may be.
+    #[error("model of {got} bytes, at most {max} allowed")]
+    TooLarge {
+        /// Limit in bytes.
+        max: usize,
+        /// Length in bytes.
+        got: usize,
+    },
+    /// Not the pinned bytes.
+    #[error("model changed: its SHA-256 is {got}, pinned is {pinned}; restore the file or pin the new hash")]
+    Changed {
+        /// Hash that was stated.
+        pinned: String,
+        /// Hash of the bytes.
+        got: String,
+    },
+    /// The manifest beside the built-in model states no hash.
+    #[error("manifest of the built-in model states no sha256")]
+    Unpinned,
+}
+
+/// Bytes whose hash is the pinned one.
+#[derive(Clone, Copy, Debug)]
+pub struct Model<'a> {
+    bytes: &'a [u8],
+}
+
+impl<'a> Model<'a> {
+    /// Checks size and hash.
+    ///
+    /// # Errors
+    /// Too large, or not the pinned bytes.
+    pub fn pinned(bytes: &'a [u8], sha256: &str) -> Result<Self, ModelError> {
+        if bytes.len() > MAX_MODEL {
+            return Err(ModelError::TooLarge { max: MAX_MODEL, got: bytes.len() });
+        }
+        let got = hex_digest(bytes);
+        if !got.eq_ignore_ascii_case(sha256) {
+            return Err(ModelError::Changed { pinned: sha256.to_owned(), got });
+        }
+        Ok(Model { bytes })
+    }
+
+    /// The bytes.
+    pub fn bytes(&self) -> &'a [u8] {
+        self.bytes
+    }
+}
+
+impl Model<'static> {
+    /// The detector that this crate ships.
+    ///
+    /// # Errors
+    /// The model was edited without its manifest, or the manifest names no hash.
+    pub fn built_in() -> Result<Self, ModelError> {
+        Model::pinned(BUILT_IN, built_in_sha256().ok_or(ModelError::Unpinned)?)
+    }
+}
+
+/// The hash that the manifest states, for a run's own manifest.
+pub fn built_in_sha256() -> Option<&'static str> {
+    MANIFEST.lines().find_map(|line| line.strip_prefix("sha256 = \"")?.strip_suffix('"'))
+}
+
+/// SHA-256 in lower-case hexadecimal.
+pub fn hex_digest(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_shipped_model_is_the_pinned_one_and_an_edited_copy_is_refused() {
+        let pinned = built_in_sha256().unwrap();
+        assert_eq!(Model::built_in().unwrap().bytes().len(), BUILT_IN.len());
+        let mut edited = BUILT_IN.to_vec();
+        edited[BUILT_IN.len() / 2] ^= 1;
+        assert!(matches!(Model::pinned(&edited, pinned), Err(ModelError::Changed { .. })));
+    }
+
+    #[test]
+    fn an_oversized_model_is_refused_before_it_is_hashed() {
+        let bytes = vec![0; MAX_MODEL + 1];
+        assert_eq!(Model::pinned(&bytes, "").unwrap_err(), ModelError::TooLarge { max: MAX_MODEL, got: MAX_MODEL + 1 });
+    }
+}

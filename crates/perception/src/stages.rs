@@ -1,0 +1,40 @@
+//! The stages that make candidates of a rendered frame. Each works on its own plane; a missing plane is a missing
+//! product, and so is one whose stage fails.
+
+use std::sync::Arc;
+
+use wire::sensor::{Camera, Candidates, Frames, Lidar, ProductMode};
+
+use crate::detector::Detector;
+use crate::lidar::Scanner;
+use crate::{depth, thermal};
+
+/// The stages with their model. A clone shares the model.
+#[derive(Clone, Debug)]
+pub struct Stages {
+    camera: Camera,
+    detector: Arc<Detector>,
+    scanner: Scanner,
+}
+
+impl Stages {
+    /// For the ground platform's sensors.
+    pub fn new(detector: Arc<Detector>) -> Self {
+        Stages { camera: Camera::GROUND, detector, scanner: Scanner::new(&Lidar::GROUND) }
+    }
+
+    /// The candidates of one frame; detections of at least `least` permille. Depth samples refer to detections, so
+    /// without colour there are none.
+    pub fn candidates(&self, frames: &Frames<'_>, least: u16) -> Candidates {
+        let (width, height) = (frames.width, frames.height);
+        let sized = width == self.camera.width && height == self.camera.height;
+        let rgb = frames.rgb.filter(|_| sized).and_then(|plane| self.detector.detect(plane, least).ok());
+        let depth = match (frames.depth.filter(|_| sized), &rgb) {
+            (Some(plane), Some(found)) => depth::samples(plane, width, height, found),
+            (Some(_) | None, Some(_) | None) => None,
+        };
+        let thermal = frames.thermal.filter(|_| sized).and_then(|plane| thermal::blobs(plane, width, height));
+        let lidar = frames.lidar.and_then(|plane| self.scanner.clusters(plane));
+        Candidates { frame: frames.frame, stamp: frames.stamp, mode: ProductMode::Live, rgb, depth, thermal, lidar }
+    }
+}

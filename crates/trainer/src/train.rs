@@ -1,0 +1,93 @@
+//! The training loop: a fixed number of steps over seeded batches, then the export.
+
+use std::path::Path;
+
+use burn::module::Module;
+use burn::optim::{AdamWConfig, GradientsParams};
+use burn::tensor::{Device, Tensor, TensorData};
+use burn_onnx::export::OnnxExporter;
+use perception::grid::{COLUMNS, HEIGHT, ROWS, WIDTH};
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+
+use crate::data::{Example, target};
+use crate::net::{Net, Wanted, loss};
+
+/// Frames in a batch.
+const BATCH: usize = 24;
+/// Greatest learning rate.
+const RATE: f64 = 4e-3;
+/// Steps over which the rate rises.
+const WARM_UP: usize = 40;
+
+/// Trains for `steps` batches and writes the network to `path` as ONNX.
+pub fn train(examples: &[Example], steps: usize, seed: u64, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let device = Device::default().autodiff();
+    device.seed(seed);
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut net = Net::new(&device);
+    let mut optimiser = AdamWConfig::new().with_weight_decay(1e-3).init();
+    let mut mean = 0.0;
+    for step in 0..steps {
+        let (input, wanted) = batch(examples, &mut rng, &device);
+        let loss = loss(net.forward(input), wanted);
+        let value: f32 = loss.clone().into_scalar();
+        mean = if step == 0 { value } else { 0.95 * mean + 0.05 * value };
+        let gradients = GradientsParams::from_grads(loss.backward(), &net);
+        net = optimiser.step(rate(step, steps), net, gradients);
+        if step % 20 == 0 || step + 1 == steps {
+            eprintln!("step {step:5} of {steps}: loss {mean:.4}");
+        }
+        if step % 200 == 199 {
+            export(&net, path)?;
+        }
+    }
+    export(&net, path)
+}
+
+fn export(net: &Net, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let sample = Tensor::<4>::zeros([1, 3, HEIGHT, WIDTH], &Device::default());
+    Ok(OnnxExporter::new().export(&net.valid(), sample, Net::forward)?.save(path)?)
+}
+
+/// Rises over the warm-up, then falls along half a cosine.
+fn rate(step: usize, steps: usize) -> f64 {
+    if step < WARM_UP {
+        return RATE * (step + 1) as f64 / WARM_UP as f64;
+    }
+    let share = (step - WARM_UP) as f64 / (steps - WARM_UP).max(1) as f64;
+    RATE * (0.01 + 0.99 * 0.5 * (1.0 + libm::cos(core::f64::consts::PI * share)))
+}
+
+/// A batch drawn at random, each frame perhaps mirrored, brighter or darker.
+fn batch(examples: &[Example], rng: &mut ChaCha8Rng, device: &Device) -> (Tensor<4>, Wanted) {
+    let cells = ROWS * COLUMNS;
+    let mut input = vec![0.0; BATCH * 3 * HEIGHT * WIDTH];
+    let (mut object, mut asked, mut class, mut place) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for plane in input.chunks_exact_mut(3 * HEIGHT * WIDTH) {
+        let example = &examples[rng.next_u32() as usize % examples.len()];
+        let mirrored = rng.next_u32() & 1 == 1;
+        let gain = 0.8 + 0.4 * (rng.next_u32() >> 8) as f32 / 16_777_216.0;
+        paint(&example.rgb, mirrored, gain, plane);
+        let wanted = target(example, mirrored);
+        object.extend(wanted.object);
+        asked.extend(wanted.asked);
+        class.extend(wanted.class);
+        place.extend(wanted.place);
+    }
+    let grid = |values: Vec<f32>, channels| Tensor::from_data(TensorData::new(values, [BATCH, channels, cells]), device);
+    let wanted =
+        Wanted { object: grid(object, 1), asked: grid(asked, 1), class: grid(class, 4), place: grid(place, 4) };
+    (Tensor::from_data(TensorData::new(input, [BATCH, 3, HEIGHT, WIDTH]), device), wanted)
+}
+
+fn paint(rgb: &[u8], mirrored: bool, gain: f32, plane: &mut [f32]) {
+    for (k, pixel) in rgb.chunks_exact(3).enumerate() {
+        let (row, column) = (k / WIDTH, k % WIDTH);
+        let column = if mirrored { WIDTH - 1 - column } else { column };
+        for (channel, byte) in pixel.iter().enumerate() {
+            let value = (f32::from(*byte) / 255.0 * gain).min(1.0);
+            plane[channel * HEIGHT * WIDTH + row * WIDTH + column] = value;
+        }
+    }
+}
