@@ -7,6 +7,7 @@
 use core::fmt;
 use core::ops::{Add, AddAssign, Sub};
 
+use arrayvec::ArrayVec;
 use minicbor::{Decode, Encode};
 
 use crate::id::Nonce;
@@ -150,6 +151,9 @@ pub struct Echo {
     pub seen: PeerStamp,
 }
 
+/// How many proven pairs are kept: as many as serve at once, at one challenge a second and three seconds' limit.
+const PAIRS: usize = 4;
+
 /// Relative clock error that two hosts may have; above any crystal in use (RFC 5905 takes 15 ppm as typical).
 pub const MAX_DRIFT_PPM: u64 = 200;
 
@@ -158,19 +162,21 @@ pub const MAX_DRIFT_PPM: u64 = 200;
 /// A nonce issued here at `s` and first seen there at `τ` proves that `τ`, read on that host's clock, is not earlier
 /// than `s` read on ours. A record stamped `σ` there and received here at `r` is then at most `r − s − (σ − τ)` old:
 /// delay on either path can only make the bound larger. The bound is widened by [`MAX_DRIFT_PPM`] of the distance.
+/// Every proven pair bounds every age, so the smallest of the bounds that still serve is judged: a challenge that was
+/// seen late, because the record that first carried it was lost, makes nothing look older than it is.
 #[derive(Clone, Debug)]
 pub struct AgeBound {
     issued: Option<(Nonce, Instant)>,
     previous: Option<(Nonce, Instant)>,
-    /// The last proven pair (s, τ) and when it was proven.
-    proven: Option<(Instant, PeerStamp)>,
+    /// The newest proven pairs (s, τ), oldest first.
+    proven: ArrayVec<(Instant, PeerStamp), PAIRS>,
     limit: Span,
 }
 
 impl AgeBound {
     /// With `limit`, the longest time an echo may serve, counted from the issue of its nonce.
     pub fn new(limit: Span) -> Self {
-        Self { issued: None, previous: None, proven: None, limit }
+        Self { issued: None, previous: None, proven: ArrayVec::new(), limit }
     }
 
     /// Notes that `nonce` went out at `now`. The one before stays answerable; older ones do not.
@@ -193,8 +199,11 @@ impl AgeBound {
     pub fn prove(&mut self, echo: Echo) -> bool {
         let issued_at = [self.issued, self.previous].into_iter().flatten().find(|(n, _)| *n == echo.nonce);
         let Some((_, s)) = issued_at else { return false };
-        if self.proven.is_none_or(|(proven_s, _)| s > proven_s) {
-            self.proven = Some((s, echo.seen));
+        if self.proven.last().is_none_or(|(newest, _)| s > *newest) {
+            if self.proven.is_full() {
+                self.proven.remove(0);
+            }
+            self.proven.push((s, echo.seen));
         }
         true
     }
@@ -202,16 +211,15 @@ impl AgeBound {
     /// The largest age that a record stamped `sigma` and received at `received` can have; `None` without a valid
     /// echo within the limit, when everything has to count as stale.
     pub fn age(&self, sigma: PeerStamp, received: Instant) -> Option<Age> {
-        let (s, tau) = self.proven?;
-        let elapsed = received.since(s);
-        if elapsed > self.limit {
-            return None;
-        }
-        let ahead = sigma.minus(tau);
-        let drift = (ahead.unsigned_abs().saturating_mul(MAX_DRIFT_PPM)).div_ceil(1_000_000);
-        let age = (elapsed.0 as i64).saturating_sub(ahead).saturating_add(drift as i64);
-        // A stamp beyond anything that could have been written by now is a lie, not youth.
-        if age < -(drift as i64) { None } else { Some(Age(Span(age.max(0) as u64))) }
+        let serving = self.proven.iter().filter(|(s, _)| received.since(*s) <= self.limit);
+        let bounds = serving.map(|(s, tau)| {
+            let ahead = sigma.minus(*tau);
+            let drift = (ahead.unsigned_abs().saturating_mul(MAX_DRIFT_PPM)).div_ceil(1_000_000) as i64;
+            let age = (received.since(*s).0 as i64).saturating_sub(ahead).saturating_add(drift);
+            // A stamp beyond anything that could have been written by now is a lie, not youth.
+            if age < -drift { None } else { Some(age.max(0) as u64) }
+        });
+        bounds.reduce(|one, other| Some(one?.min(other?))).flatten().map(|age| Age(Span(age)))
     }
 }
 
@@ -240,6 +248,16 @@ mod tests {
         let prompt = proven(10_000, 1_015_000).age(PeerStamp(1_055_000), Instant(85_000)).unwrap();
         let delayed = proven(10_000, 1_045_000).age(PeerStamp(1_055_000), Instant(85_000)).unwrap();
         assert!(delayed > prompt);
+    }
+
+    #[test]
+    fn a_challenge_seen_late_makes_nothing_older_while_an_earlier_one_serves() {
+        let mut bound = proven(0, 1000);
+        bound.issue(Nonce(8), Instant(1_000_000));
+        assert!(bound.prove(Echo { nonce: Nonce(8), seen: PeerStamp(1_300_000) }));
+        let young = |at: u64| bound.age(PeerStamp(at), Instant(at)).unwrap().upper();
+        assert!(young(2_000_000) < Span::ms(2), "{}", young(2_000_000));
+        assert!(young(3_100_000) >= Span::ms(300), "the earlier one serves no more");
     }
 
     #[test]
