@@ -140,8 +140,10 @@ fn join(segments: &[Segment], azimuths: usize) -> Vec<usize> {
     for (index, segment) in segments.iter().enumerate() {
         for step in 1..=1 + REACH {
             let next = (segment.azimuth + step) % azimuths;
-            for other in first[next]..first[next + 1] {
-                if segment.touches(&segments[other]) {
+            let (from, to) = (first[next], first[next + 1]);
+            for (offset, candidate) in segments[from..to].iter().enumerate() {
+                if segment.touches(candidate) {
+                    let other = from + offset;
                     let (a, b) = (root(&mut parents, index), root(&mut parents, other));
                     parents[a.max(b)] = a.min(b);
                 }
@@ -180,10 +182,8 @@ impl Shape {
         self.sum = [self.sum[0] + segment.sum * cos, self.sum[1] + segment.sum * sin];
         for (r, z) in [(segment.near, segment.low), (segment.far, segment.high)] {
             let point = [r * cos, r * sin, z];
-            for axis in 0..3 {
-                self.low[axis] = self.low[axis].min(point[axis]);
-                self.high[axis] = self.high[axis].max(point[axis]);
-            }
+            self.low = core::array::from_fn(|axis| self.low[axis].min(point[axis]));
+            self.high = core::array::from_fn(|axis| self.high[axis].max(point[axis]));
         }
     }
 
