@@ -79,6 +79,9 @@ impl Batch<'_> {
 
 /// The line that runs one trial again.
 pub(super) fn reproduce(mode: Mode, planned: &Planned, seed: u64) -> String {
+    if let Some(command) = &planned.command {
+        return format!("{command} --seed {seed}");
+    }
     let name = planned.variation.scenario.name.as_str();
     let live = if mode == Mode::Live { " --live" } else { "" };
     format!("holdsafe run {name} --trials 1 --seed {seed}{live}{}", planned.options)

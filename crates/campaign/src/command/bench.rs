@@ -11,7 +11,7 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out, run};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
-use crate::scenario;
+use crate::scenario::{self, Scenario};
 
 /// Seconds of simulated time in one twin trial of the long null attack.
 const SOAK_TRIAL_S: f64 = 3600.0;
@@ -69,12 +69,14 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
     let mut quiet = None;
     if args.minutes > 0 {
         let long = nominal.soak(args.minutes as f64 * 60.0, 0.0);
-        quiet = Some(bench.measure(Mode::Live, &plan::of_scenario(context, &long, &wanted)?, 1)?);
+        let again = format!("holdsafe bench live --runs 0 --hours 0 --minutes {}", args.minutes);
+        quiet = Some(bench.measure(Mode::Live, &soaked(context, &long, &wanted, &again)?, 1)?);
     }
     let mut soak = None;
     if args.hours > 0 {
         let long = nominal.soak(SOAK_TRIAL_S, SOAK_LOSS);
-        let planned = plan::of_scenario(context, &long, &Wanted::default())?;
+        let again = "holdsafe bench live --runs 0 --minutes 0 --hours 1";
+        let planned = soaked(context, &long, &Wanted::default(), again)?;
         soak = Some(bench.measure(Mode::Twin, &planned, args.hours)?);
     }
     let live_latency_ms = losses.iter().filter_map(LiveLatency::of_run).collect();
@@ -91,6 +93,15 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
     }
     show(context, &measured)?;
     Ok(bench.exit)
+}
+
+/// A soak's variations, with the command that reproduces it: it is no scenario of a file.
+fn soaked(context: &Context, long: &Scenario, wanted: &Wanted, again: &str) -> Result<Vec<Planned>, Failure> {
+    let mut planned = plan::of_scenario(context, long, wanted)?;
+    for one in &mut planned {
+        one.command = Some(again.to_owned());
+    }
+    Ok(planned)
 }
 
 /// A measurement under way.
@@ -121,7 +132,9 @@ fn show(context: &Context, measured: &Measured) -> Result<(), Failure> {
     for run in &measured.losses {
         out::say(format_args!("{}", run_table(run)));
     }
-    out::say(format_args!("{}", latency_table(&measured.live_latency_ms)));
+    if !measured.live_latency_ms.is_empty() {
+        out::say(format_args!("{}", latency_table(&measured.live_latency_ms)));
+    }
     let quiet = [&measured.live_null_attack, &measured.twin_null_attack_at_2_percent_loss];
     for run in quiet.into_iter().flatten() {
         out::say(format_args!("{}", run_table(run)));

@@ -15,6 +15,8 @@ pub(super) struct Planned {
     pub(super) setup: Setup,
     /// The options beyond scenario and seed that reproduce it.
     pub(super) options: String,
+    /// The line that reproduces it without its seed, where that is not `run`.
+    pub(super) command: Option<String>,
 }
 
 /// What is asked of every scenario of a plan.
@@ -68,7 +70,7 @@ pub(super) fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wante
         let mut setup = Setup::load(&root, &variation.scenario, wanted.policy.as_deref(), wanted.rendered)?;
         setup.stop = context.stop.clone();
         let options = options(wanted, variation.cell.as_deref());
-        Ok(Planned { variation, setup, options })
+        Ok(Planned { variation, setup, options, command: None })
     };
     variations.into_iter().map(prepare).collect()
 }

@@ -55,17 +55,21 @@ impl Scenario {
     }
 
     /// The same scenario, `duration_s` long, with `loss` of the telemetry datagrams lost all along: a soak that shows
-    /// what the protection costs. Values out of range are cut to it.
+    /// what the protection costs. False trips are what it measures, so they are expected. Values out of range are cut
+    /// to it.
     pub fn soak(&self, duration_s: f64, loss: f64) -> Scenario {
         let mut scenario = self.clone();
         scenario.duration_s = Located::nowhere(Real::nearest(duration_s));
         if loss > 0.0 {
-            scenario.loss = List::one(Loss {
+            scenario.loss = List::of([Loss {
                 at_s: Located::nowhere(Real::nearest(0.0)),
                 duration_s: Real::nearest(duration_s),
                 direction: Direction::Both,
                 share: Real::nearest(loss),
-            });
+            }]);
+            scenario.expected = Located::nowhere(List::of([Outcome::Nominal, Outcome::Undetected, Outcome::FalseTrip]));
+        } else {
+            scenario.expected = Located::nowhere(List::of([Outcome::Nominal, Outcome::FalseTrip]));
         }
         scenario
     }

@@ -186,9 +186,9 @@ impl<T, const MAX: usize> Default for List<T, MAX> {
 }
 
 impl<T, const MAX: usize> List<T, MAX> {
-    /// A list of one.
-    pub(super) fn one(value: T) -> Self {
-        Self(vec![value])
+    /// The first `MAX` of `values`.
+    pub(super) fn of(values: impl IntoIterator<Item = T>) -> Self {
+        Self(values.into_iter().take(MAX).collect())
     }
 
     /// Changes each value in place; their number stays.
