@@ -10,34 +10,34 @@ use sim::{Label, Labelled, render};
 use crate::scenes::scene;
 
 /// Cells of the grid.
-pub const CELLS: usize = ROWS * COLUMNS;
+pub(crate) const CELLS: usize = ROWS * COLUMNS;
 /// An object smaller than this is neither to be found nor to be missed.
 const LEAST: (u16, u16, u32) = (2, 4, 12);
 
 /// One frame with what it shows.
-pub struct Example {
+pub(crate) struct Example {
     /// Row-major, 3 bytes a pixel.
-    pub rgb: Vec<u8>,
+    pub(crate) rgb: Vec<u8>,
     /// Objects large enough to be found.
-    pub labels: Vec<Label>,
+    pub(crate) labels: Vec<Label>,
     /// Objects too small to be judged by.
-    pub ignored: Vec<Label>,
+    pub(crate) ignored: Vec<Label>,
 }
 
 /// What the network should give for one example, cell by cell.
-pub struct Target {
+pub(crate) struct Target {
     /// 1 where an object is.
-    pub object: Vec<f32>,
+    pub(crate) object: Vec<f32>,
     /// 0 where nothing is asked.
-    pub asked: Vec<f32>,
+    pub(crate) asked: Vec<f32>,
     /// Four channels, one hot where an object is.
-    pub class: Vec<f32>,
+    pub(crate) class: Vec<f32>,
     /// Four channels: offset right and down in cells, logarithms of width and height in units.
-    pub place: Vec<f32>,
+    pub(crate) place: Vec<f32>,
 }
 
 /// Renders the examples of these seeds; gives them with the hash of all that is learnt from.
-pub fn examples(seeds: std::ops::Range<u64>) -> Result<(Vec<Example>, String), sim::scene::SceneError> {
+pub(crate) fn examples(seeds: std::ops::Range<u64>) -> Result<(Vec<Example>, String), sim::scene::SceneError> {
     let mut hash = Sha256::new();
     let mut examples = Vec::new();
     for seed in seeds {
@@ -56,17 +56,19 @@ pub fn examples(seeds: std::ops::Range<u64>) -> Result<(Vec<Example>, String), s
 }
 
 fn example(frame: Labelled) -> Example {
-    let large = |l: &Label| {
-        let b = l.bounds;
-        b.x1 - b.x0 >= LEAST.0 && b.y1 - b.y0 >= LEAST.1 && l.pixels >= LEAST.2
-    };
-    let (labels, ignored) = frame.labels.into_iter().partition(large);
+    let (labels, ignored) = frame.labels.into_iter().partition(findable);
     Example { rgb: frame.rgb, labels, ignored }
+}
+
+/// Whether an object shows enough of itself to be asked for.
+pub(crate) fn findable(l: &Label) -> bool {
+    let b = l.bounds;
+    b.x1 - b.x0 >= LEAST.0 && b.y1 - b.y0 >= LEAST.1 && l.pixels >= LEAST.2
 }
 
 /// The grid of targets. A cell belongs to the smallest object whose middle half covers its middle, and in any case to
 /// the object whose middle lies in it.
-pub fn target(example: &Example, mirrored: bool) -> Target {
+pub(crate) fn target(example: &Example, mirrored: bool) -> Target {
     let mut target = Target {
         object: vec![0.0; CELLS],
         asked: vec![1.0; CELLS],

@@ -1,9 +1,11 @@
 //! Trains the detector of `perception` on the project's own rendered frames.
 //!
 //! `trainer train DIR [STEPS] [FRAMES]` renders, trains and writes `DIR/detector.onnx`; `trainer measure DIR` runs that
-//! file through the pure-Rust runtime on held-out seeds. Not part of the normal build: nothing depends on this package.
+//! file through the pure-Rust runtime on held-out seeds and writes its card and manifest. Not part of the normal build: nothing depends on this package.
 
+mod card;
 mod data;
+mod measure;
 mod net;
 mod scenes;
 mod train;
@@ -32,12 +34,15 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
     match words.as_slice() {
         ["train", directory, rest @ ..] => {
             let number = |at: usize, default: u64| rest.get(at).map_or(Ok(default), |word| word.parse());
-            let (steps, frames) = (number(0, 900)?, number(1, TRAINING.end - TRAINING.start)?);
-            let (examples, hash) = data::examples(TRAINING.start..TRAINING.start + frames)?;
-            let objects: usize = examples.iter().map(|e| e.labels.len()).sum();
-            println!("seed {SEED}\nsteps {steps}\nframes {frames}\nobjects {objects}\ndata_sha256 {hash}");
-            train::train(&examples, steps as usize, SEED, &PathBuf::from(directory).join("detector.onnx"))
+            let (steps, frames) = (number(0, 1_500)?, number(1, TRAINING.end - TRAINING.start)?);
+            let (examples, data_sha256) = data::examples(TRAINING.start..TRAINING.start + frames)?;
+            let objects = examples.iter().map(|e| e.labels.len() as u64).sum();
+            let training = card::Training { seed: SEED, steps, frames, objects, data_sha256 };
+            let directory = PathBuf::from(directory);
+            std::fs::write(directory.join("training.toml"), toml::to_string(&training)?)?;
+            train::train(&examples, steps as usize, SEED, &directory.join("detector.onnx"))
         }
+        ["measure", directory] => card::write(&PathBuf::from(directory)),
         _ => Err("usage: trainer train DIR [STEPS] [FRAMES] | trainer measure DIR".into()),
     }
 }

@@ -10,11 +10,11 @@ use burn::tensor::activation::{log_softmax, relu, sigmoid};
 use burn::tensor::{Device, Tensor};
 
 /// Channels that the head gives.
-pub const CHANNELS: usize = 9;
+pub(crate) const CHANNELS: usize = 9;
 
 /// A convolution, normalised and rectified.
 #[derive(Module, Debug)]
-pub struct Block {
+pub(crate) struct Block {
     conv: Conv2d,
     norm: BatchNorm,
 }
@@ -36,14 +36,14 @@ impl Block {
 
 /// The network: `[n, 3, 120, 160]` in 0..1 to `[n, 9, 15, 20]`.
 #[derive(Module, Debug)]
-pub struct Net {
+pub(crate) struct Net {
     blocks: Vec<Block>,
     head: Conv2d,
 }
 
 impl Net {
     /// With weights drawn from the device's seed.
-    pub fn new(device: &Device) -> Self {
+    pub(crate) fn new(device: &Device) -> Self {
         let plan = [([3, 12], 2, 1), ([12, 24], 1, 1), ([24, 32], 2, 1), ([32, 48], 2, 1), ([48, 64], 1, 1), ([64, 64], 1, 2)];
         Net {
             blocks: plan.into_iter().map(|(channels, stride, dilation)| Block::new(channels, stride, dilation, device)).collect(),
@@ -52,25 +52,25 @@ impl Net {
     }
 
     /// Raw numbers for each cell.
-    pub fn forward(&self, x: Tensor<4>) -> Tensor<4> {
+    pub(crate) fn forward(&self, x: Tensor<4>) -> Tensor<4> {
         self.head.forward(self.blocks.iter().fold(x, |x, block| block.forward(x)))
     }
 }
 
 /// What a batch should give; each `[n, channels, cells]`.
-pub struct Wanted {
+pub(crate) struct Wanted {
     /// One channel.
-    pub object: Tensor<3>,
+    pub(crate) object: Tensor<3>,
     /// One channel.
-    pub asked: Tensor<3>,
+    pub(crate) asked: Tensor<3>,
     /// Four channels.
-    pub class: Tensor<3>,
+    pub(crate) class: Tensor<3>,
     /// Four channels.
-    pub place: Tensor<3>,
+    pub(crate) place: Tensor<3>,
 }
 
 /// Focal objectness, cross entropy of the class and a smooth distance of the box, the last two where an object is.
-pub fn loss(given: Tensor<4>, wanted: Wanted) -> Tensor<1> {
+pub(crate) fn loss(given: Tensor<4>, wanted: Wanted) -> Tensor<1> {
     let [n, channels, rows, columns] = given.dims();
     let given = given.reshape([n, channels, rows * columns]);
     let objects = wanted.object.clone().sum().clamp_min(1.0);

@@ -13,7 +13,7 @@ const RANGE: (f32, f32) = (4.0, 25.0);
 const BEARING: f32 = 0.72;
 
 /// Scene and viewpoint of `seed`.
-pub fn scene(seed: u64) -> (Scene, Start) {
+pub(crate) fn scene(seed: u64) -> (Scene, Start) {
     let mut draw = Draw(ChaCha8Rng::seed_from_u64(seed));
     let start = Start { east: draw.between(-12.0, 12.0), north: draw.between(-12.0, 12.0), heading: draw.between(-3.1, 3.1) };
     let mut objects: Vec<Object> = Vec::new();

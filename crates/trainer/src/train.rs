@@ -21,7 +21,7 @@ const RATE: f64 = 4e-3;
 const WARM_UP: usize = 40;
 
 /// Trains for `steps` batches and writes the network to `path` as ONNX.
-pub fn train(examples: &[Example], steps: usize, seed: u64, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn train(examples: &[Example], steps: usize, seed: u64, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let device = Device::default().autodiff();
     device.seed(seed);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
