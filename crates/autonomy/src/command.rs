@@ -6,8 +6,12 @@
 //! left to `transition`.
 //!
 //! ```compile_fail,E0451
-//! let forged = autonomy::command::Ordered { id: unreachable!(), kind: unreachable!(), intent: [0; 32], waived: Default::default() };
+//! let forged = autonomy::command::Ordered {
+//!     id: unreachable!(), kind: unreachable!(), intent: [0; 32], waived: Default::default(),
+//! };
 //! ```
+
+pub mod given;
 
 use std::collections::VecDeque;
 

@@ -100,9 +100,9 @@ impl Teammates {
         self.found.map(|(unit, _)| Because::Claim(unit))
     }
 
-    /// Whether this very finding already stands.
-    pub fn stands(&self, unit: UnitId, finding: Inconsistency) -> bool {
-        self.found == Some((unit, finding))
+    /// The finding that stands, if one does.
+    pub fn standing(&self) -> Option<(UnitId, Inconsistency)> {
+        self.found
     }
 
     /// Sets the finding aside on an operator's word.

@@ -77,6 +77,9 @@ impl Autonomy {
         if peer != self.identity.supervisor {
             return;
         }
+        if let Some(before) = self.session.take() {
+            self.write(now, Event::Session { peer: before.peer(), open: false });
+        }
         let mut session = Session::new(id, peer, self.nonce(), &self.identity.bounds);
         session.challenge(self.nonce(), now);
         self.session = Some(session);
@@ -147,9 +150,9 @@ impl Autonomy {
         self.accept(now, via, report.id(), &Evidence { waived, ..inner });
         let age = inner.age.map_or(Span::ZERO, Age::upper);
         let own = self.localisation.motion();
-        let stood = self.teammates.clone();
+        let stood = self.teammates.standing();
         if let Some(finding) = self.teammates.take((unit, via), report, age, now, own, &identity.bounds) {
-            if !stood.stands(unit, finding) {
+            if stood != Some((unit, finding)) {
                 self.write(now, Event::Inconsistent { unit, finding, record: report.id() });
             }
             self.judge(now);

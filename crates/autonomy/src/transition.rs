@@ -4,32 +4,25 @@
 //! with its [`Effect`]s. Its arms decide nothing by themselves: each calls one typed, consuming transition, whose
 //! arguments are the proofs that it needs.
 //!
-//! ```text
-//!                    Enable                 Arm                     (one shot)
-//!          Idle ───────────────▶ Ready ──────────────▶ PrepareToAct ─────────▶ act
-//!                                ▲ ▲ │ ◀── Confirm, Disarm, expiry, ──┘ │
-//!                                │ │ │       designation lost           │
-//!                      recovered │ │ └── subsystem lost ──▶ Degraded ◀──┘
-//!                                │ └────────────────────────┘   │
-//!                         Resume └── HoldSafe ◀── trust lost, blind too long, Hold: from every state but Idle (Hold: from any)
-//! ```
+//! The diagram and the whole table are drawn from this code by [`table`] and committed as `docs/state-machine.md`.
 //!
 //! What holds by construction:
 //! - `Ready` cannot be entered without [`Healthy`], which only `health` gives, and only when no required guard fails.
-//! - `PrepareToAct` cannot be entered without an operator's accepted Arm order, [`Healthy`] and a [`Designated`] track.
+//! - `PrepareToAct` cannot be entered without an accepted [`Arm`] order, [`Healthy`] and the ordered track [`Designated`].
 //! - Leaving `PrepareToAct` moves its authority out; there is no state that could hold it elsewhere.
-//! - `HoldSafe` cannot be left without an operator's accepted Resume order and [`Healthy`].
+//! - `HoldSafe` cannot be left without an accepted [`Resume`] order and [`Healthy`].
 //!
-//! What the guards are is left to `health`, what makes an order acceptable to `command`, logging to the core. The whole
-//! table is drawn from this code by [`table`] and committed as `docs/state-machine.md`.
+//! What the guards are is left to `health`, what makes an order acceptable to `command`, logging to the core.
 //!
 //! An illegal transition does not compile; Idle cannot be armed:
 //! ```compile_fail,E0599
-//! fn arm(idle: autonomy::state::Idle, order: &autonomy::command::Ordered) { idle.arm(order); }
+//! # use autonomy::{command::given::{Arm, Given}, state::Idle};
+//! fn from_idle(idle: Idle, order: &Given<'_, Arm>) { idle.arm(order); }
 //! ```
-//! and no one leaves HoldSafe without an order:
-//! ```compile_fail,E0061
-//! fn resume(held: autonomy::state::HoldSafe, healthy: autonomy::health::Healthy) { held.resume(healthy); }
+//! and an order to disarm does not lead out of HoldSafe:
+//! ```compile_fail,E0308
+//! # use autonomy::{command::given::{Disarm, Given}, health::Healthy, state::HoldSafe};
+//! fn resume(held: HoldSafe, order: &Given<'_, Disarm>, healthy: Healthy) { held.resume(order, healthy); }
 //! ```
 
 pub mod authority;
@@ -37,7 +30,6 @@ pub mod state;
 pub mod table;
 
 use arrayvec::ArrayVec;
-use wire::command::CommandKind;
 use wire::id::{CommandId, TrackId, WorldId};
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::Waived;
@@ -45,6 +37,7 @@ use wire::refusal::Refusal;
 use wire::time::{Instant, Span};
 
 use crate::command::Ordered;
+use crate::command::given::{Arm, Command, Confirm, Disarm, Enable, Given, Hold, Resume};
 use crate::designation::Designated;
 use crate::health::{Health, Healthy, SubsystemLoss, TrustLoss, Verdict};
 use authority::{ActAuthority, Mint, Revoked, Spent};
@@ -149,7 +142,7 @@ pub enum Stop<'a> {
     /// Driving has lacked what it depends on for too long.
     Blind(SubsystemLoss),
     /// An operator says so.
-    Order(&'a Ordered),
+    Order(Given<'a, Hold>),
 }
 
 impl Stop<'_> {
@@ -157,20 +150,16 @@ impl Stop<'_> {
         match self {
             Stop::Trust(loss) => (Cause::Lost(loss.guard()), loss.because()),
             Stop::Blind(loss) => (Cause::Unrecovered(loss.blinding().unwrap_or(loss.guard())), loss.because()),
-            Stop::Order(order) => by_order(order),
+            Stop::Order(order) => order.why(),
         }
     }
-}
-
-fn by_order(order: &Ordered) -> (Cause, Because) {
-    (Cause::Operator, Because::Command(order.id()))
 }
 
 // The typed transitions: each consumes a state and the proofs that the next one needs.
 
 impl Idle {
     /// The operator enables the mission.
-    pub fn enable(self, _order: &Ordered, healthy: Healthy) -> Ready {
+    pub fn enable(self, _order: &Given<'_, Enable>, healthy: Healthy) -> Ready {
         let Idle { started: Started } = self;
         Ready { healthy }
     }
@@ -188,12 +177,12 @@ impl Ready {
         Ready { healthy }
     }
 
-    /// Mints authority on one track; gives the state back where the policy admits none.
+    /// Mints authority on the ordered track; gives the state back where the policy admits none.
     pub fn arm(
         self,
         mint: &mut Mint,
         now: Instant,
-        order: &Ordered,
+        order: &Given<'_, Arm>,
         healthy: Healthy,
         designated: &Designated,
     ) -> Result<PrepareToAct, Ready> {
@@ -222,7 +211,7 @@ impl PrepareToAct {
     }
 
     /// Uses the authority: everything it was minted from holds again, and the operator confirms.
-    pub fn act(self, confirm: &Ordered, healthy: Healthy, designated: &Designated) -> (Ready, Spent) {
+    pub fn act(self, confirm: &Given<'_, Confirm>, healthy: Healthy, designated: &Designated) -> (Ready, Spent) {
         let spent = self.authority.spend(confirm, &healthy, designated);
         (Ready { healthy }, spent)
     }
@@ -273,7 +262,7 @@ impl Degraded {
 
 impl HoldSafe {
     /// The operator consents to go on.
-    pub fn resume(self, _order: &Ordered, healthy: Healthy) -> Ready {
+    pub fn resume(self, _order: &Given<'_, Resume>, healthy: Healthy) -> Ready {
         let HoldSafe { stopped: Stopped } = self;
         Ready { healthy }
     }
@@ -309,17 +298,17 @@ impl Machine {
     }
 
     fn ordered(self, order: &Ordered, ctx: &mut Context<'_>, effects: &mut Effects) -> Next {
-        match order.kind() {
-            CommandKind::Hold => self.stop(order, effects),
-            CommandKind::Disarm => self.disarm(order, ctx, effects),
-            CommandKind::Enable => self.enable(order, ctx, effects),
-            CommandKind::Resume => self.resume(order, ctx, effects),
-            CommandKind::Arm(track) => self.arm(order, track, ctx, effects),
-            CommandKind::Confirm(track) => self.confirm(order, track, ctx, effects),
+        match order.command() {
+            Command::Hold(order) => self.stop(order, effects),
+            Command::Disarm(order) => self.disarm(&order, ctx, effects),
+            Command::Enable(order) => self.enable(&order, ctx, effects),
+            Command::Resume(order) => self.resume(&order, ctx, effects),
+            Command::Arm(order) => self.arm(&order, ctx, effects),
+            Command::Confirm(order) => self.confirm(&order, ctx, effects),
         }
     }
 
-    fn stop(self, order: &Ordered, effects: &mut Effects) -> Next {
+    fn stop(self, order: Given<'_, Hold>, effects: &mut Effects) -> Next {
         let stop = Stop::Order(order);
         let held = match self {
             Machine::Idle(idle) => idle.hold(&stop),
@@ -335,13 +324,13 @@ impl Machine {
         (Machine::HoldSafe(held), Some(stop.why()))
     }
 
-    fn disarm(self, order: &Ordered, ctx: &Context<'_>, effects: &mut Effects) -> Next {
+    fn disarm(self, order: &Given<'_, Disarm>, ctx: &Context<'_>, effects: &mut Effects) -> Next {
         match self {
             Machine::PrepareToAct(held) => match ctx.health.verdict() {
                 Verdict::Healthy(healthy) => {
                     let (ready, revoked) = held.give_up(healthy, Cause::Operator);
                     effects.push(Effect::Revoked(revoked));
-                    (Machine::Ready(ready), Some(by_order(order)))
+                    (Machine::Ready(ready), Some(order.why()))
                 }
                 Verdict::Subsystem(loss) => held.lose_subsystem(&loss, ctx.now, effects),
                 Verdict::Trust(loss) => held.lose_trust(loss, effects),
@@ -351,32 +340,32 @@ impl Machine {
         }
     }
 
-    fn enable(self, order: &Ordered, ctx: &Context<'_>, effects: &mut Effects) -> Next {
+    fn enable(self, order: &Given<'_, Enable>, ctx: &Context<'_>, effects: &mut Effects) -> Next {
         match (self, ctx.health.verdict()) {
             (Machine::Idle(idle), Verdict::Healthy(healthy)) => {
-                (Machine::Ready(idle.enable(order, healthy)), Some(by_order(order)))
+                (Machine::Ready(idle.enable(order, healthy)), Some(order.why()))
             }
             (kept, Verdict::Healthy(_) | Verdict::Subsystem(_) | Verdict::Trust(_)) => kept.interlock(effects),
         }
     }
 
-    fn resume(self, order: &Ordered, ctx: &Context<'_>, effects: &mut Effects) -> Next {
+    fn resume(self, order: &Given<'_, Resume>, ctx: &Context<'_>, effects: &mut Effects) -> Next {
         match (self, ctx.health.verdict()) {
             (Machine::HoldSafe(stopped), Verdict::Healthy(healthy)) => {
-                (Machine::Ready(stopped.resume(order, healthy)), Some(by_order(order)))
+                (Machine::Ready(stopped.resume(order, healthy)), Some(order.why()))
             }
             (kept, Verdict::Healthy(_) | Verdict::Subsystem(_) | Verdict::Trust(_)) => kept.interlock(effects),
         }
     }
 
-    fn arm(self, order: &Ordered, track: TrackId, ctx: &mut Context<'_>, effects: &mut Effects) -> Next {
+    fn arm(self, order: &Given<'_, Arm>, ctx: &mut Context<'_>, effects: &mut Effects) -> Next {
         let designation = ctx.designation;
         match (self, ctx.health.verdict(), designation) {
-            (Machine::Ready(ready), Verdict::Healthy(healthy), Ok(designated)) if designated.track() == track => {
+            (Machine::Ready(ready), Verdict::Healthy(healthy), Ok(designated)) => {
                 match ready.arm(ctx.mint, ctx.now, order, healthy, designated) {
                     Ok(held) => {
                         effects.push(minted(held.authority()));
-                        (Machine::PrepareToAct(held), Some(by_order(order)))
+                        (Machine::PrepareToAct(held), Some(order.why()))
                     }
                     Err(ready) => Machine::Ready(ready).interlock(effects),
                 }
@@ -387,10 +376,10 @@ impl Machine {
         }
     }
 
-    fn confirm(self, order: &Ordered, track: TrackId, ctx: &Context<'_>, effects: &mut Effects) -> Next {
-        match (self, ctx.health.verdict(), ctx.designation_of(track)) {
+    fn confirm(self, order: &Given<'_, Confirm>, ctx: &Context<'_>, effects: &mut Effects) -> Next {
+        match (self, ctx.health.verdict(), ctx.designation_of(order.track())) {
             (Machine::PrepareToAct(held), Verdict::Healthy(healthy), Ok(designated))
-                if held.track() == track && !held.expired(ctx.now) =>
+                if held.track() == order.track() && !held.expired(ctx.now) =>
             {
                 let (ready, spent) = held.act(order, healthy, designated);
                 effects.push(Effect::Acted(spent));

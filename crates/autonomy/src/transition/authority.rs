@@ -17,7 +17,8 @@
 //! ```compile_fail,E0451
 //! use wire::{id::{TrackId, WorldId}, time::Instant};
 //! let forged = autonomy::authority::ActAuthority {
-//!     serial: 1, track: TrackId(1), command: unreachable!(), world: WorldId(0), until: Instant(0), waived: Default::default(),
+//!     serial: 1, track: TrackId(1), command: unreachable!(), world: WorldId(0), until: Instant(0),
+//!     waived: Default::default(),
 //! };
 //! ```
 //! Its constructor cannot be called from outside the transitions:
@@ -43,7 +44,7 @@ use wire::policy::Waived;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
-use crate::command::Ordered;
+use crate::command::given::{Arm, Confirm, Given};
 use crate::designation::Designated;
 use crate::fork::Fork;
 use crate::health::Healthy;
@@ -123,16 +124,16 @@ impl Mint {
 }
 
 impl ActAuthority {
-    /// Everything authority rests on, as arguments: an operator's accepted order, all guards holding, a track that is
-    /// fit for designation, and a mint whose policy admits it (`None` otherwise).
+    /// Everything authority rests on, as arguments: an operator's accepted Arm order, all guards holding, the ordered
+    /// track fit for designation, and a mint whose policy admits it. `None` for another track or without admission.
     pub(super) fn mint(
         mint: &mut Mint,
         now: Instant,
-        order: &Ordered,
+        arm: &Given<'_, Arm>,
         healthy: &Healthy,
         designated: &Designated,
     ) -> Option<ActAuthority> {
-        if !mint.admitted {
+        if !mint.admitted || designated.track() != arm.track() {
             return None;
         }
         let serial = mint.next;
@@ -140,10 +141,10 @@ impl ActAuthority {
         Some(ActAuthority {
             serial,
             track: designated.track(),
-            command: order.id(),
+            command: arm.id(),
             world: mint.world,
             until: now + mint.lifetime,
-            waived: order.waived().union(healthy.waived()),
+            waived: arm.order().waived().union(healthy.waived()),
         })
     }
 
@@ -178,7 +179,7 @@ impl ActAuthority {
     }
 
     /// Uses it up. What it was minted from must hold again, now.
-    pub(super) fn spend(self, confirm: &Ordered, _healthy: &Healthy, designated: &Designated) -> Spent {
+    pub(super) fn spend(self, confirm: &Given<'_, Confirm>, _healthy: &Healthy, designated: &Designated) -> Spent {
         let (x_mm, y_mm) = designated.place();
         Spent { authority: self.serial, world: self.world, track: self.track, x_mm, y_mm, command: confirm.id() }
     }

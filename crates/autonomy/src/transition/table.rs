@@ -405,10 +405,10 @@ mod tests {
     #[test]
     fn hold_safe_is_left_by_resume_alone() {
         let bench = Bench::new();
-        for stimulus in 0..STIMULI.len() {
+        for (stimulus, (name, _)) in STIMULI.iter().enumerate() {
             for set in 0..bench.health.len() {
                 if bench.outcome(Start::HoldSafe, stimulus, set).to != Mode::HoldSafe {
-                    assert_eq!((STIMULI[stimulus].0, set & !(1 << Guard::Designation as usize)), ("Resume", 0));
+                    assert_eq!((*name, set & !(1 << Guard::Designation as usize)), ("Resume", 0));
                 }
             }
         }

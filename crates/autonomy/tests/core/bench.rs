@@ -135,11 +135,11 @@ impl Bench {
             self.at.0 += self.speed * 0.05;
             self.frame += 1;
             self.navigate();
-            if self.frame % 2 == 0 {
+            if self.frame.is_multiple_of(2) {
                 self.perceive();
                 self.supervise();
             }
-            if self.frame % 5 == 0 && !self.no_seals {
+            if self.frame.is_multiple_of(5) && !self.no_seals {
                 self.seal();
             }
             while self.core.deadline().is_some_and(|deadline| deadline <= self.now) {
