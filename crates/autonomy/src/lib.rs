@@ -36,6 +36,7 @@ pub mod localisation;
 pub mod mission;
 pub mod navigation;
 pub mod picture;
+#[cfg(feature = "process")]
 pub mod process;
 pub mod seals;
 pub mod telemetry;

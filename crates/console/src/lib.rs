@@ -11,6 +11,7 @@ pub mod intent;
 pub mod life;
 pub mod model;
 pub mod operator;
+#[cfg(feature = "process")]
 pub mod process;
 pub mod text;
 

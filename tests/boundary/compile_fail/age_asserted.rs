@@ -1,0 +1,7 @@
+use wire::time::{Age, Span};
+
+fn young() -> Age {
+    Age(Span::ZERO)
+}
+
+fn main() {}

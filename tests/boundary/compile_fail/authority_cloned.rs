@@ -1,0 +1,7 @@
+use autonomy::authority::ActAuthority;
+
+fn twice(authority: ActAuthority) -> (ActAuthority, ActAuthority) {
+    (authority.clone(), authority)
+}
+
+fn main() {}

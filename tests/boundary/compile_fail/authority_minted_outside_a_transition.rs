@@ -1,0 +1,5 @@
+use autonomy::authority::ActAuthority;
+
+fn main() {
+    let _ = ActAuthority::mint;
+}
