@@ -37,7 +37,8 @@ impl Log {
         };
         log.add(2000, NodeId::UNIT_A, minted);
         for t in (100..10_000).step_by(100) {
-            log.report(t).displayed(t + 5, log.mode(t), t).heard(t).truth(t, 1000, 5000);
+            let mode = log.mode(t);
+            log.report(t).displayed(t + 5, mode, t).heard(t).truth(t, 1000, 5000);
         }
         log
     }

@@ -29,14 +29,7 @@ pub fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeId, Valu
         let node = member.node();
         let Some(guard) = node.guard() else { continue };
         let mut journal = Journal::new(guard, Boot(1), None);
-        let mut note = |at: u64, event: Event| {
-            let mut out = std::collections::VecDeque::new();
-            journal.write(Instant(at), event, &mut out);
-            log.extend(out.into_iter().filter_map(|o| match o {
-                Output::Audit { bytes } => Some(Logged { at, node: guard, bytes }),
-                _ => None,
-            }));
-        };
+        let mut events = Vec::new();
         let path = run_dir.join("guard").join(format!("{node}.cbor"));
         for seen in recorded::observations(&path).unwrap_or_default() {
             let event = Event::GuardSaw {
@@ -47,10 +40,22 @@ pub fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeId, Valu
                 hash: u64::from_be_bytes(seen.digest),
                 verdict: verdict(seen.verdict),
             };
-            note(seen.trace_us.saturating_sub(start_us), event);
+            events.push((seen.trace_us.saturating_sub(start_us), event));
         }
-        let Some((_, stats)) = stats.iter().find(|(n, _)| *n == node) else { continue };
-        accounts(stats).into_iter().for_each(|(account, n)| note(cast.duration, Event::Count { account, n }));
+        // Each association logs for itself; only together do they have an order in time.
+        events.sort_by_key(|(at, _)| *at);
+        if let Some((_, stats)) = stats.iter().find(|(n, _)| *n == node) {
+            let end = events.last().map_or(cast.duration, |(at, _)| cast.duration.max(*at));
+            events.extend(accounts(stats).into_iter().map(|(account, n)| (end, Event::Count { account, n })));
+        }
+        for (at, event) in events {
+            let mut out = std::collections::VecDeque::new();
+            journal.write(Instant(at), event, &mut out);
+            log.extend(out.into_iter().filter_map(|o| match o {
+                Output::Audit { bytes } => Some(Logged { at, node: guard, bytes }),
+                _ => None,
+            }));
+        }
     }
     log
 }
@@ -59,7 +64,7 @@ fn verdict(verdict: Verdict) -> GuardVerdict {
     match verdict {
         Verdict::Passed => GuardVerdict::Passed,
         Verdict::PlaintextAfterCompletion | Verdict::PlaintextBeforeCompletion => GuardVerdict::Plaintext,
-        Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly => GuardVerdict::Malformed,
+        Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly | Verdict::Stranger => GuardVerdict::Malformed,
     }
 }
 
@@ -71,9 +76,10 @@ fn accounts(stats: &Value) -> Vec<(Account, u64)> {
     let guard = |name: &str| dtls["guard"][name].as_u64().unwrap_or(0);
     let refused = ["unframed", "bad_hello", "plaintext_after", "plaintext_before", "too_early"].map(guard).iter().sum();
     let (records, application, delivered) = (guard("records"), guard("application"), get("delivered"));
+    let strangers = get("strangers");
     vec![
-        (Account::GuardIn, records),
-        (Account::GuardRefused, refused),
+        (Account::GuardIn, records + strangers),
+        (Account::GuardRefused, refused + strangers),
         (Account::Delivered, delivered),
         (Account::Discarded, application.saturating_sub(delivered)),
         (Account::Handshake, records.saturating_sub(refused).saturating_sub(application)),

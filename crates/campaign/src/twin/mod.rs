@@ -30,6 +30,8 @@ use crate::evidence::Logged;
 
 /// When associations are set up.
 const OPENS_AT: Micros = 20_000;
+/// The association of a datagram that belongs to none.
+pub const STRANGER: u32 = u32::MAX;
 /// How long a dialler waits before it dials again.
 const REDIAL: Micros = 500_000;
 
@@ -437,7 +439,7 @@ impl Twin {
             Arrival::Refused(verdict) => *verdict,
             Arrival::Delivered(_) | Arrival::Discarded | Arrival::Ended => GuardVerdict::Passed,
         };
-        self.observe(target, association, outside, bytes, verdict);
+        self.observe(target, u32::from(association), outside, bytes, verdict);
         if let Some(guard) = &mut self.guards[usize::from(target)] {
             match &arrival {
                 Arrival::Delivered(_) => guard.delivered += 1,
@@ -457,16 +459,16 @@ impl Twin {
         let target = self.associations[usize::from(association)].ends[1].node;
         if self.nodes[usize::from(target)].alive {
             let outside = net::outside(bytes).unwrap_or_default();
-            self.observe(target, u8::MAX, outside, bytes, GuardVerdict::Malformed);
+            self.observe(target, STRANGER, outside, bytes, GuardVerdict::Malformed);
             if let Some(guard) = &mut self.guards[usize::from(target)] {
                 guard.refused += 1;
             }
         }
     }
 
-    fn observe(&mut self, node: NodeIndex, name: u8, outside: Outside, bytes: &[u8], verdict: GuardVerdict) {
+    fn observe(&mut self, node: NodeIndex, association: u32, outside: Outside, bytes: &[u8], verdict: GuardVerdict) {
         let event = Event::GuardSaw {
-            association: u32::from(name),
+            association,
             epoch: outside.epoch,
             sequence: outside.sequence,
             length: bytes.len().min(usize::from(u16::MAX)) as u16,

@@ -104,10 +104,13 @@ impl Accept {
                 }
             }
         }
-        let Ok(peer) = LoopbackAddr::try_from(from) else { return SessionCounters::add(&counters.strangers) };
-        if !hello::opens_association(bytes) {
+        let opener = LoopbackAddr::try_from(from).ok().filter(|_| hello::opens_association(bytes));
+        let Some(peer) = opener else {
+            if let Some(log) = &self.settings.log {
+                log.stranger(bytes, &counters.guard);
+            }
             return SessionCounters::add(&counters.strangers);
-        }
+        };
         match self.room() {
             Some(permit) => self.admit(peer, bytes, permit),
             None => SessionCounters::add(&self.settings.counters.shed),

@@ -29,6 +29,9 @@ pub enum Verdict {
     /// More records of the next epoch than may wait for completion.
     #[n(5)]
     TooEarly,
+    /// Refused: from a peer that has no association and opens none.
+    #[n(6)]
+    Stranger,
 }
 
 /// One record as the target saw it arrive.
@@ -66,6 +69,9 @@ pub fn digest(record: &[u8]) -> [u8; 8] {
     wire::event::wire_hash(record).to_be_bytes()
 }
 
+/// The association of an observation that belongs to none.
+pub const STRANGER: u32 = u32::MAX;
+
 /// A bounded way out for observations; what does not fit is counted, not waited for.
 #[derive(Clone, Debug)]
 pub struct ObservationLog(mpsc::Sender<Observation>);
@@ -75,6 +81,22 @@ impl ObservationLog {
     pub fn new(capacity: usize) -> (Self, mpsc::Receiver<Observation>) {
         let (tx, rx) = mpsc::channel(capacity);
         (Self(tx), rx)
+    }
+
+    /// Reports a datagram of a peer that has no association and opens none.
+    pub(crate) fn stranger(&self, bytes: &[u8], counters: &GuardCounters) {
+        let field = |from: usize, to: usize| bytes.get(from..to).unwrap_or_default().iter().fold(0, |n, b| n << 8 | u64::from(*b));
+        let observation = Observation {
+            trace_us: crate::clock::trace_us(),
+            association: STRANGER,
+            content: bytes.first().copied().unwrap_or_default(),
+            epoch: field(3, 5) as u16,
+            sequence: field(5, 11),
+            length: bytes.len() as u32,
+            digest: digest(bytes),
+            verdict: Verdict::Stranger,
+        };
+        self.push(observation, counters);
     }
 
     pub(super) fn push(&self, observation: Observation, counters: &GuardCounters) {
@@ -170,6 +192,8 @@ impl GuardCounters {
             Verdict::PlaintextAfterCompletion => add(&self.plaintext_after),
             Verdict::PlaintextBeforeCompletion => add(&self.plaintext_before),
             Verdict::TooEarly => add(&self.too_early),
+            // Counted by the listener, which alone knows its peers.
+            Verdict::Stranger => {}
         }
     }
 }
