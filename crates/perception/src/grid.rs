@@ -39,7 +39,8 @@ struct Candidate {
 
 /// Detections of at least `least` permille, best first, without doubles. `raw` is channel-major, [`CHANNELS`] × cells.
 pub fn decode(raw: &[f32], least: u16) -> List<Detection, 32> {
-    let mut found: Vec<Candidate> = (0..CELLS).filter_map(|cell| candidate(raw, cell, f32::from(least) / 1000.0)).collect();
+    let mut found: Vec<Candidate> =
+        (0..CELLS).filter_map(|cell| candidate(raw, cell, f32::from(least) / 1000.0)).collect();
     found.sort_by(|a, b| b.score.total_cmp(&a.score));
     found.truncate(MOST);
     let mut kept: Vec<Candidate> = Vec::new();
@@ -84,10 +85,13 @@ fn shared(a: &[f32; 4], b: &[f32; 4]) -> f32 {
 fn detection(candidate: &Candidate) -> Option<Detection> {
     let pixel = |v: f32, most: usize| (v + 0.5).clamp(0.0, most as f32) as u16;
     let [x0, y0, x1, y1] = candidate.edges;
-    let bounds =
-        PixelBox { x0: pixel(x0, WIDTH), y0: pixel(y0, HEIGHT), x1: pixel(x1, WIDTH), y1: pixel(y1, HEIGHT) };
+    let bounds = PixelBox { x0: pixel(x0, WIDTH), y0: pixel(y0, HEIGHT), x1: pixel(x1, WIDTH), y1: pixel(y1, HEIGHT) };
     let visible = bounds.x0 < bounds.x1 && bounds.y0 < bounds.y1;
-    visible.then_some(Detection { class: candidate.class, score: (candidate.score * 1000.0).min(1000.0) as u16, bounds })
+    visible.then_some(Detection {
+        class: candidate.class,
+        score: (candidate.score * 1000.0).min(1000.0) as u16,
+        bounds,
+    })
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! The LiDAR stage: groups of returns that stand above the ground.
 //!
 //! Ground is followed outward ring by ring in each azimuth: a return belongs to it while it rises no steeper than
-//! terrain may, measured from the last ground return, so slopes and a pitched unit are no objects. What remains is
-//! joined to segments along an azimuth and then across neighbouring azimuths.
+//! terrain may, measured from the last ground return, so slopes and a pitched unit are no objects. A far object's
+//! lowest return passes for ground until the next one stands above it; then it is taken back. What remains is joined
+//! to segments along an azimuth and then across neighbouring azimuths.
 
 use std::sync::Arc;
 
@@ -17,6 +18,8 @@ const GAP_M: f32 = 0.8;
 /// Segments of neighbouring azimuths whose ranges differ by more than this do too: at no range, and for each metre.
 const STEP_M: f32 = 0.5;
 const STEP_PER_M: f32 = 0.03;
+/// A return passed for ground is the foot of what stands above it within this much of its range, metres.
+const FOOT_M: f32 = 0.5;
 /// Azimuths without a return that a cluster may reach across.
 const REACH: usize = 2;
 /// Fewest returns, least height and greatest extent of a cluster.
@@ -89,7 +92,7 @@ impl Scanner {
 
     /// What stands above the ground in one azimuth, nearest ring first.
     fn segments(&self, plane: &[u8], azimuth: usize) -> Vec<Segment> {
-        let (mut ground, mut found) = ((0.0, 0.0), Vec::<Segment>::new());
+        let (mut before, mut ground, mut found) = ((0.0, 0.0), (0.0, 0.0), Vec::<Segment>::new());
         for (ring, (sin, cos)) in self.rings.iter().enumerate() {
             let at = 2 * (ring * self.azimuths + azimuth);
             let range = f32::from(u16::from_le_bytes([plane[at], plane[at + 1]])) / 1000.0;
@@ -99,13 +102,18 @@ impl Scanner {
             let (r, z) = (range * cos, self.up_m + range * sin);
             let (run, rise) = (r - ground.0, z - ground.1);
             if rise <= RISE_M + SLOPE * run.max(0.0) {
-                ground = (r, z);
+                (before, ground) = (ground, (r, z));
                 continue;
             }
             match found.last_mut().filter(|s| r - s.far <= GAP_M && s.near - r <= GAP_M) {
                 Some(segment) => segment.take(r, z),
                 None => {
-                    found.push(Segment { azimuth, near: r, far: r, low: z, high: z, returns: 1, sum: r });
+                    let mut segment = Segment { azimuth, near: r, far: r, low: z, high: z, returns: 1, sum: r };
+                    if ground.0 > 0.0 && run.abs() <= FOOT_M {
+                        segment.take(ground.0, ground.1);
+                        ground = before;
+                    }
+                    found.push(segment);
                 }
             }
         }

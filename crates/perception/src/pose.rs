@@ -45,9 +45,9 @@ impl Ego {
             return None;
         }
         let seconds = if stamp >= newest.stamp { apart.0 as f64 } else { -(apart.0 as f64) } / 1e6;
-        let (speed, rate) = newest.odometry.map_or((0.0, 0.0), |o| {
-            (f64::from(o.speed_mm_s) / 1000.0, f64::from(o.yaw_rate_mrad_s) / 1000.0)
-        });
+        let (speed, rate) = newest
+            .odometry
+            .map_or((0.0, 0.0), |o| (f64::from(o.speed_mm_s) / 1000.0, f64::from(o.yaw_rate_mrad_s) / 1000.0));
         let yaw = f64::from(fix.pose.yaw_mrad) / 1000.0;
         let (sin_mid, cos_mid) = libm::sincos(yaw + 0.5 * rate * seconds);
         let (sin, cos) = libm::sincos(yaw + rate * seconds);

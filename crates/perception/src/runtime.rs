@@ -29,9 +29,8 @@ static ENVIRONMENT: OnceLock<Result<Environment, RuntimeError>> = OnceLock::new(
 /// # Errors
 /// The backend did not start.
 pub fn environment() -> Result<&'static Environment, RuntimeError> {
-    let made = ENVIRONMENT.get_or_init(|| {
-        if ort::set_api(ort_tract::api()) { start(ort::init()) } else { Err(RuntimeError::Late) }
-    });
+    let made = ENVIRONMENT
+        .get_or_init(|| if ort::set_api(ort_tract::api()) { start(ort::init()) } else { Err(RuntimeError::Late) });
     made.as_ref().map_err(Clone::clone)
 }
 

@@ -71,7 +71,8 @@ fn region(kelvin: &[u16], warm: &mut [bool], width: usize, start: usize) -> Opti
         region.pixels += 1;
         region.sum += u64::from(kelvin[at]);
         region.peak = region.peak.max(kelvin[at]);
-        let beside = [(x > 0).then(|| at - 1), (x + 1 < width).then_some(at + 1), at.checked_sub(width), Some(at + width)];
+        let beside =
+            [(x > 0).then(|| at - 1), (x + 1 < width).then_some(at + 1), at.checked_sub(width), Some(at + width)];
         for next in beside.into_iter().flatten() {
             if warm.get(next).copied().unwrap_or(false) {
                 warm[next] = false;

@@ -4,9 +4,7 @@
 //! and when it ends. A track is shown only after three supported updates within five frames, its identity is never
 //! used again, and confidence grows with supported score alone: a vetoed sighting moves a track and costs confidence.
 
-use adskalman::{
-    CovarianceUpdateMethod, ObservationModel, StateAndCovariance, TransitionModelLinearNoControl,
-};
+use adskalman::{CovarianceUpdateMethod, ObservationModel, StateAndCovariance, TransitionModelLinearNoControl};
 use nalgebra::{Matrix2, Matrix2x4, Matrix4, Matrix4x2, U2, U4, Vector2, Vector4};
 use pathfinding::kuhn_munkres::kuhn_munkres_min;
 use pathfinding::matrix::Matrix;
@@ -176,7 +174,8 @@ impl Hypothesis {
         self.history |= 1;
         self.confirmed |= (self.history & CONFIRMATION_FRAMES).count_ones() >= CONFIRMATIONS;
         let target = i32::from(evidence(sighting));
-        self.confidence = (i32::from(self.confidence) + (target - i32::from(self.confidence)) / 4).clamp(0, 1000) as u16;
+        self.confidence =
+            (i32::from(self.confidence) + (target - i32::from(self.confidence)) / 4).clamp(0, 1000) as u16;
         for vote in &mut self.votes {
             *vote -= *vote / 16;
         }

@@ -44,9 +44,13 @@ pub(crate) struct Net {
 impl Net {
     /// With weights drawn from the device's seed.
     pub(crate) fn new(device: &Device) -> Self {
-        let plan = [([3, 12], 2, 1), ([12, 24], 1, 1), ([24, 32], 2, 1), ([32, 48], 2, 1), ([48, 64], 1, 1), ([64, 64], 1, 2)];
+        let plan =
+            [([3, 12], 2, 1), ([12, 24], 1, 1), ([24, 32], 2, 1), ([32, 48], 2, 1), ([48, 64], 1, 1), ([64, 64], 1, 2)];
         Net {
-            blocks: plan.into_iter().map(|(channels, stride, dilation)| Block::new(channels, stride, dilation, device)).collect(),
+            blocks: plan
+                .into_iter()
+                .map(|(channels, stride, dilation)| Block::new(channels, stride, dilation, device))
+                .collect(),
             head: Conv2dConfig::new([64, CHANNELS], [1, 1]).init(device),
         }
     }

@@ -15,13 +15,15 @@ const BEARING: f32 = 0.72;
 /// Scene and viewpoint of `seed`.
 pub(crate) fn scene(seed: u64) -> (Scene, Start) {
     let mut draw = Draw(ChaCha8Rng::seed_from_u64(seed));
-    let start = Start { east: draw.between(-12.0, 12.0), north: draw.between(-12.0, 12.0), heading: draw.between(-3.1, 3.1) };
+    let start =
+        Start { east: draw.between(-12.0, 12.0), north: draw.between(-12.0, 12.0), heading: draw.between(-3.1, 3.1) };
     let mut objects: Vec<Object> = Vec::new();
     let wanted = 1 + draw.below(6);
     for _ in 0..3 * wanted {
         if objects.len() < wanted {
             let object = draw.object(&start);
-            let apart = |other: &Object| distance(other.path[0], object.path[0]) > radius(other) + radius(&object) + 0.3;
+            let apart =
+                |other: &Object| distance(other.path[0], object.path[0]) > radius(other) + radius(&object) + 0.3;
             if objects.iter().all(apart) {
                 objects.push(object);
             }

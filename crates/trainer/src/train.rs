@@ -21,7 +21,12 @@ const RATE: f64 = 4e-3;
 const WARM_UP: usize = 40;
 
 /// Trains for `steps` batches and writes the network to `path` as ONNX.
-pub(crate) fn train(examples: &[Example], steps: usize, seed: u64, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+pub(crate) fn train(
+    examples: &[Example],
+    steps: usize,
+    seed: u64,
+    path: &Path,
+) -> Result<(), Box<dyn std::error::Error>> {
     let device = Device::default().autodiff();
     device.seed(seed);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
@@ -75,7 +80,8 @@ fn batch(examples: &[Example], rng: &mut ChaCha8Rng, device: &Device) -> (Tensor
         class.extend(wanted.class);
         place.extend(wanted.place);
     }
-    let grid = |values: Vec<f32>, channels| Tensor::from_data(TensorData::new(values, [BATCH, channels, cells]), device);
+    let grid =
+        |values: Vec<f32>, channels| Tensor::from_data(TensorData::new(values, [BATCH, channels, cells]), device);
     let wanted =
         Wanted { object: grid(object, 1), asked: grid(asked, 1), class: grid(class, 4), place: grid(place, 4) };
     (Tensor::from_data(TensorData::new(input, [BATCH, 3, HEIGHT, WIDTH]), device), wanted)

@@ -36,8 +36,9 @@ pub struct Spatial {
     pub place: Option<Place>,
 }
 
-/// Columns by which a cluster may lie outside its detection.
+/// Columns by which a cluster may lie outside its detection, and beyond an edge of the image that cuts the detection.
 const SLACK_PX: f64 = 3.0;
+const CUT_SLACK_PX: f64 = 60.0;
 /// A box within this many pixels of the image's edge may be cut by it.
 const EDGE_PX: u16 = 1;
 /// Nearer than this there is no room for an object in front of the unit, metres.
@@ -70,19 +71,26 @@ pub fn judge(
     depth: Option<Option<Depth>>,
     clusters: Option<&[Cluster]>,
 ) -> Spatial {
+    let bounds = &detection.bounds;
     let by_depth = depth.flatten().filter(|d| d.metres >= NEAREST_M);
-    let surface = by_depth.map(|d| surface(camera, &detection.bounds, d.metres));
-    let in_sight = |c: &&Cluster| sees(camera, &detection.bounds, c);
+    let surface = by_depth.map(|d| surface(camera, bounds, d.metres));
+    let in_sight = |c: &&Cluster| sees(camera, bounds, c);
     let cluster = clusters.and_then(|clusters| match surface {
         Some(at) => clusters.iter().filter(in_sight).min_by(|a, b| apart(at, a).total_cmp(&apart(at, b))),
         None => clusters.iter().filter(in_sight).min_by_key(|c| c.x_mm),
     });
-    let mut spatial =
-        Spatial { depth: depth.map(|_| false), lidar: clusters.map(|_| false), vetoed: Modalities::default(), place: None };
+    let mut spatial = Spatial {
+        depth: depth.map(|_| false),
+        lidar: clusters.map(|_| false),
+        vetoed: Modalities::default(),
+        place: None,
+    };
     let agree = match (surface, cluster) {
         (Some(at), Some(c)) => {
             let limit = f64::from(limits.agreement_m) + f64::from(limits.agreement_per_m) * at[0];
-            apart(at, c) <= limit
+            // A box cut at the side says how far away the object is, but not where its middle is across.
+            let across = !cut(bounds.x0, bounds.x1, camera.width);
+            if across { apart(at, c) <= limit } else { (at[0] - centroid(c)[0]).abs() <= limit }
         }
         (Some(_) | None, Some(_) | None) => true,
     };
@@ -139,7 +147,15 @@ fn sees(camera: &Camera, bounds: &PixelBox, cluster: &Cluster) -> bool {
         return false;
     }
     let column = f64::from(camera.width) / 2.0 - y / along * f64::from(camera.focal_px);
-    (f64::from(bounds.x0) - SLACK_PX..=f64::from(bounds.x1) + SLACK_PX).contains(&column)
+    let slack = |cut: bool| if cut { CUT_SLACK_PX } else { SLACK_PX };
+    let low = f64::from(bounds.x0) - slack(bounds.x0 <= EDGE_PX);
+    let high = f64::from(bounds.x1) + slack(bounds.x1 + EDGE_PX >= camera.width);
+    (low..=high).contains(&column)
+}
+
+/// Whether the image's edge may cut a span.
+fn cut(low: u16, high: u16, most: u16) -> bool {
+    low <= EDGE_PX || high + EDGE_PX >= most
 }
 
 /// Whether a box of this size at this distance can be the class. A box cut by the image's edge has no least size, and
@@ -149,7 +165,7 @@ fn plausible(camera: &Camera, detection: &Detection, metres: f64) -> bool {
     let scale = metres / f64::from(camera.focal_px);
     let fits = |low: u16, high: u16, most: u16, (least, greatest): (f64, f64)| {
         let size = f64::from(high.saturating_sub(low));
-        let cut = low <= EDGE_PX || high + EDGE_PX >= most;
+        let cut = cut(low, high, most);
         (size - 2.5) * scale <= 1.3 * greatest && (cut || (size + 2.5) * scale >= 0.5 * least)
     };
     fits(bounds.x0, bounds.x1, camera.width, prior.width) && fits(bounds.y0, bounds.y1, camera.height, prior.height)
@@ -164,8 +180,5 @@ fn place(camera: &Camera, detection: &Detection, near: [f64; 2]) -> Place {
     let sides = prior(detection.class).sides;
     let behind = (0.5 * (sides - apparent)).clamp(0.15 * sides, 0.35 * sides) * 0.8;
     let share = behind / range;
-    Place {
-        middle: [near[0] + along * share, near[1] + near[1] * share],
-        sigma: 0.3 + 0.01 * range,
-    }
+    Place { middle: [near[0] + along * share, near[1] + near[1] * share], sigma: 0.3 + 0.01 * range }
 }

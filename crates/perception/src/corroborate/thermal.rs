@@ -28,13 +28,16 @@ pub enum Warmth {
 /// Judges `detection` by the frame's warm regions.
 pub fn judge(detection: &Detection, blobs: Option<&[Blob]>) -> Warmth {
     let Some(blobs) = blobs else { return Warmth::Unknown };
-    let own = blobs.iter().filter(|b| belongs(&b.bounds, &detection.bounds));
-    let own = own.max_by_key(|b| (overlap(&b.bounds, &detection.bounds), b.peak_ck));
     let expected = match detection.class {
         Class::Vehicle => Some(VEHICLE_CK),
         Class::Person => Some(PERSON_CK),
         Class::Decoy | Class::Obstacle => None,
     };
+    let own = blobs.iter().filter(|b| match expected {
+        Some(_) => belongs(&b.bounds, &detection.bounds),
+        None => fills(&b.bounds, &detection.bounds),
+    });
+    let own = own.max_by_key(|b| (overlap(&b.bounds, &detection.bounds), b.peak_ck));
     match (expected, own) {
         (None, None) => Warmth::Neutral,
         (None, Some(blob)) if blob.peak_ck < PERSON_CK.0 => Warmth::Neutral,
@@ -52,6 +55,11 @@ fn belongs(blob: &PixelBox, detection: &PixelBox) -> bool {
         && y <= detection.y1.saturating_add(SLACK_PX);
     let shared = overlap(blob, detection);
     shared > 0 && (middle || 2 * shared >= area(blob).min(area(detection)))
+}
+
+/// What is warm behind a cold object, or before a part of it, does not make it warm.
+fn fills(blob: &PixelBox, detection: &PixelBox) -> bool {
+    2 * overlap(blob, detection) >= area(detection)
 }
 
 fn overlap(a: &PixelBox, b: &PixelBox) -> u32 {
