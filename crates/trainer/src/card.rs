@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::Arc;
 
+use perception::corroborate::Limits;
 use perception::model::{Model, hex_digest};
 use perception::{detector::Detector, runtime};
 use wire::sensor::Class;
@@ -11,6 +13,9 @@ use crate::measure::{Measured, Tally, measure, overall};
 
 /// Scenes that the detector never saw.
 const HELD_OUT: std::ops::Range<u64> = 1_000_001..1_000_401;
+
+/// Score thresholds that the card compares, permille.
+const THRESHOLDS: [u16; 5] = [250, 350, 450, 550, 650];
 
 /// How a model was made, as `train` left it beside the model.
 #[derive(Debug, serde::Serialize, serde::Deserialize)]
@@ -33,10 +38,21 @@ pub(crate) fn write(directory: &Path) -> Result<(), Box<dyn std::error::Error>> 
     let training: Training = toml::from_str(&std::fs::read_to_string(directory.join("training.toml"))?)?;
     let bytes = std::fs::read(directory.join("detector.onnx"))?;
     let sha256 = hex_digest(&bytes);
-    let measured = measure(Detector::new(Model::pinned(&bytes, &sha256)?)?, HELD_OUT)?;
+    let detector = Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?);
+    let measured = measure(&detector, HELD_OUT, Limits::default().score)?;
+    let mut points = String::from(
+        "| threshold | recall | precision | corroborated recall | corroborated precision |\n|---|---|---|---|---|\n",
+    );
+    for least in THRESHOLDS {
+        let at = measure(&detector, HELD_OUT, least)?;
+        let (all, placed) = (overall(&at.detector), overall(&at.sightings));
+        let shares = [all.recall(), all.precision(), placed.recall(), placed.precision()];
+        let shares = shares.map(|share| format!("{share:.3}")).join(" | ");
+        writeln!(points, "| {least} | {shares} |")?;
+    }
     let runtime = runtime::describe()?;
     std::fs::write(directory.join("manifest.toml"), manifest(&sha256, &training, &measured, runtime))?;
-    let card = card(&sha256, bytes.len(), &training, &measured, runtime);
+    let card = card(&sha256, bytes.len(), &training, &measured, &points, runtime);
     std::fs::write(directory.join("detector.md"), &card)?;
     println!("{card}");
     Ok(())
@@ -65,7 +81,7 @@ fn manifest(sha256: &str, training: &Training, measured: &Measured, runtime: &st
     )
 }
 
-fn card(sha256: &str, bytes: usize, training: &Training, measured: &Measured, runtime: &str) -> String {
+fn card(sha256: &str, bytes: usize, training: &Training, measured: &Measured, points: &str, runtime: &str) -> String {
     format!(
         "# Model card: the colour detector\n\n\
          A single-shot convolutional detector, 160 × 120 RGB to a grid of 20 × 15 cells of objectness, four classes \
@@ -73,11 +89,12 @@ fn card(sha256: &str, bytes: usize, training: &Training, measured: &Measured, ru
          **Made by** `trainer train` and `trainer measure`: {} rendered scenes (seeds 1 to {}, {} objects, data SHA-256 \
          `{}`), {} steps of 24 frames, seed {}. The scenes are random: 1 to 6 objects at 4 to 25 m, free paints, \
          headings, sizes and relief, occlusion included.\n\n\
-         **Measured** on {} held-out scenes (seeds {} to {}) through `{runtime}`, at the score threshold in force. An \
+         **Measured** on {} held-out scenes (seeds {} to {}) through `{runtime}`, at the score threshold in force ({} permille). An \
          object counts if it shows at least 12 pixels, 2 columns and 4 rows; a detection is right at an intersection \
          over union of 0.5 with an object of its class.\n\n{}\n\
          **After corroboration** with depth, LiDAR and thermal, one frame, no tracking: a sighting that nothing \
          vetoes is right within 2 m of a true object of its class.\n\n{}\n\
+         **Operating points**, all classes, by score threshold in permille.\n\n{}\n\
          **Not for** anything but this simulation. It knows one camera, one sun and the paints of these classes; \
          nothing here says how it would do on a photograph. Adversarial robustness has not been measured.\n",
         training.frames,
@@ -89,8 +106,10 @@ fn card(sha256: &str, bytes: usize, training: &Training, measured: &Measured, ru
         measured.frames,
         HELD_OUT.start,
         HELD_OUT.end - 1,
+        Limits::default().score,
         table(&measured.detector),
         table(&measured.sightings),
+        points,
     )
 }
 

@@ -72,23 +72,32 @@ pub(crate) fn overall(tallies: &[Tally; 4]) -> Tally {
     tallies.iter().fold(Tally::default(), Tally::plus)
 }
 
-/// Runs `detector` over the scenes of `seeds`.
-pub(crate) fn measure(detector: Detector, seeds: Range<u64>) -> Result<Measured, Box<dyn std::error::Error>> {
-    let detector = Arc::new(detector);
+/// Runs `detector` over the scenes of `seeds`, with detections of at least `least` permille.
+pub(crate) fn measure(
+    detector: &Arc<Detector>,
+    seeds: Range<u64>,
+    least: u16,
+) -> Result<Measured, Box<dyn std::error::Error>> {
+    let limits = Limits { score: least, ..Limits::default() };
     let stages = Stages::new(detector.clone());
     let mut measured = Measured::default();
     for seed in seeds {
         let (scene, start) = scene(seed);
         let frame = render(&scene, start, seed)?;
         measured.frames += 1;
-        detections(&detector, &frame, &mut measured.detector)?;
-        sightings(&stages, &frame, (&scene, &start), &mut measured.sightings);
+        detections(detector, &frame, least, &mut measured.detector)?;
+        sightings(&stages, &limits, &frame, (&scene, &start), &mut measured.sightings);
     }
     Ok(measured)
 }
 
-fn detections(detector: &Detector, frame: &Labelled, tallies: &mut [Tally; 4]) -> Result<(), DetectorError> {
-    let found = detector.detect(&frame.rgb, Limits::default().score)?;
+fn detections(
+    detector: &Detector,
+    frame: &Labelled,
+    least: u16,
+    tallies: &mut [Tally; 4],
+) -> Result<(), DetectorError> {
+    let found = detector.detect(&frame.rgb, least)?;
     let fits = |d: &Detection, l: &Label| d.class == l.class && shared(&d.bounds, &l.bounds) >= SAME;
     for label in frame.labels.iter().filter(|l| findable(l)) {
         let tally = &mut tallies[label.class as usize];
@@ -107,7 +116,13 @@ fn detections(detector: &Detector, frame: &Labelled, tallies: &mut [Tally; 4]) -
     Ok(())
 }
 
-fn sightings(stages: &Stages, frame: &Labelled, (scene, start): (&Scene, &Start), tallies: &mut [Tally; 4]) {
+fn sightings(
+    stages: &Stages,
+    limits: &Limits,
+    frame: &Labelled,
+    (scene, start): (&Scene, &Start),
+    tallies: &mut [Tally; 4],
+) {
     let frames = Frames {
         frame: FrameId(1),
         stamp: Instant(1),
@@ -118,8 +133,7 @@ fn sightings(stages: &Stages, frame: &Labelled, (scene, start): (&Scene, &Start)
         thermal: Some(<&ByteSlice>::from(frame.thermal.as_slice())),
         lidar: Some(<&ByteSlice>::from(frame.lidar.as_slice())),
     };
-    let limits = Limits::default();
-    let judged = corroborate(&Camera::GROUND, &limits, &stages.candidates(&frames, limits.score));
+    let judged = corroborate(&Camera::GROUND, limits, &stages.candidates(&frames, limits.score));
     let seen: Vec<(Class, [f32; 2])> = judged
         .iter()
         .filter_map(|j| j.sighting.filter(|s| s.stands()))

@@ -28,7 +28,7 @@ pub struct Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Limits { score: 350, agreement_m: 1.0, agreement_per_m: 0.06 }
+        Limits { score: 500, agreement_m: 1.0, agreement_per_m: 0.06 }
     }
 }
 
