@@ -16,10 +16,10 @@ use wire::track::{Track, Tracks};
 
 /// Class, place, heading and temperature of what stands there.
 const THINGS: [(Class, [f32; 2], f32, f32); 4] = [
-    (Class::Vehicle, [2.0, -1.0], 1.2, 318.0),
+    (Class::Vehicle, [2.0, -2.0], 1.2, 318.0),
     (Class::Person, [-1.0, -6.0], 0.0, 306.0),
     (Class::Decoy, [3.0, -11.0], 0.7, 289.0),
-    (Class::Obstacle, [-3.0, -2.5], 0.3, 288.0),
+    (Class::Obstacle, [-3.0, -0.5], 0.3, 288.0),
 ];
 
 #[test]
