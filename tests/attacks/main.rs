@@ -59,9 +59,9 @@ fn a_teammate_forwards_a_third_units_telemetry_in_every_form_under_every_policy(
 #[test]
 fn a_naive_relay_gets_no_record_in() {
     for run in shipped("naive_relay").expect(SEEDS) {
-        let refused = run.evidence.entries.iter().any(|w| {
-            matches!(w.entry.event, Event::GuardSaw { association, .. } if association == campaign::twin::STRANGER)
-        });
+        let refused = run.evidence.entries.iter().any(
+            |w| matches!(w.entry.event, Event::GuardSaw { association, .. } if association == campaign::twin::STRANGER),
+        );
         assert!(refused, "the guard saw the stranger");
     }
 }

@@ -7,9 +7,7 @@ use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::core::Side;
 use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor};
-use wire::id::{
-    Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId,
-};
+use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::Waived;
 use wire::sensor::{Class, Modalities, Modality};
@@ -127,8 +125,7 @@ impl Log {
     }
 
     fn acted(&mut self, ms: u64, failing: Guards) -> &mut Log {
-        let event =
-            Event::Acted { world: WorldId(0), authority: 1, track: TrackId(1), command: command(3), failing };
+        let event = Event::Acted { world: WorldId(0), authority: 1, track: TrackId(1), command: command(3), failing };
         self.add(ms, NodeId::UNIT_A, event)
     }
 
@@ -145,7 +142,8 @@ impl Log {
 
     fn thermal_fault(&mut self, from: u64, to: u64) -> &mut Log {
         self.planned.push(Planned::Fault(Sensor::Thermal));
-        let fault = |active| Event::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active, frame: FrameId(1) };
+        let fault =
+            |active| Event::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active, frame: FrameId(1) };
         let present = Modalities::default().with(Modality::Rgb).with(Modality::Depth).with(Modality::Lidar);
         self.add(from, NodeId::SIM, fault(true)).add(to, NodeId::SIM, fault(false));
         self.add(from + 20, NodeId::PERCEPTION, Event::FrameSeen { frame: FrameId(1), present })

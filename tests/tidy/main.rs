@@ -61,7 +61,10 @@ fn no_core_knows_a_clock_a_socket_tokio_or_link() {
             }
             let code = code(&text);
             for word in foreign {
-                assert!(!code.contains(word), "{file} has `{word}`: cores are handed time and bytes; only link and processes do I/O");
+                assert!(
+                    !code.contains(word),
+                    "{file} has `{word}`: cores are handed time and bytes; only link and processes do I/O"
+                );
             }
         }
     }
@@ -69,12 +72,15 @@ fn no_core_knows_a_clock_a_socket_tokio_or_link() {
 
 #[test]
 fn dependencies_point_one_way() {
-    let ours = ["wire", "link", "sim", "perception", "autonomy", "gateway", "broker", "adversary", "console", "campaign"];
+    let ours =
+        ["wire", "link", "sim", "perception", "autonomy", "gateway", "broker", "adversary", "console", "campaign"];
     let allowed = |name: &str| -> &[&str] {
         match name {
             "wire" => &[],
             "link" => &["wire"],
-            "campaign" => &["wire", "link", "sim", "perception", "autonomy", "gateway", "broker", "adversary", "console"],
+            "campaign" => {
+                &["wire", "link", "sim", "perception", "autonomy", "gateway", "broker", "adversary", "console"]
+            }
             _ => &["wire", "link"],
         }
     };
@@ -115,7 +121,10 @@ fn cores_are_forked_at_one_place() {
 fn every_file_says_what_it_is() {
     for (file, text) in sources("crates").into_iter().chain(sources("tests")) {
         let fixture = file.contains("/compile_fail/");
-        assert!(fixture || text.starts_with("//!"), "{file} does not start with what it is and what it leaves to others");
+        assert!(
+            fixture || text.starts_with("//!"),
+            "{file} does not start with what it is and what it leaves to others"
+        );
     }
 }
 
@@ -131,7 +140,11 @@ fn every_scenario_and_every_refusal_is_documented() {
     }
     let refusals = fs::read_to_string(root().join("docs/refusals.md")).expect("docs/refusals.md");
     for reason in wire::refusal::Reason::ALL {
-        assert!(refusals.contains(&format!("| `{}` |", reason.name())), "docs/refusals.md does not tell of `{}`", reason.name());
+        assert!(
+            refusals.contains(&format!("| `{}` |", reason.name())),
+            "docs/refusals.md does not tell of `{}`",
+            reason.name()
+        );
     }
 }
 

@@ -18,7 +18,7 @@ use std::collections::VecDeque;
 use sha2::{Digest, Sha256};
 use wire::codec;
 use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
-use wire::id::{CommandId, NodeId, Nonce, UnitId};
+use wire::id::{CommandId, NODES, NodeId, Nonce, UnitId};
 use wire::mode::Mode;
 use wire::policy::{Check, Policy, Requirement, Waived};
 use wire::refusal::{Reason, Refusal};
@@ -37,7 +37,7 @@ pub struct CommandGate {
     limit: Span,
     nonces: VecDeque<(Nonce, Instant)>,
     /// The newest order of each operator, by identity.
-    last: [Option<CommandId>; 16],
+    last: [Option<CommandId>; NODES],
 }
 
 /// An order that passed the trust boundary: an operator's, in time, confirmed where it leads away from safe, and new.
@@ -100,7 +100,7 @@ impl Ordered {
 impl CommandGate {
     /// The gate of `unit` for orders of `operators`; a nonce may be at most `limit` old.
     pub fn new(unit: UnitId, operators: Vec<NodeId>, limit: Span) -> Self {
-        CommandGate { unit, operators, limit, nonces: VecDeque::with_capacity(NONCES), last: [None; 16] }
+        CommandGate { unit, operators, limit, nonces: VecDeque::with_capacity(NONCES), last: [None; NODES] }
     }
 
     /// Takes a new nonce into use.

@@ -107,7 +107,10 @@ impl Context {
             None => std::env::current_dir().ok().and_then(|here| crate::scenario::find_root(&here)),
         };
         found.ok_or_else(|| {
-            Failure::new(Exit::Usage, "no scenarios/ and platforms/ here or above; name their directory with --root DIR")
+            Failure::new(
+                Exit::Usage,
+                "no scenarios/ and platforms/ here or above; name their directory with --root DIR",
+            )
         })
     }
 }

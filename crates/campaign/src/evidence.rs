@@ -37,7 +37,9 @@ pub fn read(log: &[Logged]) -> (Vec<Witnessed>, Option<String>) {
         }
     }
     let broken = entries.iter().find_map(|w| match w.entry.event {
-        Event::ChainBroken { node, counter } => Some(format!("the recorder found the chain of {node} broken at {counter}")),
+        Event::ChainBroken { node, counter } => {
+            Some(format!("the recorder found the chain of {node} broken at {counter}"))
+        }
         _ => None,
     });
     entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));

@@ -17,7 +17,11 @@ pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
         seed,
         cell: None,
         outcome: verdict.outcome,
-        findings: verdict.findings.iter().map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what)).collect(),
+        findings: verdict
+            .findings
+            .iter()
+            .map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what))
+            .collect(),
         receipt: verdict.receipt,
         log_hash,
         decision_hash,

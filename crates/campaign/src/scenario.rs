@@ -26,8 +26,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use attack::{
-    BurstLoss, Content, Corrupt, Damage, Delay, Direction, Duplicate, Inject, Jitter, Loss, Reorder, Reoriginate, Replay,
-    Windowed,
+    BurstLoss, Content, Corrupt, Damage, Delay, Direction, Duplicate, Inject, Jitter, Loss, Reorder, Reoriginate,
+    Replay, Windowed,
 };
 pub use cell::{Cell, Under, Variation};
 pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
@@ -41,8 +41,8 @@ pub use setup::{Setup, find_root, load_policy, shipped};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
 pub use template::{schema, template};
 pub use value::{
-    Count, Extent, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text, ThreatId,
-    Whole,
+    Count, Extent, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,
+    ThreatId, Whole,
 };
 
 use crate::trial::Outcome;

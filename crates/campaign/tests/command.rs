@@ -9,7 +9,11 @@ fn root() -> PathBuf {
 }
 
 fn holdsafe(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_holdsafe")).args(["--root", root().to_str().unwrap()]).args(arguments).output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_holdsafe"))
+        .args(["--root", root().to_str().unwrap()])
+        .args(arguments)
+        .output()
+        .unwrap()
 }
 
 /// A shipped scenario with `from` replaced by `to`, in a directory of its own, and its path.
@@ -40,7 +44,9 @@ fn bad_input_is_answered_on_one_screen_with_file_line_and_remedy_and_exit_2() {
         let screen = String::from_utf8(output.stderr).unwrap();
         assert_eq!(output.status.code(), Some(2), "{to}: {screen}");
         assert!(screen.contains(message) && screen.contains("help: "), "{to}: {screen}");
-        let in_file = screen.lines().any(|line| line.split("loss.toml:").nth(1).is_some_and(|at| at.starts_with(|c: char| c.is_ascii_digit())));
+        let in_file = screen
+            .lines()
+            .any(|line| line.split("loss.toml:").nth(1).is_some_and(|at| at.starts_with(|c: char| c.is_ascii_digit())));
         assert!(in_file, "{to} names no line: {screen}");
         assert!(screen.lines().count() <= 24 && !screen.contains("panicked"), "{screen}");
     }

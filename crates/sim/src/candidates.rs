@@ -48,8 +48,8 @@ pub struct NoiseModel {
 impl Default for NoiseModel {
     fn default() -> Self {
         NoiseModel {
-            miss: 0.02,
-            miss_far: 0.4,
+            miss: 0.005,
+            miss_far: 0.1,
             false_positive: 0.01,
             confusion: 0.03,
             edge_px: 0.7,

@@ -329,6 +329,5 @@ pub struct Lidar {
 
 impl Lidar {
     /// 16 rings from −15° to +15°, one beam a degree.
-    pub const GROUND: Lidar =
-        Lidar { rings: 16, azimuths: 360, lowest_deg: -15.0, ring_step_deg: 2.0, up_m: 1.5 };
+    pub const GROUND: Lidar = Lidar { rings: 16, azimuths: 360, lowest_deg: -15.0, ring_step_deg: 2.0, up_m: 1.5 };
 }

@@ -345,21 +345,6 @@ pub(crate) fn signed_order(key: &Key, intent: &Intent) -> Vec<u8> {
 mod tests {
     use super::*;
 
-    /// The committed snapshot. To renew it: `cargo test -p autonomy -- --ignored writes_the_table`, then read the diff.
-    const COMMITTED: &str = include_str!("../../docs/state-machine.md");
-
-    #[test]
-    fn the_committed_table_is_the_snapshot_of_step() {
-        assert!(markdown() == COMMITTED, "docs/state-machine.md is not what step does");
-    }
-
-    #[test]
-    #[ignore = "writes docs/state-machine.md"]
-    fn writes_the_table() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/state-machine.md");
-        std::fs::write(path, markdown()).unwrap();
-    }
-
     #[test]
     fn prepare_to_act_is_entered_by_arm_alone_and_by_nothing_while_any_guard_fails() {
         let bench = Bench::new();

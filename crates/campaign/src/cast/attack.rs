@@ -124,8 +124,7 @@ pub fn stream(s: &Scenario, phase: u64) -> StreamRelayConfig {
 pub fn teammate(s: &Scenario, phase: u64) -> Option<InsiderTeammateConfig> {
     let unit = s.unit.iter().find(|u| u.role == scenario::Role::Insider)?;
     let [x, y] = unit.start.at_m;
-    let place =
-        Place { x_mm: (x.get() * 1000.0) as i32, y_mm: (y.get() * 1000.0) as i32, vx_mm_s: 0, vy_mm_s: 0 };
+    let place = Place { x_mm: (x.get() * 1000.0) as i32, y_mm: (y.get() * 1000.0) as i32, vx_mm_s: 0, vy_mm_s: 0 };
     let forward = s.teammate.first().map(|t| Forward {
         form: match t.form {
             Forwarding::Verbatim => Form::Verbatim,

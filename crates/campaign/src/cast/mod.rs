@@ -206,8 +206,8 @@ struct Company<'a> {
 
 impl Company<'_> {
     fn setup(&self, node: NodeId, host: Host, topics: &[(Topic, NodeId)]) -> Setup {
-        let ablation = (!self.with.policy.is_full())
-            .then(|| Ablation { scenario: self.scenario.name.as_str().to_owned() });
+        let ablation =
+            (!self.with.policy.is_full()).then(|| Ablation { scenario: self.scenario.name.as_str().to_owned() });
         Setup {
             node,
             boot: Boot(1),
@@ -222,12 +222,18 @@ impl Company<'_> {
         }
     }
 
-    fn add(&mut self, host: Host, role: Role, node: NodeId, reads: &[(Topic, NodeId)], writes: &[Topic]) -> &mut Member {
+    fn add(
+        &mut self,
+        host: Host,
+        role: Role,
+        node: NodeId,
+        reads: &[(Topic, NodeId)],
+        writes: &[Topic],
+    ) -> &mut Member {
         let topics: Vec<_> = reads.iter().copied().chain(writes.iter().map(|t| (*t, node))).collect();
         let setup = self.setup(node, host, &topics);
         let subscribes = reads.iter().map(|(t, _)| *t).collect();
-        let member =
-            Member { host, role, setup, subscribes, publishes: writes.to_vec(), peer: None, commands: false };
+        let member = Member { host, role, setup, subscribes, publishes: writes.to_vec(), peer: None, commands: false };
         self.members.push(member);
         self.members.last_mut().expect("just pushed")
     }
@@ -262,7 +268,13 @@ impl Company<'_> {
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
         self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
         let config = PerceptionConfig { rendered, ..PerceptionConfig::default() };
-        self.add(host, Role::Perception(config), perception, &[(seen, sim), (Topic::Navigation, sim)], &[Topic::Tracks]);
+        self.add(
+            host,
+            Role::Perception(config),
+            perception,
+            &[(seen, sim), (Topic::Navigation, sim)],
+            &[Topic::Tracks],
+        );
         let config = self.autonomy(unit, &world);
         let reads = [(Topic::Navigation, sim), (Topic::Tracks, perception), (Topic::Seals, NodeId::RECORDER)];
         let member = self.add(host, Role::Autonomy(config), node, &reads, &[Topic::Drive, Topic::Act]);

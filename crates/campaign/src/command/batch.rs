@@ -89,7 +89,11 @@ pub(super) fn reproduce(mode: Mode, planned: &Planned, seed: u64) -> String {
 
 /// Whether a class counts as unexpected. Where nothing is expected only what no run should show does.
 pub(super) fn is_unexpected(outcome: Outcome, expected: &[Outcome]) -> bool {
-    if expected.is_empty() { matches!(outcome, Outcome::Unsafe | Outcome::Invalid) } else { !expected.contains(&outcome) }
+    if expected.is_empty() {
+        matches!(outcome, Outcome::Unsafe | Outcome::Invalid)
+    } else {
+        !expected.contains(&outcome)
+    }
 }
 
 /// Names every unexpected trial on stderr, with the line that reproduces it, and gives the exit code.

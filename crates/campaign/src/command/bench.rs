@@ -119,7 +119,8 @@ impl Measuring<'_> {
         let scenario = &first.variation.scenario;
         let label = format!("{} ({}, {:.0} s)", scenario.name.as_str(), mode.name(), scenario.duration_s.get());
         let (context, out) = (self.context, self.out.as_deref());
-        let trials = Batch { label: &label, mode, planned, n, seed: context.seed, out }.run(context.talk, &context.stop)?;
+        let trials =
+            Batch { label: &label, mode, planned, n, seed: context.seed, out }.run(context.talk, &context.stop)?;
         self.exit = batch::graver(self.exit, batch::judge(mode, planned, &trials));
         Ok(run::fold(scenario, mode, context.seed, planned, trials))
     }
@@ -141,7 +142,10 @@ fn show(context: &Context, measured: &Measured) -> Result<(), Failure> {
         let s = &run.summary;
         let upper = s.false_trips_per_hour_upper_95.map_or_else(|| "-".to_owned(), |u| format!("{u:.3}"));
         let hours = s.sim_seconds / 3600.0;
-        out::say(format_args!("{:.2} h: {:.3} false trips an hour, below {upper} (95 %)", hours, s.false_trips_per_hour));
+        out::say(format_args!(
+            "{:.2} h: {:.3} false trips an hour, below {upper} (95 %)",
+            hours, s.false_trips_per_hour
+        ));
     }
     Ok(())
 }

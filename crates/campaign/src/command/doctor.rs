@@ -92,7 +92,12 @@ fn open_files() -> Need {
 fn scratch() -> Need {
     let dir = std::env::temp_dir();
     let met = writable(&dir);
-    Need { need: "scratch directory", met, found: dir.display().to_string(), remedy: "set TMPDIR to a writable directory" }
+    Need {
+        need: "scratch directory",
+        met,
+        found: dir.display().to_string(),
+        remedy: "set TMPDIR to a writable directory",
+    }
 }
 
 fn cores() -> Need {

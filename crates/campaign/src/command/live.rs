@@ -39,8 +39,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         eprintln!("{mark}");
     }
     // With --json stdout is for the object, so the operator's view goes to stderr.
-    let mut show: Box<dyn FnMut(&str)> =
-        if context.json { Box::new(|text| eprintln!("{text}")) } else { Box::new(|text| out::say(format_args!("{text}"))) };
+    let mut show: Box<dyn FnMut(&str)> = if context.json {
+        Box::new(|text| eprintln!("{text}"))
+    } else {
+        Box::new(|text| out::say(format_args!("{text}")))
+    };
     let scenario = &one.variation.scenario;
     let mut trial = engine::watched(scenario, &one.setup, context.seed, &context.stop, &mut show)
         .map_err(|e| Failure::from(e).reproduced_by(batch::reproduce(Mode::Live, one, context.seed)))?;

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::failure::{Exit, Failure};
 use super::Context;
+use super::failure::{Exit, Failure};
 use crate::scenario::{self, Scenario, Setup, Variation};
 
 /// One variation of a scenario, ready to run.

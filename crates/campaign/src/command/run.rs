@@ -97,7 +97,12 @@ pub(super) fn fold(
     run
 }
 
-fn finish(context: &Context, mode: Mode, mut runs: Vec<RunObject>, out: Option<&std::path::Path>) -> Result<(), Failure> {
+fn finish(
+    context: &Context,
+    mode: Mode,
+    mut runs: Vec<RunObject>,
+    out: Option<&std::path::Path>,
+) -> Result<(), Failure> {
     if !context.json {
         for run in &runs {
             out::say(format_args!("{}", run_table(run)));

@@ -32,7 +32,8 @@ impl Remains {
                 tracing::warn!(%error, prefix, "shared memory not swept");
             }
         }
-        if is_ours(&self.folder) && self.folder.exists()
+        if is_ours(&self.folder)
+            && self.folder.exists()
             && let Err(error) = std::fs::remove_dir_all(&self.folder)
         {
             tracing::warn!(%error, "run folder not removed");

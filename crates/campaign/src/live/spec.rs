@@ -262,5 +262,7 @@ pub fn make_folders(places: &Places) -> std::io::Result<()> {
     builder.create(&places.run_dir)?;
     below(&places.run_dir).iter().try_for_each(|folder| builder.create(folder))?;
     builder.create(&places.temporary)?;
-    [Host::VehicleA, Host::Control, Host::VehicleC].iter().try_for_each(|h| builder.create(places.temporary.join(scope(*h))))
+    [Host::VehicleA, Host::Control, Host::VehicleC]
+        .iter()
+        .try_for_each(|h| builder.create(places.temporary.join(scope(*h))))
 }

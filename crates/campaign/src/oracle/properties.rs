@@ -52,20 +52,28 @@ fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
         let minted = line.minted.iter().any(|(at, serial)| *serial == authority && *at <= w.at);
         let revoked = line.revoked.iter().any(|(at, serial)| *serial == authority && *at <= w.at);
         if !minted || revoked || !used.insert(authority) {
-            found.push(finding(Property::P1, w.at, format!("act under authority {authority}: minted {minted}, revoked {revoked}")));
+            found.push(finding(
+                Property::P1,
+                w.at,
+                format!("act under authority {authority}: minted {minted}, revoked {revoked}"),
+            ));
         }
         if acted.get(&authority) != Some(&true) {
             found.push(finding(Property::P1, w.at, "act with a failing guard, or none recorded"));
         }
         let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
-        let confirmed = line.intended.iter().any(|(at, id, kind)| {
-            *id == command && *kind == "confirm" && *at <= w.at && w.at - *at <= limit
-        });
+        let confirmed = line
+            .intended
+            .iter()
+            .any(|(at, id, kind)| *id == command && *kind == "confirm" && *at <= w.at && w.at - *at <= limit);
         if !confirmed {
             found.push(finding(Property::P1, w.at, format!("act on {command}, which no operator confirmed in time")));
         }
         if class != Some(Class::Vehicle) || distance_mm > evidence.bounds.designation_mm {
-            let what = format!("act on {class:?} at {distance_mm} mm, vehicle within {} mm expected", evidence.bounds.designation_mm);
+            let what = format!(
+                "act on {class:?} at {distance_mm} mm, vehicle within {} mm expected",
+                evidence.bounds.designation_mm
+            );
             found.push(finding(Property::P11, w.at, what));
         }
     }
@@ -101,10 +109,11 @@ fn link_trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Fi
         }
         let mut firsts = BTreeSet::new();
         let mut last: Option<Micros> = None;
-        let arrivals = evidence.entries.iter().filter(|w| Some(w.entry.node) == guard).filter_map(|w| match w.entry.event {
-            Event::GuardSaw { hash, verdict: GuardVerdict::Passed, epoch: 1.., .. } => Some((w.at, hash)),
-            _ => None,
-        });
+        let arrivals =
+            evidence.entries.iter().filter(|w| Some(w.entry.node) == guard).filter_map(|w| match w.entry.event {
+                Event::GuardSaw { hash, verdict: GuardVerdict::Passed, epoch: 1.., .. } => Some((w.at, hash)),
+                _ => None,
+            });
         let timely = arrivals.filter(|(_, hash)| {
             let held = receipt.delayed.get(hash).copied().unwrap_or(0);
             firsts.insert(*hash) && held <= tf && !receipt.forged.contains_key(hash)
@@ -141,7 +150,10 @@ fn plant_obeys_hold(line: &Timeline) -> Vec<Finding> {
 /// P4, from the true pose.
 fn geofence(line: &Timeline) -> Vec<Finding> {
     let outside = line.truth.iter().find(|t| t.fence < 0 && t.speed.abs() > STANDING);
-    outside.map(|t| finding(Property::P4, t.at, format!("driving {} mm outside the fence", -t.fence))).into_iter().collect()
+    outside
+        .map(|t| finding(Property::P4, t.at, format!("driving {} mm outside the fence", -t.fence)))
+        .into_iter()
+        .collect()
 }
 
 /// P5: what is displayed and what is executed came from accepted records and the operator's own intents.
@@ -157,7 +169,9 @@ fn unaccepted_content(evidence: &Evidence) -> Vec<Finding> {
             Event::Intended { command, .. } => {
                 intended.insert(command);
             }
-            Event::Displayed { report, freshness, .. } if freshness != Freshness::Lost && !accepted.contains(&report) => {
+            Event::Displayed { report, freshness, .. }
+                if freshness != Freshness::Lost && !accepted.contains(&report) =>
+            {
                 found.push(finding(Property::P5, w.at, format!("{report} is displayed and was never accepted")));
             }
             Event::Executed { command, refused: None, .. } if !intended.contains(&command) => {

@@ -140,7 +140,9 @@ fn repeated(evidence: &Evidence) -> Option<Micros> {
         _ => None,
     })?;
     let judged = |w: &&super::Witnessed| {
-        w.at >= sent && w.entry.node == NodeId::UNIT_A && matches!(w.entry.event, Event::Executed { .. } | Event::Refused { .. })
+        w.at >= sent
+            && w.entry.node == NodeId::UNIT_A
+            && matches!(w.entry.event, Event::Executed { .. } | Event::Refused { .. })
     };
     evidence.entries.iter().find(judged).map(|_| sent)
 }
@@ -167,7 +169,8 @@ fn faults(evidence: &Evidence) -> Vec<(Sensor, Micros, Micros)> {
             _ => None,
         });
         let end = end.unwrap_or(evidence.duration);
-        let observed = rest.iter().take_while(|e| e.at <= end.saturating_add(200_000)).any(|e| lacks(&e.entry.event, sensor));
+        let observed =
+            rest.iter().take_while(|e| e.at <= end.saturating_add(200_000)).any(|e| lacks(&e.entry.event, sensor));
         if observed {
             found.push((sensor, w.at, end));
         }

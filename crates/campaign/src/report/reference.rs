@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use super::run::{LatencySummary, Mode, RunObject, Summary};
 use super::SCHEMA_VERSION;
+use super::run::{LatencySummary, Mode, RunObject, Summary};
 use crate::scenario::{Evidence, Scenario};
 use crate::stats::{Sample, rate_upper, simultaneous_level};
 use crate::trial::{Outcome, Trial};
@@ -88,7 +88,16 @@ impl ReferenceRow {
         let summary = Summary::of(trials);
         let bound = summary.unsafe_upper_95;
         let name = scenario.name.as_str().to_owned();
-        Self { scenario: name, cell, evidence, mode, expected, unexpected, summary, unsafe_upper_95_simultaneous: bound }
+        Self {
+            scenario: name,
+            cell,
+            evidence,
+            mode,
+            expected,
+            unexpected,
+            summary,
+            unsafe_upper_95_simultaneous: bound,
+        }
     }
 }
 

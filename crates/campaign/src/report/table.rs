@@ -22,7 +22,9 @@ pub fn reference_table(reference: &Reference) -> String {
     for row in &reference.rows {
         table.add_row(reference_row(row));
     }
-    format!("{table}\nms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound.\n")
+    format!(
+        "{table}\nms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound.\n"
+    )
 }
 
 fn reference_row(row: &ReferenceRow) -> Vec<String> {
@@ -49,7 +51,8 @@ pub fn run_table(run: &RunObject) -> String {
     let mut table = new_table(&columns);
     for cell in &run.cells {
         let refused: Vec<String> = cell.dropped.iter().map(|(reason, n)| format!("{reason} {n}")).collect();
-        let accounts = format!("{} / {}", cell.accepted, if refused.is_empty() { "0".into() } else { refused.join(", ") });
+        let accounts =
+            format!("{} / {}", cell.accepted, if refused.is_empty() { "0".into() } else { refused.join(", ") });
         table.add_row(run_row(&cell.cell, accounts, &cell.summary));
     }
     let accepted: u64 = run.trials.iter().map(|t| t.accepted).sum();
@@ -85,7 +88,9 @@ pub fn latency_table(rows: &[LiveLatency]) -> String {
             row.paper.n.to_string(),
         ]);
     }
-    format!("{table}\nOther hardware and topology; the latency is mostly a chosen timeout: read it with the false trips.\n")
+    format!(
+        "{table}\nOther hardware and topology; the latency is mostly a chosen timeout: read it with the false trips.\n"
+    )
 }
 
 fn new_table(columns: &[&str]) -> Table {

@@ -3,10 +3,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::insider::{Forwarding, ThirdUnit};
-use super::attack::{Direction, Loss};
-use super::value::{List, Located, Name, Real};
 use super::Scenario;
+use super::attack::{Direction, Loss};
+use super::insider::{Forwarding, ThirdUnit};
+use super::value::{List, Located, Name, Real};
 use crate::trial::Outcome;
 
 /// One cell of the teammate table: what the forwarding is set to, under which policy, and what must come of it.

@@ -92,7 +92,8 @@ fn times(s: &Scenario) -> Vec<Finding> {
     let end = s.duration_s.get();
     let late = windows(s).into_iter().filter(|w| w.at_s().get() + latest >= end);
     late.map(|w| {
-        let message = format!("starts at {} s, up to {latest} s later by its phase; the trial ends at {end} s", w.at_s().get());
+        let message =
+            format!("starts at {} s, up to {latest} s later by its phase; the trial ends at {end} s", w.at_s().get());
         finding(w.at_s(), message, "start it earlier or make the trial longer")
     })
     .collect()
@@ -116,7 +117,9 @@ fn faults(s: &Scenario) -> Vec<Finding> {
             Some(at) if fault.kind == super::FaultKind::Occlusion && !(0.0..=1.0).contains(&at[0].get()) => {
                 found.push(finding(at, "not a share", "use a number from 0 to 1"));
             }
-            None if needs > 0 => found.push(finding(&fault.at_s, "this kind needs a magnitude", "add `magnitude = [...]`")),
+            None if needs > 0 => {
+                found.push(finding(&fault.at_s, "this kind needs a magnitude", "add `magnitude = [...]`"))
+            }
             Some(_) | None => {}
         }
     }
@@ -219,10 +222,18 @@ pub(super) fn platform(platform: &Platform, stem: &str) -> Vec<Finding> {
         found.push(finding(&b.to_degraded_ms, "later than the bound to hold-safe", "degrade no later than holding"));
     }
     if b.grant_period_ms.get() >= b.lease_ms.get() {
-        found.push(finding(&b.grant_period_ms, "not shorter than the lease it renews", "grant several times in a lease"));
+        found.push(finding(
+            &b.grant_period_ms,
+            "not shorter than the lease it renews",
+            "grant several times in a lease",
+        ));
     }
     if b.telemetry_period_ms.get() >= b.freshness_ms.get() {
-        found.push(finding(&b.telemetry_period_ms, "not shorter than the freshness window", "send several times in it"));
+        found.push(finding(
+            &b.telemetry_period_ms,
+            "not shorter than the freshness window",
+            "send several times in it",
+        ));
     }
     found
 }

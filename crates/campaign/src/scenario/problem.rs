@@ -27,7 +27,13 @@ impl Problem {
     }
 
     /// A problem at some bytes of the file's text.
-    pub fn at(file: &str, text: &str, bytes: Range<usize>, message: impl Into<String>, remedy: impl Into<String>) -> Self {
+    pub fn at(
+        file: &str,
+        text: &str,
+        bytes: Range<usize>,
+        message: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
         let start = floor_boundary(text, bytes.start);
         let end = floor_boundary(text, bytes.end).max(start);
         let source = NamedSource::new(file, text.to_owned()).with_language("toml");

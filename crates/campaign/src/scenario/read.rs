@@ -78,7 +78,8 @@ pub(super) fn read_text(path: &Path, file: &str) -> Result<String, Problem> {
     if meta.len() > MAX_FILE_BYTES {
         return Err(too_large(meta.len()));
     }
-    let unreadable = |e: std::io::Error| Problem::with_file(file, format!("cannot be read: {e}"), "check its permissions");
+    let unreadable =
+        |e: std::io::Error| Problem::with_file(file, format!("cannot be read: {e}"), "check its permissions");
     let mut bytes = Vec::new();
     File::open(path).and_then(|f| f.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
     if bytes.len() as u64 > MAX_FILE_BYTES {

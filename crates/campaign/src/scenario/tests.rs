@@ -46,15 +46,33 @@ const MISTAKES: [(&str, &str, &str, &str); 31] = [
     ("when_track = \"vehicle\"\n", "", "arming needs a track", "\"arm\""),
     ("reason = \"start of the mission\"", "", "a step away from safe needs a reason", "\"enable\""),
     ("at_s = 1.0", "at_s = 3.0", "earlier than the step before", "2.5"),
-    ("[-15.0, -5.0]", "[-45.0, -5.0]", "the platform starts outside its geofence", "{ at_m = [-45.0, -5.0], heading_rad = 0.0 }"),
+    (
+        "[-15.0, -5.0]",
+        "[-45.0, -5.0]",
+        "the platform starts outside its geofence",
+        "{ at_m = [-45.0, -5.0], heading_rad = 0.0 }",
+    ),
     ("[-8.0, -5.0]", "[45.0, -5.0]", "a way point lies outside the geofence", "[45.0, -5.0]"),
     ("[-8.0, -5.0]", "[51.0, -5.0]", "51 is out of range, expected -50 to 50", "51.0"),
-    ("[[loss]]", "[[teammate]]\nform = \"verbatim\"\nc = \"silent\"\nat_s = 4\nduration_s = 1\n[[unit]]\nname = \"unit-b\"\n\
-      role = \"insider\"\nstart = { at_m = [0, 0] }\n[[loss]]", "there is no unit C to forward", "4"),
-    ("[[loss]]", "[[fault]]\nsensor = \"lidar\"\nkind = \"jump\"\nat_s = 3\nduration_s = 1\nmagnitude = [1, 1]\n[[loss]]",
-     "lidar has no fault of kind jump", "3"),
-    ("[[loss]]", "[[fault]]\nsensor = \"rgb\"\nkind = \"noise\"\nat_s = 3\nduration_s = 1\n[[loss]]",
-     "this kind needs a magnitude", "3"),
+    (
+        "[[loss]]",
+        "[[teammate]]\nform = \"verbatim\"\nc = \"silent\"\nat_s = 4\nduration_s = 1\n[[unit]]\nname = \"unit-b\"\n\
+      role = \"insider\"\nstart = { at_m = [0, 0] }\n[[loss]]",
+        "there is no unit C to forward",
+        "4",
+    ),
+    (
+        "[[loss]]",
+        "[[fault]]\nsensor = \"lidar\"\nkind = \"jump\"\nat_s = 3\nduration_s = 1\nmagnitude = [1, 1]\n[[loss]]",
+        "lidar has no fault of kind jump",
+        "3",
+    ),
+    (
+        "[[loss]]",
+        "[[fault]]\nsensor = \"rgb\"\nkind = \"noise\"\nat_s = 3\nduration_s = 1\n[[loss]]",
+        "this kind needs a magnitude",
+        "3",
+    ),
 ];
 
 #[test]
@@ -143,7 +161,9 @@ fn another_policy_brings_its_own_expectation_or_none() {
 
 #[test]
 fn a_loosened_bound_is_refused_and_a_tightened_one_is_in_force() {
-    let with = |bound: &str| parse("x.toml", "x", &template_named_x().replace("[varies]", &format!("[bounds]\n{bound}\n[varies]")));
+    let with = |bound: &str| {
+        parse("x.toml", "x", &template_named_x().replace("[varies]", &format!("[bounds]\n{bound}\n[varies]")))
+    };
     let refused = Setup::load(&root(), &with("lease_ms = 501").unwrap(), None, false).unwrap_err();
     assert!(refused.to_string().contains("501 ms is looser than the platform's 500 ms"), "{refused}");
     let setup = Setup::load(&root(), &with("lease_ms = 400").unwrap(), None, false).unwrap();
@@ -188,7 +208,8 @@ fn a_scene_file_stays_below_its_scenario() {
         fs::write(outside.path().join("scene.toml"), &scene).unwrap();
         fs::write(dir.path().join("scene.toml"), &scene).unwrap();
         fs::write(dir.path().join("x.toml"), scenario).unwrap();
-        load(&dir.path().join("x.toml")).map_err(|e| (e.all()[0].message().to_owned(), e.all()[0].marked().map(str::to_owned)))
+        load(&dir.path().join("x.toml"))
+            .map_err(|e| (e.all()[0].message().to_owned(), e.all()[0].marked().map(str::to_owned)))
     };
     assert!(load_with("scene.toml").is_ok());
     for escape in ["../scene.toml", "/etc/passwd", "a/../../scene.toml", "./scene.toml", "a//b"] {

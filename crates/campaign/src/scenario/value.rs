@@ -146,8 +146,7 @@ impl<'de, const MIN: i64, const MAX: i64> Deserialize<'de> for Whole<MIN, MAX> {
                 write!(f, "a whole number from {MIN} to {MAX}")
             }
             fn visit_i64<E: serde::de::Error>(self, v: i64) -> Result<Self::Value, E> {
-                Whole::new(v)
-                    .ok_or_else(|| E::custom(format_args!("{v} is out of range, expected {MIN} to {MAX}")))
+                Whole::new(v).ok_or_else(|| E::custom(format_args!("{v} is out of range, expected {MIN} to {MAX}")))
             }
             fn visit_u64<E: serde::de::Error>(self, v: u64) -> Result<Self::Value, E> {
                 self.visit_i64(i64::try_from(v).unwrap_or(i64::MAX))
@@ -264,7 +263,11 @@ impl Name {
         let fits = text.len() <= 48
             && text.starts_with(|c: char| c.is_ascii_lowercase())
             && text.chars().all(|c| matches!(c, 'a'..='z' | '0'..='9' | '-' | '_'));
-        if fits { Ok(Self(text.to_owned())) } else { Err("a name is 1 to 48 of a-z, 0-9, - and _, starting with a letter") }
+        if fits {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err("a name is 1 to 48 of a-z, 0-9, - and _, starting with a letter")
+        }
     }
 
     /// A name of the program's own.
@@ -339,14 +342,19 @@ impl ThreatId {
     }
 
     fn new(text: &str) -> Result<Self, &'static str> {
-        let number = |digits: &str| digits.bytes().all(|b| b.is_ascii_digit()).then(|| digits.parse::<u8>().ok()).flatten();
+        let number =
+            |digits: &str| digits.bytes().all(|b| b.is_ascii_digit()).then(|| digits.parse::<u8>().ok()).flatten();
         let known = match (text.get(..1), text.get(1..)) {
             (Some("A"), Some(rest)) => rest.len() == 2 && number(rest).is_some_and(|n| (1..=47).contains(&n)),
             (Some("N"), Some(rest)) => rest.len() == 1 && number(rest).is_some_and(|n| n <= 2),
             (Some("K"), Some(rest)) => rest.len() == 1 && number(rest).is_some_and(|n| (1..=3).contains(&n)),
             (Some(_) | None, _) => false,
         };
-        if known { Ok(Self(text.to_owned())) } else { Err("no such row in the threat catalogue (A01-A47, N0-N2, K1-K3)") }
+        if known {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err("no such row in the threat catalogue (A01-A47, N0-N2, K1-K3)")
+        }
     }
 }
 

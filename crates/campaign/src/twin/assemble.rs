@@ -42,7 +42,8 @@ pub fn assemble(cast: &Cast, seed: u64, guard: Requirement, mouths: bool) -> Res
             let peer = member.and_then(|m| m.peer).ok_or_else(missing)?;
             Ok((index(id).ok_or_else(missing)?, SessionId(i as u32 + 1), peer))
         };
-        let secret = blake3::derive_key("holdsafe twin association v1", &[&seed.to_le_bytes()[..], &[i as u8]].concat());
+        let secret =
+            blake3::derive_key("holdsafe twin association v1", &[&seed.to_le_bytes()[..], &[i as u8]].concat());
         let between = relay.filter(|_| link.relayed);
         associations.push(Association::new(end(link.client)?, end(link.server)?, between, guard, secret));
     }
@@ -99,9 +100,9 @@ pub fn part(member: &Member, now: Instant) -> Result<Part, AssemblyError> {
         Role::DatagramRelay(config) => Part::DatagramRelay(Box::new(
             DatagramRelay::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
         )),
-        Role::StreamRelay(config) => {
-            Part::StreamRelay(Box::new(StreamRelay::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
-        }
+        Role::StreamRelay(config) => Part::StreamRelay(Box::new(
+            StreamRelay::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
+        )),
         Role::InsiderTeammate(config) => Part::InsiderTeammate(Box::new(
             InsiderTeammate::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
         )),

@@ -156,7 +156,8 @@ impl Twin {
         let mut broker = broker::Broker::new();
         for peer in assembly.nodes.iter().filter_map(|n| n.commands) {
             // A refusal here is the broker's answer; such a peer then hears nothing.
-            let filter = if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{}", peer.name()) };
+            let filter =
+                if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{}", peer.name()) };
             let _ = broker.subscribe(peer, &filter);
         }
         let guards = assembly.nodes.iter().map(|n| n.id.guard().map(Guard::new)).collect();

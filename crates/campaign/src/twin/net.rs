@@ -1,7 +1,7 @@
 //! The model of the secure telemetry link: DTLS associations as bytes on a wire, without sockets.
 //!
 //! A datagram has the DTLS 1.2 record header, a ciphertext and a tag; whoever has no key can only see lengths, epochs
-//! and sequence numbers. What the model does is held against the real stack by `tests/conformance`: authenticated,
+//! and sequence numbers. What the model does is what the real stack's own tests show of DTLS (`crates/link/tests/stack`): authenticated,
 //! 64-record replay window, withheld records delivered late, tampering discarded silently, a plaintext alert ends an
 //! association unless the guard stands in front.
 //!
@@ -80,15 +80,7 @@ impl Association {
         guard: Requirement,
         secret: [u8; 32],
     ) -> Self {
-        let end = |(node, session, peer)| End {
-            node,
-            session,
-            peer,
-            send_key: [0; 32],
-            sent: 0,
-            highest: 0,
-            seen: 0,
-        };
+        let end = |(node, session, peer)| End { node, session, peer, send_key: [0; 32], sent: 0, highest: 0, seen: 0 };
         Self { ends: [end(client), end(server)], relay, open: false, guard, generation: 0, secret }
     }
 

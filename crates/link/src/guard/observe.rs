@@ -85,7 +85,9 @@ impl ObservationLog {
 
     /// Reports a datagram of a peer that has no association and opens none.
     pub(crate) fn stranger(&self, bytes: &[u8], counters: &GuardCounters) {
-        let field = |from: usize, to: usize| bytes.get(from..to).unwrap_or_default().iter().fold(0, |n, b| n << 8 | u64::from(*b));
+        let field = |from: usize, to: usize| {
+            bytes.get(from..to).unwrap_or_default().iter().fold(0, |n, b| n << 8 | u64::from(*b))
+        };
         let observation = Observation {
             trace_us: crate::clock::trace_us(),
             association: STRANGER,
