@@ -52,7 +52,7 @@ fn no_core_knows_a_clock_a_socket_tokio_or_link() {
         "TcpStream",
         "std::fs",
         "std::env",
-        "link::",
+        " link::",
     ];
     for name in CORES {
         for (file, text) in sources(&format!("crates/{name}/src")) {

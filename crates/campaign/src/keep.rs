@@ -8,6 +8,7 @@ use link::recorder::Recording;
 use serde_json::json;
 
 use crate::evidence::Logged;
+use crate::live::mouths::CoreReplay;
 use crate::oracle::Witnessed;
 
 /// Writes the log of a twin run as a recording, as a live run's recorder would.
@@ -21,6 +22,11 @@ pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {
     }
     recording.finish();
     Ok(())
+}
+
+/// Writes what came of replaying the mouth logs.
+pub fn replays(directory: &Path, replays: &[CoreReplay]) -> std::io::Result<()> {
+    std::fs::write(directory.join("replay.json"), serde_json::to_vec_pretty(replays)?)
 }
 
 /// Writes the events, one JSON object a line, in (time, node, counter) order.

@@ -51,7 +51,7 @@ impl Default for NoiseModel {
             miss: 0.005,
             miss_far: 0.1,
             false_positive: 0.01,
-            confusion: 0.03,
+            confusion: 0.01,
             edge_px: 0.7,
             cluster_m: 0.06,
             image_range: 35.0,

@@ -10,7 +10,10 @@ use crate::progress::Stop;
 use crate::report::Mode;
 use crate::scenario::{Scenario, Setup};
 use crate::trial::Trial;
-use crate::{judged, keep, twin};
+use crate::{evidence, judged, keep, twin};
+use wire::audit::Chains;
+use wire::event::Event;
+use wire::id::NodeId;
 
 /// Why an engine gave no result.
 #[derive(Clone, Debug, thiserror::Error)]
@@ -113,7 +116,9 @@ fn live_trial(
     let options = live::Options { run_dir: run_dir.clone(), services: Services::Own(program), stop, show };
     let run = live::trial::run_live(scenario, setup, seed, options);
     let kept = match (&run, &setup.run_dir) {
-        (Ok(run), Some(_)) => keep::events(&run_dir, &run.evidence.entries).map_err(failed),
+        (Ok(run), Some(_)) => keep::events(&run_dir, &run.evidence.entries)
+            .and_then(|()| keep::replays(&run_dir, &run.replays))
+            .map_err(failed),
         (_, None) => std::fs::remove_dir_all(&scratch).or(Ok(())),
         (Err(_), Some(_)) => Ok(()),
     };
@@ -122,7 +127,10 @@ fn live_trial(
         LiveError::Environment(why) => EngineError::Environment(why),
     })?;
     kept?;
-    Ok(judged::trial(seed, &run.evidence, &run.verdict))
+    let mut trial = judged::trial(seed, &run.evidence, &run.verdict);
+    let differing = run.replays.iter().filter_map(|r| Some(format!("mouth of {}: {}", r.node, r.difference.as_ref()?)));
+    trial.findings.extend(differing);
+    Ok(trial)
 }
 
 fn failed(error: impl std::fmt::Display) -> EngineError {
@@ -138,7 +146,25 @@ pub(super) fn replay(run: &Path) -> Result<Vec<MouthReplay>, EngineError> {
 /// Checks chains, seals and signatures of the run in `run`.
 pub(super) fn verify(run: &Path) -> Result<Verified, EngineError> {
     readable(run)?;
-    Err(EngineError::NotBuilt("verifier"))
+    let unreadable = |e: link::recorded::RecordedError| EngineError::Unreadable {
+        file: run.to_owned(),
+        message: e.to_string(),
+        remedy: "name the directory of one run, with `recording/` in it".to_owned(),
+    };
+    let frames = link::recorded::frames(&run.join("recording")).map_err(unreadable)?;
+    let (mut chains, mut findings, mut sealed, mut events) = (Chains::default(), Vec::new(), None, 0);
+    for frame in &frames {
+        events += 1;
+        match chains.follow(&frame.bytes) {
+            Ok(entry) => sealed = matches!(entry.event, Event::Sealed { .. }).then_some(events).or(sealed),
+            Err(error) => findings.push(format!("event {events}: {error}")),
+        }
+    }
+    let recorder = chains.heads().iter().find(|h| h.node == NodeId::RECORDER);
+    let head = recorder.map(|h| evidence::hex(&h.hash)).unwrap_or_default();
+    // Behind the closing seal stands the recorder's own signature and nothing else.
+    let closed = sealed.is_some_and(|at| frames[at..].iter().all(|f| f.node == NodeId::RECORDER));
+    Ok(Verified { events: events as u64, head, sealed: closed, findings })
 }
 
 fn readable(run: &Path) -> Result<(), EngineError> {

@@ -6,6 +6,7 @@
 
 pub mod child;
 pub mod janitor;
+pub mod mouths;
 pub mod service;
 mod spec;
 pub mod trial;

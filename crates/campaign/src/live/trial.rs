@@ -2,12 +2,12 @@
 
 use std::io::Read;
 
+use super::mouths::{self, CoreReplay};
 use super::{Aftermath, LiveError, Options, run};
 use crate::cast::{Cast, RunSecret, cast};
 use crate::evidence::read;
 use crate::oracle::{Evidence, Verdict, judge};
 use crate::scenario::{Scenario, Setup};
-use crate::trial::Trial;
 
 /// By how much the host may oversleep before it, and not the platform, explains a latency.
 const STALL_LIMIT_US: u64 = 100_000;
@@ -20,6 +20,8 @@ pub struct Run {
     pub evidence: Evidence,
     /// What it said.
     pub verdict: Verdict,
+    /// What came of feeding every core its own mouth log again.
+    pub replays: Vec<CoreReplay>,
 }
 
 /// Runs and judges one live trial.
@@ -29,6 +31,7 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     random.map_err(|e| format!("no randomness from the host: {e}"))?;
     let secret = RunSecret::random(secret);
     let cast = cast(scenario, setup, seed, &secret);
+    let run_dir = options.run_dir.clone();
     let Aftermath { mut log, endings } = run(&cast, &secret, setup.policy.record_guard, options)?;
     log.sort_by_key(|l| l.at);
     let (entries, broken_log) = read(&log);
@@ -43,11 +46,6 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
         killed: cast.kills.iter().map(|(_, node)| *node).collect(),
     };
     let verdict = judge(&evidence);
-    Ok(Run { cast, evidence, verdict })
-}
-
-/// Runs one live trial and gives its row.
-pub fn run_trial(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<'_>) -> Result<Trial, LiveError> {
-    let run = run_live(scenario, setup, seed, options)?;
-    Ok(crate::judged::trial(seed, &run.evidence, &run.verdict))
+    let replays = mouths::replay(&cast, &run_dir);
+    Ok(Run { cast, evidence, verdict, replays })
 }

@@ -86,7 +86,8 @@ fn false_trips(evidence: &Evidence, line: &Timeline, zero: Option<Micros>) -> u3
 fn latency(line: &Timeline, zero: Micros) -> Latency {
     let after = |at: Micros| (at - zero) as f64 / 1000.0;
     let to = |test: &dyn Fn(&Change) -> bool| line.first_change(zero, test).map(|c| after(c.at));
-    let revoked = || to(&|c| c.from == Mode::PrepareToAct && c.to != Mode::PrepareToAct);
+    let by_loss = |cause: Cause| matches!(cause, Cause::Lost(_) | Cause::Unrecovered(_));
+    let revoked = || to(&|c| c.from == Mode::PrepareToAct && c.to != Mode::PrepareToAct && by_loss(c.cause));
     Latency {
         to_degraded: to(&|c| matches!(c.to, Mode::Degraded | Mode::HoldSafe) && c.cause != Cause::Operator),
         to_hold_safe: to(&|c| c.to == Mode::HoldSafe && c.cause != Cause::Operator),
