@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use crate::live::child::Services;
+use crate::live::mouths::CoreReplay;
 use crate::live::{self, LiveError};
 use crate::progress::Stop;
 use crate::report::Mode;
@@ -15,12 +16,12 @@ use wire::audit::Chains;
 use wire::event::Event;
 use wire::id::NodeId;
 
+/// The longest `replay.json` that is read.
+const MAX_REPLAY_BYTES: u64 = 1 << 20;
+
 /// Why an engine gave no result.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum EngineError {
-    /// This build has no such engine.
-    #[error("this build has no {0}; nothing ran")]
-    NotBuilt(&'static str),
     /// A defect of ours.
     #[error("{0}")]
     Failed(String),
@@ -137,10 +138,30 @@ fn failed(error: impl std::fmt::Display) -> EngineError {
     EngineError::Failed(error.to_string())
 }
 
-/// Feeds every mouth log below `run` back into its core.
+/// What came of feeding every mouth log below `run` back into its core. That was done right after the run: the keys
+/// that the cores sign with are gone since, so no later replay could give the same bytes.
 pub(super) fn replay(run: &Path) -> Result<Vec<MouthReplay>, EngineError> {
     readable(run)?;
-    Err(EngineError::NotBuilt("replay of mouth logs"))
+    let file = run.join("replay.json");
+    let unreadable = |message: String| EngineError::Unreadable {
+        file: file.clone(),
+        message,
+        remedy: "name the directory of one live trial, as `run SCENARIO --live --out DIR` makes below DIR/live"
+            .to_owned(),
+    };
+    let length = std::fs::metadata(&file).map_err(|e| unreadable(e.to_string()))?.len();
+    if length > MAX_REPLAY_BYTES {
+        return Err(unreadable(format!("{length} bytes, at most {MAX_REPLAY_BYTES} are read")));
+    }
+    let text = std::fs::read_to_string(&file).map_err(|e| unreadable(e.to_string()))?;
+    let cores: Vec<CoreReplay> = serde_json::from_str(&text).map_err(|e| unreadable(e.to_string()))?;
+    let told = |r: CoreReplay| MouthReplay {
+        core: r.node.to_string(),
+        inputs: r.inputs,
+        outputs: r.outputs,
+        difference: r.difference,
+    };
+    Ok(cores.into_iter().map(told).collect())
 }
 
 /// Checks chains, seals and signatures of the run in `run`.

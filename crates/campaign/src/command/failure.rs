@@ -126,7 +126,6 @@ impl From<std::io::Error> for Failure {
 impl From<EngineError> for Failure {
     fn from(error: EngineError) -> Self {
         let exit = match &error {
-            EngineError::NotBuilt(_) => Exit::NoEvidence,
             EngineError::Failed(_) => Exit::Internal,
             EngineError::Environment(_) => Exit::Environment,
             EngineError::Unreadable { .. } => Exit::Usage,

@@ -7,7 +7,7 @@ use std::io::BufReader;
 use std::path::Path;
 
 use link::mouth;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use wire::core::{Core, Input, Output};
 use wire::id::NodeId;
 use wire::time::Instant;
@@ -17,7 +17,7 @@ use crate::twin::assemble::part;
 use crate::twin::part::Part;
 
 /// What came of one core.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CoreReplay {
     /// Which.
     pub node: NodeId,
