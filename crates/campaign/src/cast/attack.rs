@@ -33,7 +33,7 @@ fn permille(share: scenario::Share) -> u16 {
 }
 
 /// The plan of the relay on the telemetry path.
-pub fn datagrams(s: &Scenario, phase: u64) -> DatagramRelayConfig {
+pub(super) fn datagrams(s: &Scenario, phase: u64) -> DatagramRelayConfig {
     let mut actions = Vec::new();
     let mut add = |of: &dyn Windowed, direction, action| actions.push(timed(of, direction, phase, action));
     for a in s.delay.iter() {
@@ -103,7 +103,7 @@ fn content(content: scenario::Content) -> Content {
 }
 
 /// The plan of the relay on the command path.
-pub fn stream(s: &Scenario, phase: u64) -> StreamRelayConfig {
+pub(super) fn stream(s: &Scenario, phase: u64) -> StreamRelayConfig {
     let mut actions = Vec::new();
     let mut add = |of: &dyn Windowed, direction, action| actions.push(timed(of, direction, phase, action));
     s.stream_delay.iter().for_each(|a| add(a, a.direction, StreamAction::Delay { ms: a.by_ms.unsigned() }));
@@ -121,7 +121,7 @@ pub fn stream(s: &Scenario, phase: u64) -> StreamRelayConfig {
 }
 
 /// The plan of the insider who holds unit B's credentials, when the scenario has one.
-pub fn teammate(s: &Scenario, phase: u64) -> Option<InsiderTeammateConfig> {
+pub(super) fn teammate(s: &Scenario, phase: u64) -> Option<InsiderTeammateConfig> {
     let unit = s.unit.iter().find(|u| u.role == scenario::Role::Insider)?;
     let [x, y] = unit.start.at_m;
     let place = Place { x_mm: (x.get() * 1000.0) as i32, y_mm: (y.get() * 1000.0) as i32, vx_mm_s: 0, vy_mm_s: 0 };
@@ -157,12 +157,12 @@ fn flaw(flaw: scenario::Flaw) -> Flaw {
 }
 
 /// Whether unit C reports through the insider only.
-pub fn third_is_silent(s: &Scenario) -> bool {
+pub(super) fn third_is_silent(s: &Scenario) -> bool {
     s.teammate.first().is_some_and(|t| t.c == ThirdUnit::Silent)
 }
 
 /// The plan of the insider on the command plane, when the scenario has one.
-pub fn repeater(s: &Scenario, phase: u64) -> Option<InsiderCommandConfig> {
+pub(super) fn repeater(s: &Scenario, phase: u64) -> Option<InsiderCommandConfig> {
     let later = s.command_replay.iter().map(|r| RepeatLater {
         at_ms: start_ms(r, phase),
         count: r.count.unsigned() as u32,
@@ -178,7 +178,7 @@ pub fn repeater(s: &Scenario, phase: u64) -> Option<InsiderCommandConfig> {
 }
 
 /// The sim's faults.
-pub fn faults(s: &Scenario, phase: u64) -> Vec<Fault> {
+pub(super) fn faults(s: &Scenario, phase: u64) -> Vec<Fault> {
     let fault = |f: &scenario::Fault| Fault {
         sensor: sensor(f.sensor),
         disturbance: disturbance(f.kind, f.magnitude.as_deref()),
@@ -213,7 +213,7 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
 }
 
 /// Processes that end, and when, in microseconds.
-pub fn kills(s: &Scenario, phase: u64) -> Vec<(u64, NodeId)> {
+pub(super) fn kills(s: &Scenario, phase: u64) -> Vec<(u64, NodeId)> {
     s.kill.iter().map(|k| (start_ms(k, phase) * 1000, process(k.process))).collect()
 }
 
@@ -231,7 +231,7 @@ fn process(process: Process) -> NodeId {
 }
 
 /// What the oracle has to find receipts for.
-pub fn planned(s: &Scenario) -> Vec<Planned> {
+pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
     let mut planned = Vec::new();
     let mut add = |any: bool, action: Action| {
         if any {

@@ -62,6 +62,6 @@ impl RunSecret {
 }
 
 /// Whose signing key a node holds: the insider holds unit B's.
-pub fn signer(node: NodeId) -> NodeId {
+pub(super) fn signer(node: NodeId) -> NodeId {
     if node == NodeId::INSIDER_B { NodeId::UNIT_B } else { node }
 }

@@ -7,7 +7,7 @@ use crate::scenario::{self, Scenario};
 
 /// The sim's scene, every object shifted by `shift_m`; `start` replaces the platform's own for a teammate, who stays
 /// where it is.
-pub fn of(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenario::Pose>) -> Scene {
+pub(super) fn of(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenario::Pose>) -> Scene {
     let world = scenario.scene();
     let own: &scenario::Pose = &world.start;
     let pose = start.unwrap_or(own);
@@ -33,7 +33,7 @@ pub fn of(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenario::Pos
 }
 
 /// A point in millimetres, as configurations carry it.
-pub fn millimetres(point: [f32; 2]) -> (i32, i32) {
+pub(super) fn millimetres(point: [f32; 2]) -> (i32, i32) {
     ((point[0] * 1000.0) as i32, (point[1] * 1000.0) as i32)
 }
 
@@ -62,7 +62,7 @@ fn object(object: &scenario::Object, (east, north): (f64, f64)) -> Object {
 }
 
 /// What a unit's map knows: everything that stands still, as discs.
-pub fn map(world: &Scene) -> Vec<autonomy::Disc> {
+pub(super) fn map(world: &Scene) -> Vec<autonomy::Disc> {
     let still = world.objects.iter().filter(|o| o.speed == 0.0);
     still
         .filter_map(|o| {

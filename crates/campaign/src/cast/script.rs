@@ -13,7 +13,7 @@ use crate::scenario::{self, DisplayedState, Scenario, Verb};
 const CONFIDENCE: u16 = 600;
 
 /// The console's configuration, with the operator's own key.
-pub fn console(scenario: &Scenario, operator_secret: Secret) -> ConsoleConfig {
+pub(super) fn console(scenario: &Scenario, operator_secret: Secret) -> ConsoleConfig {
     ConsoleConfig {
         units: vec![UnitId::A, UnitId::B, UnitId::C],
         operator: NodeId::OPERATOR,

@@ -20,7 +20,7 @@ use crate::cast::{Cast, Host, Member, Role, sim_keys};
 
 /// Where a run keeps its things.
 #[derive(Clone, Debug)]
-pub struct Places {
+pub(super) struct Places {
     /// What is kept: recording, mouth logs, guard logs.
     pub run_dir: PathBuf,
     /// Sockets and shared-memory roots; removed at the end.
@@ -31,13 +31,13 @@ pub struct Places {
 
 impl Places {
     /// Places named after a run id of lower-case letters and digits.
-    pub fn new(run_dir: PathBuf, id: &str) -> Self {
+    pub(super) fn new(run_dir: PathBuf, id: &str) -> Self {
         let temporary = std::env::temp_dir().join(format!("holdsafe-{id}"));
         Self { run_dir, temporary, prefix: format!("hs_{id}_") }
     }
 
     /// What the janitor has to remove.
-    pub fn remains(&self) -> Remains {
+    pub(super) fn remains(&self) -> Remains {
         let domains = [Host::VehicleA, Host::Control, Host::VehicleC].map(|host| self.domain(host)).to_vec();
         Remains { domains, folder: self.temporary.clone() }
     }
@@ -62,7 +62,7 @@ fn scope(host: Host) -> &'static str {
 }
 
 /// Every certificate of a run. The authority's key is gone before the first service starts.
-pub fn credentials(cast: &Cast) -> Result<BTreeMap<NodeId, Credential>, PkiError> {
+pub(super) fn credentials(cast: &Cast) -> Result<BTreeMap<NodeId, Credential>, PkiError> {
     let authority = Authority::new()?;
     let mut issued = BTreeMap::new();
     for member in &cast.members {
@@ -77,7 +77,7 @@ pub fn credentials(cast: &Cast) -> Result<BTreeMap<NodeId, Credential>, PkiError
 }
 
 /// Writes specifications as addresses become known.
-pub struct Specs<'a> {
+pub(super) struct Specs<'a> {
     /// Who takes part.
     pub cast: &'a Cast,
     /// Where things are.
@@ -94,7 +94,7 @@ pub struct Specs<'a> {
 
 impl Specs<'_> {
     /// Notes the addresses of a `ready` line.
-    pub fn ready(&mut self, node: NodeId, line: &Value) {
+    pub(super) fn ready(&mut self, node: NodeId, line: &Value) {
         for kind in ["dtls", "relay_datagram", "relay_stream", "mqtt"] {
             let address = line.get(kind).and_then(Value::as_str).and_then(|a| a.parse::<LoopbackAddr>().ok());
             if let Some(address) = address {
@@ -128,7 +128,7 @@ impl Specs<'_> {
     }
 
     /// The broker's.
-    pub fn broker(&self, secret: &wire::setup::Secret) -> Result<ServiceSpec, String> {
+    pub(super) fn broker(&self, secret: &wire::setup::Secret) -> Result<ServiceSpec, String> {
         let mut spec = self.plain(NodeId::BROKER, Host::Control, 0);
         spec.broker = Some(BrokerListen { at: LoopbackAddr::on_port(0), credential: self.credential(NodeId::BROKER)? });
         spec.config = json!({ "secret": secret });
@@ -136,7 +136,7 @@ impl Specs<'_> {
     }
 
     /// A member's.
-    pub fn member(&self, member: &Member) -> Result<ServiceSpec, String> {
+    pub(super) fn member(&self, member: &Member) -> Result<ServiceSpec, String> {
         let node = member.node();
         let mut spec = self.plain(node, member.host, member.setup.seed);
         spec.bus = self.bus(member);
@@ -239,7 +239,7 @@ fn config(member: &Member) -> Value {
 }
 
 /// The name of the program for a role.
-pub fn service(role: &Role) -> &'static str {
+pub(super) fn service(role: &Role) -> &'static str {
     match role {
         Role::Sim(_) => "sim",
         Role::Perception(_) => "perception",
@@ -254,7 +254,7 @@ pub fn service(role: &Role) -> &'static str {
 }
 
 /// Makes the folders of a run, readable by its owner only.
-pub fn make_folders(places: &Places) -> std::io::Result<()> {
+pub(super) fn make_folders(places: &Places) -> std::io::Result<()> {
     use std::os::unix::fs::DirBuilderExt;
     let mut builder = std::fs::DirBuilder::new();
     builder.recursive(true).mode(0o700);

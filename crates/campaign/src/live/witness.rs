@@ -16,7 +16,7 @@ use crate::cast::Cast;
 use crate::evidence::Logged;
 
 /// The recording, on the run's time; what was written before the start counts as written at the start.
-pub fn recording(run_dir: &Path, start_us: u64) -> Result<Vec<Logged>, LiveError> {
+pub(super) fn recording(run_dir: &Path, start_us: u64) -> Result<Vec<Logged>, LiveError> {
     let frames = recorded::frames(&run_dir.join("recording")).map_err(|e| LiveError::Environment(e.to_string()))?;
     let logged =
         |f: link::instrument::Frame| Logged { at: f.trace_us.saturating_sub(start_us), node: f.node, bytes: f.bytes };
@@ -24,7 +24,7 @@ pub fn recording(run_dir: &Path, start_us: u64) -> Result<Vec<Logged>, LiveError
 }
 
 /// The guards' logs and accounts, as entries of the guards' own nodes.
-pub fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeId, Value)]) -> Vec<Logged> {
+pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeId, Value)]) -> Vec<Logged> {
     let mut log = Vec::new();
     for member in cast.members.iter().filter(|m| m.peer.is_some()) {
         let node = member.node();

@@ -12,7 +12,7 @@ use super::{Evidence, Finding, Property, finding};
 type Accounts = BTreeMap<(NodeId, Account), u64>;
 
 /// Adds up the closing accounts. A killed process owes none, and its path is left out.
-pub fn check(evidence: &Evidence) -> Vec<Finding> {
+pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
     let accounts = accounts(evidence);
     let at = evidence.duration;
     let mut found = Vec::new();

@@ -8,7 +8,7 @@ use super::{Evidence, Finding, Micros, Property, Verdict, finding};
 use crate::trial::{Latency, Outcome};
 
 /// Puts the verdict together.
-pub fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mut findings: Vec<Finding>) -> Verdict {
+pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mut findings: Vec<Finding>) -> Verdict {
     if let Some(by) = stalled(evidence) {
         findings.push(finding(Property::P10, evidence.duration, format!("the host overslept by {} ms", by / 1000)));
     }

@@ -20,7 +20,7 @@ const SLACK: Micros = 50_000;
 const STANDING: i32 = 50;
 
 /// Checks every property but conservation.
-pub fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
+pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let mut found = Vec::new();
     found.extend(acts(evidence, line));
     found.extend(subsystem_loss(evidence, line, receipt));

@@ -15,7 +15,7 @@ use super::{Evidence, Micros, Planned};
 
 /// What was established about the injections.
 #[derive(Clone, Debug, Default)]
-pub struct Receipt {
+pub(super) struct Receipt {
     /// Every planned injection has both witnesses.
     pub whole: bool,
     /// Planned injections without one.
@@ -31,7 +31,7 @@ pub struct Receipt {
 }
 
 /// Looks for the receipts of everything planned.
-pub fn find(evidence: &Evidence) -> Receipt {
+pub(super) fn find(evidence: &Evidence) -> Receipt {
     let mut receipt = Receipt { faults: faults(evidence), ..Receipt::default() };
     note_datagrams(evidence, &mut receipt);
     let mut zeros = Vec::new();
