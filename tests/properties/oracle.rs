@@ -364,6 +364,17 @@ fn an_injection_without_its_receipt_is_invalid_whatever_else_happened() {
 }
 
 #[test]
+fn a_drop_without_a_guards_closed_account_and_a_word_about_a_stream_are_no_receipts() {
+    for action in [Action::Drop, Action::Stream] {
+        let mut log = Log::whole();
+        log.planned.push(Planned::Action(action));
+        let event = Event::Attack { action, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
+        log.add(4000, NodeId::RELAY_TELEMETRY, event);
+        assert_eq!(log.judge().outcome, Outcome::Invalid, "{action:?}");
+    }
+}
+
+#[test]
 fn a_trip_without_a_fault_is_a_false_trip() {
     let mut log = Log::whole();
     log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use wire::event::{Action, Event, Sensor};
+use wire::event::{Account, Action, Event, Sensor};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
 
@@ -87,33 +87,25 @@ fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
     })
 }
 
-/// The first entry of `action` whose bytes the target's guard confirms.
+/// The first entry of `action` whose bytes the target's guard confirms. A stream has no witness at its target yet, so
+/// nothing done to one gets a receipt.
 fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
     let entries = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Attack { action: a, hash, delay, .. } if a == action => Some((w.at, hash, delay.0)),
         _ => None,
     });
-    let mut last = None;
-    for (at, hash, delay) in entries {
-        let confirmed = match action {
-            Action::Drop => {
-                last = Some(at);
-                seen(evidence, hash).next().is_none()
-            }
-            Action::Delay | Action::Reorder => seen(evidence, hash).any(|s| s >= at + delay),
-            Action::Duplicate | Action::Replay => {
-                seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1
-            }
-            Action::Corrupt | Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
-            Action::Stream => true,
-            Action::Forward | Action::RepeatCommand | Action::Kill => false,
-        };
-        if confirmed {
-            return Some(at);
-        }
-    }
-    debug_assert!(last.is_none() || action == Action::Drop);
-    None
+    // Only a guard that kept a log and closed its account is a witness of an absence.
+    let wrote = |test: &dyn Fn(&Event) -> bool| evidence.entries.iter().any(|w| test(&w.entry.event));
+    let guarded = wrote(&|e| matches!(e, Event::GuardSaw { .. }))
+        && wrote(&|e| matches!(e, Event::Count { account: Account::GuardIn, .. }));
+    let confirmed = |at: Micros, hash: u64, delay: Micros| match action {
+        Action::Drop => guarded && seen(evidence, hash).next().is_none(),
+        Action::Delay | Action::Reorder => seen(evidence, hash).any(|s| s >= at + delay),
+        Action::Duplicate | Action::Replay => seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1,
+        Action::Corrupt | Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
+        Action::Stream | Action::Forward | Action::RepeatCommand | Action::Kill => false,
+    };
+    entries.into_iter().find(|(at, hash, delay)| confirmed(*at, *hash, *delay)).map(|(at, _, _)| at)
 }
 
 /// An insider's record counts when the gateway judged a record of that session after it was sent.

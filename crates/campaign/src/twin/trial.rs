@@ -7,7 +7,6 @@ use crate::cast::{Cast, RunSecret, cast};
 use crate::evidence::{Logged, read};
 use crate::oracle::{Evidence, Verdict, judge};
 use crate::scenario::{Scenario, Setup};
-use crate::trial::Trial;
 
 /// How long what is under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the
 /// shipped scenarios; what is still held by a relay then is in its own account.
@@ -54,11 +53,4 @@ fn evidence(cast: &Cast, setup: &Setup, log: &[Logged]) -> Evidence {
         stall_limit: Micros::MAX,
         killed: cast.kills.iter().map(|(_, node)| *node).collect(),
     }
-}
-
-/// Runs one trial.
-pub fn run_trial(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trial, AssemblyError> {
-    let (cast, twin) = start(scenario, setup, seed, false)?;
-    let run = conclude(cast, twin, setup);
-    Ok(crate::judged::trial(seed, &run.evidence, &run.verdict))
 }
