@@ -17,6 +17,18 @@ fn null_attack_trips_nothing_and_the_operator_gets_the_mission_done() {
     }
 }
 
+/// A lossy link is weather, not an attack: what it costs is a false trip.
+#[test]
+fn a_hold_brought_about_by_the_links_own_loss_is_a_false_trip() {
+    let mut ready = shipped("nominal");
+    ready.scenario = ready.scenario.soak(60.0, 0.4);
+    for seed in SEEDS {
+        let verdict = ready.run(seed).verdict;
+        assert_eq!(verdict.outcome, Outcome::FalseTrip, "{:?}", verdict.transitions);
+        assert!(verdict.false_trips > 0 && verdict.zero.is_none());
+    }
+}
+
 #[test]
 fn replayed_records_of_the_same_session_are_never_delivered() {
     for run in shipped("replay").expect(SEEDS) {

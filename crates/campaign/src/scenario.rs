@@ -104,6 +104,10 @@ pub struct Scenario {
     #[serde(default)]
     pub unit: List<Unit, 3>,
 
+    /// The telemetry link's own weather.
+    #[serde(default)]
+    pub conditions: Conditions,
+
     /// Sensor faults.
     #[serde(default)]
     pub fault: List<Fault, 32>,
@@ -272,6 +276,17 @@ pub enum Requirement {
     CommunicationTrust,
     /// Loss of trust is noticed and acted upon in time.
     RuntimeAssurance,
+}
+
+/// What the telemetry link is like all along, both ways, from the first datagram to the last. It is no attack: nothing is
+/// injected, no receipt is owed, and what is lost by it in quiet hours is a false trip.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Conditions {
+    /// Probability that a datagram is lost.
+    pub loss: Located<Share>,
+    /// Longest uniform random delay of a datagram, beside the link's own.
+    pub jitter_ms: Located<Millis>,
 }
 
 /// What a seed varies. Everything else is the same in each trial.

@@ -78,7 +78,18 @@ pub(super) fn datagrams(s: &Scenario, phase: u64) -> DatagramRelayConfig {
         let (count, every_ms) = (a.count.unsigned() as u32, a.every_ms.unsigned());
         add(a, a.direction, DatagramAction::Inject { content: content(a.content), count, every_ms });
     }
+    actions.extend(conditions(s));
     DatagramRelayConfig { actions }
+}
+
+/// The link's own weather, carried out by the same relay; `planned` does not know it.
+fn conditions(s: &Scenario) -> impl Iterator<Item = Timed<DatagramAction>> {
+    let duration_ms = (s.duration_s.get() * 1000.0) as u64;
+    let all_along = move |action| Timed { start_ms: 0, duration_ms, direction: Direction::Both, action };
+    let loss = Some(permille(*s.conditions.loss)).filter(|p| *p > 0);
+    let jitter = Some(s.conditions.jitter_ms.unsigned()).filter(|ms| *ms > 0);
+    let loss = loss.map(|permille| all_along(DatagramAction::Loss { permille }));
+    loss.into_iter().chain(jitter.map(|ms| all_along(DatagramAction::Jitter { ms })))
 }
 
 fn damage(damage: scenario::Damage) -> Damage {

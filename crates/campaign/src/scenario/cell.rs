@@ -4,7 +4,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Scenario;
-use super::attack::{Direction, Loss};
 use super::insider::{Forwarding, ThirdUnit};
 use super::value::{List, Located, Name, Real};
 use crate::trial::Outcome;
@@ -54,23 +53,14 @@ impl Scenario {
         self.cell.iter().filter(wanted).map(|cell| self.with(cell)).collect()
     }
 
-    /// The same scenario, `duration_s` long, with `loss` of the telemetry datagrams lost all along: a soak that shows
-    /// what the protection costs. False trips are what it measures, so they are expected. Values out of range are cut
-    /// to it.
+    /// The same scenario, `duration_s` long, on a link that loses a share of `loss` of its datagrams all along: a soak that
+    /// shows what the protection costs. False trips are what it measures, so they are expected. Values out of range are
+    /// cut to it.
     pub fn soak(&self, duration_s: f64, loss: f64) -> Scenario {
         let mut scenario = self.clone();
         scenario.duration_s = Located::nowhere(Real::nearest(duration_s));
-        if loss > 0.0 {
-            scenario.loss = List::of([Loss {
-                at_s: Located::nowhere(Real::nearest(0.0)),
-                duration_s: Real::nearest(duration_s),
-                direction: Direction::Both,
-                share: Real::nearest(loss),
-            }]);
-            scenario.expected = Located::nowhere(List::of([Outcome::Nominal, Outcome::Undetected, Outcome::FalseTrip]));
-        } else {
-            scenario.expected = Located::nowhere(List::of([Outcome::Nominal, Outcome::FalseTrip]));
-        }
+        scenario.conditions.loss = Located::nowhere(Real::nearest(loss));
+        scenario.expected = Located::nowhere(List::of([Outcome::Nominal, Outcome::FalseTrip]));
         scenario
     }
 

@@ -44,11 +44,22 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(units(s));
     found.extend(operator(s));
     found.extend(cells(s));
+    found.extend(conditions(s));
     if s.evidence == Evidence::Model && !s.kill.is_empty() && s.kill.iter().any(|k| k.ending == super::Ending::Hang) {
         let at = &s.kill[0].at_s;
         found.push(finding(at, "the link model has no hang", "set `evidence = \"live\"` or `ending = \"kill\"`"));
     }
     found
+}
+
+/// A receipt could not tell a condition from an attack of the same kind.
+fn conditions(s: &Scenario) -> Vec<Finding> {
+    let lost = s.conditions.loss.get() > 0.0 && !(s.loss.is_empty() && s.burst_loss.is_empty());
+    let held = s.conditions.jitter_ms.get() > 0 && !(s.delay.is_empty() && s.jitter.is_empty());
+    let both = "a condition of the link and an attack of the same kind";
+    let lost = lost.then(|| finding(&s.conditions.loss, both, "keep the condition or the attack"));
+    let held = held.then(|| finding(&s.conditions.jitter_ms, both, "keep the condition or the attack"));
+    lost.into_iter().chain(held).collect()
 }
 
 fn classes(expected: &Located<super::List<Outcome, 9>>) -> Option<Finding> {

@@ -20,7 +20,8 @@ fn only_problem(text: &str) -> Problem {
 }
 
 /// The template with one mistake made in it: (found, replaced by, message holds, marked text).
-const MISTAKES: [(&str, &str, &str, &str); 31] = [
+const MISTAKES: [(&str, &str, &str, &str); 32] = [
+    ("[[loss]]", "[conditions]\nloss = 0.02\n[[loss]]", "a condition of the link and an attack", "0.02"),
     ("threats =", "threads =", "unknown field `threads`", "threads"),
     ("share = 1.0", "share = 1.0\nshar = 2", "unknown field `shar`, expected", "shar"),
     ("share = 1.0", "share = \"all\"", "invalid type: string \"all\", expected a number from 0 to 1", "\"all\""),
