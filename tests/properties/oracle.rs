@@ -1,5 +1,7 @@
 //! Each property of the oracle has been seen to fail: on a log in which it is broken, and only there.
 
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
 use campaign::oracle::{Evidence, Planned, Property, Verdict, Witnessed, judge};
 use campaign::trial::Outcome;
 use wire::audit::Entry;

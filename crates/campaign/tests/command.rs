@@ -1,5 +1,7 @@
 //! The program as a user meets it: exit codes, one-screen errors, one JSON object.
 
+#![expect(clippy::unwrap_used, reason = "a test may end here")]
+
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

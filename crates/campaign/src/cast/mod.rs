@@ -48,7 +48,6 @@ impl Host {
 
 /// What a member does.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "a dozen of these exist at a time")]
 pub enum Role {
     /// World, plant and sensors.
     Sim(SimConfig),

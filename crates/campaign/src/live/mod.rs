@@ -20,11 +20,10 @@ use link::clock::trace_us;
 use link::spec::Control;
 use serde_json::Value;
 use wire::audit::Journal;
-use wire::core::Output;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
 use wire::policy::Requirement;
-use wire::time::{Instant, Span};
+use wire::time::Span;
 
 use crate::cast::{Cast, RunSecret};
 use crate::evidence::Logged;
@@ -113,18 +112,16 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     company.finish()?;
     let mut log = witness::recording(&places.run_dir, start_us)?;
     log.extend(witness::guards(cast, &places.run_dir, start_us, &company.stats));
-    let note = |journal: &mut Journal, log: &mut Vec<Logged>, at: u64, event: Event| {
-        let mut out = std::collections::VecDeque::new();
-        journal.write(Instant(at), event, &mut out);
-        log.extend(out.into_iter().filter_map(|o| match o {
-            Output::Audit { bytes } => Some(Logged { at, node: NodeId::CAMPAIGN, bytes }),
-            _ => None,
-        }));
-    };
     for ending in &endings.0 {
-        note(&mut journal, &mut log, ending.at, Event::Ended { node: ending.node, killed: ending.killed });
+        witness::note(
+            &mut journal,
+            &mut log,
+            NodeId::CAMPAIGN,
+            ending.at,
+            Event::Ended { node: ending.node, killed: ending.killed },
+        );
     }
-    note(&mut journal, &mut log, cast.duration, Event::Stalled { by: Span(endings.1) });
+    witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, cast.duration, Event::Stalled { by: Span(endings.1) });
     drop(company);
     Ok(Aftermath { log, endings: endings.0 })
 }

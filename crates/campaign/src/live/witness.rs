@@ -1,5 +1,6 @@
 //! Reads what a live run left: the recording, the guards' logs, and the closing statistics of the links.
 
+use std::collections::VecDeque;
 use std::path::Path;
 
 use link::guard::observe::Verdict;
@@ -50,15 +51,20 @@ pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeI
             events.extend(accounts(stats).into_iter().map(|(account, n)| (end, Event::Count { account, n })));
         }
         for (at, event) in events {
-            let mut out = std::collections::VecDeque::new();
-            journal.write(Instant(at), event, &mut out);
-            log.extend(out.into_iter().filter_map(|o| match o {
-                Output::Audit { bytes } => Some(Logged { at, node: guard, bytes }),
-                _ => None,
-            }));
+            note(&mut journal, &mut log, guard, at, event);
         }
     }
     log
+}
+
+/// Writes an event of `node`'s into its journal and the entry into the log.
+pub(super) fn note(journal: &mut Journal, log: &mut Vec<Logged>, node: NodeId, at: u64, event: Event) {
+    let mut out = VecDeque::new();
+    journal.write(Instant(at), event, &mut out);
+    log.extend(
+        out.into_iter()
+            .filter_map(|o| if let Output::Audit { bytes } = o { Some(Logged { at, node, bytes }) } else { None }),
+    );
 }
 
 fn verdict(verdict: Verdict) -> GuardVerdict {

@@ -67,7 +67,7 @@ fn an_argument_in_more_bytes_than_it_needs_is_not_canonical() {
             return;
         }
         for (low, width) in [(24, 1), (25, 2), (26, 4), (27, 8)] {
-            if 1 + width <= item.head {
+            if width < item.head {
                 continue;
             }
             let argument = item.argument.to_be_bytes();
