@@ -16,7 +16,7 @@ use tokio::net::TcpStream;
 use tokio::sync::mpsc;
 use tokio::task::JoinHandle;
 use wire::core::{Input, Subject};
-use wire::id::{PeerId, UnitId};
+use wire::id::PeerId;
 
 use crate::loopback::LoopbackAddr;
 use crate::pki::{Credential, PkiError, dns_name};
@@ -29,23 +29,6 @@ pub const MAX_PAYLOAD: usize = 8 * 1024;
 
 /// First and longest pause between connection attempts.
 const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::from_millis(800));
-
-/// The topic name of a subject.
-pub fn topic_of(subject: Subject) -> String {
-    match subject {
-        Subject::Command(unit) => format!("hs/cmd/{unit}"),
-        Subject::Ack(unit) => format!("hs/ack/{unit}"),
-    }
-}
-
-/// The subject of a topic name, if it is one of ours.
-pub fn subject_of(topic: &str) -> Option<Subject> {
-    let unit = |name: &str| UnitId::from_name(name);
-    match topic.strip_prefix("hs/cmd/") {
-        Some(name) => unit(name).map(Subject::Command),
-        None => topic.strip_prefix("hs/ack/").and_then(unit).map(Subject::Ack),
-    }
-}
 
 /// What became of publications.
 #[derive(Debug, Default)]
@@ -172,7 +155,7 @@ async fn run(
 
 async fn send(client: &AsyncClient, mut to_send: mpsc::Receiver<(Subject, Vec<u8>)>, counters: &Counters) {
     while let Some((subject, bytes)) = to_send.recv().await {
-        match client.try_publish(topic_of(subject), bytes, PublishOptions::new(QoS::AtLeastOnce)) {
+        match client.try_publish(subject.topic(), bytes, PublishOptions::new(QoS::AtLeastOnce)) {
             Ok(()) => add(&counters.published),
             Err(_) => add(&counters.lost),
         }
@@ -193,13 +176,13 @@ async fn poll(
                 add(&counters.connected);
                 pause = PAUSES.0;
                 for subject in subjects {
-                    if let Err(error) = client.try_subscribe(topic_of(*subject), QoS::AtLeastOnce) {
+                    if let Err(error) = client.try_subscribe(subject.topic(), QoS::AtLeastOnce) {
                         tracing::warn!(%error, "subscription not sent");
                     }
                 }
             }
             Ok(Event::Incoming(Packet::Publish(publication))) => {
-                let subject = std::str::from_utf8(&publication.topic).ok().and_then(subject_of);
+                let subject = std::str::from_utf8(&publication.topic).ok().and_then(Subject::from_topic);
                 match subject {
                     Some(subject) if publication.payload.len() <= MAX_PAYLOAD => {
                         add(&counters.received);
@@ -223,21 +206,4 @@ async fn poll(
 
 fn add(counter: &AtomicU64) {
     counter.fetch_add(1, Ordering::Relaxed);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn subjects_and_topics_are_the_same_thing_both_ways() {
-        for unit in [UnitId::A, UnitId::B, UnitId::C] {
-            for subject in [Subject::Command(unit), Subject::Ack(unit)] {
-                assert_eq!(subject_of(&topic_of(subject)), Some(subject));
-            }
-        }
-        for topic in ["", "hs/cmd/", "hs/cmd/unit-a/x", "hs/ack/nobody", "hs/cmd/+", "#", "$SYS/x", "hs/CMD/unit-a"] {
-            assert_eq!(subject_of(topic), None, "{topic}");
-        }
-    }
 }

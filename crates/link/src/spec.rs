@@ -381,15 +381,14 @@ mod subject_names {
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
     use wire::core::Subject;
 
-    use crate::mqtt::{subject_of, topic_of};
-
     pub(super) fn serialize<S: Serializer>(subjects: &[Subject], serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_seq(subjects.iter().map(|s| topic_of(*s)))
+        serializer.collect_seq(subjects.iter().map(|s| s.topic()))
     }
 
     pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Subject>, D::Error> {
         let names = <Vec<String>>::deserialize(deserializer)?;
-        let parse = |name: &String| subject_of(name).ok_or_else(|| D::Error::custom(format!("no subject `{name}`")));
+        let parse =
+            |name: &String| Subject::from_topic(name).ok_or_else(|| D::Error::custom(format!("no subject `{name}`")));
         names.iter().map(parse).collect()
     }
 }

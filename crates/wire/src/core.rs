@@ -331,3 +331,20 @@ pub trait Core {
     /// The next output, until `None`.
     fn output(&mut self) -> Option<Output>;
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn subjects_and_topics_are_the_same_thing_both_ways() {
+        for unit in [UnitId::A, UnitId::B, UnitId::C] {
+            for subject in [Subject::Command(unit), Subject::Ack(unit)] {
+                assert_eq!(Subject::from_topic(&subject.topic()), Some(subject));
+            }
+        }
+        for topic in ["", "hs/cmd/", "hs/cmd/unit-a/x", "hs/ack/nobody", "hs/cmd/+", "#", "$SYS/x", "hs/CMD/unit-a"] {
+            assert_eq!(Subject::from_topic(topic), None, "{topic}");
+        }
+    }
+}
