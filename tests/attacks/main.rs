@@ -59,6 +59,11 @@ fn duplicates_are_accepted_once() {
 }
 
 #[test]
+fn damaged_ciphertext_is_discarded_and_the_association_stands() {
+    shipped("corrupt").expect(SEEDS);
+}
+
+#[test]
 fn loss() {
     shipped("loss").expect(SEEDS);
 }
