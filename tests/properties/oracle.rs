@@ -158,6 +158,10 @@ impl Log {
     }
 
     fn judge(&self) -> Verdict {
+        self.judge_with(Vec::new())
+    }
+
+    fn judge_with(&self, killed: Vec<NodeId>) -> Verdict {
         let mut entries = self.entries.clone();
         entries.sort_by_key(|w| w.at);
         judge(&Evidence {
@@ -167,7 +171,7 @@ impl Log {
             planned: self.planned.clone(),
             duration: 10_000_000,
             stall_limit: u64::MAX,
-            killed: Vec::new(),
+            killed,
         })
     }
 
@@ -381,4 +385,72 @@ fn a_trip_without_a_fault_is_a_false_trip() {
     let mut log = Log::whole();
     log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
     assert_eq!(log.judge().outcome, Outcome::FalseTrip);
+}
+
+impl Log {
+    /// `node` was killed on purpose at `ms`.
+    fn killed(&mut self, ms: u64, node: NodeId) -> &mut Log {
+        self.planned.push(Planned::Kill(node));
+        self.add(ms, NodeId::CAMPAIGN, Event::Ended { node, killed: true })
+    }
+
+    /// From `ms` on the plant has no lease; it brakes and stands a second later.
+    fn plant_stops(&mut self, ms: u64) -> &mut Log {
+        for w in &mut self.entries {
+            if let Event::Truth { speed_mm_s, set_speed_mm_s, leased, .. } = &mut w.entry.event
+                && w.at >= ms * 1000
+            {
+                (*set_speed_mm_s, *leased) = (0, false);
+                *speed_mm_s = if w.at >= (ms + 1000) * 1000 { 0 } else { 500 };
+            }
+        }
+        self
+    }
+
+    /// What is owed and broken, under the judge that knows that `node` is dead.
+    fn breaks_with_dead(&self, node: NodeId) -> Vec<Property> {
+        let verdict = self.judge_with(vec![node]);
+        verdict.findings.iter().map(|f| f.property).collect()
+    }
+}
+
+#[test]
+fn a_plant_that_goes_on_when_its_unit_is_killed_breaks_p3() {
+    let mut log = Log::whole();
+    log.killed(5000, NodeId::UNIT_A).cut_display(5000);
+    assert!(log.breaks_with_dead(NodeId::UNIT_A).contains(&Property::P3), "it never stops");
+    let mut late = log.clone();
+    late.plant_stops(6200);
+    assert_eq!(late.breaks_with_dead(NodeId::UNIT_A), [Property::P3], "its lease ends after Th");
+    log.plant_stops(5300);
+    let verdict = log.judge_with(vec![NodeId::UNIT_A]);
+    assert_eq!((verdict.findings.as_slice(), verdict.outcome), (&[][..], Outcome::HoldSafe));
+    let plant = verdict.responses[0].plant.unwrap();
+    assert_eq!((plant.lease_ended_ms, plant.standing_ms), (Some(300.0), Some(1300.0)));
+}
+
+#[test]
+fn a_unit_that_stays_ready_when_a_process_it_needs_is_killed_breaks_p2_and_p3() {
+    for (node, broken) in [
+        (NodeId::PERCEPTION, vec![Property::P2, Property::P3]),
+        (NodeId::GATEWAY, vec![Property::P2, Property::P3]),
+        (NodeId::RECORDER, vec![Property::P2]),
+        (NodeId::CONSOLE, vec![]),
+    ] {
+        let mut log = Log::whole();
+        log.killed(5000, node);
+        let mut found = log.breaks_with_dead(node);
+        found.retain(|p| matches!(p, Property::P2 | Property::P3));
+        found.dedup();
+        assert_eq!(found, broken, "{node}");
+    }
+}
+
+#[test]
+fn a_hold_that_does_not_stop_the_unit_when_the_broker_is_killed_breaks_p3() {
+    let mut log = Log::whole();
+    log.killed(5000, NodeId::BROKER);
+    assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P10], "nobody tried");
+    log.add(7000, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Hold });
+    assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P2, Property::P3, Property::P3]);
 }

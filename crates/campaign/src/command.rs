@@ -9,6 +9,7 @@ mod doctor;
 mod engine;
 mod failure;
 mod interrupt;
+mod kill;
 mod live;
 mod out;
 mod plan;

@@ -30,6 +30,7 @@ pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
         dropped: BTreeMap::new(),
         transitions: verdict.transitions.clone(),
         latency_ms: verdict.latency,
+        responses: verdict.responses.clone(),
         sim_seconds: evidence.duration as f64 / 1e6,
         false_trips: verdict.false_trips,
         nominal_seconds: verdict.nominal as f64 / 1e6,

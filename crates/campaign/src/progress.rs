@@ -25,6 +25,7 @@ pub enum Talk {
 pub struct Progress {
     label: String,
     total: u64,
+    since_us: u64,
     done: AtomicU64,
     bar: Option<ProgressBar>,
     talk: Talk,
@@ -35,7 +36,7 @@ impl Progress {
     pub fn new(label: &str, total: usize, talk: Talk) -> Self {
         let total = total as u64;
         let bar = (talk == Talk::Normal && std::io::stderr().is_terminal()).then(|| bar(label, total));
-        Self { label: label.to_owned(), total, done: AtomicU64::new(0), bar, talk }
+        Self { label: label.to_owned(), total, since_us: link::clock::trace_us(), done: AtomicU64::new(0), bar, talk }
     }
 
     /// One step is done.
@@ -45,7 +46,9 @@ impl Progress {
         match (&self.bar, self.talk) {
             (Some(bar), _) => bar.inc(1),
             (None, Talk::Normal) if done.is_multiple_of(every) || done == self.total => {
-                eprintln!("{}: {done} of {}", self.label, self.total);
+                let left =
+                    link::clock::trace_us().saturating_sub(self.since_us) / done * (self.total - done) / 1_000_000;
+                eprintln!("{}: {done} of {}, about {left} s left", self.label, self.total);
             }
             (None, Talk::Normal | Talk::Quiet) => {}
         }
@@ -61,7 +64,7 @@ impl Progress {
 
 fn bar(label: &str, total: u64) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{msg:32} {bar:30} {pos}/{len} {elapsed}");
+    let style = ProgressStyle::with_template("{msg:32} {bar:30} {pos}/{len} {elapsed}, {eta} left");
     if let Ok(style) = style {
         bar.set_style(style);
     }

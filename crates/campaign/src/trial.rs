@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::oracle::demise::Response;
+
 /// How a trial ended; the first class that matches, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
@@ -114,6 +116,9 @@ pub struct Trial {
     pub transitions: Vec<TransitionRow>,
     /// Times from the injection.
     pub latency_ms: Latency,
+    /// What came of each process that was killed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub responses: Vec<Response>,
     /// Simulated (twin) or real (live) seconds.
     pub sim_seconds: f64,
     /// Losses of authority or freedom without an injected fault or true hazard.

@@ -1,4 +1,4 @@
-//! Runs many trials: twin trials on all cores, live trials one after the other.
+//! Runs many trials: twin trials on all cores, live trials as many at a time as is asked for.
 //!
 //! The order of the results is the order of the plan whatever thread ran what; each trial's CPU time is measured here.
 
@@ -16,6 +16,9 @@ use crate::progress::{Progress, Stop, Talk};
 use crate::report::Mode;
 use crate::trial::{Outcome, Trial};
 
+/// Live trials at a time, at most: each is about a dozen processes.
+const MAX_JOBS: usize = 32;
+
 /// One trial to run.
 struct Job<'a> {
     planned: &'a Planned,
@@ -30,6 +33,8 @@ pub(super) struct Batch<'a> {
     pub(super) planned: &'a [Planned],
     pub(super) n: u64,
     pub(super) seed: u64,
+    /// Live trials at a time; each has its own folders, names, keys and janitor.
+    pub(super) jobs: usize,
     /// Where recordings go: of each live trial, and of the first twin trial of each variation.
     pub(super) out: Option<&'a Path>,
 }
@@ -39,12 +44,17 @@ impl Batch<'_> {
     pub(super) fn run(&self, talk: Talk, stop: &Stop) -> Result<Vec<Trial>, Failure> {
         let jobs: Vec<Job<'_>> = self.planned.iter().flat_map(|planned| self.jobs(planned)).collect();
         let progress = Progress::new(self.label, jobs.len(), talk);
-        let trials = match self.mode {
-            Mode::Twin => on_all_cores(&jobs, &progress, stop, |job| self.one(job, stop)),
-            Mode::Live => jobs.iter().map(|job| step(job, &progress, stop, &|job| self.one(job, stop))).collect(),
-        };
+        let threads = if self.mode == Mode::Twin { cores() } else { self.jobs };
+        let before = cpu_seconds(self.mode);
+        let trials = on_threads(threads, &jobs, &progress, stop, |job| self.one(job, stop));
         progress.finish();
-        trials
+        let mut trials = trials?;
+        if self.mode == Mode::Live {
+            // What ended children used is known for all together only, so each live trial has an equal share.
+            let share = (cpu_seconds(self.mode) - before) / trials.len().max(1) as f64;
+            trials.iter_mut().for_each(|trial| trial.cpu_seconds = share);
+        }
+        Ok(trials)
     }
 
     fn jobs<'a>(&self, planned: &'a Planned) -> impl Iterator<Item = Job<'a>> + use<'a> {
@@ -74,6 +84,14 @@ impl Batch<'_> {
 
     fn reproduce(&self, job: &Job<'_>) -> String {
         reproduce(self.mode, job.planned, job.seed)
+    }
+}
+
+/// Reads `--jobs`.
+pub(super) fn jobs(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(jobs @ 1..=MAX_JOBS) => Ok(jobs),
+        Ok(_) | Err(_) => Err(format!("a number from 1 to {MAX_JOBS} is expected")),
     }
 }
 
@@ -150,7 +168,8 @@ fn step<'a>(job: &Job<'a>, progress: &Progress, stop: &Stop, one: One<'_, 'a>) -
     Ok(trial)
 }
 
-fn on_all_cores<'a>(
+fn on_threads<'a>(
+    threads: usize,
     jobs: &[Job<'a>],
     progress: &Progress,
     stop: &Stop,
@@ -172,7 +191,7 @@ fn on_all_cores<'a>(
         }
     };
     std::thread::scope(|scope| {
-        for _ in 0..cores().min(jobs.len()) {
+        for _ in 0..threads.clamp(1, jobs.len().max(1)) {
             scope.spawn(work);
         }
     });

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, out, run};
+use super::{Context, kill, out, run};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -22,6 +22,8 @@ const SOAK_LOSS: f64 = 0.02;
 pub(super) enum Bench {
     /// Live runs of thermal and RGB loss, a long live null attack, and hours of null attack with loss in the twin.
     Live(LiveArgs),
+    /// Kill each process of live runs at a random moment: the mode the platform ends in, and how soon.
+    Kill(kill::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -35,6 +37,9 @@ pub(super) struct LiveArgs {
     /// Simulated hours of null attack at 2 % loss, in the twin.
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u64).range(0..=1_000))]
     hours: u64,
+    /// Live runs at a time.
+    #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
+    jobs: usize,
     /// Keep manifest, trials, result and recordings here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -53,13 +58,14 @@ struct Measured {
 pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
     match bench {
         Bench::Live(args) => live(context, args),
+        Bench::Kill(args) => kill::run(context, args),
     }
 }
 
 fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "bench")).transpose()?;
     let wanted = Wanted { rendered: true, ..Wanted::default() };
-    let mut bench = Measuring { context, out, exit: Exit::Fine };
+    let mut bench = Measuring { context, out, jobs: args.jobs, exit: Exit::Fine };
     let mut losses = Vec::new();
     for paper in PAPER.iter().filter(|_| args.runs > 0) {
         let planned = plan::plan(context, &plan::file_of(context, paper.scenario)?, &wanted)?.1;
@@ -108,6 +114,7 @@ fn soaked(context: &Context, long: &Scenario, wanted: &Wanted, again: &str) -> R
 struct Measuring<'a> {
     context: &'a Context,
     out: Option<PathBuf>,
+    jobs: usize,
     exit: Exit,
 }
 
@@ -119,8 +126,8 @@ impl Measuring<'_> {
         let scenario = &first.variation.scenario;
         let label = format!("{} ({}, {:.0} s)", scenario.name.as_str(), mode.name(), scenario.duration_s.get());
         let (context, out) = (self.context, self.out.as_deref());
-        let trials =
-            Batch { label: &label, mode, planned, n, seed: context.seed, out }.run(context.talk, &context.stop)?;
+        let trials = Batch { label: &label, mode, planned, n, seed: context.seed, jobs: self.jobs, out }
+            .run(context.talk, &context.stop)?;
         self.exit = batch::graver(self.exit, batch::judge(mode, planned, &trials));
         Ok(run::fold(scenario, mode, context.seed, planned, trials))
     }

@@ -112,7 +112,7 @@ fn live_trial(
     show: &mut dyn FnMut(&str),
 ) -> Result<Trial, EngineError> {
     let program = std::env::current_exe().map_err(failed)?;
-    let scratch = std::env::temp_dir().join(format!("holdsafe-run-{}-{seed}", std::process::id()));
+    let scratch = std::env::temp_dir().join(format!("{}{}", live::janitor::SCRATCH, live::run_id()));
     let run_dir = setup.run_dir.clone().unwrap_or_else(|| scratch.clone());
     let options = live::Options { run_dir: run_dir.clone(), services: Services::Own(program), stop, show };
     let run = live::trial::run_live(scenario, setup, seed, options);

@@ -61,7 +61,7 @@ fn one(
     dir: &Path,
 ) -> Result<(Exit, Vec<ReferenceRow>), Failure> {
     let label = format!("{} ({})", scenario.name.as_str(), mode.name());
-    let batch = Batch { label: &label, mode, planned, n, seed: context.seed, out: Some(dir) };
+    let batch = Batch { label: &label, mode, planned, n, seed: context.seed, jobs: 1, out: Some(dir) };
     let trials = batch.run(context.talk, &context.stop)?;
     out::write_trials(dir, &format!("{}.{}.jsonl", scenario.name.as_str(), mode.name()), &trials)?;
     let rows = planned.iter().map(|p| {

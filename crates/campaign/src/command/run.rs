@@ -36,6 +36,9 @@ pub(super) struct Args {
     /// Render the sensors and run the detector, in the twin; live runs always do.
     #[arg(long)]
     rendered: bool,
+    /// Live trials at a time.
+    #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
+    jobs: usize,
     /// Keep manifest, trials, result and recordings here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -68,7 +71,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     for (scenario, planned) in &plans {
         let label = scenario.name.as_str();
         let n = args.trials.unwrap_or(if args.live { LIVE_TRIALS } else { TWIN_TRIALS });
-        let batch = Batch { label, mode, planned, n, seed: context.seed, out: out.as_deref() };
+        let batch = Batch { label, mode, planned, n, seed: context.seed, jobs: args.jobs, out: out.as_deref() };
         let trials = batch.run(context.talk, &context.stop)?;
         exit = batch::graver(exit, batch::judge(mode, planned, &trials));
         if let Some(dir) = &out {

@@ -1,6 +1,7 @@
 //! One service process: started with its specification on a pipe, ended by closing that pipe.
 
 use std::io::{BufRead, BufReader, Write};
+use std::os::unix::process::ExitStatusExt;
 use std::path::PathBuf;
 use std::process::{Child as Process, ChildStdin, Command, Stdio};
 use std::sync::mpsc::Sender;
@@ -108,11 +109,11 @@ impl Child {
         self.process.id()
     }
 
-    /// Ends it with SIGKILL.
+    /// Ends it with SIGKILL and waits for it. True only when its wait status says that this signal ended it.
     pub fn kill(&mut self) -> bool {
-        let killed = self.process.kill().is_ok();
-        let _ = self.process.wait();
-        killed
+        let sent = self.process.kill().is_ok();
+        let status = self.process.wait();
+        sent && status.is_ok_and(|status| status.signal() == Some(nix::sys::signal::Signal::SIGKILL as i32))
     }
 
     /// Whether it has ended.
@@ -167,5 +168,36 @@ fn parse(line: &str) -> Option<Line> {
         "stats" => Some(Line::Stats(value)),
         "text" => value.as_str().map(|text| Line::Text(text.to_owned())),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
+    use super::*;
+
+    /// A child that runs `script` in place of a service.
+    fn child(folder: &tempfile::TempDir, script: &str) -> Child {
+        let program = folder.path().join("holdsafe-script");
+        std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
+        std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o700)).unwrap();
+        let (lines, _unheard) = std::sync::mpsc::channel();
+        Child::spawn(&Services::Folder(folder.path().to_owned()), "script", NodeId::SIM, &lines).unwrap()
+    }
+
+    #[test]
+    fn only_a_process_that_sigkill_ended_counts_as_killed() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(child(&folder, "exec cat").kill());
+        assert!(!child(&folder, "exit 0").killed_after_its_end(), "it ended by itself");
+        assert!(!child(&folder, "kill -TERM $$").killed_after_its_end(), "another signal ended it");
+    }
+
+    impl Child {
+        fn killed_after_its_end(&mut self) -> bool {
+            self.wait();
+            self.kill()
+        }
     }
 }

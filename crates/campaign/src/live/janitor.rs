@@ -22,7 +22,14 @@ pub struct Remains {
     pub domains: Vec<(String, PathBuf)>,
     /// The run's folder for sockets.
     pub folder: PathBuf,
+    /// The run's logs, where they are nobody's to keep: removed when the launcher was killed and so nobody reads them.
+    pub scratch: Option<PathBuf>,
 }
+
+/// The line by which a launcher says that it ends in its own time and takes its logs with it.
+pub const DONE: &str = "done\n";
+/// How the folder of logs that nobody keeps begins.
+pub const SCRATCH: &str = "holdsafe-run-";
 
 impl Remains {
     /// Removes everything; to be called when no service is left.
@@ -32,12 +39,16 @@ impl Remains {
                 tracing::warn!(%error, prefix, "shared memory not swept");
             }
         }
-        if is_ours(&self.folder)
-            && self.folder.exists()
-            && let Err(error) = std::fs::remove_dir_all(&self.folder)
-        {
-            tracing::warn!(%error, "run folder not removed");
-        }
+        remove(&self.folder);
+    }
+}
+
+fn remove(folder: &Path) {
+    if is_ours(folder)
+        && folder.exists()
+        && let Err(error) = std::fs::remove_dir_all(folder)
+    {
+        tracing::warn!(%error, "run folder not removed");
     }
 }
 
@@ -47,7 +58,8 @@ fn is_ours(folder: &Path) -> bool {
     name.starts_with("holdsafe-") && folder.parent() == Some(&std::env::temp_dir())
 }
 
-/// The process. Standard input: one line of JSON ([`Remains`]), then process ids, one a line, until the end.
+/// The process. Standard input: one line of JSON ([`Remains`]), then process ids and perhaps [`DONE`],
+/// one a line, until the end.
 pub fn main() -> ExitCode {
     let mut input = std::io::stdin().lock();
     let mut first = String::new();
@@ -56,9 +68,10 @@ pub fn main() -> ExitCode {
         eprintln!("holdsafe janitor: expected a line of JSON, got {read:?}");
         return ExitCode::from(2);
     };
-    let mut pids = Vec::new();
+    let (mut pids, mut done) = (Vec::new(), false);
     for line in input.lines().map_while(Result::ok).take(256) {
         pids.extend(line.trim().parse::<i32>());
+        done |= line.trim() == DONE.trim();
     }
     for _ in 0..STEPS {
         if !pids.iter().any(|pid| is_service(*pid)) {
@@ -71,6 +84,7 @@ pub fn main() -> ExitCode {
     }
     pause(STEP);
     remains.remove();
+    remains.scratch.iter().filter(|_| !done).for_each(|scratch| remove(scratch));
     ExitCode::SUCCESS
 }
 

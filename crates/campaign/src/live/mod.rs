@@ -13,7 +13,9 @@ pub mod trial;
 mod witness;
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use link::clock::trace_us;
@@ -32,6 +34,8 @@ use crate::progress::Stop;
 use child::{Child, Line, Services};
 use spec::{Places, Specs, service};
 
+/// Held by the run that is starting its processes.
+static STARTING: Mutex<()> = Mutex::new(());
 /// From the first process to the start of the run, microseconds: all links must stand by then.
 const LEAD_US: u64 = 2_500_000;
 /// How long a service may take to say that it is ready.
@@ -104,13 +108,22 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
         show: options.show,
         places: &places,
     };
+    // Runs side by side start one after another, so that each has the host to itself during its lead.
+    let turn = STARTING.lock().unwrap_or_else(PoisonError::into_inner);
     let start_us = trace_us() + LEAD_US;
     let mut specs = Specs { cast, places: &places, start_us, guard, credentials, addresses: Default::default() };
     company.start_all(&options.services, cast, secret, &mut specs, &lines_in)?;
+    drop(turn);
     let mut journal = Journal::new(NodeId::CAMPAIGN, Boot(1), None);
     let endings = company.stay(cast, start_us)?;
     company.finish()?;
-    let mut log = witness::recording(&places.run_dir, start_us)?;
+    // A dead recorder wrote nothing more; then the mouth logs of the others are the second place where entries are.
+    let dead = endings.0.iter().any(|e| e.node == NodeId::RECORDER);
+    let mut log = if dead {
+        witness::mouths(cast, &places.run_dir, start_us)
+    } else {
+        witness::recording(&places.run_dir, start_us)?
+    };
     log.extend(witness::guards(cast, &places.run_dir, start_us, &company.stats));
     for ending in &endings.0 {
         witness::note(
@@ -126,9 +139,11 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     Ok(Aftermath { log, endings: endings.0 })
 }
 
-/// Letters and digits that name this run among others on the host.
-fn run_id() -> String {
-    format!("{}x{}", std::process::id(), trace_us() % 1_000_000_000)
+/// Letters and digits that name this run among others on the host, of this process too.
+pub fn run_id() -> String {
+    static RUNS: AtomicU32 = AtomicU32::new(0);
+    let run = RUNS.fetch_add(1, Ordering::Relaxed);
+    format!("{}x{}x{run}", std::process::id(), trace_us() % 1_000_000_000)
 }
 
 struct Company<'a> {
@@ -232,9 +247,9 @@ impl Company<'_> {
                 return Ok((endings, overslept));
             }
             if let Some((_, node)) = kills.next_if(|(at, _)| start_us + at <= now) {
-                let killed = self.children.iter_mut().find(|c| c.node == node).is_some_and(Child::kill);
-                if killed {
-                    endings.push(Ending { at: trace_us().saturating_sub(start_us), node, killed });
+                if let Some(child) = self.children.iter_mut().find(|c| c.node == node) {
+                    let killed = child.kill();
+                    endings.push(Ending { at: now.saturating_sub(start_us), node, killed });
                 }
                 continue;
             }
@@ -296,6 +311,7 @@ impl Drop for Company<'_> {
         self.children.iter_mut().for_each(Child::release);
         self.children.clear();
         if let Some(mut janitor) = self.janitor.take() {
+            janitor.write(janitor::DONE.as_bytes());
             janitor.release();
             janitor.wait();
         }

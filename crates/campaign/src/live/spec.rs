@@ -15,7 +15,7 @@ use wire::core::Subject;
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::policy::Requirement;
 
-use super::janitor::Remains;
+use super::janitor::{Remains, SCRATCH};
 use crate::cast::{Cast, Host, Member, Role, sim_keys};
 
 /// Where a run keeps its things.
@@ -39,7 +39,9 @@ impl Places {
     /// What the janitor has to remove.
     pub(super) fn remains(&self) -> Remains {
         let domains = [Host::VehicleA, Host::Control, Host::VehicleC].map(|host| self.domain(host)).to_vec();
-        Remains { domains, folder: self.temporary.clone() }
+        let temporary = |dir: &PathBuf| dir.file_name().is_some_and(|n| n.to_string_lossy().starts_with(SCRATCH));
+        let scratch = Some(self.run_dir.clone()).filter(temporary);
+        Remains { domains, folder: self.temporary.clone(), scratch }
     }
 
     fn domain(&self, host: Host) -> (String, PathBuf) {
@@ -59,6 +61,12 @@ fn scope(host: Host) -> &'static str {
         Host::VehicleC => "vehicle-c",
         Host::Adversary => "adversary",
     }
+}
+
+/// The clock of a host of this run.
+pub(super) fn clock(cast: &Cast, host: Host) -> HostClock {
+    let draw = cast.clocks[host as usize];
+    HostClock { zero_us: draw.zero_us, drift_ppm: draw.drift_ppm as i32 }
 }
 
 /// Every certificate of a run. The authority's key is gone before the first service starts.
@@ -111,13 +119,8 @@ impl Specs<'_> {
         self.credentials.get(&node).cloned().ok_or_else(|| format!("{node} has no certificate"))
     }
 
-    fn clock(&self, host: Host) -> HostClock {
-        let draw = self.cast.clocks[host as usize];
-        HostClock { zero_us: draw.zero_us, drift_ppm: draw.drift_ppm as i32 }
-    }
-
     fn plain(&self, node: NodeId, host: Host, seed: u64) -> ServiceSpec {
-        let mut spec = ServiceSpec::new(node, Boot(1), seed, self.clock(host), self.places.run_dir.clone());
+        let mut spec = ServiceSpec::new(node, Boot(1), seed, clock(self.cast, host), self.places.run_dir.clone());
         spec.start_us = self.start_us;
         spec.instrument = Some(self.places.socket());
         spec.guard = match self.guard {

@@ -1,9 +1,12 @@
-//! Reads what a live run left: the recording, the guards' logs, and the closing statistics of the links.
+//! Reads what a live run left: the recording, or the mouth logs where there is none, the guards' logs, and the closing
+//! statistics of the links.
 
 use std::collections::VecDeque;
+use std::io::BufReader;
 use std::path::Path;
 
 use link::guard::observe::Verdict;
+use link::mouth;
 use link::recorded;
 use serde_json::Value;
 use wire::audit::Journal;
@@ -22,6 +25,30 @@ pub(super) fn recording(run_dir: &Path, start_us: u64) -> Result<Vec<Logged>, Li
     let logged =
         |f: link::instrument::Frame| Logged { at: f.trace_us.saturating_sub(start_us), node: f.node, bytes: f.bytes };
     Ok(frames.into_iter().map(logged).collect())
+}
+
+/// The same entries out of every member's mouth log, for a run whose recorder died; each counts as written when its core
+/// was fed. The broker has no core and so no mouth: its entries are missing.
+pub(super) fn mouths(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<Logged> {
+    let mut log = Vec::new();
+    for member in &cast.members {
+        let node = member.node();
+        let file = std::fs::File::open(run_dir.join("mouth").join(format!("{node}.cbor")));
+        let Some(mouth) = file.ok().and_then(|file| mouth::Reader::new(BufReader::new(file)).ok()) else { continue };
+        let clock = super::spec::clock(cast, member.host);
+        let mut now = mouth.header().started;
+        // A cut at the end is what a killed writer leaves; a missing entry before it breaks the chain.
+        for entry in mouth.map_while(Result::ok) {
+            match entry {
+                mouth::Entry::Input { now: fed, .. } => now = fed,
+                mouth::Entry::Output(Output::Audit { bytes }) => {
+                    log.push(Logged { at: clock.trace_at(now).saturating_sub(start_us), node, bytes });
+                }
+                mouth::Entry::Output(_) => {}
+            }
+        }
+    }
+    log
 }
 
 /// The guards' logs and accounts, as entries of the guards' own nodes.

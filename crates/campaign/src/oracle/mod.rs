@@ -6,11 +6,13 @@
 //! then compared with these.
 //!
 //! `timeline` sorts the events by what they are about, `receipt` decides whether the fault provably arrived,
-//! `conservation` adds up the accounts, `properties` holds P1 to P11, `outcome` picks the one class.
+//! `conservation` adds up the accounts, `properties` holds P1 to P11, `demise` what is owed when a process is killed,
+//! `outcome` picks the one class.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 mod conservation;
+pub mod demise;
 mod outcome;
 mod properties;
 mod receipt;
@@ -126,6 +128,8 @@ pub struct Verdict {
     pub false_trips: u32,
     /// Time in READY or PREPARE_TO_ACT.
     pub nominal: Micros,
+    /// What came of each process that was killed.
+    pub responses: Vec<demise::Response>,
 }
 
 /// Judges a trial.
@@ -134,8 +138,10 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     let receipt = receipt::find(evidence);
     let mut findings = properties::check(evidence, &timeline, &receipt);
     findings.extend(conservation::check(evidence));
+    let (responses, owed) = demise::judge(evidence, &timeline);
+    findings.extend(owed);
     findings.sort_by_key(|f| (f.at_us, f.property));
-    outcome::verdict(evidence, &timeline, receipt, findings)
+    Verdict { responses, ..outcome::verdict(evidence, &timeline, receipt, findings) }
 }
 
 fn finding(property: Property, at_us: Micros, what: impl Into<String>) -> Finding {

@@ -2,6 +2,7 @@
 
 use wire::mode::{Cause, Mode};
 
+use super::demise;
 use super::receipt::Receipt;
 use super::timeline::{Change, Timeline};
 use super::{Evidence, Finding, Micros, Property, Verdict, finding};
@@ -23,6 +24,7 @@ pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mu
         transitions: line.rows(),
         false_trips: trips,
         nominal: line.nominal(evidence.duration),
+        responses: Vec::new(),
         findings,
     }
 }
@@ -44,7 +46,8 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
     }
     let Some(zero) = receipt.zero else { return Outcome::Nominal };
     let reached = |mode: Mode| line.first_change(zero, |c| c.to == mode && c.cause != Cause::Operator).is_some();
-    if reached(Mode::HoldSafe) {
+    // Of a dead unit only its plant can be believed.
+    if reached(Mode::HoldSafe) || demise::stopped_without_its_unit(evidence, line) {
         Outcome::HoldSafe
     } else if reached(Mode::Degraded) {
         Outcome::Degraded

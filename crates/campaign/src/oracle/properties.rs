@@ -103,6 +103,10 @@ fn link_trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Fi
     let tf = evidence.bounds.freshness_ms * 1000;
     let ends = [NodeId::GATEWAY, NodeId::UNIT_A].map(|n| (n, n.guard()));
     let mut found = Vec::new();
+    if evidence.killed.contains(&NodeId::UNIT_A) {
+        // A dead unit changes no mode; what its plant does is `demise`'s to judge.
+        return found;
+    }
     for (node, guard) in ends {
         if evidence.killed.contains(&node) {
             continue;

@@ -29,6 +29,8 @@ pub struct Truth {
     pub speed: i32,
     /// Set-point that the plant follows, mm/s.
     pub set_speed: i32,
+    /// Whether a set-point's lease stands.
+    pub leased: bool,
     /// Signed distance to the fence, positive inside, mm.
     pub fence: i32,
 }
@@ -66,8 +68,8 @@ impl Timeline {
         let unit_a = node == NodeId::UNIT_A;
         match *event {
             Event::Transition { from, to, cause, .. } if unit_a => self.changes.push(Change { at, from, to, cause }),
-            Event::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, fence_mm, .. } => {
-                self.truth.push(Truth { at, speed: speed_mm_s, set_speed: set_speed_mm_s, fence: fence_mm });
+            Event::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, leased, fence_mm, .. } => {
+                self.truth.push(Truth { at, speed: speed_mm_s, set_speed: set_speed_mm_s, leased, fence: fence_mm });
             }
             Event::Minted { authority, .. } if unit_a => self.minted.push((at, authority)),
             Event::Revoked { authority, .. } if unit_a => self.revoked.push((at, authority)),

@@ -194,6 +194,7 @@ pub(crate) mod tests {
             dropped: BTreeMap::from([("stale".to_owned(), 10)]),
             transitions: Vec::new(),
             latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },
+            responses: Vec::new(),
             sim_seconds: 10.0,
             false_trips: 0,
             nominal_seconds: 4.0,

@@ -93,7 +93,7 @@ pub fn latency_table(rows: &[LiveLatency]) -> String {
     )
 }
 
-fn new_table(columns: &[&str]) -> Table {
+pub(super) fn new_table(columns: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Dynamic);
     table.set_header(columns.to_vec());

@@ -4,9 +4,20 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Scenario;
+use super::fault::{Ending, Kill, Process};
 use super::insider::{Forwarding, ThirdUnit};
+use super::operator::{Step, Verb};
 use super::value::{List, Located, Name, Real};
 use crate::trial::Outcome;
+
+/// When a process is killed at the earliest, seconds: authority is held by then, also where arming took a second try.
+const KILL_AT_S: f64 = 3.6;
+/// By how much later at most: before and after the act, and while the unit still drives.
+const KILL_PHASE_S: [f64; 2] = [0.0, 2.4];
+/// When the operator asks for a HOLD through a dead broker, seconds: after the latest kill, while the unit still drives.
+const HOLD_AT_S: f64 = 6.2;
+/// Length of a kill's trial, seconds: unused authority has expired and the plant stands.
+const KILL_DURATION_S: f64 = 10.5;
 
 /// One cell of the teammate table: what the forwarding is set to, under which policy, and what must come of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -61,6 +72,29 @@ impl Scenario {
         scenario.duration_s = Located::nowhere(Real::nearest(duration_s));
         scenario.conditions.loss = Located::nowhere(Real::nearest(loss));
         scenario.expected = Located::nowhere(List::of([Outcome::Nominal, Outcome::FalseTrip]));
+        scenario
+    }
+
+    /// The same scenario with `process` killed at a moment that the seed draws, while the platform is READY or holds
+    /// authority. Where that is the broker, which nothing but commands depends on, the operator then asks for a HOLD.
+    pub fn killing(&self, process: Process, expected: &[Outcome]) -> Scenario {
+        let mut scenario = self.clone();
+        let at = |seconds: f64| Located::nowhere(Real::nearest(seconds));
+        scenario.name = Located::nowhere(Name::constant("kill"));
+        scenario.duration_s = Located::nowhere(Real::nearest(KILL_DURATION_S));
+        scenario.varies.injection_phase_s = Located::nowhere(List::of(KILL_PHASE_S.map(Real::nearest)));
+        scenario.kill = List::of([Kill { process, ending: Ending::Kill, at_s: at(KILL_AT_S) }]);
+        let hold = Step {
+            at_s: at(HOLD_AT_S),
+            within_s: Real::nearest(1.0),
+            when_state: None,
+            when_track: None,
+            verb: Located::nowhere(Verb::Hold),
+            reason: None,
+        };
+        let hold = (process == Process::Broker).then_some(hold);
+        scenario.operator.step = List::of(self.operator.step.iter().cloned().chain(hold));
+        scenario.expected = Located::nowhere(List::of(expected.iter().copied()));
         scenario
     }
 

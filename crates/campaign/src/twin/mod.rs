@@ -101,6 +101,7 @@ enum Happening {
     Stranger { association: u8, bytes: Vec<u8> },
     Open(u8),
     Kill,
+    KillBroker,
 }
 
 /// What a core was fed and what it gave back.
@@ -181,8 +182,11 @@ impl Twin {
             twin.queue.push(OPENS_AT, dialler, Happening::Open(association as u8));
         }
         for (at, id) in assembly.kills {
-            if let Some(node) = twin.index(id) {
-                twin.queue.push(at, node, Happening::Kill);
+            match twin.index(id) {
+                Some(node) => twin.queue.push(at, node, Happening::Kill),
+                // The broker is no node here: it only routes.
+                None if id == NodeId::BROKER => twin.queue.push(at, 0, Happening::KillBroker),
+                None => {}
             }
         }
         (0..twin.nodes.len()).for_each(|n| twin.settle(n as NodeIndex, None));
@@ -289,6 +293,10 @@ impl Twin {
             Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
             Happening::Open(association) => self.open(association),
             Happening::Kill => self.kill(node),
+            Happening::KillBroker => {
+                self.broker = None;
+                self.note_killed(NodeId::BROKER);
+            }
         }
     }
 
@@ -532,8 +540,12 @@ impl Twin {
         n.alive = false;
         n.generation += 1;
         let killed = n.id;
+        self.note_killed(killed);
+    }
+
+    fn note_killed(&mut self, node: NodeId) {
         let mut out = VecDeque::new();
-        self.journal.write(Instant(self.now), Event::Ended { node: killed, killed: true }, &mut out);
+        self.journal.write(Instant(self.now), Event::Ended { node, killed: true }, &mut out);
         self.record_all(NodeId::CAMPAIGN, out);
     }
 

@@ -1,0 +1,343 @@
+//! What the platform owes when one of its processes is killed, stated before any run, and what a log shows came of it.
+//!
+//! A process that dies says nothing more, so each row is read from the others: the mode from the unit's own log, and
+//! where the unit itself is dead, from the ground truth of the plant. Bounds are the platform's (`docs/bounds.md`).
+
+use serde::Serialize;
+use wire::bounds::Bounds;
+use wire::event::Event;
+use wire::id::NodeId;
+use wire::mode::{Cause, Mode};
+
+use super::timeline::{Timeline, Truth};
+use super::{Evidence, Finding, Micros, Property, finding};
+
+/// Speed below which the plant counts as standing, mm/s.
+const STANDING: i32 = 50;
+/// Between two samples of the plant's truth.
+const TRUTH_PERIOD: Micros = 100_000;
+
+/// From what moment a bound counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum From {
+    /// From the kill.
+    Kill,
+    /// From the operator's next HOLD: the death by itself owes nothing.
+    Hold,
+}
+
+/// What is owed when one process is killed while the platform is READY or holds authority.
+#[derive(Clone, Copy, Debug)]
+pub struct Owed {
+    /// The process.
+    pub node: NodeId,
+    /// The mode the platform ends in.
+    pub ends_in: Mode,
+    /// From when the bounds count.
+    pub from: From,
+    /// Latest time without READY or authority, ms; where nothing is to be lost there is none.
+    pub restricted: Option<fn(&Bounds) -> u64>,
+    /// Latest time in `ends_in`, ms.
+    pub settled: Option<fn(&Bounds) -> u64>,
+    /// Why this and not something else.
+    pub reason: &'static str,
+}
+
+fn td(b: &Bounds) -> u64 {
+    b.to_degraded_ms
+}
+
+fn th(b: &Bounds) -> u64 {
+    b.to_hold_safe_ms
+}
+
+/// The seal limit and one judgement of the guards.
+fn unsealed(b: &Bounds) -> u64 {
+    b.seal_limit_ms + b.control_period_ms
+}
+
+/// Every process that can be killed.
+pub const OWED: [Owed; 8] = [
+    Owed {
+        node: NodeId::SIM,
+        ends_in: Mode::HoldSafe,
+        from: From::Kill,
+        restricted: Some(td),
+        settled: Some(th),
+        reason: "no localisation and no frames: degraded after the product limit, held when driving blind is not made \
+                 good; the plant dies with its world",
+    },
+    Owed {
+        node: NodeId::PERCEPTION,
+        ends_in: Mode::HoldSafe,
+        from: From::Kill,
+        restricted: Some(td),
+        settled: Some(th),
+        reason: "every stage and all tracks are lost at once: degraded, and with no measured range left, held",
+    },
+    Owed {
+        node: NodeId::UNIT_A,
+        ends_in: Mode::HoldSafe,
+        from: From::Kill,
+        restricted: None,
+        settled: Some(th),
+        reason: "nobody renews the set-point: the plant brakes when its lease ends; read from ground truth",
+    },
+    Owed {
+        node: NodeId::GATEWAY,
+        ends_in: Mode::HoldSafe,
+        from: From::Kill,
+        restricted: Some(th),
+        settled: Some(th),
+        reason: "no more grants: the supervision lease lapses",
+    },
+    Owed {
+        node: NodeId::RELAY_TELEMETRY,
+        ends_in: Mode::HoldSafe,
+        from: From::Kill,
+        restricted: Some(th),
+        settled: Some(th),
+        reason: "the telemetry link is cut both ways: the supervision lease lapses",
+    },
+    Owed {
+        node: NodeId::BROKER,
+        ends_in: Mode::HoldSafe,
+        from: From::Hold,
+        restricted: Some(th),
+        settled: Some(th),
+        reason: "commands do not come through, telemetry and grants do: READY goes on, unused authority expires, and a \
+                 HOLD that stays unacknowledged ends the grants",
+    },
+    Owed {
+        node: NodeId::RECORDER,
+        ends_in: Mode::Degraded,
+        from: From::Kill,
+        restricted: Some(unsealed),
+        settled: Some(unsealed),
+        reason: "no sealed log for the seal limit: no authority, reduced speed; driving does not depend on it",
+    },
+    Owed {
+        node: NodeId::CONSOLE,
+        ends_in: Mode::Ready,
+        from: From::Kill,
+        restricted: None,
+        settled: None,
+        reason: "supervision is the gateway's lease and no bound asks for a person: READY goes on, nothing new can be \
+                 armed or confirmed, unused authority expires",
+    },
+];
+
+/// What is owed for `node`.
+pub fn owed(node: NodeId) -> Option<&'static Owed> {
+    OWED.iter().find(|owed| owed.node == node)
+}
+
+/// What came of a kill.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Response {
+    /// The process killed.
+    pub process: String,
+    /// When, milliseconds of the run.
+    pub killed_ms: f64,
+    /// The unit's mode at that moment.
+    pub before: Mode,
+    /// The mode at the end of the run; of a dead unit, HOLD_SAFE where its plant stands without a lease.
+    pub after: Mode,
+    /// The unit's own cause for the last change that no operator asked for; `set-point lease` where the plant stopped.
+    pub cause: Option<String>,
+    /// From when the times below count.
+    pub from: From,
+    /// To the first restriction: DEGRADED or HOLD_SAFE, or the end of the plant's lease under a dead unit; ms.
+    pub restricted_ms: Option<f64>,
+    /// To the mode of the end, ms.
+    pub settled_ms: Option<f64>,
+    /// The plant; `None` where its world died with it.
+    pub plant: Option<PlantResponse>,
+    /// Whether everything that was owed came, in time.
+    pub kept: bool,
+}
+
+/// What the ground truth shows of the plant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PlantResponse {
+    /// True speed at the kill, mm/s.
+    pub speed_mm_s: i32,
+    /// From the kill (or HOLD) until no set-point was leased any more, ms.
+    pub lease_ended_ms: Option<f64>,
+    /// From the kill (or HOLD) until it stood for good, ms; rocking back on its springs is not standing. Only where the
+    /// run ended in HOLD_SAFE: elsewhere it stands because its way has ended.
+    pub standing_ms: Option<f64>,
+}
+
+/// A kill under judgement.
+struct Death<'a> {
+    owed: &'static Owed,
+    killed: Micros,
+    /// From when bounds count: the kill, or the HOLD after it if there was one.
+    zero: Option<Micros>,
+    evidence: &'a Evidence,
+    line: &'a Timeline,
+}
+
+/// The response to every kill of the log, and what of it was owed and did not come.
+pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec<Finding>) {
+    let (mut responses, mut findings) = (Vec::new(), Vec::new());
+    for w in &evidence.entries {
+        let Event::Ended { node, killed: true } = w.entry.event else { continue };
+        let Some(owed) = owed(node) else { continue };
+        let hold = || line.intended.iter().find(|(at, _, kind)| *at >= w.at && *kind == "hold").map(|(at, _, _)| *at);
+        let zero = if owed.from == From::Kill { Some(w.at) } else { hold() };
+        let death = Death { owed, killed: w.at, zero, evidence, line };
+        let broken = death.findings();
+        responses.push(Response { kept: broken.is_empty(), ..death.response() });
+        findings.extend(broken);
+    }
+    (responses, findings)
+}
+
+/// Whether the unit under test was killed and its plant stands without a lease.
+pub(super) fn stopped_without_its_unit(evidence: &Evidence, line: &Timeline) -> bool {
+    evidence.killed.contains(&NodeId::UNIT_A) && stands(line)
+}
+
+/// Whether the last sample of the plant shows it standing without a lease.
+fn stands(line: &Timeline) -> bool {
+    line.truth.last().is_some_and(|t| !t.leased && t.speed.abs() <= STANDING)
+}
+
+/// The first sample from `from` on after which `test` holds for good.
+fn for_good(line: &Timeline, from: Micros, test: impl Fn(&Truth) -> bool) -> Option<Micros> {
+    let after = line.truth.iter().rev().take_while(|t| t.at >= from);
+    after.take_while(|t| test(t)).last().map(|t| t.at)
+}
+
+impl Death<'_> {
+    fn unit_dead(&self) -> bool {
+        self.owed.node == NodeId::UNIT_A
+    }
+
+    fn after(&self) -> Mode {
+        let last = self.line.mode_at(Micros::MAX);
+        if self.unit_dead() && stands(self.line) { Mode::HoldSafe } else { last }
+    }
+
+    fn unleased(&self) -> Option<Micros> {
+        for_good(self.line, self.zero?, |t| !t.leased)
+    }
+
+    fn standing(&self) -> Option<Micros> {
+        for_good(self.line, self.zero?, |t| t.speed.abs() <= STANDING)
+    }
+
+    fn response(&self) -> Response {
+        let ms = |at: Option<Micros>| Some(at?.saturating_sub(self.zero?) as f64 / 1000.0);
+        let change = |test: &dyn Fn(Mode) -> bool| {
+            let mine = |c: &super::timeline::Change| test(c.to) && c.cause != Cause::Operator;
+            self.line.first_change(self.zero?, mine).map(|c| c.at)
+        };
+        let after = self.after();
+        let speed = self.line.truth.iter().rev().find(|t| t.at <= self.killed).map_or(0, |t| t.speed);
+        let (restricted, settled, cause) = if self.unit_dead() {
+            (self.unleased(), self.unleased(), self.unleased().map(|_| "set-point lease".to_owned()))
+        } else {
+            let own = self.line.changes.iter().rev().find(|c| c.at >= self.killed && c.cause != Cause::Operator);
+            let restricted = change(&|to| matches!(to, Mode::Degraded | Mode::HoldSafe));
+            (restricted, change(&|to| to == after), own.map(|c| c.cause.label()))
+        };
+        let plant = PlantResponse {
+            speed_mm_s: speed,
+            lease_ended_ms: ms(self.unleased()),
+            standing_ms: ms(self.standing().filter(|_| after == Mode::HoldSafe)),
+        };
+        Response {
+            process: self.owed.node.name().to_owned(),
+            killed_ms: self.killed as f64 / 1000.0,
+            before: self.line.mode_at(self.killed),
+            after,
+            cause,
+            from: self.owed.from,
+            restricted_ms: ms(restricted),
+            settled_ms: ms(settled),
+            plant: (self.owed.node != NodeId::SIM).then_some(plant),
+            kept: true,
+        }
+    }
+
+    /// What was owed and did not come. Of a platform that was not in nominal control when the process died, nothing can
+    /// be learnt: that is no evidence, never a pass.
+    fn findings(&self) -> Vec<Finding> {
+        let before = self.line.mode_at(self.killed);
+        if !nominal(before) {
+            let what = format!("the unit was {} when {} was killed", before.name(), self.owed.node);
+            return vec![finding(Property::P10, self.killed, what)];
+        }
+        let Some(zero) = self.zero else {
+            let what = format!("no HOLD was given after {} was killed", self.owed.node);
+            return vec![finding(Property::P10, self.killed, what)];
+        };
+        let mut found = Vec::new();
+        if self.unit_dead() {
+            found.extend(self.plant_stops(zero));
+        } else {
+            found.extend(self.mode_changes(zero));
+            let holds = self.owed.ends_in == Mode::HoldSafe && self.owed.node != NodeId::SIM;
+            found.extend(if holds { self.stands_in_time(zero) } else { None });
+        }
+        found
+    }
+
+    fn mode_changes(&self, zero: Micros) -> Vec<Finding> {
+        let b = &self.evidence.bounds;
+        let due =
+            |ms: Option<fn(&Bounds) -> u64>| Some(zero + ms?(b) * 1000).filter(|due| *due <= self.evidence.duration);
+        let mut found = Vec::new();
+        let mut late = |property: Property, at: Micros, mode: Mode| {
+            let after = (at - zero) / 1000;
+            let what = format!("{after} ms after {} was killed still {}", self.owed.node, mode.name());
+            found.push(finding(property, at, what));
+        };
+        if let Some(at) = due(self.owed.restricted)
+            && nominal(self.line.mode_at(at))
+        {
+            late(Property::P2, at, self.line.mode_at(at));
+        }
+        if let Some(at) = due(self.owed.settled)
+            && self.owed.ends_in == Mode::HoldSafe
+            && self.line.mode_at(at) != Mode::HoldSafe
+        {
+            late(Property::P3, at, self.line.mode_at(at));
+        }
+        found
+    }
+
+    /// The plant under a dead unit: no lease beyond *Th*, and at rest when the brakes have had their time.
+    fn plant_stops(&self, zero: Micros) -> Vec<Finding> {
+        let due = zero + self.evidence.bounds.to_hold_safe_ms * 1000;
+        let mut found = Vec::new();
+        if !self.line.truth.iter().any(|t| t.at >= due) {
+            found.push(finding(Property::P10, due, "no ground truth of the plant after its unit was killed"));
+        }
+        let driven = self.line.truth.iter().find(|t| t.at > due && (t.leased || t.set_speed != 0));
+        found.extend(driven.map(|t| {
+            let what = format!("the plant still follows {} mm/s after its unit was killed", t.set_speed);
+            finding(Property::P3, t.at, what)
+        }));
+        found.extend(self.stands_in_time(zero));
+        found
+    }
+
+    fn stands_in_time(&self, zero: Micros) -> Option<Finding> {
+        let b = &self.evidence.bounds;
+        let braking = u64::from(b.max_speed_mm_s) * 1_000_000 / u64::from(b.braking_mm_s2).max(1);
+        let due = zero + b.to_hold_safe_ms * 1000 + braking + TRUTH_PERIOD;
+        let moving = self.line.truth.iter().find(|t| t.at > due && t.speed.abs() > STANDING)?;
+        let what =
+            format!("{} mm/s {} ms after {} was killed", moving.speed, (moving.at - zero) / 1000, self.owed.node);
+        Some(finding(Property::P3, moving.at, what))
+    }
+}
+
+fn nominal(mode: Mode) -> bool {
+    matches!(mode, Mode::Ready | Mode::PrepareToAct)
+}
