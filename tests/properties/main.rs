@@ -1,5 +1,6 @@
-//! What must hold of every run: determinism, forks, replay of mouths, and that the judge sees what is broken.
+//! What must hold of every run: the link model is like the real stack, determinism, forks, replay of mouths, and that the judge sees what is broken.
 
+mod conformance;
 mod determinism;
 mod forks;
 mod mouths;

@@ -17,6 +17,7 @@ mod reference;
 mod replay;
 mod run;
 mod scenario;
+mod stages;
 mod verify;
 
 use std::ffi::OsString;

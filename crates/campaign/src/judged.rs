@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use wire::event::{Account, Event, Interface};
+use wire::event::{Account, Event, GuardVerdict, Interface};
 use wire::id::NodeId;
 
 use crate::evidence::hashes;
@@ -28,6 +28,7 @@ pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
         received: 0,
         accepted: 0,
         dropped: BTreeMap::new(),
+        guard_refused: BTreeMap::new(),
         transitions: verdict.transitions.clone(),
         latency_ms: verdict.latency,
         responses: verdict.responses.clone(),
@@ -37,8 +38,12 @@ pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
         cpu_seconds: 0.0,
     };
     for w in &evidence.entries {
-        if let Event::Count { account, n } = w.entry.event {
-            add(&mut trial, w.entry.node, account, n);
+        match w.entry.event {
+            Event::Count { account, n } => add(&mut trial, w.entry.node, account, n),
+            Event::GuardSaw { verdict, .. } if verdict != GuardVerdict::Passed => {
+                *trial.guard_refused.entry(verdict.name().to_owned()).or_default() += 1;
+            }
+            _ => {}
         }
     }
     trial

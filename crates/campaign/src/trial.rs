@@ -112,6 +112,10 @@ pub struct Trial {
     pub accepted: u64,
     /// Records that it refused, by reason.
     pub dropped: BTreeMap<String, u64>,
+    /// What the record filters in front of the sessions of gateway and unit refused, and handshakes that came to
+    /// nothing, by reason.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub guard_refused: BTreeMap<String, u64>,
     /// Changes of mode, in order.
     pub transitions: Vec<TransitionRow>,
     /// Times from the injection.

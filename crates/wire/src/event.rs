@@ -106,6 +106,29 @@ pub enum GuardVerdict {
     /// Not a record, or a malformed handshake.
     #[n(2)]
     Malformed,
+    /// From a peer without an association, and not the beginning of one.
+    #[n(3)]
+    Stranger,
+    /// A handshake that this ClientHello began came to nothing within its limit.
+    #[n(4)]
+    Unfinished,
+    /// A sound ClientHello for which there was no room.
+    #[n(5)]
+    Shed,
+}
+
+impl GuardVerdict {
+    /// The name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            GuardVerdict::Passed => "passed",
+            GuardVerdict::Plaintext => "plaintext",
+            GuardVerdict::Malformed => "malformed",
+            GuardVerdict::Stranger => "stranger",
+            GuardVerdict::Unfinished => "unfinished",
+            GuardVerdict::Shed => "shed",
+        }
+    }
 }
 
 /// What an adversary did.

@@ -9,6 +9,8 @@ const ALERT: u8 = 21;
 const HANDSHAKE: u8 = 22;
 const APPLICATION_DATA: u8 = 23;
 const VERSION: [u8; 2] = [0xfe, 0xfd];
+/// Place of the cookie's length in a ClientHello: behind version, random and an empty session identifier.
+const COOKIE: usize = 2 + 32 + 1;
 
 /// A datagram that holds `content`.
 pub(super) fn inject(content: Content, rng: &mut ChaCha8Rng) -> Vec<u8> {
@@ -27,8 +29,16 @@ pub(super) fn inject(content: Content, rng: &mut ChaCha8Rng) -> Vec<u8> {
             record(HANDSHAKE, 0, 0, &message(hello.len(), &hello))
         }
         Content::ClientHelloTruncated => {
-            let hello = client_hello(rng);
-            record(HANDSHAKE, 0, 0, &message(hello.len(), &hello[..hello.len() / 2]))
+            let mut hello = client_hello(rng);
+            match below(rng, 3) {
+                // Cut short: it claims more than there is.
+                0 => return record(HANDSHAKE, 0, 0, &message(hello.len(), &hello[..hello.len() / 2])),
+                // The outer lengths are right; the last extension reaches past the end.
+                1 => hello.truncate(hello.len() - 1 - below(rng, 4) as usize),
+                // So does the cookie.
+                _ => hello[COOKIE] = 0xff,
+            }
+            record(HANDSHAKE, 0, 0, &message(hello.len(), &hello))
         }
     }
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, kill, out, run};
+use super::{Context, kill, out, run, stages};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -24,6 +24,8 @@ pub(super) enum Bench {
     Live(LiveArgs),
     /// Kill each process of live runs at a random moment: the mode the platform ends in, and how soon.
     Kill(kill::Args),
+    /// How long each stage takes live and in the twin, and the gap.
+    Stages(stages::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -59,6 +61,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
     match bench {
         Bench::Live(args) => live(context, args),
         Bench::Kill(args) => kill::run(context, args),
+        Bench::Stages(args) => stages::run(context, args),
     }
 }
 

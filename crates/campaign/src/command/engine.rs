@@ -10,6 +10,7 @@ use crate::live::{self, LiveError};
 use crate::progress::Stop;
 use crate::report::Mode;
 use crate::scenario::{Scenario, Setup};
+use crate::stages::Delays;
 use crate::trial::Trial;
 use crate::{evidence, judged, keep, twin};
 use wire::audit::Chains;
@@ -132,6 +133,38 @@ fn live_trial(
     let differing = run.replays.iter().filter_map(|r| Some(format!("mouth of {}: {}", r.node, r.difference.as_ref()?)));
     trial.findings.extend(differing);
     Ok(trial)
+}
+
+/// Adds the stages of one trial in the twin.
+pub(super) fn twin_stages(scenario: &Scenario, setup: &Setup, seed: u64, to: &mut Delays) -> Result<(), EngineError> {
+    let (cast, mut twin) = twin::trial::start(scenario, setup, seed, true).map_err(failed)?;
+    twin.run_until(cast.duration);
+    to.take_twin(&cast, &twin);
+    Ok(())
+}
+
+/// Adds the stages of one live run.
+pub(super) fn live_stages(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+    to: &mut Delays,
+) -> Result<(), EngineError> {
+    let program = std::env::current_exe().map_err(failed)?;
+    let run_dir = std::env::temp_dir().join(format!("holdsafe-stages-{}-{seed}", std::process::id()));
+    let options = live::Options { run_dir: run_dir.clone(), services: Services::Own(program), stop, show: &mut |_| {} };
+    let run = live::trial::run_live(scenario, setup, seed, options);
+    let taken = match run {
+        Ok(run) => to.take_live(&run.cast, &run_dir).map_err(failed),
+        Err(LiveError::Stopped) => Err(EngineError::Stopped),
+        Err(LiveError::Environment(why)) => Err(EngineError::Environment(why)),
+    };
+    // What could not be removed is in the folder for temporary files; the measurement stands without it.
+    if let Err(error) = std::fs::remove_dir_all(&run_dir) {
+        tracing::debug!(%error, "mouth logs not removed");
+    }
+    taken
 }
 
 fn failed(error: impl std::fmt::Display) -> EngineError {

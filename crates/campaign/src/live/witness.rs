@@ -94,11 +94,15 @@ pub(super) fn note(journal: &mut Journal, log: &mut Vec<Logged>, node: NodeId, a
     );
 }
 
-fn verdict(verdict: Verdict) -> GuardVerdict {
+/// A record filter's verdict in the words of the log; the twin's filter says it in the same.
+pub(crate) fn verdict(verdict: Verdict) -> GuardVerdict {
     match verdict {
         Verdict::Passed => GuardVerdict::Passed,
         Verdict::PlaintextAfterCompletion | Verdict::PlaintextBeforeCompletion => GuardVerdict::Plaintext,
-        Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly | Verdict::Stranger => GuardVerdict::Malformed,
+        Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly => GuardVerdict::Malformed,
+        Verdict::Stranger => GuardVerdict::Stranger,
+        Verdict::Unfinished => GuardVerdict::Unfinished,
+        Verdict::Shed => GuardVerdict::Shed,
     }
 }
 
@@ -110,7 +114,7 @@ fn accounts(stats: &Value) -> Vec<(Account, u64)> {
     let guard = |name: &str| dtls["guard"][name].as_u64().unwrap_or(0);
     let refused = ["unframed", "bad_hello", "plaintext_after", "plaintext_before", "too_early"].map(guard).iter().sum();
     let (records, application, delivered) = (guard("records"), guard("application"), get("delivered"));
-    let strangers = get("strangers");
+    let strangers = get("strangers") + get("shed");
     vec![
         (Account::GuardIn, records + strangers),
         (Account::GuardRefused, refused + strangers),

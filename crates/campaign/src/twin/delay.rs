@@ -16,6 +16,8 @@ type Range = (u64, u64);
 const BUS: Range = (20, 120);
 /// One datagram over loopback.
 const DATAGRAM: Range = (15, 90);
+/// A handshake with mutual certificates over loopback, relay in between.
+const HANDSHAKE: Range = (2_000, 6_000);
 /// A publication through the broker, both legs.
 const COMMAND: Range = (300, 900);
 /// An entry on its way to the recorder.
@@ -56,6 +58,11 @@ impl Delays {
     /// Over loopback UDP.
     pub fn datagram(&mut self) -> Micros {
         self.draw(DATAGRAM)
+    }
+
+    /// From a dialler's first flight to the end of its handshake.
+    pub fn handshake(&mut self) -> Micros {
+        self.draw(HANDSHAKE)
     }
 
     /// Through the broker.

@@ -22,18 +22,24 @@ use wire::time::Instant;
 
 use clock::HostClock;
 use delay::Delays;
-use net::{Arrival, Association, Outside};
+use link::guard::hello::at_the_door;
+use link::guard::record::{Split, split};
+use net::{Arrival, Association, Outside, Standing};
 use part::Part;
 use queue::{Micros, NodeIndex, Queue};
 
 use crate::evidence::Logged;
+use crate::live::witness;
 
 /// When associations are set up.
 const OPENS_AT: Micros = 20_000;
 /// The association of a datagram that belongs to none.
 pub const STRANGER: u32 = u32::MAX;
-/// How long a dialler waits before it dials again.
-const REDIAL: Micros = 500_000;
+/// First and longest pause of a dialler between attempts: the live dialler's own.
+const PAUSES: (Micros, Micros) =
+    (link::dtls::dial::PAUSES.0.as_micros() as Micros, link::dtls::dial::PAUSES.1.as_micros() as Micros);
+/// How long a handshake may take: the live listener's own bound.
+const HANDSHAKE_LIMIT: Micros = link::dtls::HANDSHAKE_LIMIT.as_micros() as Micros;
 
 /// One process of the twin.
 pub struct Node {
@@ -80,12 +86,15 @@ struct Guard {
     refused: u64,
     delivered: u64,
     discarded: u64,
+    handshake: u64,
+    /// Until when the stranger's handshake is under way.
+    half_open: Micros,
 }
 
 impl Guard {
     fn new(id: NodeId) -> Guard {
         let journal = Journal::new(id, wire::id::Boot(1), None);
-        Guard { id, journal, seen: 0, refused: 0, delivered: 0, discarded: 0 }
+        Guard { id, journal, seen: 0, refused: 0, delivered: 0, discarded: 0, handshake: 0, half_open: 0 }
     }
 
     fn fork(&self) -> Guard {
@@ -100,6 +109,8 @@ enum Happening {
     Datagram { association: u8, end: u8, bytes: Vec<u8> },
     Stranger { association: u8, bytes: Vec<u8> },
     Open(u8),
+    Complete { association: u8, number: u32 },
+    Unfinished { bytes: Vec<u8> },
     Kill,
     KillBroker,
 }
@@ -124,6 +135,8 @@ pub struct Twin {
     nodes: Vec<Node>,
     clocks: Vec<HostClock>,
     associations: Vec<Association>,
+    /// The dialler's next pause, by association.
+    pauses: Vec<Micros>,
     /// By node; those without secure sessions have none.
     guards: Vec<Option<Guard>>,
     broker: Option<broker::Broker>,
@@ -169,6 +182,7 @@ impl Twin {
             mouths: assembly.mouths.then(|| vec![Vec::new(); assembly.nodes.len()]),
             latest: vec![0; assembly.nodes.len() * assembly.nodes.len()],
             nodes: assembly.nodes,
+            pauses: vec![PAUSES.0; assembly.associations.len()],
             clocks: assembly.clocks,
             associations: assembly.associations,
             guards,
@@ -214,6 +228,7 @@ impl Twin {
             nodes: nodes.collect(),
             clocks: self.clocks.clone(),
             associations: self.associations.clone(),
+            pauses: self.pauses.clone(),
             guards: self.guards.iter().map(|g| g.as_ref().map(Guard::fork)).collect(),
             broker: self.broker.clone(),
             delays: self.delays.clone(),
@@ -292,6 +307,8 @@ impl Twin {
             Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
             Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
             Happening::Open(association) => self.open(association),
+            Happening::Complete { association, number } => self.complete(association, number),
+            Happening::Unfinished { bytes } => self.note_stranger(node, &bytes, GuardVerdict::Unfinished),
             Happening::Kill => self.kill(node),
             Happening::KillBroker => {
                 self.broker = None;
@@ -378,6 +395,10 @@ impl Twin {
     }
 
     fn publish_bus(&mut self, node: NodeIndex, at: Micros, topic: Topic, bytes: &[u8]) {
+        // The live publisher refuses it too.
+        if bytes.len() > topic.max_len() {
+            return;
+        }
         let host = self.nodes[usize::from(node)].host;
         for reader in 0..self.nodes.len() {
             let n = &self.nodes[reader];
@@ -391,6 +412,10 @@ impl Twin {
     }
 
     fn publish_command(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
+        // So does the live client.
+        if bytes.len() > link::mqtt::MAX_PAYLOAD {
+            return;
+        }
         let (Some(broker), Some(publisher)) = (&self.broker, self.nodes[usize::from(node)].commands) else { return };
         let Ok(receivers) = broker.publish(publisher, subject) else { return };
         let insider = matches!(self.nodes[usize::from(node)].part, Part::InsiderCommand(_));
@@ -416,10 +441,7 @@ impl Twin {
 
     fn send(&mut self, association: usize, from: usize, at: Micros, plain: &[u8]) {
         let a = &mut self.associations[association];
-        if !a.open {
-            return;
-        }
-        let bytes = a.seal(from, plain);
+        let Some(bytes) = a.seal(from, plain) else { return };
         let target = a.ends[1 - from].node;
         let (source, relay) = (a.ends[from].node, a.relay);
         let hop = self.delays.datagram();
@@ -443,51 +465,81 @@ impl Twin {
         if !self.nodes[usize::from(target)].alive {
             return;
         }
-        let (outside, arrival) = self.associations[a].arrive(e, bytes);
-        let verdict = match &arrival {
-            Arrival::Refused(verdict) => *verdict,
-            Arrival::Delivered(_) | Arrival::Discarded | Arrival::Ended => GuardVerdict::Passed,
-        };
-        self.observe(target, u32::from(association), outside, bytes, verdict);
-        if let Some(guard) = &mut self.guards[usize::from(target)] {
-            match &arrival {
-                Arrival::Delivered(_) => guard.delivered += 1,
-                Arrival::Refused(_) => guard.refused += 1,
-                Arrival::Discarded | Arrival::Ended => guard.discarded += 1,
+        let handshake = self.associations[a].standing == Standing::Handshake;
+        for seen in self.associations[a].arrive(e, bytes) {
+            let verdict = match &seen.arrival {
+                Arrival::Refused(verdict) => *verdict,
+                Arrival::Delivered(_) | Arrival::Discarded | Arrival::Handshake | Arrival::Ended => {
+                    GuardVerdict::Passed
+                }
+            };
+            self.observe(target, u32::from(association), seen.outside, seen.bytes, verdict);
+            if let Some(guard) = &mut self.guards[usize::from(target)] {
+                match &seen.arrival {
+                    Arrival::Delivered(_) => guard.delivered += 1,
+                    Arrival::Refused(_) => guard.refused += 1,
+                    Arrival::Discarded => guard.discarded += 1,
+                    Arrival::Handshake | Arrival::Ended => guard.handshake += 1,
+                }
             }
-        }
-        match arrival {
-            Arrival::Delivered(plain) => self.feed(target, Input::Record { session, bytes: plain }),
-            Arrival::Ended => self.close(a),
-            Arrival::Refused(_) | Arrival::Discarded => {}
+            match seen.arrival {
+                Arrival::Delivered(plain) => self.feed(target, Input::Record { session, bytes: plain }),
+                Arrival::Ended if handshake => self.fail(association),
+                Arrival::Ended => self.close(a),
+                Arrival::Refused(_) | Arrival::Discarded | Arrival::Handshake => {}
+            }
         }
     }
 
-    /// A datagram from an address that has no association.
+    /// A datagram from an address that has no association. A sound ClientHello begins a handshake that nobody goes on
+    /// with; all strangers of a run share one address, so meanwhile the rest is judged as a part of that handshake.
     fn stranger(&mut self, association: u8, bytes: &[u8]) {
         let target = self.associations[usize::from(association)].ends[1].node;
-        if self.nodes[usize::from(target)].alive {
-            let outside = net::outside(bytes).unwrap_or_default();
-            self.observe(target, STRANGER, outside, bytes, GuardVerdict::Malformed);
-            if let Some(guard) = &mut self.guards[usize::from(target)] {
-                guard.refused += 1;
-            }
+        let Some(guard) = &mut self.guards[usize::from(target)] else { return };
+        if !self.nodes[usize::from(target)].alive {
+            return;
         }
+        if guard.half_open > self.now {
+            let mode = self.associations[usize::from(association)].guard;
+            for piece in split(bytes) {
+                let (bytes, verdict) = match piece {
+                    Split::Record(raw) => (raw.bytes, net::judge(&raw, mode, false)),
+                    Split::Remainder(bytes) => (bytes, GuardVerdict::Malformed),
+                };
+                self.count_stranger(target, bytes, verdict);
+            }
+            return;
+        }
+        let verdict = witness::verdict(at_the_door(bytes));
+        if verdict == GuardVerdict::Passed {
+            guard.half_open = self.now + HANDSHAKE_LIMIT;
+            let over = Happening::Unfinished { bytes: bytes.to_vec() };
+            self.queue.push(self.now + HANDSHAKE_LIMIT, target, over);
+        }
+        self.count_stranger(target, bytes, verdict);
+    }
+
+    fn count_stranger(&mut self, node: NodeIndex, bytes: &[u8], verdict: GuardVerdict) {
+        if let Some(guard) = &mut self.guards[usize::from(node)] {
+            guard.seen += 1;
+            if verdict == GuardVerdict::Passed { guard.handshake += 1 } else { guard.refused += 1 }
+        }
+        self.note_stranger(node, bytes, verdict);
+    }
+
+    fn note_stranger(&mut self, node: NodeIndex, bytes: &[u8], verdict: GuardVerdict) {
+        let outside = split(bytes).next().map_or_else(Outside::default, |piece| match piece {
+            Split::Record(raw) => Outside { epoch: raw.epoch, sequence: raw.sequence },
+            Split::Remainder(_) => Outside::default(),
+        });
+        self.note_guard(node, saw(STRANGER, outside, bytes, verdict));
     }
 
     fn observe(&mut self, node: NodeIndex, association: u32, outside: Outside, bytes: &[u8], verdict: GuardVerdict) {
-        let event = Event::GuardSaw {
-            association,
-            epoch: outside.epoch,
-            sequence: outside.sequence,
-            length: bytes.len().min(usize::from(u16::MAX)) as u16,
-            hash: wire_hash(bytes),
-            verdict,
-        };
         if let Some(guard) = &mut self.guards[usize::from(node)] {
             guard.seen += 1;
         }
-        self.note_guard(node, event);
+        self.note_guard(node, saw(association, outside, bytes, verdict));
     }
 
     fn note_guard(&mut self, node: NodeIndex, event: Event) {
@@ -507,20 +559,46 @@ impl Twin {
                 (Account::GuardRefused, g.refused),
                 (Account::Delivered, g.delivered),
                 (Account::Discarded, g.discarded),
+                (Account::Handshake, g.handshake),
             ];
             counts.into_iter().for_each(|(account, n)| self.note_guard(node, Event::Count { account, n }));
         }
     }
 
+    /// The dialler's attempt: a handshake when both ends are there, else the next attempt once this one has failed.
     fn open(&mut self, association: u8) {
+        let a = &mut self.associations[usize::from(association)];
+        let dialler = a.ends[0].node;
+        let up = |node: NodeIndex| self.nodes[usize::from(node)].alive;
+        if up(dialler) && up(a.ends[1].node) {
+            let number = a.begin();
+            let at = self.now + self.delays.handshake();
+            self.queue.push(at, dialler, Happening::Complete { association, number });
+        } else {
+            self.again(association, HANDSHAKE_LIMIT);
+        }
+    }
+
+    /// A handshake has failed.
+    fn fail(&mut self, association: u8) {
+        self.again(association, 0);
+    }
+
+    /// Dials again after a pause that doubles.
+    fn again(&mut self, association: u8, lost: Micros) {
+        let pause = &mut self.pauses[usize::from(association)];
+        *pause = (*pause * 2).min(PAUSES.1);
+        let dialler = self.associations[usize::from(association)].ends[0].node;
+        self.queue.push(self.now + lost + *pause, dialler, Happening::Open(association));
+    }
+
+    fn complete(&mut self, association: u8, number: u32) {
         let a = usize::from(association);
-        let ends = [self.associations[a].ends[0].clone(), self.associations[a].ends[1].clone()];
-        let up = |end: &net::End| self.nodes[usize::from(end.node)].alive;
-        if !(up(&ends[0]) && up(&ends[1])) {
-            self.queue.push(self.now + REDIAL, ends[0].node, Happening::Open(association));
+        if !self.associations[a].complete(number) {
             return;
         }
-        self.associations[a].open();
+        self.pauses[a] = PAUSES.0;
+        let ends = [self.associations[a].ends[0].clone(), self.associations[a].ends[1].clone()];
         for (own, other) in [(1, 0), (0, 1)] {
             let input = Input::Opened { session: ends[own].session, peer: ends[other].peer };
             self.feed(ends[own].node, input);
@@ -532,7 +610,7 @@ impl Twin {
         for end in &ends {
             self.feed(end.node, Input::Closed { session: end.session });
         }
-        self.queue.push(self.now + REDIAL, ends[0].node, Happening::Open(a as u8));
+        self.queue.push(self.now + PAUSES.0, ends[0].node, Happening::Open(a as u8));
     }
 
     fn kill(&mut self, node: NodeIndex) {
@@ -566,5 +644,17 @@ impl Twin {
             self.queue.push(at, recorder, Happening::Input(Input::Audit { bytes: bytes.clone() }));
         }
         self.log.push(Logged { at: self.now, node: id, bytes });
+    }
+}
+
+/// What a record filter's log says of one record.
+fn saw(association: u32, outside: Outside, bytes: &[u8], verdict: GuardVerdict) -> Event {
+    Event::GuardSaw {
+        association,
+        epoch: outside.epoch,
+        sequence: outside.sequence,
+        length: bytes.len().min(usize::from(u16::MAX)) as u16,
+        hash: wire_hash(bytes),
+        verdict,
     }
 }

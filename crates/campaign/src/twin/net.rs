@@ -1,23 +1,22 @@
 //! The model of the secure telemetry link: DTLS associations as bytes on a wire, without sockets.
 //!
 //! A datagram has the DTLS 1.2 record header, a ciphertext and a tag; whoever has no key can only see lengths, epochs
-//! and sequence numbers. What the model does is what the real stack's own tests show of DTLS (`crates/link/tests/stack`): authenticated,
-//! 64-record replay window, withheld records delivered late, tampering discarded silently, a plaintext alert ends an
-//! association unless the guard stands in front.
-//!
-//! Left out, each with a live row: the handshake's own datagrams (an association stands from the start and after each
-//! reconnect), socket-buffer overflow, scheduler stalls, half-open and slot exhaustion.
+//! and sequence numbers. The record filter is the real one's judgement (`link::guard`). What the model does behind it is
+//! what the real stack does: one suite of properties runs over both (`tests/properties/conformance`), and
+//! `docs/link-model.md` lists where they still differ, and in which direction.
 
+use link::dtls::MAX_RECORD;
+use link::guard::GuardMode;
+use link::guard::record::{ALERT, APPLICATION_DATA, HEADER, RawRecord, Split, split};
 use wire::event::GuardVerdict;
 use wire::id::{PeerId, SessionId};
 use wire::policy::Requirement;
 
 use super::queue::NodeIndex;
+use crate::live::witness;
 
-/// Record header: type, version, epoch, sequence, length.
-const HEADER: usize = 13;
+/// Authentication tag of a record.
 const TAG: usize = 16;
-const APPLICATION_DATA: u8 = 23;
 
 /// One end of an association.
 #[derive(Clone, Debug)]
@@ -34,7 +33,7 @@ pub struct End {
     seen: u64,
 }
 
-/// What became of a datagram at its target.
+/// What became of a record at its target.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Arrival {
     /// Delivered to the application.
@@ -43,8 +42,32 @@ pub enum Arrival {
     Refused(GuardVerdict),
     /// Discarded by the secure layer.
     Discarded,
-    /// It ended the association (a plaintext record that no guard kept out).
+    /// Taken for a part of a handshake.
+    Handshake,
+    /// It ended the association, or the handshake that was to lead to one (a plaintext record that no guard kept out).
     Ended,
+}
+
+/// One record of a datagram, with what became of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Seen<'a> {
+    /// What anyone on the path could read.
+    pub outside: Outside,
+    /// Header and body.
+    pub bytes: &'a [u8],
+    /// What became of it.
+    pub arrival: Arrival,
+}
+
+/// How far an association is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Standing {
+    /// There is none.
+    Down,
+    /// A handshake is under way.
+    Handshake,
+    /// It carries records.
+    Open,
 }
 
 /// Header fields as anyone on the path can read them.
@@ -63,8 +86,8 @@ pub struct Association {
     pub ends: [End; 2],
     /// The relay in between, if any.
     pub relay: Option<NodeIndex>,
-    /// Whether it stands.
-    pub open: bool,
+    /// How far it is.
+    pub standing: Standing,
     /// The record filter in front of both ends.
     pub guard: Requirement,
     generation: u32,
@@ -81,23 +104,37 @@ impl Association {
         secret: [u8; 32],
     ) -> Self {
         let end = |(node, session, peer)| End { node, session, peer, send_key: [0; 32], sent: 0, highest: 0, seen: 0 };
-        Self { ends: [end(client), end(server)], relay, open: false, guard, generation: 0, secret }
+        Self { ends: [end(client), end(server)], relay, standing: Standing::Down, guard, generation: 0, secret }
     }
 
-    /// (Re-)keys the association, as a fresh handshake does.
-    pub fn open(&mut self) {
+    /// Begins a handshake and gives its number.
+    pub fn begin(&mut self) -> u32 {
         self.generation += 1;
-        self.open = true;
+        self.standing = Standing::Handshake;
+        self.generation
+    }
+
+    /// The handshake `number` comes to its end: new keys, new windows. False when it is not the one under way.
+    pub fn complete(&mut self, number: u32) -> bool {
+        if self.standing != Standing::Handshake || number != self.generation {
+            return false;
+        }
+        self.standing = Standing::Open;
         for (side, end) in self.ends.iter_mut().enumerate() {
             let mut key = blake3::Hasher::new_keyed(&self.secret);
             key.update(&self.generation.to_le_bytes()).update(&[side as u8]);
             end.send_key = *key.finalize().as_bytes();
             (end.sent, end.highest, end.seen) = (0, 0, 0);
         }
+        true
     }
 
-    /// Seals a record of the end `from` into a datagram.
-    pub fn seal(&mut self, from: usize, plain: &[u8]) -> Vec<u8> {
+    /// Seals a record of the end `from` into a datagram; `None` when it is longer than a record may be or there is no
+    /// association to carry it.
+    pub fn seal(&mut self, from: usize, plain: &[u8]) -> Option<Vec<u8>> {
+        if self.standing != Standing::Open || plain.len() > MAX_RECORD {
+            return None;
+        }
         let end = &mut self.ends[from];
         end.sent += 1;
         let mut bytes = Vec::with_capacity(HEADER + plain.len() + TAG);
@@ -108,50 +145,49 @@ impl Association {
         mask(&end.send_key, end.sent, &mut bytes[HEADER..]);
         let tag = blake3::keyed_hash(&end.send_key, &bytes);
         bytes.extend_from_slice(&tag.as_bytes()[..TAG]);
-        bytes
+        Some(bytes)
     }
 
-    /// What a datagram that reached the end `at` comes to.
-    pub fn arrive(&mut self, at: usize, datagram: &[u8]) -> (Outside, Arrival) {
-        let Some(outside) = outside(datagram) else {
-            let verdict = match self.guard {
-                Requirement::Required => Arrival::Refused(GuardVerdict::Malformed),
-                Requirement::Waived => Arrival::Discarded,
-            };
-            return (Outside::default(), verdict);
+    /// What the records of a datagram that reached the end `at` come to.
+    pub fn arrive<'a>(&mut self, at: usize, datagram: &'a [u8]) -> Vec<Seen<'a>> {
+        split(datagram).map(|piece| self.record(at, piece)).collect()
+    }
+
+    fn record<'a>(&mut self, at: usize, piece: Split<'a>) -> Seen<'a> {
+        let (raw, verdict) = match piece {
+            Split::Remainder(bytes) => (RawRecord::unframed(bytes), GuardVerdict::Malformed),
+            Split::Record(raw) if self.standing == Standing::Down => (raw, GuardVerdict::Stranger),
+            Split::Record(raw) => (raw, judge(&raw, self.guard, self.standing == Standing::Open)),
         };
-        if outside.epoch == 0 {
-            return (outside, self.plaintext());
-        }
-        (outside, self.authenticate(at, outside, datagram))
+        let arrival = match verdict {
+            GuardVerdict::Passed if raw.epoch == 0 => self.plaintext(&raw),
+            GuardVerdict::Passed => self.authenticate(at, &raw),
+            refused => Arrival::Refused(refused),
+        };
+        Seen { outside: Outside { epoch: raw.epoch, sequence: raw.sequence }, bytes: raw.bytes, arrival }
     }
 
-    /// A plaintext record on a standing association.
-    fn plaintext(&mut self) -> Arrival {
-        match self.guard {
-            Requirement::Required => Arrival::Refused(GuardVerdict::Plaintext),
-            Requirement::Waived if self.open => {
-                self.open = false;
-                Arrival::Ended
-            }
-            Requirement::Waived => Arrival::Discarded,
+    /// A plaintext record that the guard let pass: alerts and data end what there is, a handshake's records do not.
+    fn plaintext(&mut self, raw: &RawRecord<'_>) -> Arrival {
+        if matches!(raw.content, ALERT | APPLICATION_DATA) {
+            self.standing = Standing::Down;
+            return Arrival::Ended;
         }
+        Arrival::Handshake
     }
 
-    fn authenticate(&mut self, at: usize, outside: Outside, datagram: &[u8]) -> Arrival {
+    fn authenticate(&mut self, at: usize, raw: &RawRecord<'_>) -> Arrival {
         let key = self.ends[1 - at].send_key;
-        let body = &datagram[HEADER..];
-        let length = usize::from(u16::from_be_bytes([datagram[11], datagram[12]]));
-        let whole = self.open && outside.epoch == 1 && body.len() == length && length >= TAG;
-        if !whole {
+        let datagram = raw.bytes;
+        if self.standing != Standing::Open || raw.epoch != 1 || raw.body().len() < TAG {
             return Arrival::Discarded;
         }
         let (signed, tag) = datagram.split_at(datagram.len() - TAG);
-        if blake3::keyed_hash(&key, signed).as_bytes()[..TAG] != *tag || !self.ends[at].first_sight(outside.sequence) {
+        if blake3::keyed_hash(&key, signed).as_bytes()[..TAG] != *tag || !self.ends[at].first_sight(raw.sequence) {
             return Arrival::Discarded;
         }
         let mut plain = signed[HEADER..].to_vec();
-        mask(&key, outside.sequence, &mut plain);
+        mask(&key, raw.sequence, &mut plain);
         Arrival::Delivered(plain)
     }
 }
@@ -174,14 +210,13 @@ impl End {
     }
 }
 
-/// Reads the header that travels in the clear.
-pub fn outside(datagram: &[u8]) -> Option<Outside> {
-    let header = datagram.first_chunk::<HEADER>()?;
-    let known = (20..=23).contains(&header[0]) && header[1] == 0xfe;
-    let mut sequence = [0; 8];
-    sequence[2..].copy_from_slice(&header[5..11]);
-    let epoch = u16::from_be_bytes([header[3], header[4]]);
-    known.then(|| Outside { epoch, sequence: u64::from_be_bytes(sequence) })
+/// What the real record filter says of a record, in the words of the log.
+pub fn judge(raw: &RawRecord<'_>, guard: Requirement, complete: bool) -> GuardVerdict {
+    let mode = match guard {
+        Requirement::Required => GuardMode::Required,
+        Requirement::Waived => GuardMode::Waived,
+    };
+    witness::verdict(link::guard::judge(raw, mode, complete))
 }
 
 /// XORs the keystream of (key, sequence) over `bytes`.

@@ -15,8 +15,8 @@ use crate::loopback::LoopbackAddr;
 use crate::pki::Credential;
 use crate::sockets;
 
-/// First and longest pause between attempts.
-const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::from_millis(800));
+/// First and longest pause between attempts; each that fails doubles it.
+pub const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::from_millis(800));
 
 /// A session that is kept up until this is dropped.
 pub struct Dialler {

@@ -18,6 +18,7 @@ use super::path::{INLET, Outlet, Path};
 use super::session::{SessionCounters, SessionEvent, Settings, serve};
 use super::{DATAGRAM, DtlsError, server};
 use crate::guard::hello;
+use crate::guard::observe::Verdict;
 use crate::loopback::LoopbackAddr;
 use crate::pki::Credential;
 use crate::sockets;
@@ -104,16 +105,18 @@ impl Accept {
                 }
             }
         }
-        let opener = LoopbackAddr::try_from(from).ok().filter(|_| hello::opens_association(bytes));
+        let verdict = hello::at_the_door(bytes);
+        let opener = LoopbackAddr::try_from(from).ok().filter(|_| verdict == Verdict::Passed);
         let Some(peer) = opener else {
-            if let Some(log) = &self.settings.log {
-                log.stranger(bytes, &counters.guard);
-            }
-            return SessionCounters::add(&counters.strangers);
+            note(&self.settings, bytes, verdict);
+            return SessionCounters::add(&self.settings.counters.strangers);
         };
         match self.room() {
             Some(permit) => self.admit(peer, bytes, permit),
-            None => SessionCounters::add(&self.settings.counters.shed),
+            None => {
+                note(&self.settings, bytes, Verdict::Shed);
+                SessionCounters::add(&self.settings.counters.shed);
+            }
         }
     }
 
@@ -136,6 +139,7 @@ impl Accept {
         self.peers.insert(peer.socket(), inlet);
         let path = Arc::new(Path::new(datagrams, Outlet::Socket(self.socket.clone(), peer)));
         let (credential, settings, events) = (self.credential.clone(), self.settings.clone(), self.events.clone());
+        let hello = hello.to_vec();
         tokio::spawn(async move {
             let session = settings.next_session();
             let opened = server(path, &credential, settings.guard(session.0)).await;
@@ -144,9 +148,17 @@ impl Accept {
                 Ok(secure) => serve(secure, session, &settings, &events).await,
                 Err(error) => {
                     SessionCounters::add(&settings.counters.failed);
+                    note(&settings, &hello, Verdict::Unfinished);
                     tracing::debug!(%error, %peer, "session not accepted");
                 }
             }
         });
+    }
+}
+
+/// Reports what became of a datagram that belongs to no association.
+fn note(settings: &Settings, bytes: &[u8], verdict: Verdict) {
+    if let Some(log) = &settings.log {
+        log.unknown_peer(bytes, verdict, &settings.counters.guard);
     }
 }

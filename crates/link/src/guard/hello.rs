@@ -4,6 +4,7 @@
 //! that is fragmented, carries a session identifier (we never resume), or has any length that does not add up is not
 //! let through. What the extensions mean is left to the library.
 
+use super::observe::Verdict;
 use super::record::{HANDSHAKE, Split, split};
 
 const CLIENT_HELLO: u8 = 1;
@@ -38,6 +39,15 @@ pub fn opens_association(datagram: &[u8]) -> bool {
         && raw.bytes[1] == 254
         && raw.body().first() == Some(&CLIENT_HELLO)
         && lengths_hold(raw.body())
+}
+
+/// What a datagram from a stranger comes to before there is an association: passed when it may open one, else why not.
+pub fn at_the_door(datagram: &[u8]) -> Verdict {
+    match split(datagram).next() {
+        _ if opens_association(datagram) => Verdict::Passed,
+        Some(Split::Record(raw)) if raw.content == HANDSHAKE && raw.epoch == 0 => Verdict::BadHello,
+        Some(Split::Record(_) | Split::Remainder(_)) | None => Verdict::Stranger,
+    }
 }
 
 /// Walks a ClientHello to its exact end.

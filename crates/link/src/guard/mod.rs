@@ -65,6 +65,27 @@ pub struct GuardConn {
     last_flight: Mutex<Vec<u8>>,
 }
 
+/// What a guard in `mode` makes of one record, before or after its association is complete. The bound on early records
+/// is kept by the guard itself. The twin's link model decides with this very function.
+pub fn judge(raw: &RawRecord<'_>, mode: GuardMode, complete: bool) -> Verdict {
+    if raw.epoch > 0 {
+        return Verdict::Passed;
+    }
+    if raw.content == HANDSHAKE && !hello::lengths_hold(raw.body()) {
+        return Verdict::BadHello;
+    }
+    let waived = mode == GuardMode::Waived;
+    if complete && !waived {
+        return Verdict::PlaintextAfterCompletion;
+    }
+    let expected = match raw.content {
+        HANDSHAKE => true,
+        CHANGE_CIPHER_SPEC => raw.body() == [1],
+        _ => false,
+    };
+    if expected || waived { Verdict::Passed } else { Verdict::PlaintextBeforeCompletion }
+}
+
 /// What is to be done with a datagram.
 struct Admitted {
     kept: Vec<u8>,
@@ -113,25 +134,12 @@ impl GuardConn {
     }
 
     fn judge(&self, raw: &RawRecord<'_>, complete: bool) -> Verdict {
-        let waived = self.settings.mode == GuardMode::Waived;
-        if raw.epoch == 0 {
-            if raw.content == HANDSHAKE && !hello::lengths_hold(raw.body()) {
-                return Verdict::BadHello;
-            }
-            if complete && !waived {
-                return Verdict::PlaintextAfterCompletion;
-            }
-            let expected = match raw.content {
-                HANDSHAKE => true,
-                CHANGE_CIPHER_SPEC => raw.body() == [1],
-                _ => false,
-            };
-            return if expected || waived { Verdict::Passed } else { Verdict::PlaintextBeforeCompletion };
-        }
-        if !complete && self.early.fetch_add(1, Ordering::Relaxed) >= EARLY_RECORDS {
+        let verdict = judge(raw, self.settings.mode, complete);
+        let early = verdict == Verdict::Passed && raw.epoch > 0 && !complete;
+        if early && self.early.fetch_add(1, Ordering::Relaxed) >= EARLY_RECORDS {
             return Verdict::TooEarly;
         }
-        Verdict::Passed
+        verdict
     }
 
     fn note(&self, raw: &RawRecord<'_>, verdict: Verdict) {

@@ -32,6 +32,12 @@ pub enum Verdict {
     /// Refused: from a peer that has no association and opens none.
     #[n(6)]
     Stranger,
+    /// A sound ClientHello whose handshake came to nothing; noted when that is known, beside its `Passed`.
+    #[n(7)]
+    Unfinished,
+    /// A sound ClientHello for which there was no room.
+    #[n(8)]
+    Shed,
 }
 
 /// One record as the target saw it arrive.
@@ -83,8 +89,8 @@ impl ObservationLog {
         (Self(tx), rx)
     }
 
-    /// Reports a datagram of a peer that has no association and opens none.
-    pub(crate) fn stranger(&self, bytes: &[u8], counters: &GuardCounters) {
+    /// Reports what became of a datagram of a peer that has no association.
+    pub(crate) fn unknown_peer(&self, bytes: &[u8], verdict: Verdict, counters: &GuardCounters) {
         let field = |from: usize, to: usize| {
             bytes.get(from..to).unwrap_or_default().iter().fold(0, |n, b| n << 8 | u64::from(*b))
         };
@@ -96,7 +102,7 @@ impl ObservationLog {
             sequence: field(5, 11),
             length: bytes.len() as u32,
             digest: digest(bytes),
-            verdict: Verdict::Stranger,
+            verdict,
         };
         self.push(observation, counters);
     }
@@ -195,7 +201,7 @@ impl GuardCounters {
             Verdict::PlaintextBeforeCompletion => add(&self.plaintext_before),
             Verdict::TooEarly => add(&self.too_early),
             // Counted by the listener, which alone knows its peers.
-            Verdict::Stranger => {}
+            Verdict::Stranger | Verdict::Unfinished | Verdict::Shed => {}
         }
     }
 }

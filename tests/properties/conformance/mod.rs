@@ -1,0 +1,241 @@
+//! One suite of properties over two implementations of the secure telemetry link: the twin's model (`campaign::twin::net`)
+//! and the real stack (guard and DTLS library, over memory in paused time). What is not alike is in `docs/link-model.md`.
+//!
+//! Every datagram passes the test's hands; nobody here holds a key but the two ends.
+
+mod model;
+mod stack;
+
+use link::dtls::{MAX_RECORD, REPLAY_WINDOW};
+use link::guard::record::HEADER;
+use wire::core::Side;
+use wire::policy::Requirement;
+
+/// An association between two ends with the test in the path.
+trait Association {
+    /// One that stands.
+    fn open(guard: Requirement) -> Self;
+    /// Ends it and opens it anew between the same ends.
+    fn reopen(&mut self);
+    /// The datagram that `from` makes of a record; `None` when it does not take it.
+    fn send(&mut self, from: Side, record: &[u8]) -> Option<Vec<u8>>;
+    /// Puts a datagram in at an end; the records that come out there.
+    fn put(&mut self, at: Side, datagram: &[u8]) -> Vec<Vec<u8>>;
+    /// Records that the guard of an end saw, and how many of them it refused.
+    fn guard(&self, at: Side) -> (u64, u64);
+    /// A minute goes by.
+    fn wait(&mut self);
+
+    /// A record goes from `from` to the other side untouched; what comes out there.
+    fn pass(&mut self, from: Side, record: &[u8]) -> Vec<Vec<u8>> {
+        match self.send(from, record) {
+            Some(datagram) => self.put(from.other(), &datagram),
+            None => Vec::new(),
+        }
+    }
+
+    /// Whether it carries records both ways.
+    fn stands(&mut self) -> bool {
+        [Side::Client, Side::Server].into_iter().all(|side| self.pass(side, b"up?") == [b"up?"])
+    }
+
+    /// `n` records from the client, not put in anywhere yet: record i holds i.
+    fn sealed(&mut self, n: u8) -> Vec<Vec<u8>> {
+        (0..n).map(|i| self.send(Side::Client, &[i]).expect("it stands")).collect()
+    }
+}
+
+/// What anybody can write: record type, then epoch 0, a sequence number and two bytes.
+fn plaintext(content: u8, body: [u8; 2]) -> [u8; 15] {
+    [content, 254, 253, 0, 0, 0, 0, 0, 0, 0, 99, 0, 2, body[0], body[1]]
+}
+
+const ALERT: (u8, [u8; 2]) = (21, [2, 40]);
+const CLOSE: (u8, [u8; 2]) = (21, [1, 0]);
+const DATA: (u8, [u8; 2]) = (23, [1, 0]);
+const UNKNOWN: (u8, [u8; 2]) = (99, [1, 0]);
+const CHANGE: (u8, [u8; 2]) = (20, [7, 7]);
+
+fn a_record_arrives_once_and_whole<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    for length in [1, 100, MAX_RECORD] {
+        let record: Vec<u8> = (0..length).map(|n| n as u8).collect();
+        for side in [Side::Client, Side::Server] {
+            assert_eq!(link.pass(side, &record), [record.clone()], "{length} bytes");
+        }
+    }
+}
+
+fn a_record_beyond_the_bound_is_not_taken_and_costs_nothing<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    assert_eq!(link.send(Side::Client, &[7; MAX_RECORD + 1]), None);
+    assert!(link.stands());
+}
+
+fn a_record_does_not_travel_in_the_clear<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    let datagram = link.send(Side::Client, &[0x5a; 64]).expect("it stands");
+    assert!(!datagram.windows(8).any(|w| w == [0x5a; 8]));
+}
+
+fn a_record_that_is_sent_again_passes_the_guard_and_stops_at_the_replay_window<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    let sealed = link.sealed(100);
+    for datagram in &sealed {
+        assert_eq!(link.put(Side::Server, datagram).len(), 1);
+    }
+    let (seen, refused) = link.guard(Side::Server);
+    for datagram in &sealed {
+        assert_eq!(link.put(Side::Server, datagram), Vec::<Vec<u8>>::new());
+    }
+    assert_eq!(link.guard(Side::Server), (seen + 100, refused), "the guard holds no key and cannot know");
+    assert!(link.stands());
+}
+
+fn records_that_overtake_each_other_come_out_as_they_arrive<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    let sealed = link.sealed(4);
+    let out: Vec<Vec<u8>> = [2, 0, 3, 1].iter().flat_map(|i: &usize| link.put(Side::Server, &sealed[*i])).collect();
+    assert_eq!(out, [[2], [0], [3], [1]]);
+}
+
+fn of_records_behind_a_newer_one_only_those_in_the_window_come_out<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    let sealed = link.sealed(101);
+    assert_eq!(link.put(Side::Server, &sealed[100]), [[100]]);
+    let late: Vec<Vec<u8>> = sealed[..100].iter().flat_map(|d| link.put(Side::Server, d)).collect();
+    let first = (101 - REPLAY_WINDOW) as u8;
+    assert_eq!(late, (first..100).map(|n| vec![n]).collect::<Vec<_>>());
+}
+
+fn a_withheld_record_comes_out_however_late<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    let withheld = link.send(Side::Client, b"old").expect("it stands");
+    link.wait();
+    assert_eq!(link.put(Side::Server, &withheld), [b"old"], "anti-replay, not anti-delay");
+}
+
+fn a_lost_record_is_silence<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    link.sealed(90);
+    assert!(link.stands());
+}
+
+fn no_bit_of_a_datagram_can_be_changed<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    for bit in 0..(HEADER + 24) * 8 {
+        let mut datagram = link.send(Side::Client, b"record").expect("it stands");
+        if let Some(byte) = datagram.get_mut(bit / 8) {
+            *byte ^= 1 << (bit % 8);
+            let version = matches!(bit / 8, 1 | 2);
+            let out = link.put(Side::Server, &datagram);
+            assert!(out.is_empty(), "bit {bit} (in the version: {version}): {out:?}");
+        }
+    }
+    assert!(link.stands());
+}
+
+fn a_datagram_that_is_cut_short_gives_nothing<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    let length = link.send(Side::Client, b"record").expect("it stands").len();
+    for cut in 0..length {
+        let datagram = link.send(Side::Client, b"record").expect("it stands");
+        assert!(link.put(Side::Server, &datagram[..cut]).is_empty(), "{cut} bytes");
+    }
+    assert!(link.stands());
+}
+
+fn what_stands_behind_a_record_is_refused_and_the_record_comes_out<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    let mut datagram = link.send(Side::Client, b"record").expect("it stands");
+    datagram.extend([1, 2, 3]);
+    let (seen, refused) = link.guard(Side::Server);
+    assert_eq!(link.put(Side::Server, &datagram), [b"record"]);
+    assert_eq!(link.guard(Side::Server), (seen + 2, refused + 1));
+}
+
+fn two_records_in_one_datagram_both_come_out<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    let both = link.sealed(2).concat();
+    assert_eq!(link.put(Side::Server, &both), [[0], [1]]);
+}
+
+fn a_record_put_back_to_its_sender_is_discarded<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    let datagram = link.send(Side::Client, b"echo").expect("it stands");
+    assert!(link.put(Side::Client, &datagram).is_empty());
+    assert!(link.stands());
+}
+
+fn a_record_without_the_key_is_discarded<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    for sequence in [1, 50, 200] {
+        let mut forged = vec![23, 254, 253, 0, 1, 0, 0, 0, 0, 0, sequence, 0, 40];
+        forged.extend([0x42; 40]);
+        assert!(link.put(Side::Server, &forged).is_empty());
+    }
+    assert!(link.stands());
+}
+
+fn a_record_of_an_earlier_association_is_nothing_to_the_next<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    let old = link.sealed(3);
+    link.reopen();
+    assert!(old.iter().all(|datagram| link.put(Side::Server, datagram).is_empty()));
+    assert!(link.stands());
+}
+
+fn plaintext_is_refused_by_the_guard_and_ends_nothing<A: Association>() {
+    for (content, body) in [ALERT, CLOSE, DATA, UNKNOWN, CHANGE] {
+        let mut link = A::open(Requirement::Required);
+        for side in [Side::Client, Side::Server] {
+            let (seen, refused) = link.guard(side);
+            assert!(link.put(side, &plaintext(content, body)).is_empty());
+            assert_eq!(link.guard(side), (seen + 1, refused + 1), "type {content}");
+        }
+        assert!(link.stands(), "type {content}");
+    }
+}
+
+fn without_the_guard_a_plaintext_alert_or_data_ends_the_association<A: Association>() {
+    for (content, body) in [ALERT, CLOSE, DATA] {
+        for side in [Side::Client, Side::Server] {
+            let mut link = A::open(Requirement::Waived);
+            assert!(link.stands());
+            assert!(link.put(side, &plaintext(content, body)).is_empty());
+            assert!(!link.stands(), "type {content} at {side:?}");
+        }
+    }
+}
+
+/// Runs every property over both implementations.
+macro_rules! over_both {
+    ($($property:ident)+) => {
+        mod the_model {
+            $( #[test] fn $property() { super::$property::<super::model::Model>(); } )+
+        }
+        mod the_stack {
+            $( #[test] fn $property() { super::$property::<super::stack::Stack>(); } )+
+        }
+    };
+}
+
+over_both! {
+    a_record_arrives_once_and_whole
+    a_record_beyond_the_bound_is_not_taken_and_costs_nothing
+    a_record_does_not_travel_in_the_clear
+    a_record_that_is_sent_again_passes_the_guard_and_stops_at_the_replay_window
+    records_that_overtake_each_other_come_out_as_they_arrive
+    of_records_behind_a_newer_one_only_those_in_the_window_come_out
+    a_withheld_record_comes_out_however_late
+    a_lost_record_is_silence
+    no_bit_of_a_datagram_can_be_changed
+    a_datagram_that_is_cut_short_gives_nothing
+    what_stands_behind_a_record_is_refused_and_the_record_comes_out
+    two_records_in_one_datagram_both_come_out
+    a_record_put_back_to_its_sender_is_discarded
+    a_record_without_the_key_is_discarded
+    a_record_of_an_earlier_association_is_nothing_to_the_next
+    plaintext_is_refused_by_the_guard_and_ends_nothing
+    without_the_guard_a_plaintext_alert_or_data_ends_the_association
+}
