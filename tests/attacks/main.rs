@@ -7,7 +7,7 @@
 use campaign::scenario::Process;
 use campaign::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, under, variations};
-use wire::event::{Account, Event, Interface};
+use wire::event::{Account, Event, GuardVerdict, Interface};
 use wire::id::NodeId;
 
 const SEEDS: std::ops::Range<u64> = 1..4;
@@ -171,5 +171,41 @@ fn every_process_that_is_killed_leaves_the_platform_in_the_mode_that_was_stated(
             let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
             assert!(response.kept, "{:?}", run.verdict.findings);
         }
+    }
+}
+
+#[test]
+fn a_keyless_alert_ends_nothing_and_without_the_guard_a_series_of_them_holds() {
+    for run in shipped("alert").expect(SEEDS) {
+        assert!(run.evidence.entries.iter().all(|w| !matches!(w.entry.event, Event::Session { open: false, .. })));
+    }
+    for seed in SEEDS {
+        let run = under("alert", "guard-off").run(seed);
+        assert_eq!(run.verdict.outcome, Outcome::HoldSafe, "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn one_silent_hello_keeps_nobody_out_even_when_the_association_must_come_back() {
+    shipped("silent_hello").expect(SEEDS);
+    for seed in SEEDS {
+        let run = under("silent_hello", "guard-off").run(seed);
+        assert_eq!(run.verdict.outcome, Outcome::Rejected, "{:?}", run.verdict.transitions);
+        let unit = |w: &&campaign::oracle::Witnessed| w.entry.node == NodeId::UNIT_A;
+        let sessions = run.evidence.entries.iter().filter(unit).filter_map(|w| match w.entry.event {
+            Event::Session { open, .. } => Some(open),
+            _ => None,
+        });
+        assert_eq!(sessions.collect::<Vec<_>>(), [true, false, true], "ended once and came back");
+    }
+}
+
+#[test]
+fn hellos_whose_lengths_lie_are_refused_by_name() {
+    for run in shipped("malformed_hello").expect(SEEDS) {
+        let refused = |w: &&campaign::oracle::Witnessed| {
+            matches!(w.entry.event, Event::GuardSaw { verdict: GuardVerdict::Malformed, .. })
+        };
+        assert_eq!(run.evidence.entries.iter().filter(refused).count(), 120);
     }
 }

@@ -99,7 +99,7 @@ pub(crate) fn verdict(verdict: Verdict) -> GuardVerdict {
     match verdict {
         Verdict::Passed => GuardVerdict::Passed,
         Verdict::PlaintextAfterCompletion | Verdict::PlaintextBeforeCompletion => GuardVerdict::Plaintext,
-        Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly => GuardVerdict::Malformed,
+        Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly | Verdict::Unsealed => GuardVerdict::Malformed,
         Verdict::Stranger => GuardVerdict::Stranger,
         Verdict::Unfinished => GuardVerdict::Unfinished,
         Verdict::Shed => GuardVerdict::Shed,
@@ -112,7 +112,10 @@ fn accounts(stats: &Value) -> Vec<(Account, u64)> {
     let dtls = &stats["links"]["dtls"];
     let get = |name: &str| dtls[name].as_u64().unwrap_or(0);
     let guard = |name: &str| dtls["guard"][name].as_u64().unwrap_or(0);
-    let refused = ["unframed", "bad_hello", "plaintext_after", "plaintext_before", "too_early"].map(guard).iter().sum();
+    let refused = ["unframed", "bad_hello", "plaintext_after", "plaintext_before", "too_early", "unsealed"]
+        .map(guard)
+        .iter()
+        .sum();
     let (records, application, delivered) = (guard("records"), guard("application"), get("delivered"));
     let strangers = get("strangers") + get("shed");
     vec![

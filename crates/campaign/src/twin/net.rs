@@ -6,8 +6,8 @@
 //! `docs/link-model.md` lists where they still differ, and in which direction.
 
 use link::dtls::MAX_RECORD;
-use link::guard::GuardMode;
 use link::guard::record::{ALERT, APPLICATION_DATA, HEADER, RawRecord, Split, split};
+use link::guard::{GuardMode, SEAL};
 use wire::event::GuardVerdict;
 use wire::id::{PeerId, SessionId};
 use wire::policy::Requirement;
@@ -17,6 +17,8 @@ use crate::live::witness;
 
 /// Authentication tag of a record.
 const TAG: usize = 16;
+/// Explicit nonce in front of the ciphertext.
+const NONCE: usize = SEAL - TAG;
 
 /// One end of an association.
 #[derive(Clone, Debug)]
@@ -137,12 +139,13 @@ impl Association {
         }
         let end = &mut self.ends[from];
         end.sent += 1;
-        let mut bytes = Vec::with_capacity(HEADER + plain.len() + TAG);
+        let mut bytes = Vec::with_capacity(HEADER + plain.len() + SEAL);
         bytes.extend_from_slice(&[APPLICATION_DATA, 0xfe, 0xfd, 0, 1]);
         bytes.extend_from_slice(&end.sent.to_be_bytes()[2..]);
-        bytes.extend_from_slice(&((plain.len() + TAG) as u16).to_be_bytes());
+        bytes.extend_from_slice(&((plain.len() + SEAL) as u16).to_be_bytes());
+        bytes.extend_from_slice(&end.sent.to_be_bytes());
         bytes.extend_from_slice(plain);
-        mask(&end.send_key, end.sent, &mut bytes[HEADER..]);
+        mask(&end.send_key, end.sent, &mut bytes[HEADER + NONCE..]);
         let tag = blake3::keyed_hash(&end.send_key, &bytes);
         bytes.extend_from_slice(&tag.as_bytes()[..TAG]);
         Some(bytes)
@@ -179,14 +182,14 @@ impl Association {
     fn authenticate(&mut self, at: usize, raw: &RawRecord<'_>) -> Arrival {
         let key = self.ends[1 - at].send_key;
         let datagram = raw.bytes;
-        if self.standing != Standing::Open || raw.epoch != 1 || raw.body().len() < TAG {
+        if self.standing != Standing::Open || raw.epoch != 1 || raw.body().len() < SEAL {
             return Arrival::Discarded;
         }
         let (signed, tag) = datagram.split_at(datagram.len() - TAG);
         if blake3::keyed_hash(&key, signed).as_bytes()[..TAG] != *tag || !self.ends[at].first_sight(raw.sequence) {
             return Arrival::Discarded;
         }
-        let mut plain = signed[HEADER..].to_vec();
+        let mut plain = signed[HEADER + NONCE..].to_vec();
         mask(&key, raw.sequence, &mut plain);
         Arrival::Delivered(plain)
     }

@@ -5,6 +5,8 @@
 //!
 //! - lets only handshake and well-formed change-cipher records of epoch 0 through before completion,
 //! - drops every record of epoch 0 after completion,
+//! - drops records of later epochs that nothing can have sealed: the library computes with their length before it looks
+//!   at their tag, and takes a change of cipher there without any,
 //! - repeats the last datagram sent before completion when the peer shows that it missed it,
 //! - checks every length of a ClientHello ([`hello`]),
 //! - counts all of it, and reports what it saw for receipts ([`observe`]).
@@ -31,6 +33,9 @@ const RESENDS: u32 = 64;
 
 /// How many records of the next epoch may wait in the library before completion (its own queue has no bound).
 const EARLY_RECORDS: u32 = 64;
+
+/// What sealing adds to a record's body, in bytes: the explicit nonce and the tag of AES-GCM (RFC 5288 §3).
+pub const SEAL: usize = 8 + 16;
 
 /// Whether the guard drops unauthenticated records. Lengths are checked and flights repeated in both modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -69,7 +74,8 @@ pub struct GuardConn {
 /// is kept by the guard itself. The twin's link model decides with this very function.
 pub fn judge(raw: &RawRecord<'_>, mode: GuardMode, complete: bool) -> Verdict {
     if raw.epoch > 0 {
-        return Verdict::Passed;
+        let sealed = raw.body().len() >= SEAL && raw.content != CHANGE_CIPHER_SPEC;
+        return if sealed { Verdict::Passed } else { Verdict::Unsealed };
     }
     if raw.content == HANDSHAKE && !hello::lengths_hold(raw.body()) {
         return Verdict::BadHello;

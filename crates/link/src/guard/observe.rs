@@ -38,6 +38,9 @@ pub enum Verdict {
     /// A sound ClientHello for which there was no room.
     #[n(8)]
     Shed,
+    /// Of a protected epoch, and nothing can have sealed it: shorter than nonce and tag, or a change of cipher.
+    #[n(9)]
+    Unsealed,
 }
 
 /// One record as the target saw it arrive.
@@ -125,6 +128,7 @@ pub struct GuardCounters {
     plaintext_after: AtomicU64,
     plaintext_before: AtomicU64,
     too_early: AtomicU64,
+    unsealed: AtomicU64,
     resent: AtomicU64,
     unlogged: AtomicU64,
 }
@@ -148,6 +152,8 @@ pub struct GuardStats {
     pub plaintext_before: u64,
     /// Records refused for [`Verdict::TooEarly`].
     pub too_early: u64,
+    /// Records refused for [`Verdict::Unsealed`].
+    pub unsealed: u64,
     /// Last flights repeated.
     pub resent: u64,
     /// Observations for which the log had no room.
@@ -157,7 +163,7 @@ pub struct GuardStats {
 impl GuardStats {
     /// Records refused, whatever the reason.
     pub fn refused(&self) -> u64 {
-        self.unframed + self.bad_hello + self.plaintext_after + self.plaintext_before + self.too_early
+        self.unframed + self.bad_hello + self.plaintext_after + self.plaintext_before + self.too_early + self.unsealed
     }
 }
 
@@ -174,6 +180,7 @@ impl GuardCounters {
             plaintext_after: get(&self.plaintext_after),
             plaintext_before: get(&self.plaintext_before),
             too_early: get(&self.too_early),
+            unsealed: get(&self.unsealed),
             resent: get(&self.resent),
             unlogged: get(&self.unlogged),
         }
@@ -200,6 +207,7 @@ impl GuardCounters {
             Verdict::PlaintextAfterCompletion => add(&self.plaintext_after),
             Verdict::PlaintextBeforeCompletion => add(&self.plaintext_before),
             Verdict::TooEarly => add(&self.too_early),
+            Verdict::Unsealed => add(&self.unsealed),
             // Counted by the listener, which alone knows its peers.
             Verdict::Stranger | Verdict::Unfinished | Verdict::Shed => {}
         }
