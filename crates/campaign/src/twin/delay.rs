@@ -1,7 +1,7 @@
 //! How long things take in the twin: stages, hops over shared memory and over loopback.
 //!
-//! Uniform between two quantiles of measured live runs; `holdsafe bench live` prints the gap between the two. A stage's
-//! delay is drawn once for each input that makes it speak.
+//! Uniform over ranges that are estimates, not yet fitted to live runs: `holdsafe bench stages` measures both and prints
+//! the gap. A stage's delay is drawn once for each input that makes it speak.
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
