@@ -38,12 +38,13 @@ pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
         cpu_seconds: 0.0,
     };
     for w in &evidence.entries {
-        match w.entry.event {
-            Event::Count { account, n } => add(&mut trial, w.entry.node, account, n),
-            Event::GuardSaw { verdict, .. } if verdict != GuardVerdict::Passed => {
-                *trial.guard_refused.entry(verdict.name().to_owned()).or_default() += 1;
-            }
-            _ => {}
+        if let Event::Count { account, n } = w.entry.event {
+            add(&mut trial, w.entry.node, account, n);
+        }
+        if let Event::GuardSaw { verdict, .. } = w.entry.event
+            && verdict != GuardVerdict::Passed
+        {
+            *trial.guard_refused.entry(verdict.name().to_owned()).or_default() += 1;
         }
     }
     trial

@@ -192,6 +192,7 @@ pub(crate) mod tests {
             received: 100,
             accepted: 90,
             dropped: BTreeMap::from([("stale".to_owned(), 10)]),
+            guard_refused: BTreeMap::new(),
             transitions: Vec::new(),
             latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },
             responses: Vec::new(),

@@ -165,7 +165,11 @@ impl Association {
         let arrival = match verdict {
             GuardVerdict::Passed if raw.epoch == 0 => self.plaintext(&raw),
             GuardVerdict::Passed => self.authenticate(at, &raw),
-            refused => Arrival::Refused(refused),
+            GuardVerdict::Plaintext
+            | GuardVerdict::Malformed
+            | GuardVerdict::Stranger
+            | GuardVerdict::Unfinished
+            | GuardVerdict::Shed => Arrival::Refused(verdict),
         };
         Seen { outside: Outside { epoch: raw.epoch, sequence: raw.sequence }, bytes: raw.bytes, arrival }
     }
