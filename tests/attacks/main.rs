@@ -4,11 +4,15 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
+use campaign::oracle::{Witnessed, judge};
 use campaign::scenario::Process;
 use campaign::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, under, variations};
+use wire::command::CommandKind;
 use wire::event::{Account, Event, GuardVerdict, Interface};
 use wire::id::NodeId;
+use wire::refusal::Reason;
+use wire::stream::{Deed, Sight};
 
 const SEEDS: std::ops::Range<u64> = 1..4;
 
@@ -115,6 +119,93 @@ fn malformed_but_authenticated_records_are_refused_by_name() {
     for run in shipped("malformed").expect(SEEDS) {
         let refused = run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Refused { .. }));
         assert!(refused);
+    }
+}
+
+#[test]
+fn a_hold_in_a_stalled_command_stream_is_not_needed_and_comes_too_late() {
+    for run in shipped("command_stall").expect(SEEDS) {
+        let given = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+            Event::Intended { kind: CommandKind::Hold, .. } => Some(w.at as f64 / 1000.0),
+            _ => None,
+        });
+        let given = given.expect("the operator held");
+        let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("the lease lapsed").t_ms;
+        assert!(held >= given && held - given <= 560.0, "lease, one control period and a hop: {given} to {held} ms");
+        // The operator asks again when nothing is acknowledged; of what waited in the stall only the young is executed.
+        let first = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+            Event::Executed { kind: CommandKind::Hold, refused, .. } => Some(refused),
+            _ => None,
+        });
+        assert_eq!(first, Some(Some(Reason::Late)), "the order came out of the stall and was refused");
+    }
+}
+
+#[test]
+fn a_cut_command_connection_loses_the_hold_and_comes_back_by_itself() {
+    for run in shipped("command_cut").expect(SEEDS) {
+        let done = |wanted: CommandKind| {
+            let one = |w: &&Witnessed| match w.entry.event {
+                Event::Executed { kind, refused: None, .. } => kind == wanted,
+                _ => false,
+            };
+            run.evidence.entries.iter().filter(one).count()
+        };
+        assert!(done(CommandKind::Hold) > 0 && done(CommandKind::Resume) == 1, "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn a_damaged_confirmation_is_refused_by_the_secure_layer_and_no_act_follows_from_it() {
+    for run in shipped("command_corrupt").expect(SEEDS) {
+        let times = |test: &dyn Fn(&Event) -> bool| {
+            let found = run.evidence.entries.iter().filter(|w| test(&w.entry.event)).map(|w| w.at);
+            found.collect::<Vec<_>>()
+        };
+        assert!(!times(&|e| matches!(e, Event::StreamSaw { sight: Sight::Refused, .. })).is_empty());
+        // The operator asks again when nothing is acknowledged, and may act once the path is whole.
+        let damaged = times(&|e| matches!(e, Event::Tampered { deed: Deed::Damaged, .. }));
+        let acted = times(&|e| matches!(e, Event::PlantAct { .. }));
+        assert!(acted.first().is_none_or(|at| Some(at) > damaged.last()), "{acted:?} {damaged:?}");
+    }
+}
+
+/// What the adversary claims in a run with the attack, put into the log of the same run without it: the claims name the
+/// right streams and places, and nothing of them is true.
+#[test]
+fn a_stream_relay_that_says_it_acted_and_did_not_has_no_receipt() {
+    for name in ["command_stall", "command_cut", "command_corrupt"] {
+        let mut ready = shipped(name);
+        let attacked = ready.run(1);
+        assert!(attacked.verdict.receipt, "{name}");
+        let s = &mut ready.scenario;
+        (s.stall, s.cut, s.stream_corrupt) = Default::default();
+        let mut quiet = ready.run(1);
+        assert!(quiet.verdict.zero.is_none(), "{name}");
+        let claims = attacked.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::Tampered { .. }));
+        quiet.evidence.entries.extend(claims.copied());
+        quiet.evidence.entries.sort_by_key(|w| w.at);
+        quiet.evidence.planned = attacked.evidence.planned;
+        let verdict = judge(&quiet.evidence);
+        assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid), "{name}: {:?}", verdict.findings);
+    }
+}
+
+#[test]
+fn a_datagram_that_leaves_the_relay_and_is_in_no_account_makes_the_run_invalid() {
+    let run = shipped("nominal").run(1);
+    assert_eq!(run.verdict.findings, []);
+    for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
+        let mut evidence = run.evidence.clone();
+        let one_less = |w: &mut Witnessed| {
+            if let Event::Count { account: Account::Datagrams, n } = &mut w.entry.event
+                && Some(w.entry.node) == node.guard()
+            {
+                *n -= 1;
+            }
+        };
+        evidence.entries.iter_mut().for_each(one_less);
+        assert_eq!(judge(&evidence).outcome, Outcome::Invalid, "{node}");
     }
 }
 

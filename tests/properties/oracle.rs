@@ -13,6 +13,7 @@ use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Seq
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::Waived;
 use wire::sensor::{Class, Modalities, Modality};
+use wire::stream::{Deed, Sight};
 use wire::time::{Instant, Span};
 
 /// A log under construction; times in milliseconds.
@@ -370,13 +371,50 @@ fn an_injection_without_its_receipt_is_invalid_whatever_else_happened() {
 }
 
 #[test]
-fn a_drop_without_a_guards_closed_account_and_a_word_about_a_stream_are_no_receipts() {
-    for action in [Action::Drop, Action::Stream] {
-        let mut log = Log::whole();
-        log.planned.push(Planned::Action(action));
-        let event = Event::Attack { action, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
-        log.add(4000, NodeId::RELAY_TELEMETRY, event);
-        assert_eq!(log.judge().outcome, Outcome::Invalid, "{action:?}");
+fn a_drop_without_a_guards_closed_account_is_no_receipt() {
+    let mut log = Log::whole();
+    log.planned.push(Planned::Action(Action::Drop));
+    let event = Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
+    log.add(4000, NodeId::RELAY_TELEMETRY, event);
+    assert_eq!(log.judge().outcome, Outcome::Invalid);
+}
+
+/// A log in which the relay says at 4 s that it did `deed` to ten bytes at 100 of the direction to the unit, and the
+/// mouth there says `seen`, by milliseconds.
+fn tampered(deed: Deed, delay_ms: u64, seen: &[(u64, Sight, u64, u32, u64)]) -> Log {
+    let mut log = Log::whole();
+    log.planned.push(Planned::Stream(deed));
+    let (side, stream, hash, delay) = (Side::Client, 5, 77, Span::ms(delay_ms));
+    let event = Event::Tampered { deed, side, stream, offset: 100, length: 10, hash, delay };
+    log.add(4000, NodeId::RELAY_COMMAND, event);
+    for (ms, sight, offset, length, hash) in seen.iter().copied() {
+        log.add(ms, NodeId::UNIT_A.guard().expect("a mouth"), Event::StreamSaw { sight, stream, offset, length, hash });
+    }
+    log
+}
+
+#[test]
+fn what_is_done_to_a_stream_needs_the_far_ends_mouth() {
+    use Sight::{Arrived, Closed, HungUp};
+    type Seen<'a> = &'a [(u64, Sight, u64, u32, u64)];
+    let cases: &[(Deed, u64, Seen<'_>, bool)] = &[
+        (Deed::Held, 500, &[], false),
+        (Deed::Held, 500, &[(4100, Arrived, 100, 10, 77)], false),
+        (Deed::Held, 500, &[(4501, Arrived, 100, 10, 77)], true),
+        (Deed::Held, 500, &[(4100, Arrived, 90, 20, 1), (4501, Arrived, 110, 10, 2)], false),
+        (Deed::Damaged, 0, &[(4001, Arrived, 100, 10, 78)], false),
+        (Deed::Damaged, 0, &[(3999, Arrived, 100, 10, 77)], false),
+        (Deed::Damaged, 0, &[(4001, Arrived, 100, 10, 77)], true),
+        (Deed::Reset, 0, &[(3990, Closed, 100, 0, 0)], false),
+        (Deed::Reset, 0, &[(4001, HungUp, 100, 0, 0), (4002, Closed, 100, 0, 0)], false),
+        (Deed::Reset, 0, &[(10_001, Closed, 100, 0, 0)], false),
+        (Deed::Reset, 0, &[(4001, Arrived, 100, 10, 3), (4500, Closed, 110, 0, 0)], false),
+        (Deed::Reset, 0, &[(4001, Closed, 90, 0, 0)], true),
+        (Deed::HalfClosed, 0, &[(4001, Closed, 90, 0, 0)], false),
+        (Deed::HalfClosed, 0, &[(4001, Closed, 100, 0, 0)], true),
+    ];
+    for (i, (deed, delay, seen, receipt)) in cases.iter().enumerate() {
+        assert_eq!(tampered(*deed, *delay, seen).judge().receipt, *receipt, "case {i}: {deed:?} {seen:?}");
     }
 }
 

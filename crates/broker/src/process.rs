@@ -12,6 +12,7 @@ use link::clock::{HostClock, trace_us};
 use link::drive::say;
 use link::instrument::{Frame, Instrument};
 use link::spec::{Control, ServiceSpec, SpecError, watch};
+use link::stream::StreamLog;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use thiserror::Error;
@@ -80,7 +81,8 @@ async fn serve(spec: &ServiceSpec) -> Result<(), ProcessError> {
     let listen = spec.broker.as_ref().ok_or(ProcessError::NotBroker)?;
     let mut log = Log::open(spec)?;
     let mut controls = watch()?;
-    let mut server = Server::start(listen.at, &listen.credential, Limits::default()).await?;
+    let streams = StreamLog::create(&spec.run_dir, spec.node)?;
+    let mut server = Server::start(listen.at, &listen.credential, Limits::default(), streams).await?;
     let address = server.address();
     say("ready", &json!({ "node": spec.node, "pid": std::process::id(), "mqtt": address, "port": address.port() }));
     loop {

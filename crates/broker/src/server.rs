@@ -16,6 +16,7 @@ use std::time::Duration;
 
 use link::loopback::{AddressRefused, LoopbackAddr};
 use link::pki::Credential;
+use link::stream::{StreamLog, watched};
 use mqtt5::broker::client_handler::ClientHandler;
 use mqtt5::broker::config::BrokerConfig;
 use mqtt5::broker::resource_monitor::{ResourceLimits, ResourceMonitor};
@@ -97,18 +98,24 @@ pub struct Server {
 }
 
 impl Server {
-    /// Listens at `at` (port 0 lets the system choose) and serves from then on.
+    /// Listens at `at` (port 0 lets the system choose) and serves from then on; what arrives on its streams is told to
+    /// `log`.
     ///
     /// # Errors
     /// The port cannot be had, or the credential is no good.
-    pub async fn start(at: LoopbackAddr, credential: &Credential, limits: Limits) -> Result<Self, StartError> {
+    pub async fn start(
+        at: LoopbackAddr,
+        credential: &Credential,
+        limits: Limits,
+        log: StreamLog,
+    ) -> Result<Self, StartError> {
         let acceptor = tls::acceptor(credential)?;
         let listener = TcpListener::bind(at.socket()).await?;
         let address = LoopbackAddr::try_from(listener.local_addr()?)?;
         let (noted, events) = Events::queue(MAX_EVENTS);
         let lost = noted.lost();
         let (stop, stopped) = broadcast::channel(1);
-        let front = Arc::new(Front::new(acceptor, limits, noted, stop.clone()));
+        let front = Arc::new(Front::new(acceptor, limits, noted, log, stop.clone()));
         let task = Some(tokio::spawn(accept(listener, front, stopped)));
         Ok(Self { address, events, lost, stop, task })
     }
@@ -150,6 +157,7 @@ struct Front {
     acceptor: TlsAcceptor,
     limits: Limits,
     events: Events,
+    log: StreamLog,
     stop: broadcast::Sender<()>,
     connections: Arc<Semaphore>,
     of_peer: [Arc<Semaphore>; NODES],
@@ -161,13 +169,14 @@ struct Front {
 }
 
 impl Front {
-    fn new(acceptor: TlsAcceptor, limits: Limits, events: Events, stop: broadcast::Sender<()>) -> Self {
+    fn new(acceptor: TlsAcceptor, limits: Limits, events: Events, log: StreamLog, stop: broadcast::Sender<()>) -> Self {
         let queue = QueueLimits { max_messages: MAX_QUEUED, max_bytes: MAX_QUEUED_BYTES };
         let storage = Arc::new(DynamicStorage::Memory(MemoryBackend::with_queue_limits(queue)));
         Self {
             acceptor,
             limits,
             events,
+            log,
             stop,
             connections: Arc::new(Semaphore::new(limits.connections)),
             of_peer: std::array::from_fn(|_| Arc::new(Semaphore::new(MAX_CONNECTIONS_OF_PEER))),
@@ -275,13 +284,18 @@ async fn serve(
     from: SocketAddr,
     mut stop: broadcast::Receiver<()>,
 ) -> Result<Option<PeerId>, Denial> {
-    stream.set_nodelay(true).map_err(|error| Denial::Handshake { got: error.to_string() })?;
+    let failed = |error: io::Error| Denial::Handshake { got: error.to_string() };
+    stream.set_nodelay(true).map_err(failed)?;
+    let (stream, witness) = watched(stream, front.log.clone()).map_err(failed)?;
     let handshake = tokio::time::timeout(front.limits.handshake, front.acceptor.accept(stream));
     let stream = tokio::select! {
         _ = stop.recv() => return Ok(None),
         done = handshake => match done {
             Ok(Ok(stream)) => stream,
-            Ok(Err(error)) => return Err(Denial::Handshake { got: error.to_string() }),
+            Ok(Err(error)) => {
+                witness.failed(&error);
+                return Err(failed(error));
+            }
             Err(_) => return Err(Denial::HandshakeTimeout),
         },
     };

@@ -227,8 +227,9 @@ async fn the_process_says_where_it_listens_and_ends_when_told_or_when_its_launch
 
 async fn start(limits: Limits) -> (RunPki, Server) {
     let pki = RunPki::new();
-    let server =
-        Server::start(LoopbackAddr::ANY_PORT, &pki.broker(), limits).await.expect("a loopback port is to be had");
+    let server = Server::start(LoopbackAddr::ANY_PORT, &pki.broker(), limits, link::stream::StreamLog::none())
+        .await
+        .expect("a loopback port is to be had");
     (pki, server)
 }
 

@@ -75,6 +75,10 @@ fn add(trial: &mut Trial, node: NodeId, account: Account, n: u64) {
         | Account::Delivered
         | Account::Discarded
         | Account::Handshake
-        | Account::KernelDropped => {}
+        | Account::KernelDropped
+        | Account::RelayUnsent(_)
+        | Account::SentDirect
+        | Account::Datagrams
+        | Account::Unguarded => {}
     }
 }

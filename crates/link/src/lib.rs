@@ -23,3 +23,4 @@ pub mod recorder;
 pub mod relay;
 pub mod sockets;
 pub mod spec;
+pub mod stream;

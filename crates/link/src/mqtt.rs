@@ -4,8 +4,8 @@
 //! never waits for it: both directions are bounded queues. QoS 1 can deliver twice, a broker can lose and a publisher's
 //! name is hearsay; all three are the cores' business.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use rumqttc::mqttbytes::QoS;
@@ -20,6 +20,7 @@ use wire::id::PeerId;
 
 use crate::loopback::LoopbackAddr;
 use crate::pki::{Credential, PkiError, dns_name};
+use crate::stream::{Mouth, StreamLog, Witness};
 
 /// Publications that may wait to be sent.
 pub const OUTBOUND: usize = 256;
@@ -27,8 +28,11 @@ pub const OUTBOUND: usize = 256;
 /// The largest payload, in bytes; the broker's limit is above it.
 pub const MAX_PAYLOAD: usize = 8 * 1024;
 
+/// Longest silence before the client asks whether the broker is there, in seconds.
+pub const KEEP_ALIVE_S: u16 = 5;
+
 /// First and longest pause between connection attempts.
-const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::from_millis(800));
+pub const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::from_millis(800));
 
 /// What became of publications.
 #[derive(Debug, Default)]
@@ -63,7 +67,8 @@ pub struct Mqtt {
 }
 
 impl Mqtt {
-    /// Connects to the broker at `at` as `own` and subscribes to `subjects`. Must be called inside a tokio runtime.
+    /// Connects to the broker at `at` as `own` and subscribes to `subjects`; what arrives is told to `log`. Must be called
+    /// inside a tokio runtime.
     ///
     /// # Errors
     /// When the credential is unusable.
@@ -73,13 +78,15 @@ impl Mqtt {
         broker: PeerId,
         credential: &Credential,
         subjects: Vec<Subject>,
+        log: StreamLog,
         to: mpsc::Sender<Input>,
     ) -> Result<Self, PkiError> {
-        let options = options(at, own, broker, credential)?;
+        let latest = Latest::default();
+        let options = options(at, own, broker, credential, log, latest.clone())?;
         let (client, events) = AsyncClient::builder(options).capacity(OUTBOUND).build();
         let (outbound, to_send) = mpsc::channel(OUTBOUND);
         let counters = Arc::new(Counters::default());
-        let task = tokio::spawn(run(client, events, subjects, to_send, to, counters.clone()));
+        let task = tokio::spawn(run(client, events, subjects, latest, to_send, to, counters.clone()));
         Ok(Self { outbound, counters, task })
     }
 
@@ -120,20 +127,35 @@ pub fn tls_client(credential: &Credential) -> Result<rustls::ClientConfig, PkiEr
     Ok(builder.with_client_auth_cert(credential.chain(), credential.key())?)
 }
 
-fn options(at: LoopbackAddr, own: PeerId, broker: PeerId, credential: &Credential) -> Result<MqttOptions, PkiError> {
+/// The witness of the newest connection.
+type Latest = Arc<Mutex<Option<Witness>>>;
+
+fn options(
+    at: LoopbackAddr,
+    own: PeerId,
+    broker: PeerId,
+    credential: &Credential,
+    log: StreamLog,
+    latest: Latest,
+) -> Result<MqttOptions, PkiError> {
     crate::crypto::init();
     let tls = Arc::new(tls_client(credential)?);
     // The name is checked against the broker's certificate; the connector below never resolves it.
     let mut options = MqttOptions::new(own.name(), (dns_name(broker), at.port()));
     options.set_transport(Transport::tls_with_config(TlsConfiguration::Rustls(tls)));
     options.set_session_mode(SessionMode::Clean);
-    options.set_keep_alive(5);
+    options.set_keep_alive(KEEP_ALIVE_S);
     options.set_max_packet_size(Some(16 * 1024));
-    options.set_socket_connector(move |_, _| async move {
-        let stream = TcpStream::connect(at.socket()).await?;
-        LoopbackAddr::try_from(stream.peer_addr()?).map_err(std::io::Error::other)?;
-        stream.set_nodelay(true)?;
-        Ok(stream)
+    options.set_socket_connector(move |_, _| {
+        let (log, latest) = (log.clone(), latest.clone());
+        async move {
+            let stream = TcpStream::connect(at.socket()).await?;
+            LoopbackAddr::try_from(stream.peer_addr()?).map_err(std::io::Error::other)?;
+            stream.set_nodelay(true)?;
+            let mouth = Mouth::new(stream, log);
+            *latest.lock().unwrap_or_else(PoisonError::into_inner) = Some(mouth.witness());
+            Ok(mouth)
+        }
     });
     Ok(options)
 }
@@ -142,6 +164,7 @@ async fn run(
     client: AsyncClient,
     events: EventLoop,
     subjects: Vec<Subject>,
+    latest: Latest,
     to_send: mpsc::Receiver<(Subject, Vec<u8>)>,
     to: mpsc::Sender<Input>,
     counters: Arc<Counters>,
@@ -149,7 +172,7 @@ async fn run(
     // Two futures, so that a publication never cancels a connection attempt inside the event loop.
     tokio::select! {
         () = send(&client, to_send, &counters) => {}
-        () = poll(&client, events, &subjects, &to, &counters) => {}
+        () = poll(&client, events, &subjects, &latest, &to, &counters) => {}
     }
 }
 
@@ -166,6 +189,7 @@ async fn poll(
     client: &AsyncClient,
     mut events: EventLoop,
     subjects: &[Subject],
+    latest: &Latest,
     to: &mpsc::Sender<Input>,
     counters: &Counters,
 ) {
@@ -197,6 +221,9 @@ async fn poll(
             Ok(event) => tracing::trace!(?event, "mqtt"),
             Err(error) => {
                 tracing::debug!(%error, "broker not reached");
+                if let Some(witness) = &*latest.lock().unwrap_or_else(PoisonError::into_inner) {
+                    witness.failed(&error);
+                }
                 tokio::time::sleep(pause).await;
                 pause = (pause * 2).min(PAUSES.1);
             }

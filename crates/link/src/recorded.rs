@@ -1,4 +1,4 @@
-//! Reading back what a run recorded: audit frames out of MCAP files, and guards' observation logs.
+//! Reading back what a run recorded: audit frames out of MCAP files, the logs of guards and of streams' mouths.
 //!
 //! The files may be cut or hostile: sizes are bounded before anything is allocated, and a cut file gives what stands
 //! before the cut. Whether the frames' chains hold is `wire::audit`'s business.
@@ -11,6 +11,7 @@ use wire::id::NodeId;
 
 use crate::guard::observe::Observation;
 use crate::instrument::{Frame, MAX_FRAME};
+use crate::stream::StreamSight;
 
 /// The largest recording file that is read, bytes.
 const MAX_FILE: u64 = 1 << 30;
@@ -95,6 +96,18 @@ fn read_file(file: &Path, frames: &mut Vec<Frame>) -> Result<(), RecordedError> 
 /// # Errors
 /// When the file cannot be opened.
 pub fn observations(file: &Path) -> std::io::Result<Vec<Observation>> {
+    entries(file)
+}
+
+/// Every sight of a stream log, up to the first that is cut or unreadable.
+///
+/// # Errors
+/// When the file cannot be opened.
+pub fn streams(file: &Path) -> std::io::Result<Vec<StreamSight>> {
+    entries(file)
+}
+
+fn entries<T: for<'b> minicbor::Decode<'b, ()>>(file: &Path) -> std::io::Result<Vec<T>> {
     let mut from = BufReader::new(File::open(file)?);
     let mut found = Vec::new();
     let mut bytes = [0; MAX_OBSERVATION];
@@ -109,7 +122,7 @@ pub fn observations(file: &Path) -> std::io::Result<Vec<Observation>> {
             return Ok(found);
         }
         match minicbor::decode(room) {
-            Ok(observation) => found.push(observation),
+            Ok(entry) => found.push(entry),
             Err(_) => return Ok(found),
         }
     }

@@ -41,8 +41,9 @@ pub struct RelayStats {
     pub emitted: [u64; 2],
     /// Datagrams emitted towards the server from an address of the relay's own.
     pub strange: u64,
-    /// Datagrams that could not be emitted (no client yet, or the socket refused).
-    pub unsent: u64,
+    /// Datagrams towards the client and towards the server, from whatever address, that could not be emitted (no client
+    /// yet, or the socket refused).
+    pub unsent: [u64; 2],
     /// Streams opened.
     pub streams: u64,
     /// Streams turned away or cut because a bound was reached.
@@ -54,7 +55,7 @@ struct Counters {
     received: [AtomicU64; 2],
     emitted: [AtomicU64; 2],
     strange: AtomicU64,
-    unsent: AtomicU64,
+    unsent: [AtomicU64; 2],
     streams: AtomicU64,
     cut: AtomicU64,
 }
@@ -120,13 +121,14 @@ impl DatagramRelay {
             (Some(leg), Side::Server) => sockets::emit(&leg.back, None, bytes),
             (None, Side::Client | Side::Server) => false,
         };
-        add(if sent { &self.counters.emitted[index(side)] } else { &self.counters.unsent });
+        let counters = if sent { &self.counters.emitted } else { &self.counters.unsent };
+        add(&counters[index(side)]);
     }
 
     /// Emits a datagram towards the server from an address that no session knows. What comes back is not read.
     pub fn emit_stranger(&self, bytes: &[u8]) {
         let sent = sockets::emit(&self.stranger, None, bytes);
-        add(if sent { &self.counters.strange } else { &self.counters.unsent });
+        add(if sent { &self.counters.strange } else { &self.counters.unsent[index(Side::Server)] });
     }
 
     /// What has been counted so far.
@@ -141,7 +143,7 @@ fn read(counters: &Counters) -> RelayStats {
         received: [get(&counters.received[0]), get(&counters.received[1])],
         emitted: [get(&counters.emitted[0]), get(&counters.emitted[1])],
         strange: get(&counters.strange),
-        unsent: get(&counters.unsent),
+        unsent: [get(&counters.unsent[0]), get(&counters.unsent[1])],
         streams: get(&counters.streams),
         cut: get(&counters.cut),
     }

@@ -15,6 +15,7 @@ use crate::mode::{Because, Cause, Guards, Mode};
 use crate::policy::Waived;
 use crate::refusal::Reason;
 use crate::sensor::{Class, Modalities};
+use crate::stream::{Deed, Sight};
 use crate::time::Span;
 
 /// Where a record was judged.
@@ -91,6 +92,18 @@ pub enum Account {
     /// Datagrams that a relay sent towards the server from a source address of its own; not in `RelayOut`.
     #[n(14)]
     RelayStranger,
+    /// Of what a relay emitted towards a side, strangers' included, what its socket did not take.
+    #[n(15)]
+    RelayUnsent(#[n(0)] Side),
+    /// Datagrams that a node sent to the gateway with no relay in between.
+    #[n(16)]
+    SentDirect,
+    /// Whole datagrams at the guard in front of a session; `GuardIn` counts the records in them.
+    #[n(17)]
+    Datagrams,
+    /// Datagrams out of a socket that no guard judged: no room, nobody's, or their association was over.
+    #[n(18)]
+    Unguarded,
 }
 
 /// What the record filter in front of a session decided.
@@ -165,9 +178,6 @@ pub enum Action {
     /// Published a command again.
     #[n(9)]
     RepeatCommand,
-    /// Interfered with a byte stream.
-    #[n(10)]
-    Stream,
     /// Ended a process.
     #[n(11)]
     Kill,
@@ -559,6 +569,45 @@ pub enum Event {
         finding: Inconsistency,
         #[n(2)]
         record: RecordId,
+    },
+    /// An adversary did something to a byte stream.
+    #[n(28)]
+    Tampered {
+        #[n(0)]
+        deed: Deed,
+        /// Side that the direction leads to.
+        #[n(1)]
+        side: Side,
+        /// Name of the direction ([`crate::stream::Place`]), as it leaves the adversary.
+        #[n(2)]
+        stream: u64,
+        /// Bytes of the direction before these.
+        #[n(3)]
+        offset: u64,
+        #[n(4)]
+        length: u32,
+        /// Of these bytes, as they leave.
+        #[n(5)]
+        hash: u64,
+        /// Delay imposed, if any.
+        #[n(6)]
+        delay: Span,
+    },
+    /// The mouth of an end saw something of a byte stream that leads to it.
+    #[n(29)]
+    StreamSaw {
+        #[n(0)]
+        sight: Sight,
+        /// Name of the direction, so far as it has come.
+        #[n(1)]
+        stream: u64,
+        /// Bytes of the direction before these.
+        #[n(2)]
+        offset: u64,
+        #[n(3)]
+        length: u32,
+        #[n(4)]
+        hash: u64,
     },
 }
 

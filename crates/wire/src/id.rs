@@ -36,7 +36,7 @@ const NAMES: [&str; NODES] = [
     "perception-c",
     "sim-c",
     "insider-command",
-    "recorder-2",
+    "guard-broker",
 ];
 
 macro_rules! name_id {
@@ -150,9 +150,11 @@ impl NodeId {
     /// The insider on the command plane.
     pub const INSIDER_COMMAND: NodeId = NodeId(22);
 
-    /// The record filter in front of this node's secure sessions, when the node has one.
+    /// What stands at the mouth of this node's secure sessions and logs what arrives, when the node has it: the record
+    /// filter of datagrams; at the broker, which has streams only, what sees their bytes.
     pub fn guard(self) -> Option<NodeId> {
         match self {
+            NodeId::BROKER => Some(NodeId(23)),
             NodeId::GATEWAY => Some(NodeId(16)),
             NodeId::UNIT_A => Some(NodeId(17)),
             NodeId::UNIT_B | NodeId::INSIDER_B => Some(NodeId(18)),

@@ -9,12 +9,13 @@ use std::sync::Arc;
 use rand_chacha::ChaCha8Rng;
 use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side};
-use wire::event::{Action, Event};
+use wire::event::{Event, wire_hash};
 use wire::id::{SessionId, WorldId};
 use wire::setup::Setup;
+use wire::stream::{Deed, Place};
 use wire::time::{Instant, Span};
 
-use super::{SIDES, Tally, attack, forge};
+use super::{SIDES, Tally, forge};
 use crate::plan::{PlanError, StreamAction, StreamRelayConfig, Timed};
 use crate::schedule::{Steps, chance, stream};
 
@@ -47,6 +48,25 @@ struct Lane {
     last_due: Instant,
     /// No more passes: the end was sent, or the direction was ended here.
     ended: bool,
+    /// Name and place, as the bytes leave: what both this journal and the mouth at the far end can tell.
+    place: Place,
+}
+
+impl Lane {
+    /// The journal's entry for what is done to `bytes`, which come next.
+    fn tampered(&self, deed: Deed, side: Side, bytes: &[u8], delay: Span) -> Event {
+        let mut named = self.place.clone();
+        named.pass(bytes);
+        Event::Tampered {
+            deed,
+            side,
+            stream: named.name(),
+            offset: self.place.offset(),
+            length: u32::try_from(bytes.len()).unwrap_or(u32::MAX),
+            hash: wire_hash(bytes),
+            delay,
+        }
+    }
 }
 
 impl StreamRelay {
@@ -114,15 +134,17 @@ impl StreamRelay {
         self.connections.entry(connection).or_default();
         if !room || (!self.quiet && self.cutting(now)) {
             self.tally.dropped[from as usize] += 1;
-            return self.reset(now, connection, bytes);
+            return self.reset(now, connection);
         }
-        if self.connections.get(&connection).is_some_and(|lanes| lanes[towards as usize].ended) {
+        let lane = self.connections.get(&connection).map(|lanes| &lanes[towards as usize]);
+        if let Some(lane) = lane.filter(|lane| lane.ended) {
             self.tally.dropped[from as usize] += 1;
-            self.journal.write(now, attack(Action::Stream, from, bytes, Span::ZERO), &mut self.out);
+            let event = lane.tampered(Deed::HalfClosed, towards, bytes, Span::ZERO);
+            self.journal.write(now, event, &mut self.out);
             return;
         }
-        let bytes = self.damaged(now, towards, bytes);
-        self.queue(now, connection, towards, bytes);
+        let (bytes, damaged) = self.damaged(now, towards, bytes);
+        self.queue(now, connection, towards, bytes, damaged);
     }
 
     /// Whether connections are cut at `now`.
@@ -133,29 +155,29 @@ impl StreamRelay {
         self.plan.iter().any(open)
     }
 
-    /// The piece, with a flipped bit where the plan says so.
-    fn damaged(&mut self, now: Instant, towards: Side, bytes: &[u8]) -> Vec<u8> {
-        let mut bytes = bytes.to_vec();
+    /// The piece, with a flipped bit where the plan says so, and whether it has one.
+    fn damaged(&mut self, now: Instant, towards: Side, bytes: &[u8]) -> (Vec<u8>, bool) {
+        let (mut bytes, mut damaged) = (bytes.to_vec(), false);
         if self.quiet || bytes.is_empty() {
-            return bytes;
+            return (bytes, damaged);
         }
         let plan = Arc::clone(&self.plan);
         for (timed, rng) in plan.iter().zip(&mut self.rngs) {
             let StreamAction::Corrupt { permille } = timed.action else { continue };
             if timed.open(self.origin, now, towards) && chance(rng, permille) {
                 forge::flip(&mut bytes, rng);
-                self.journal.write(now, attack(Action::Stream, towards, &bytes, Span::ZERO), &mut self.out);
+                damaged = true;
             }
         }
-        bytes
+        (bytes, damaged)
     }
 
-    fn queue(&mut self, now: Instant, connection: SessionId, towards: Side, bytes: Vec<u8>) {
+    fn queue(&mut self, now: Instant, connection: SessionId, towards: Side, bytes: Vec<u8>, damaged: bool) {
         let Some(lanes) = self.connections.get_mut(&connection) else { return };
         let lane = &mut lanes[towards as usize];
         if lane.bytes + bytes.len() > MAX_HELD_BYTES {
             self.tally.dropped[towards.other() as usize] += 1;
-            return self.reset(now, connection, &bytes);
+            return self.reset(now, connection);
         }
         let due = if self.quiet {
             now.max(lane.last_due)
@@ -164,23 +186,30 @@ impl StreamRelay {
         };
         lane.last_due = due;
         lane.bytes += bytes.len();
-        if due > now {
-            self.journal.write(now, attack(Action::Stream, towards, &bytes, due.since(now)), &mut self.out);
+        if damaged {
+            let event = lane.tampered(Deed::Damaged, towards, &bytes, due.since(now));
+            self.journal.write(now, event, &mut self.out);
         }
+        if due > now {
+            let event = lane.tampered(Deed::Held, towards, &bytes, due.since(now));
+            self.journal.write(now, event, &mut self.out);
+        }
+        lane.place.pass(&bytes);
         lane.pieces.push_back((due, bytes));
     }
 
     /// Cuts a connection in both directions and forgets what it held.
-    fn reset(&mut self, now: Instant, connection: SessionId, bytes: &[u8]) {
+    fn reset(&mut self, now: Instant, connection: SessionId) {
         let Some(lanes) = self.connections.remove(&connection) else { return };
         for side in SIDES {
-            self.tally.dropped[side.other() as usize] += lanes[side as usize].pieces.len() as u64;
+            let lane = &lanes[side as usize];
+            self.tally.dropped[side.other() as usize] += lane.pieces.len() as u64;
+            self.journal.write(now, lane.tampered(Deed::Reset, side, &[], Span::ZERO), &mut self.out);
         }
         if self.cut.len() == MAX_CONNECTIONS {
             self.cut.pop_front();
         }
         self.cut.push_back(connection);
-        self.journal.write(now, attack(Action::Stream, Side::Server, bytes, Span::ZERO), &mut self.out);
         self.out.push_back(Output::Reset { connection });
     }
 
@@ -197,7 +226,7 @@ impl StreamRelay {
                     StreamAction::HalfClose => {
                         timed.direction.towards().for_each(|side| self.half_close(now, connection, side));
                     }
-                    StreamAction::Reset | StreamAction::Cut => self.reset(now, connection, &[]),
+                    StreamAction::Reset | StreamAction::Cut => self.reset(now, connection),
                     StreamAction::Delay { .. }
                     | StreamAction::Stall
                     | StreamAction::Throttle { .. }
@@ -217,7 +246,8 @@ impl StreamRelay {
         lane.pieces.push_back((now.max(lane.last_due), Vec::new()));
         lane.ended = true;
         self.tally.added[side as usize] += 1;
-        self.journal.write(now, attack(Action::Stream, side, &[], Span::ZERO), &mut self.out);
+        let event = lane.tampered(Deed::HalfClosed, side, &[], Span::ZERO);
+        self.journal.write(now, event, &mut self.out);
     }
 
     fn release(&mut self, now: Instant) {

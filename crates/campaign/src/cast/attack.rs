@@ -7,6 +7,7 @@ use adversary::plan::{
 use sim::fault::{Disturbance, Fault};
 use wire::event::{Action, Sensor};
 use wire::id::NodeId;
+use wire::stream::Deed;
 
 use crate::oracle::Planned;
 use crate::scenario::{self, Forwarding, Magnitude, Process, Scenario, ThirdUnit, Windowed};
@@ -259,18 +260,22 @@ pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
     add(!s.inject.is_empty(), Action::Inject);
     add(!s.teammate.is_empty(), Action::Forward);
     add(!s.command_replay.is_empty() || !s.command_duplicate.is_empty(), Action::RepeatCommand);
-    let streams = [
-        s.stream_delay.len(),
-        s.stall.len(),
-        s.throttle.len(),
-        s.half_close.len(),
-        s.reset.len(),
-        s.cut.len(),
-        s.stream_corrupt.len(),
-    ];
-    add(streams.iter().any(|n| *n > 0), Action::Stream);
+    planned.extend(tampered(s).map(Planned::Stream));
     planned.extend((!s.malformed.is_empty()).then_some(Planned::Malformed));
     planned.extend(s.fault.iter().map(|f| Planned::Fault(sensor(f.sensor))));
     planned.extend(s.kill.iter().map(|k| Planned::Kill(process(k.process))));
     planned
+}
+
+/// What is done to the command stream, each kind once.
+fn tampered(s: &Scenario) -> impl Iterator<Item = Deed> {
+    let holds = !s.stream_delay.is_empty() || !s.stall.is_empty() || !s.throttle.is_empty();
+    let cuts = !s.reset.is_empty() || !s.cut.is_empty();
+    let deeds = [
+        (holds, Deed::Held),
+        (!s.stream_corrupt.is_empty(), Deed::Damaged),
+        (!s.half_close.is_empty(), Deed::HalfClosed),
+        (cuts, Deed::Reset),
+    ];
+    deeds.into_iter().filter_map(|(any, deed)| any.then_some(deed))
 }

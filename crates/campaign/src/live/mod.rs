@@ -135,6 +135,9 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
         );
     }
     witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, cast.duration, Event::Stalled { by: Span(endings.1) });
+    for event in witness::unsent(&company.stats) {
+        witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, cast.duration, event);
+    }
     drop(company);
     Ok(Aftermath { log, endings: endings.0 })
 }
@@ -271,7 +274,8 @@ impl Company<'_> {
         }
     }
 
-    /// Quiesce, let arrive what is under way, and have everybody write the closing account, the recorder last.
+    /// Quiesce, let arrive what is under way, and have everybody write the closing account: the relays first, then the
+    /// gateway, so that no datagram is under way while its two ends count; the recorder last.
     fn finish(&mut self) -> Result<(), LiveError> {
         self.children.iter_mut().for_each(|c| c.tell(Control::Quiesce));
         let until = trace_us() + GRACE_US;
@@ -281,9 +285,15 @@ impl Company<'_> {
             }
             self.hear(Duration::from_millis(20));
         }
-        let (mut recorders, mut others): (Vec<Child>, Vec<Child>) =
-            self.children.drain(..).partition(|c| c.node == NodeId::RECORDER);
-        for group in [&mut others, &mut recorders] {
+        let turn = |node: NodeId| match node {
+            NodeId::RELAY_TELEMETRY | NodeId::RELAY_COMMAND => 0,
+            NodeId::GATEWAY => 1,
+            NodeId::RECORDER => 3,
+            _ => 2,
+        };
+        let mut groups: [Vec<Child>; 4] = Default::default();
+        self.children.drain(..).for_each(|child| groups[turn(child.node)].push(child));
+        for group in &mut groups {
             group.iter_mut().for_each(|c| c.tell(Control::Finish));
             let until = trace_us() + ENDING.as_micros() as u64;
             while trace_us() < until && !group.iter_mut().all(Child::ended) {

@@ -8,15 +8,16 @@ use std::path::Path;
 use link::guard::observe::Verdict;
 use link::mouth;
 use link::recorded;
+use link::stream::{StreamLog, StreamSight};
 use serde_json::Value;
 use wire::audit::Journal;
-use wire::core::Output;
+use wire::core::{Output, Side};
 use wire::event::{Account, Event, GuardVerdict};
 use wire::id::{Boot, NodeId};
 use wire::time::Instant;
 
 use super::LiveError;
-use crate::cast::Cast;
+use crate::cast::{Cast, Member};
 use crate::evidence::Logged;
 
 /// The recording, on the run's time; what was written before the start counts as written at the start.
@@ -51,11 +52,23 @@ pub(super) fn mouths(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<Logged> 
     log
 }
 
+/// What the telemetry relay's sockets did not take, as entries of the relay's: its core cannot know.
+///
+/// They are the launcher's word, read from the process's closing statistics, in a chain of the launcher's.
+pub(super) fn unsent(stats: &[(NodeId, Value)]) -> Vec<Event> {
+    let relay = stats.iter().find(|(node, _)| *node == NodeId::RELAY_TELEMETRY);
+    let count = |side: Side| relay.and_then(|(_, s)| s["links"]["relay_datagram"]["unsent"][side as usize].as_u64());
+    [Side::Client, Side::Server]
+        .into_iter()
+        .filter_map(|side| count(side).map(|n| Event::Count { account: Account::RelayUnsent(side), n }))
+        .collect()
+}
+
 /// The guards' logs and accounts, as entries of the guards' own nodes.
 pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeId, Value)]) -> Vec<Logged> {
     let mut log = Vec::new();
-    for member in cast.members.iter().filter(|m| m.peer.is_some()) {
-        let node = member.node();
+    let members = cast.members.iter().filter(|m| m.peer.is_some()).map(Member::node);
+    for node in members.chain(std::iter::once(NodeId::BROKER)) {
         let Some(guard) = node.guard() else { continue };
         let mut journal = Journal::new(guard, Boot(1), None);
         let mut events = Vec::new();
@@ -71,11 +84,18 @@ pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeI
             };
             events.push((seen.trace_us.saturating_sub(start_us), event));
         }
+        for seen in recorded::streams(&StreamLog::path(run_dir, node)).unwrap_or_default() {
+            let StreamSight { trace_us, sight, stream, offset, length, hash } = seen;
+            let event = Event::StreamSaw { sight, stream, offset, length, hash };
+            events.push((trace_us.saturating_sub(start_us), event));
+        }
         // Each association logs for itself; only together do they have an order in time.
         events.sort_by_key(|(at, _)| *at);
         if let Some((_, stats)) = stats.iter().find(|(n, _)| *n == node) {
             let end = events.last().map_or(cast.duration, |(at, _)| cast.duration.max(*at));
-            events.extend(accounts(stats).into_iter().map(|(account, n)| (end, Event::Count { account, n })));
+            let direct = cast.links.iter().any(|l| l.client == node && l.server == NodeId::GATEWAY && !l.relayed);
+            let accounts = accounts(stats, direct).into_iter();
+            events.extend(accounts.map(|(account, n)| (end, Event::Count { account, n })));
         }
         for (at, event) in events {
             note(&mut journal, &mut log, guard, at, event);
@@ -108,7 +128,7 @@ pub(crate) fn verdict(verdict: Verdict) -> GuardVerdict {
 
 /// What the link counted, as accounts. What the secure layer consumed of application data without delivering it counts
 /// as discarded; other records that the guard passed are the handshake's.
-fn accounts(stats: &Value) -> Vec<(Account, u64)> {
+fn accounts(stats: &Value, direct: bool) -> Vec<(Account, u64)> {
     let dtls = &stats["links"]["dtls"];
     let get = |name: &str| dtls[name].as_u64().unwrap_or(0);
     let guard = |name: &str| dtls["guard"][name].as_u64().unwrap_or(0);
@@ -117,8 +137,12 @@ fn accounts(stats: &Value) -> Vec<(Account, u64)> {
         .iter()
         .sum();
     let (records, application, delivered) = (guard("records"), guard("application"), get("delivered"));
+    let unguarded = ["overflowed", "abandoned", "strangers", "shed"].map(get).iter().sum();
     let strangers = get("strangers") + get("shed");
     vec![
+        (Account::Datagrams, guard("datagrams")),
+        (Account::Unguarded, unguarded),
+        (Account::SentDirect, if direct { get("dialled") } else { 0 }),
         (Account::GuardIn, records + strangers),
         (Account::GuardRefused, refused + strangers),
         (Account::Delivered, delivered),

@@ -38,6 +38,12 @@ pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
         let delivered = n(to, Account::Received(interface));
         equal(&format!("{to} delivered and judged"), delivered, judged(&accounts, to, interface));
     }
+    if alive(&[NodeId::RELAY_TELEMETRY, NodeId::INSIDER_B, NodeId::UNIT_C]) {
+        for (from, to, side, _) in ends.into_iter().filter(|(from, to, ..)| alive(&[*from, *to])) {
+            let (left, arrived) = crossing(&accounts, to, side.other());
+            equal(&format!("datagrams of relay and others, {from} to {to}"), left, arrived);
+        }
+    }
     for (node, guard) in [NodeId::UNIT_A, NodeId::GATEWAY].into_iter().filter_map(|x| Some((x, x.guard()?))) {
         if !alive(&[node]) {
             continue;
@@ -50,6 +56,21 @@ pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
         equal(&format!("{node} out of the session and into the core"), n(guard, Account::Delivered), received);
     }
     found
+}
+
+/// Datagrams that left for `to`, on `side` of the relay, and what became of them there: each was before its guard, or is
+/// counted by what lost it. Handshakes and strangers included; what others sent directly comes in at the gateway.
+fn crossing(accounts: &Accounts, to: NodeId, side: Side) -> (i128, i128) {
+    let n = |node: NodeId, account: Account| i128::from(*accounts.get(&(node, account)).unwrap_or(&0));
+    let relay = NodeId::RELAY_TELEMETRY;
+    let mut left = n(relay, Account::RelayOut(side)) - n(NodeId::CAMPAIGN, Account::RelayUnsent(side));
+    if to == NodeId::GATEWAY {
+        let direct = accounts.iter().filter(|((_, account), _)| *account == Account::SentDirect);
+        left += n(relay, Account::RelayStranger) + direct.map(|(_, n)| i128::from(*n)).sum::<i128>();
+    }
+    let guard = to.guard().unwrap_or(to);
+    let arrived = [Account::Datagrams, Account::Unguarded, Account::KernelDropped].map(|account| n(guard, account));
+    (left, arrived.into_iter().sum())
 }
 
 fn accounts(evidence: &Evidence) -> Accounts {
@@ -77,7 +98,11 @@ fn judged(accounts: &Accounts, node: NodeId, interface: Interface) -> i128 {
         | Account::Delivered
         | Account::Discarded
         | Account::Handshake
-        | Account::KernelDropped => false,
+        | Account::KernelDropped
+        | Account::RelayUnsent(_)
+        | Account::SentDirect
+        | Account::Datagrams
+        | Account::Unguarded => false,
     };
     accounts.iter().filter(|((n, a), _)| *n == node && of_interface(a)).map(|(_, n)| i128::from(*n)).sum()
 }

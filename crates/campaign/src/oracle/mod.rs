@@ -5,7 +5,7 @@
 //! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
 //! then compared with these.
 //!
-//! `timeline` sorts the events by what they are about, `receipt` decides whether the fault provably arrived,
+//! `timeline` sorts the events by what they are about, `receipt` and `stream` decide whether the fault provably arrived,
 //! `conservation` adds up the accounts, `properties` holds P1 to P11, `demise` what is owed when a process is killed,
 //! `outcome` picks the one class.
 
@@ -16,12 +16,14 @@ pub mod demise;
 mod outcome;
 mod properties;
 mod receipt;
+mod stream;
 mod timeline;
 
 use serde::Serialize;
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::event::{Action, Sensor};
+use wire::stream::Deed;
 
 use crate::trial::{Latency, Outcome, TransitionRow};
 
@@ -44,6 +46,8 @@ pub struct Witnessed {
 pub enum Planned {
     /// An action of the relay or of an insider.
     Action(Action),
+    /// Something that the relay does to a byte stream.
+    Stream(Deed),
     /// Authenticated and broken records of an insider.
     Malformed,
     /// A fault of a sensor.

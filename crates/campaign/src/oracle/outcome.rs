@@ -1,6 +1,7 @@
 //! The one class of a trial: the first that matches, from UNSAFE down to NOMINAL.
 
 use wire::mode::{Cause, Mode};
+use wire::stream::Sight;
 
 use super::demise;
 use super::receipt::Receipt;
@@ -64,6 +65,7 @@ fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
     let by_service = line.refused.iter().any(|(at, _)| *at >= zero);
     let below = evidence.entries.iter().any(|w| match w.entry.event {
         Event::GuardSaw { verdict, .. } => w.at >= zero && verdict != GuardVerdict::Passed,
+        Event::StreamSaw { sight: Sight::Refused, .. } => w.at >= zero,
         Event::Count { account: Account::Discarded, n } => n > 0,
         _ => false,
     });

@@ -3,7 +3,7 @@
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
 //! time; for one that was dropped, that it never showed them. For a sensor fault, perception or autonomy must have seen
-//! the readings go missing.
+//! the readings go missing. What was done to a byte stream is `stream`'s.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use wire::event::{Account, Action, Event, Sensor};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
 
-use super::{Evidence, Micros, Planned};
+use super::{Evidence, Micros, Planned, stream};
 
 /// What was established about the injections.
 #[derive(Clone, Debug, Default)]
@@ -42,6 +42,7 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
             Planned::Action(Action::RepeatCommand) => repeated(evidence),
             Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
             Planned::Action(action) => datagram(evidence, action),
+            Planned::Stream(deed) => stream::receipt(evidence, deed),
             Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.0 == sensor).map(|f| f.1),
         };
         match zero {
@@ -73,7 +74,6 @@ fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
             | Action::Reoriginate
             | Action::Forward
             | Action::RepeatCommand
-            | Action::Stream
             | Action::Kill => {}
         }
     }
@@ -87,8 +87,7 @@ fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
     })
 }
 
-/// The first entry of `action` whose bytes the target's guard confirms. A stream has no witness at its target yet, so
-/// nothing done to one gets a receipt.
+/// The first entry of `action` whose bytes the target's guard confirms.
 fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
     let entries = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Attack { action: a, hash, delay, .. } if a == action => Some((w.at, hash, delay.0)),
@@ -103,7 +102,7 @@ fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
         Action::Delay | Action::Reorder => seen(evidence, hash).any(|s| s >= at + delay),
         Action::Duplicate | Action::Replay => seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1,
         Action::Corrupt | Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
-        Action::Stream | Action::Forward | Action::RepeatCommand | Action::Kill => false,
+        Action::Forward | Action::RepeatCommand | Action::Kill => false,
     };
     entries.into_iter().find(|(at, hash, delay)| confirmed(*at, *hash, *delay)).map(|(at, _, _)| at)
 }

@@ -47,7 +47,10 @@ pub fn assemble(cast: &Cast, seed: u64, guard: Requirement, mouths: bool) -> Res
         let between = relay.filter(|_| link.relayed);
         associations.push(Association::new(end(link.client)?, end(link.server)?, between, guard, secret));
     }
+    let secret = blake3::derive_key("holdsafe twin command stream v1", &seed.to_le_bytes());
+    let commands = index(NodeId::UNIT_A).zip(index(NodeId::RELAY_COMMAND)).map(|(unit, relay)| (unit, relay, secret));
     Ok(Assembly {
+        commands,
         nodes,
         clocks,
         associations,

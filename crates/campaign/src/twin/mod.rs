@@ -1,26 +1,28 @@
 //! The in-process twin: all cores in one thread on a virtual clock, links as a seeded model, one event queue.
 //!
 //! Every sender encodes and every receiver gets bytes; no Rust value crosses between cores. The same seed gives the
-//! same log; the whole state can be forked. What the link model leaves out is listed in [`net`]; what it leaves out of
-//! the command plane: TCP head-of-line blocking, reconnects and the broker's queues.
+//! same log; the whole state can be forked. What the link models leave out is listed in [`net`] and [`stream`].
 
 pub mod assemble;
 pub mod clock;
+mod command;
 pub mod delay;
 pub mod net;
 pub mod part;
 pub mod queue;
+pub mod stream;
 pub mod trial;
 
 use std::collections::VecDeque;
 
 use wire::audit::Journal;
-use wire::core::{Core, Input, Output, Side, Subject, Topic};
+use wire::core::{Core, Input, Output, Side, Topic};
 use wire::event::{Account, Event, GuardVerdict, wire_hash};
 use wire::id::{NodeId, PeerId, WorldId};
 use wire::time::Instant;
 
 use clock::HostClock;
+use command::{Along, Relayed};
 use delay::Delays;
 use link::guard::hello::at_the_door;
 use link::guard::record::{Split, split};
@@ -82,6 +84,9 @@ impl Node {
 struct Guard {
     id: NodeId,
     journal: Journal,
+    /// Datagrams that came.
+    datagrams: u64,
+    /// Records in them.
     seen: u64,
     refused: u64,
     delivered: u64,
@@ -94,7 +99,7 @@ struct Guard {
 impl Guard {
     fn new(id: NodeId) -> Guard {
         let journal = Journal::new(id, wire::id::Boot(1), None);
-        Guard { id, journal, seen: 0, refused: 0, delivered: 0, discarded: 0, handshake: 0, half_open: 0 }
+        Guard { id, journal, datagrams: 0, seen: 0, refused: 0, delivered: 0, discarded: 0, handshake: 0, half_open: 0 }
     }
 
     fn fork(&self) -> Guard {
@@ -109,6 +114,7 @@ enum Happening {
     Datagram { association: u8, end: u8, bytes: Vec<u8> },
     Stranger { association: u8, bytes: Vec<u8> },
     Open(u8),
+    Along(Along),
     Complete { association: u8, number: u32 },
     Unfinished { bytes: Vec<u8> },
     Kill,
@@ -140,6 +146,8 @@ pub struct Twin {
     /// By node; those without secure sessions have none.
     guards: Vec<Option<Guard>>,
     broker: Option<broker::Broker>,
+    /// The command path with the stream relay in it.
+    commands: Option<Relayed>,
     delays: Delays,
     /// When the last thing from one node to another arrives: channels and sockets keep their order.
     latest: Vec<Micros>,
@@ -156,6 +164,8 @@ pub struct Assembly {
     pub clocks: Vec<HostClock>,
     /// Secure associations.
     pub associations: Vec<Association>,
+    /// The client whose way to the broker leads through a stream relay, that relay, and the secret of the model's keys.
+    pub commands: Option<(NodeIndex, NodeIndex, [u8; 32])>,
     /// Delays.
     pub delays: Delays,
     /// Processes that end on their own: (when, which).
@@ -187,6 +197,7 @@ impl Twin {
             associations: assembly.associations,
             guards,
             broker: Some(broker),
+            commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret)),
             delays: assembly.delays,
             log: Vec::new(),
             journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), None),
@@ -195,6 +206,7 @@ impl Twin {
             let dialler = twin.associations[association].ends[0].node;
             twin.queue.push(OPENS_AT, dialler, Happening::Open(association as u8));
         }
+        twin.open_commands();
         for (at, id) in assembly.kills {
             match twin.index(id) {
                 Some(node) => twin.queue.push(at, node, Happening::Kill),
@@ -231,6 +243,7 @@ impl Twin {
             pauses: self.pauses.clone(),
             guards: self.guards.iter().map(|g| g.as_ref().map(Guard::fork)).collect(),
             broker: self.broker.clone(),
+            commands: self.commands.as_ref().map(Relayed::fork),
             delays: self.delays.clone(),
             latest: self.latest.clone(),
             log: self.log.clone(),
@@ -307,11 +320,13 @@ impl Twin {
             Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
             Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
             Happening::Open(association) => self.open(association),
+            Happening::Along(along) => self.along(along),
             Happening::Complete { association, number } => self.complete(association, number),
             Happening::Unfinished { bytes } => self.note_stranger(node, &bytes, GuardVerdict::Unfinished),
             Happening::Kill => self.kill(node),
             Happening::KillBroker => {
                 self.broker = None;
+                self.broker_killed();
                 self.note_killed(NodeId::BROKER);
             }
         }
@@ -389,8 +404,12 @@ impl Twin {
                 }
             }
             Output::Audit { bytes } => self.record(self.nodes[usize::from(node)].id, bytes),
-            // The command plane's bytes are not modelled as a stream; text is for a person.
-            Output::Stream { .. } | Output::Reset { .. } | Output::Text { .. } => {}
+            Output::Stream { connection, side, bytes } => {
+                self.relayed(node, at, side, Along::Piece(connection.0, side, bytes));
+            }
+            Output::Reset { connection } => self.relayed(node, at, Side::Client, Along::Reset(connection.0)),
+            // For a person.
+            Output::Text { .. } => {}
         }
     }
 
@@ -406,27 +425,6 @@ impl Twin {
                 let hop = self.delays.bus();
                 let at = self.in_order(node, reader as NodeIndex, at + hop);
                 let input = Input::Bus { topic, bytes: bytes.to_vec() };
-                self.queue.push(at, reader as NodeIndex, Happening::Input(input));
-            }
-        }
-    }
-
-    fn publish_command(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
-        // So does the live client.
-        if bytes.len() > link::mqtt::MAX_PAYLOAD {
-            return;
-        }
-        let (Some(broker), Some(publisher)) = (&self.broker, self.nodes[usize::from(node)].commands) else { return };
-        let Ok(receivers) = broker.publish(publisher, subject) else { return };
-        let insider = matches!(self.nodes[usize::from(node)].part, Part::InsiderCommand(_));
-        for reader in 0..self.nodes.len() {
-            let n = &self.nodes[reader];
-            let tapped = n.taps && publisher == PeerId::GATEWAY && !insider;
-            let receives = n.commands.is_some_and(|peer| receivers.contains(&peer)) && !n.taps;
-            if receives || tapped {
-                let hop = self.delays.command();
-                let at = self.in_order(node, reader as NodeIndex, at + hop);
-                let input = Input::Published { subject, bytes: bytes.clone() };
                 self.queue.push(at, reader as NodeIndex, Happening::Input(input));
             }
         }
@@ -465,6 +463,9 @@ impl Twin {
         if !self.nodes[usize::from(target)].alive {
             return;
         }
+        if let Some(guard) = &mut self.guards[usize::from(target)] {
+            guard.datagrams += 1;
+        }
         let handshake = self.associations[a].standing == Standing::Handshake;
         for seen in self.associations[a].arrive(e, bytes) {
             let verdict = match &seen.arrival {
@@ -499,6 +500,7 @@ impl Twin {
         if !self.nodes[usize::from(target)].alive {
             return;
         }
+        guard.datagrams += 1;
         if guard.half_open > self.now {
             let mode = self.associations[usize::from(association)].guard;
             for piece in split(bytes) {
@@ -552,6 +554,7 @@ impl Twin {
     }
 
     fn close_guard(&mut self, node: NodeIndex) {
+        let direct = self.sent_direct(node);
         let Some(g) = &self.guards[usize::from(node)] else { return };
         if self.nodes[usize::from(node)].alive {
             let counts = [
@@ -559,10 +562,20 @@ impl Twin {
                 (Account::GuardRefused, g.refused),
                 (Account::Delivered, g.delivered),
                 (Account::Discarded, g.discarded),
+                (Account::Datagrams, g.datagrams),
+                (Account::SentDirect, direct),
                 (Account::Handshake, g.handshake),
             ];
             counts.into_iter().for_each(|(account, n)| self.note_guard(node, Event::Count { account, n }));
         }
+    }
+
+    /// Datagrams of `node` to the gateway with no relay in between.
+    fn sent_direct(&self, node: NodeIndex) -> u64 {
+        let to_gateway = |a: &&Association| {
+            a.relay.is_none() && a.ends[0].node == node && self.nodes[usize::from(a.ends[1].node)].id == NodeId::GATEWAY
+        };
+        self.associations.iter().filter(to_gateway).map(|a| a.sent_by_client()).sum()
     }
 
     /// The dialler's attempt: a handshake when both ends are there, else the next attempt once this one has failed.
@@ -619,6 +632,7 @@ impl Twin {
         n.generation += 1;
         let killed = n.id;
         self.note_killed(killed);
+        self.killed_on_path(node);
     }
 
     fn note_killed(&mut self, node: NodeId) {

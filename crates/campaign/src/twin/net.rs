@@ -94,6 +94,8 @@ pub struct Association {
     pub guard: Requirement,
     generation: u32,
     secret: [u8; 32],
+    /// Datagrams of the dialling end, over all generations.
+    dialled: u64,
 }
 
 impl Association {
@@ -106,7 +108,8 @@ impl Association {
         secret: [u8; 32],
     ) -> Self {
         let end = |(node, session, peer)| End { node, session, peer, send_key: [0; 32], sent: 0, highest: 0, seen: 0 };
-        Self { ends: [end(client), end(server)], relay, standing: Standing::Down, guard, generation: 0, secret }
+        let standing = Standing::Down;
+        Self { ends: [end(client), end(server)], relay, standing, guard, generation: 0, secret, dialled: 0 }
     }
 
     /// Begins a handshake and gives its number.
@@ -131,12 +134,18 @@ impl Association {
         true
     }
 
+    /// Datagrams that the dialling end has sent.
+    pub fn sent_by_client(&self) -> u64 {
+        self.dialled
+    }
+
     /// Seals a record of the end `from` into a datagram; `None` when it is longer than a record may be or there is no
     /// association to carry it.
     pub fn seal(&mut self, from: usize, plain: &[u8]) -> Option<Vec<u8>> {
         if self.standing != Standing::Open || plain.len() > MAX_RECORD {
             return None;
         }
+        self.dialled += u64::from(from == 0);
         let end = &mut self.ends[from];
         end.sent += 1;
         let mut bytes = Vec::with_capacity(HEADER + plain.len() + SEAL);
@@ -227,7 +236,7 @@ pub fn judge(raw: &RawRecord<'_>, guard: Requirement, complete: bool) -> GuardVe
 }
 
 /// XORs the keystream of (key, sequence) over `bytes`.
-fn mask(key: &[u8; 32], sequence: u64, bytes: &mut [u8]) {
+pub(super) fn mask(key: &[u8; 32], sequence: u64, bytes: &mut [u8]) {
     let mut stream = blake3::Hasher::new_keyed(key).update(&sequence.to_le_bytes()).finalize_xof();
     let mut pad = [0; 64];
     for chunk in bytes.chunks_mut(64) {

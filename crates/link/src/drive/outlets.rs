@@ -29,6 +29,7 @@ use crate::recorder::Recording;
 use crate::relay::{DatagramRelay, StreamRelay};
 use crate::sockets::kernel_drops;
 use crate::spec::ServiceSpec;
+use crate::stream::StreamLog;
 
 /// Room for guard observations, in bytes.
 const OBSERVATION_BYTES: u64 = 128 << 20;
@@ -44,7 +45,7 @@ pub(super) struct Outlets {
     sessions: BTreeMap<SessionId, SessionHandle>,
     dtls: Option<Arc<SessionCounters>>,
     listener: Option<Listener>,
-    _dialler: Option<Dialler>,
+    dialler: Option<Dialler>,
     mqtt: Option<Mqtt>,
     datagrams: Option<DatagramRelay>,
     streams: Option<StreamRelay>,
@@ -72,7 +73,7 @@ impl Outlets {
             sessions: BTreeMap::new(),
             dtls: None,
             listener: None,
-            _dialler: None,
+            dialler: None,
             mqtt: None,
             datagrams: None,
             streams: None,
@@ -130,14 +131,15 @@ impl Outlets {
         }
         if let Some(to) = &spec.dial {
             let sessions = senders.sessions.clone();
-            self._dialler = Some(dial(to.remote, to.credential.clone(), to.expect, settings(to.idle_ms), sessions));
+            self.dialler = Some(dial(to.remote, to.credential.clone(), to.expect, settings(to.idle_ms), sessions));
         }
         if spec.listen.is_some() || spec.dial.is_some() {
             self.dtls = Some(counters.clone());
         }
         if let Some(to) = &spec.mqtt {
             let inputs = senders.inputs.clone();
-            let mqtt = Mqtt::start(to.remote, to.own, to.expect, &to.credential, to.subscribe.clone(), inputs);
+            let log = StreamLog::create(&spec.run_dir, spec.node).map_err(|e| cannot("stream log")(&e))?;
+            let mqtt = Mqtt::start(to.remote, to.own, to.expect, &to.credential, to.subscribe.clone(), log, inputs);
             self.mqtt = Some(mqtt.map_err(|e| cannot("mqtt")(&e))?);
         }
         Ok(())
@@ -285,6 +287,13 @@ impl Outlets {
         }
     }
 
+    /// Datagrams that the kernel dropped at the sockets of this process's sessions.
+    fn kernel_drops(&self) -> Option<u64> {
+        let listener = self.listener.as_ref().map(|l| kernel_drops(l.local()).unwrap_or(0));
+        let dialler = self.dialler.as_ref().map(Dialler::kernel_drops);
+        [listener, dialler].into_iter().flatten().reduce(|a, b| a + b)
+    }
+
     /// Flushes everything and gives the closing account of the links.
     pub(super) fn finish(&mut self) -> Value {
         self.flush();
@@ -294,7 +303,7 @@ impl Outlets {
         let received: Vec<(&str, u64)> = self.subscriptions.iter().map(|(t, s)| (t.name(), s.received())).collect();
         json!({
             "dtls": self.dtls.as_ref().map(|counters| counters.read()),
-            "dtls_kernel_drops": self.listener.as_ref().map(|l| kernel_drops(l.local())),
+            "dtls_kernel_drops": self.kernel_drops(),
             "mqtt": self.mqtt.as_ref().map(Mqtt::stats),
             "bus_published_failed": bus,
             "bus_received": received,

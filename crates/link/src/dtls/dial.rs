@@ -1,6 +1,7 @@
 //! Opens one session and opens it again when it ends.
 
-use std::sync::Arc;
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use tokio::net::UdpSocket;
@@ -21,6 +22,19 @@ pub const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::f
 /// A session that is kept up until this is dropped.
 pub struct Dialler {
     task: JoinHandle<()>,
+    present: Present,
+    counters: Arc<SessionCounters>,
+}
+
+/// Where the present attempt's socket is.
+type Present = Arc<Mutex<Option<LoopbackAddr>>>;
+
+impl Dialler {
+    /// Datagrams that the kernel has dropped at the sockets of this dialler.
+    pub fn kernel_drops(&self) -> u64 {
+        let present = *self.present.lock().unwrap_or_else(PoisonError::into_inner);
+        present.and_then(sockets::kernel_drops).unwrap_or(0) + self.counters.read().kernel_dropped
+    }
 }
 
 impl Drop for Dialler {
@@ -30,7 +44,8 @@ impl Drop for Dialler {
 }
 
 /// Keeps a session to `expected` at `remote` up. Every attempt has a socket of its own, so that an old association at
-/// the far end never stands in the way of a new one.
+/// the far end never stands in the way of a new one; the one before is read for one attempt more, so that what is still
+/// under way to it is counted.
 pub fn dial(
     remote: LoopbackAddr,
     credential: Credential,
@@ -38,10 +53,20 @@ pub fn dial(
     settings: Settings,
     events: mpsc::Sender<SessionEvent>,
 ) -> Dialler {
+    let (present, counters) = (Present::default(), settings.counters.clone());
+    let shown = present.clone();
     let task = tokio::spawn(async move {
         let mut pause = PAUSES.0;
+        let mut sockets = VecDeque::new();
         while !events.is_closed() {
-            match attempt(remote, &credential, expected, &settings, &events).await {
+            let outcome = match Socket::open(remote, &settings, &present) {
+                Ok((socket, path)) => {
+                    sockets.push_back(socket);
+                    attempt(path, &credential, expected, &settings, &events).await
+                }
+                Err(error) => Err(error),
+            };
+            match outcome {
                 Ok(()) => pause = PAUSES.0,
                 Err(error) => {
                     SessionCounters::add(&settings.counters.failed);
@@ -49,37 +74,56 @@ pub fn dial(
                     pause = (pause * 2).min(PAUSES.1);
                 }
             }
+            while sockets.len() > 1 {
+                sockets.pop_front();
+            }
             tokio::time::sleep(pause).await;
         }
     });
-    Dialler { task }
+    Dialler { task, present: shown, counters }
+}
+
+/// One attempt's socket and its reader.
+struct Socket {
+    local: LoopbackAddr,
+    reader: JoinHandle<()>,
+    counters: Arc<SessionCounters>,
+}
+
+impl Socket {
+    fn open(remote: LoopbackAddr, settings: &Settings, present: &Present) -> Result<(Self, Arc<Path>), DtlsError> {
+        let socket = Arc::new(sockets::udp(LoopbackAddr::ANY_PORT)?);
+        let local = LoopbackAddr::try_from(socket.local_addr()?)?;
+        *present.lock().unwrap_or_else(PoisonError::into_inner) = Some(local);
+        let counters = settings.counters.clone();
+        let (inlet, datagrams) = mpsc::channel(INLET);
+        let reader = tokio::spawn(feed(socket.clone(), remote, inlet, counters.clone()));
+        let path = Path::new(datagrams, Outlet::Socket(socket, remote)).counted(counters.clone(), true);
+        Ok((Self { local, reader, counters }, Arc::new(path)))
+    }
+}
+
+impl Drop for Socket {
+    fn drop(&mut self) {
+        SessionCounters::add_n(&self.counters.kernel_dropped, sockets::kernel_drops(self.local).unwrap_or(0));
+        self.reader.abort();
+    }
 }
 
 async fn attempt(
-    remote: LoopbackAddr,
+    path: Arc<Path>,
     credential: &Credential,
     expected: PeerId,
     settings: &Settings,
     events: &mpsc::Sender<SessionEvent>,
 ) -> Result<(), DtlsError> {
-    let socket = Arc::new(sockets::udp(LoopbackAddr::ANY_PORT)?);
-    let (inlet, datagrams) = mpsc::channel(INLET);
-    let reader = tokio::spawn(feed(socket.clone(), remote, inlet, settings.counters.clone()));
     let session = settings.next_session();
-    let path = Arc::new(Path::new(datagrams, Outlet::Socket(socket, remote)));
-    let opened = client(path, credential, expected, settings.guard(session.0)).await;
-    let outcome = match opened {
-        Ok(secure) => {
-            serve(secure, session, settings, events).await;
-            Ok(())
-        }
-        Err(error) => Err(error),
-    };
-    reader.abort();
-    outcome
+    let secure = client(path, credential, expected, settings.guard(session.0)).await?;
+    serve(secure, session, settings, events).await;
+    Ok(())
 }
 
-/// Moves datagrams from `remote`, and from nobody else, to the association.
+/// Moves datagrams from `remote`, and from nobody else, to the association; counts what comes after its end.
 async fn feed(
     socket: Arc<UdpSocket>,
     remote: LoopbackAddr,
@@ -89,19 +133,16 @@ async fn feed(
     let mut buf = vec![0; DATAGRAM];
     loop {
         match socket.recv_from(&mut buf).await {
-            Ok((n, from)) if from == remote.socket() => {
-                if inlet.try_send(buf[..n].to_vec()).is_err() {
-                    SessionCounters::add(&counters.overflowed);
-                }
-            }
+            Ok((n, from)) if from == remote.socket() => match inlet.try_send(buf[..n].to_vec()) {
+                Ok(()) => {}
+                Err(mpsc::error::TrySendError::Full(_)) => SessionCounters::add(&counters.overflowed),
+                Err(mpsc::error::TrySendError::Closed(_)) => SessionCounters::add(&counters.abandoned),
+            },
             Ok(_) => SessionCounters::add(&counters.strangers),
             Err(error) => {
                 tracing::trace!(%error, "datagram not received");
                 tokio::time::sleep(Duration::from_millis(1)).await;
             }
-        }
-        if inlet.is_closed() {
-            return;
         }
     }
 }

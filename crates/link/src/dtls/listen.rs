@@ -137,7 +137,8 @@ impl Accept {
             return;
         }
         self.peers.insert(peer.socket(), inlet);
-        let path = Arc::new(Path::new(datagrams, Outlet::Socket(self.socket.clone(), peer)));
+        let path = Path::new(datagrams, Outlet::Socket(self.socket.clone(), peer));
+        let path = Arc::new(path.counted(self.settings.counters.clone(), false));
         let (credential, settings, events) = (self.credential.clone(), self.settings.clone(), self.events.clone());
         let hello = hello.to_vec();
         tokio::spawn(async move {

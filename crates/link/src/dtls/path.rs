@@ -11,6 +11,7 @@ use tokio::net::UdpSocket;
 use tokio::sync::{Mutex, mpsc};
 use webrtc_util::conn::Conn;
 
+use super::session::SessionCounters;
 use crate::loopback::LoopbackAddr;
 
 /// Datagrams that may wait for one association.
@@ -28,12 +29,44 @@ pub enum Outlet {
 pub struct Path {
     inlet: Mutex<mpsc::Receiver<Vec<u8>>>,
     outlet: Outlet,
+    counters: Option<Counted>,
+}
+
+/// Where a path counts, and whether it is a dialler's.
+struct Counted {
+    counters: Arc<SessionCounters>,
+    dials: bool,
 }
 
 impl Path {
     /// A path that reads from `inlet` and writes to `outlet`.
     pub fn new(inlet: mpsc::Receiver<Vec<u8>>, outlet: Outlet) -> Self {
-        Self { inlet: Mutex::new(inlet), outlet }
+        Self { inlet: Mutex::new(inlet), outlet, counters: None }
+    }
+
+    /// The same path, which counts what it leaves unread when it ends and, for a dialler, what it sends.
+    #[must_use]
+    pub fn counted(mut self, counters: Arc<SessionCounters>, dials: bool) -> Self {
+        self.counters = Some(Counted { counters, dials });
+        self
+    }
+
+    fn sent(&self) {
+        if let Some(counted) = self.counters.as_ref().filter(|c| c.dials) {
+            SessionCounters::add(&counted.counters.dialled);
+        }
+    }
+}
+
+impl Drop for Path {
+    fn drop(&mut self) {
+        if let Some(counted) = &self.counters {
+            let inlet = self.inlet.get_mut();
+            inlet.close();
+            while inlet.try_recv().is_ok() {
+                SessionCounters::add(&counted.counters.abandoned);
+            }
+        }
     }
 }
 
@@ -65,7 +98,10 @@ impl Conn for Path {
     async fn send(&self, buf: &[u8]) -> webrtc_util::Result<usize> {
         match &self.outlet {
             Outlet::Socket(socket, to) => match socket.send_to(buf, to.socket()).await {
-                Ok(n) => Ok(n),
+                Ok(n) => {
+                    self.sent();
+                    Ok(n)
+                }
                 // An unreachable peer is silence, not an error: the library would end the association.
                 Err(error) => {
                     tracing::trace!(%error, "datagram not sent");

@@ -94,6 +94,9 @@ pub struct SessionCounters {
     pub(super) shed: AtomicU64,
     pub(super) strangers: AtomicU64,
     pub(super) overflowed: AtomicU64,
+    pub(super) abandoned: AtomicU64,
+    pub(super) dialled: AtomicU64,
+    pub(super) kernel_dropped: AtomicU64,
     pub(super) delivered: AtomicU64,
     pub(super) sent: AtomicU64,
     pub(super) unsent: AtomicU64,
@@ -114,6 +117,12 @@ pub struct SessionStats {
     pub strangers: u64,
     /// Datagrams for which an association had no room.
     pub overflowed: u64,
+    /// Datagrams for an association that was over.
+    pub abandoned: u64,
+    /// Datagrams sent by the dialling side.
+    pub dialled: u64,
+    /// Datagrams that the kernel dropped at sockets of earlier dials.
+    pub kernel_dropped: u64,
     /// Application records delivered.
     pub delivered: u64,
     /// Application records sent.
@@ -133,6 +142,9 @@ impl SessionCounters {
             shed: get(&self.shed),
             strangers: get(&self.strangers),
             overflowed: get(&self.overflowed),
+            abandoned: get(&self.abandoned),
+            dialled: get(&self.dialled),
+            kernel_dropped: get(&self.kernel_dropped),
             delivered: get(&self.delivered),
             sent: get(&self.sent),
             unsent: get(&self.unsent),
@@ -140,7 +152,11 @@ impl SessionCounters {
     }
 
     pub(super) fn add(counter: &AtomicU64) {
-        counter.fetch_add(1, Ordering::Relaxed);
+        Self::add_n(counter, 1);
+    }
+
+    pub(super) fn add_n(counter: &AtomicU64, n: u64) {
+        counter.fetch_add(n, Ordering::Relaxed);
     }
 }
 

@@ -21,6 +21,7 @@ use wire::sensor::{
     PixelBox, Pose, ProductMode,
 };
 use wire::sign::{Key, Purpose, Signed};
+use wire::stream::{Deed, Sight};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 use wire::track::{StageProduct, Track, Tracks};
 
@@ -384,7 +385,7 @@ fn outputs() -> Vec<Named> {
 }
 
 /// How many kinds of event there are.
-pub(crate) const EVENTS: u8 = 28;
+pub(crate) const EVENTS: u8 = 30;
 
 fn entries() -> Vec<Named> {
     let entry = |(name, event): (&'static str, Event)| {
@@ -535,6 +536,22 @@ fn witnesses() -> Vec<(&'static str, Event)> {
                 hash: 1 << 40,
                 verdict: GuardVerdict::Plaintext,
             },
+        ),
+        (
+            "tampered",
+            Event::Tampered {
+                deed: Deed::Held,
+                side: Side::Client,
+                stream: 1 << 50,
+                offset: 4_000,
+                length: 340,
+                hash: 1 << 40,
+                delay: Span::s(2),
+            },
+        ),
+        (
+            "stream-saw",
+            Event::StreamSaw { sight: Sight::Arrived, stream: 1 << 50, offset: 4_000, length: 340, hash: 1 << 40 },
         ),
         ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
     ]

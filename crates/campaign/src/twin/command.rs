@@ -1,0 +1,295 @@
+//! The command plane of a twin: publications through the broker, and the one path with the adversary in it.
+//!
+//! The unit under test reaches the broker over a [`Stream`] through the stream relay's core, as live; the others have a
+//! hop to it and nothing in between. What each mouth of the stream sees is logged by a chain of its own.
+
+use std::collections::VecDeque;
+
+use wire::audit::Journal;
+use wire::core::{Input, Side, Subject};
+use wire::event::{Event, wire_hash};
+use wire::id::{Boot, NodeId, PeerId};
+use wire::stream::Sight;
+use wire::time::Instant;
+
+use super::part::Part;
+use super::queue::{Micros, NodeIndex};
+use super::stream::{Effect, Stream};
+use super::{Happening, OPENS_AT, Twin};
+
+/// How long the client waits for a session (its library's default).
+const PATIENCE: Micros = 5_000_000;
+/// How long the broker waits for a handshake.
+const HANDSHAKE: Micros = 3_000_000;
+/// How often the client asks whether the broker is there.
+const KEEP_ALIVE: Micros = link::mqtt::KEEP_ALIVE_S as Micros * 1_000_000;
+
+/// The relayed path and what stands at its ends.
+pub(super) struct Relayed {
+    /// Who dials.
+    pub(super) client: NodeIndex,
+    /// Who stands in between.
+    pub(super) relay: NodeIndex,
+    stream: Stream,
+    /// The broker's mouth.
+    mouth: Journal,
+    /// When the last piece of each leg arrives: client to relay, broker to relay, relay to client, relay to broker.
+    latest: [Micros; 4],
+}
+
+impl Relayed {
+    pub(super) fn new(client: NodeIndex, relay: NodeIndex, secret: [u8; 32]) -> Self {
+        let mouth = NodeId::BROKER.guard().unwrap_or(NodeId::BROKER);
+        let mouth = Journal::new(mouth, Boot(1), None);
+        Self { client, relay, stream: Stream::new(secret), mouth, latest: [0; 4] }
+    }
+
+    pub(super) fn fork(&self) -> Self {
+        Self { mouth: self.mouth.fork(), stream: self.stream.clone(), ..*self }
+    }
+}
+
+/// What happens on the relayed path.
+#[derive(Clone)]
+pub(super) enum Along {
+    /// The client dials.
+    Dial,
+    /// A publication for the client reaches the broker.
+    Order(Subject, Vec<u8>),
+    /// Bytes, or the end, reach an end of this connection.
+    Piece(u32, Side, Vec<u8>),
+    /// The relay cut this connection.
+    Reset(u32),
+    /// The broker's patience with the handshake of this connection is over.
+    Handshake(u32),
+    /// The client's patience with this connection is over.
+    Patience(u32),
+    /// Time for the client of this connection to ask whether the broker is there.
+    KeepAlive(u32),
+}
+
+impl Twin {
+    /// The first dial.
+    pub(super) fn open_commands(&mut self) {
+        if let Some(client) = self.commands.as_ref().map(|c| c.client) {
+            self.queue.push(OPENS_AT, client, Happening::Along(Along::Dial));
+        }
+    }
+
+    /// A node publishes at `at`.
+    pub(super) fn publish_command(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
+        // So does the live client.
+        if bytes.len() > link::mqtt::MAX_PAYLOAD {
+            return;
+        }
+        let relayed = self.commands.as_mut().filter(|c| c.client == node);
+        match relayed {
+            Some(commands) => {
+                if let Some(sealed) = commands.stream.publish(Side::Client, subject, bytes) {
+                    self.write(Side::Client, at, sealed);
+                }
+            }
+            None => self.distribute(node, at, subject, bytes),
+        }
+    }
+
+    /// The broker takes a publication of `node` and hands it on.
+    fn distribute(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
+        let (Some(broker), Some(publisher)) = (&self.broker, self.nodes[usize::from(node)].commands) else { return };
+        let Ok(receivers) = broker.publish(publisher, subject) else { return };
+        let insider = matches!(self.nodes[usize::from(node)].part, Part::InsiderCommand(_));
+        for reader in 0..self.nodes.len() {
+            let n = &self.nodes[reader];
+            let tapped = n.taps && publisher == PeerId::GATEWAY && !insider;
+            let receives = n.commands.is_some_and(|peer| receivers.contains(&peer)) && !n.taps;
+            if receives || tapped {
+                let hop = self.delays.command();
+                let reader = reader as NodeIndex;
+                let at = self.in_order(node, reader, at + hop);
+                let bytes = bytes.clone();
+                let happening = match &self.commands {
+                    Some(commands) if commands.client == reader => Happening::Along(Along::Order(subject, bytes)),
+                    Some(_) | None => Happening::Input(Input::Published { subject, bytes }),
+                };
+                self.queue.push(at, reader, happening);
+            }
+        }
+    }
+
+    /// Something happens on the relayed path.
+    pub(super) fn along(&mut self, along: Along) {
+        let Some(commands) = &mut self.commands else { return };
+        let present = commands.stream.connection;
+        match along {
+            Along::Dial => self.dial(),
+            Along::Order(subject, bytes) => {
+                if let Some(sealed) = commands.stream.publish(Side::Server, subject, bytes) {
+                    self.write(Side::Server, self.now, sealed);
+                }
+            }
+            Along::Piece(connection, side, bytes) if connection == present => self.piece(side, &bytes),
+            Along::Reset(connection) if connection == present => {
+                for side in [Side::Client, Side::Server] {
+                    self.end(side, Sight::Closed);
+                }
+            }
+            Along::Handshake(connection) if connection == present && !commands.stream.up => {
+                self.hang_up(Side::Server);
+            }
+            Along::Patience(connection) if connection == present && !commands.stream.up => {
+                self.hang_up(Side::Client);
+            }
+            Along::KeepAlive(connection) if connection == present && commands.stream.up => self.keep_alive(),
+            // Of a connection that is over.
+            Along::Piece(..) | Along::Reset(_) | Along::Handshake(_) | Along::Patience(_) | Along::KeepAlive(_) => {}
+        }
+    }
+
+    fn dial(&mut self) {
+        let Some(commands) = &mut self.commands else { return };
+        let alive = |node: NodeIndex| self.nodes[usize::from(node)].alive;
+        let client = commands.client;
+        if !alive(client) {
+            return;
+        }
+        if !alive(commands.relay) || self.broker.is_none() {
+            let again = self.now + commands.stream.pause();
+            return self.queue.push(again, client, Happening::Along(Along::Dial));
+        }
+        let hello = commands.stream.dial();
+        let connection = commands.stream.connection;
+        self.queue.push(self.now + HANDSHAKE, client, Happening::Along(Along::Handshake(connection)));
+        self.queue.push(self.now + PATIENCE, client, Happening::Along(Along::Patience(connection)));
+        self.write(Side::Client, self.now, hello);
+    }
+
+    fn keep_alive(&mut self) {
+        let Some(commands) = &mut self.commands else { return };
+        if commands.stream.unanswered > 0 {
+            return self.hang_up(Side::Client);
+        }
+        let (client, connection) = (commands.client, commands.stream.connection);
+        if let Some(ping) = commands.stream.ping() {
+            self.write(Side::Client, self.now, ping);
+        }
+        self.queue.push(self.now + KEEP_ALIVE, client, Happening::Along(Along::KeepAlive(connection)));
+    }
+
+    /// The end at `side` writes bytes at `at`: they go to the relay. An empty piece is the end.
+    fn write(&mut self, side: Side, at: Micros, bytes: Vec<u8>) {
+        let hop = self.delays.datagram();
+        let Some(commands) = &mut self.commands else { return };
+        let latest = &mut commands.latest[side as usize];
+        *latest = (at + hop).max(*latest);
+        let input = Input::Stream { connection: commands.stream.session(), side, bytes };
+        self.queue.push(*latest, commands.relay, Happening::Input(input));
+    }
+
+    /// The relay did something at `at`, in order with what else goes towards `side`.
+    pub(super) fn relayed(&mut self, node: NodeIndex, at: Micros, side: Side, along: Along) {
+        let hop = self.delays.datagram();
+        let Some(commands) = self.commands.as_mut().filter(|c| c.relay == node) else { return };
+        let latest = &mut commands.latest[2 + side as usize];
+        *latest = (at + hop).max(*latest);
+        self.queue.push(*latest, commands.client, Happening::Along(along));
+    }
+
+    /// Bytes, or the end, reach the end at `side`.
+    fn piece(&mut self, side: Side, bytes: &[u8]) {
+        let Some(commands) = &mut self.commands else { return };
+        if !commands.stream.open(side) {
+            return;
+        }
+        if bytes.is_empty() {
+            self.end(side, Sight::Closed);
+            return self.write(side, self.now, Vec::new());
+        }
+        let offset = commands.stream.place(side).offset();
+        let effects = commands.stream.arrive(side, bytes);
+        self.saw(side, Sight::Arrived, offset, bytes);
+        effects.into_iter().for_each(|effect| self.effect(effect));
+    }
+
+    fn effect(&mut self, effect: Effect) {
+        let Some(commands) = &self.commands else { return };
+        let (client, connection) = (commands.client, commands.stream.connection);
+        match effect {
+            Effect::Write(side, bytes) => self.write(side, self.now, bytes),
+            Effect::Published(Side::Client, subject, bytes) => self.feed(client, Input::Published { subject, bytes }),
+            Effect::Published(Side::Server, subject, bytes) => self.distribute(client, self.now, subject, bytes),
+            Effect::Up => {
+                self.queue.push(self.now + KEEP_ALIVE, client, Happening::Along(Along::KeepAlive(connection)));
+            }
+            Effect::Refused(side) => {
+                let offset = commands.stream.place(side).offset();
+                self.saw(side, Sight::Refused, offset, &[]);
+                self.hang_up(side);
+            }
+        }
+    }
+
+    /// The end at `side` hangs up by itself.
+    fn hang_up(&mut self, side: Side) {
+        if self.end(side, Sight::HungUp) {
+            self.write(side, self.now, Vec::new());
+        }
+    }
+
+    /// The end at `side` is over; a client dials again. True when it was open.
+    fn end(&mut self, side: Side, sight: Sight) -> bool {
+        let Some(commands) = &mut self.commands else { return false };
+        if !commands.stream.close(side) {
+            return false;
+        }
+        let (client, offset) = (commands.client, commands.stream.place(side).offset());
+        if side == Side::Client {
+            let again = self.now + commands.stream.pause();
+            self.queue.push(again, client, Happening::Along(Along::Dial));
+        }
+        self.saw(side, sight, offset, &[]);
+        true
+    }
+
+    /// What the mouth at `side` saw, in the log of its own chain. That of a dead process sees nothing.
+    fn saw(&mut self, side: Side, sight: Sight, offset: u64, bytes: &[u8]) {
+        let Some(commands) = &mut self.commands else { return };
+        let client = commands.client;
+        let event = Event::StreamSaw {
+            sight,
+            stream: commands.stream.place(side).name(),
+            offset,
+            length: bytes.len() as u32,
+            hash: wire_hash(bytes),
+        };
+        match side {
+            Side::Client if self.nodes[usize::from(client)].alive => self.note_guard(client, event),
+            Side::Client => {}
+            Side::Server => {
+                let mut out = VecDeque::new();
+                commands.mouth.write(Instant(self.now), event, &mut out);
+                let mouth = NodeId::BROKER.guard().unwrap_or(NodeId::BROKER);
+                self.record_all(mouth, out);
+            }
+        }
+    }
+
+    /// The broker was killed: its end of the stream is over, and says no more.
+    pub(super) fn broker_killed(&mut self) {
+        if self.commands.as_mut().is_some_and(|commands| commands.stream.close(Side::Server)) {
+            self.write(Side::Server, self.now, Vec::new());
+        }
+    }
+
+    /// A process on the relayed path was killed: its sockets end.
+    pub(super) fn killed_on_path(&mut self, node: NodeIndex) {
+        let Some(commands) = &mut self.commands else { return };
+        if node == commands.client {
+            commands.stream.close(Side::Client);
+            self.write(Side::Client, self.now, Vec::new());
+        } else if node == commands.relay {
+            for side in [Side::Client, Side::Server] {
+                self.end(side, Sight::Closed);
+            }
+        }
+    }
+}

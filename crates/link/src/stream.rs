@@ -1,0 +1,301 @@
+//! The mouth of a byte stream: what arrives at an end, when, and how it ended, as the second witness of what a relay
+//! says it did.
+//!
+//! It stands below TLS and sees what anyone on the path sees; names and places are `wire::stream`'s. What a log has no
+//! room for is not logged, and so proves nothing. Judging is left to the oracle.
+
+use std::fs::File;
+use std::io::{Error, Result, Write};
+use std::os::fd::OwnedFd;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+use std::pin::Pin;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll, ready};
+
+use minicbor::{Decode, Encode};
+use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt, ReadBuf};
+use tokio::net::{TcpStream, UnixStream};
+use wire::event::wire_hash;
+use wire::id::NodeId;
+use wire::stream::{Place, Sight};
+
+use crate::clock::trace_us;
+
+/// Room for one process's log, in bytes.
+const LOG_BYTES: u64 = 16 << 20;
+
+/// One sight, as it stands in the log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct StreamSight {
+    /// Raw monotonic microseconds, for traces only.
+    #[n(0)]
+    pub trace_us: u64,
+    /// What was seen.
+    #[n(1)]
+    pub sight: Sight,
+    /// Name of the direction.
+    #[n(2)]
+    pub stream: u64,
+    /// Bytes of the direction before these.
+    #[n(3)]
+    pub offset: u64,
+    /// Bytes.
+    #[n(4)]
+    pub length: u32,
+    /// Their short hash.
+    #[n(5)]
+    pub hash: u64,
+}
+
+/// A process's log of its streams, each entry written through at once: there are few, and a killed process keeps them.
+#[derive(Clone, Debug)]
+pub struct StreamLog(Arc<Mutex<Option<(File, u64)>>>);
+
+impl StreamLog {
+    /// A log that keeps nothing.
+    pub fn none() -> Self {
+        Self(Arc::default())
+    }
+
+    /// The log of `node` below the run's folder.
+    ///
+    /// # Errors
+    /// When the file is there already or cannot be made.
+    pub fn create(run_dir: &Path, node: NodeId) -> Result<Self> {
+        let path = Self::path(run_dir, node);
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        let file = File::options().write(true).create_new(true).mode(0o600).open(path)?;
+        Ok(Self(Arc::new(Mutex::new(Some((file, LOG_BYTES))))))
+    }
+
+    /// Where the log of `node` is.
+    pub fn path(run_dir: &Path, node: NodeId) -> std::path::PathBuf {
+        run_dir.join("guard").join(format!("{node}-stream.cbor"))
+    }
+
+    fn write(&self, sight: &StreamSight) {
+        let mut log = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some((file, room)) = &mut *log else { return };
+        let Ok(body) = minicbor::to_vec(sight) else { return };
+        let mut bytes = (body.len() as u32).to_be_bytes().to_vec();
+        bytes.extend_from_slice(&body);
+        let fits = bytes.len() as u64 <= *room;
+        *room = room.saturating_sub(bytes.len() as u64);
+        if !fits || file.write_all(&bytes).is_err() {
+            tracing::warn!("stream log ended");
+            *log = None;
+        }
+    }
+}
+
+/// What is known of one direction; outlives its mouth, so that the layers above can add their word.
+#[derive(Clone, Debug)]
+pub struct Witness {
+    log: StreamLog,
+    place: Arc<Mutex<Place>>,
+}
+
+impl Witness {
+    fn new(log: StreamLog) -> Self {
+        Self { log, place: Arc::default() }
+    }
+
+    fn arrived(&self, bytes: &[u8]) {
+        let mut place = self.place.lock().unwrap_or_else(PoisonError::into_inner);
+        let offset = place.offset();
+        place.pass(bytes);
+        self.write(&place, Sight::Arrived, offset, bytes);
+    }
+
+    fn note(&self, sight: Sight) {
+        let place = self.place.lock().unwrap_or_else(PoisonError::into_inner);
+        self.write(&place, sight, place.offset(), &[]);
+    }
+
+    fn write(&self, place: &Place, sight: Sight, offset: u64, bytes: &[u8]) {
+        let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+        let (stream, hash) = (place.name(), wire_hash(bytes));
+        self.log.write(&StreamSight { trace_us: trace_us(), sight, stream, offset, length, hash });
+    }
+
+    /// Notes `error` when it is the secure layer's: it refused what had arrived, or the far end's did and said so.
+    pub fn failed(&self, error: &(dyn std::error::Error + 'static)) {
+        let mut link = Some(error);
+        while let Some(error) = link {
+            let inner = error.downcast_ref::<Error>().and_then(Error::get_ref);
+            if error.is::<rustls::Error>() || inner.is_some_and(|e| e.is::<rustls::Error>()) {
+                return self.note(Sight::Refused);
+            }
+            link = error.source();
+        }
+    }
+}
+
+/// A stream with a mouth.
+#[derive(Debug)]
+pub struct Mouth<S> {
+    inner: S,
+    witness: Witness,
+    over: bool,
+}
+
+impl<S> Mouth<S> {
+    /// Watches what arrives over `inner`.
+    pub fn new(inner: S, log: StreamLog) -> Self {
+        Self { inner, witness: Witness::new(log), over: false }
+    }
+
+    /// The direction's witness.
+    pub fn witness(&self) -> Witness {
+        self.witness.clone()
+    }
+
+    fn closed(&mut self) {
+        if !std::mem::replace(&mut self.over, true) {
+            self.witness.note(Sight::Closed);
+        }
+    }
+}
+
+impl<S> Drop for Mouth<S> {
+    fn drop(&mut self) {
+        if !self.over {
+            self.witness.note(Sight::HungUp);
+        }
+    }
+}
+
+impl<S: AsyncRead + Unpin> AsyncRead for Mouth<S> {
+    fn poll_read(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &mut ReadBuf<'_>) -> Poll<Result<()>> {
+        let (before, room) = (buf.filled().len(), buf.remaining());
+        let outcome = ready!(Pin::new(&mut self.inner).poll_read(cx, buf));
+        let bytes = &buf.filled()[before..];
+        match &outcome {
+            Ok(()) if !bytes.is_empty() => self.witness.arrived(bytes),
+            Ok(()) if room == 0 => {}
+            Ok(()) | Err(_) => self.closed(),
+        }
+        Poll::Ready(outcome)
+    }
+}
+
+impl<S: AsyncWrite + Unpin> AsyncWrite for Mouth<S> {
+    fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buf: &[u8]) -> Poll<Result<usize>> {
+        Pin::new(&mut self.inner).poll_write(cx, buf)
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Result<()>> {
+        Pin::new(&mut self.inner).poll_flush(cx)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, cx: &mut Context<'_>) -> Poll<Result<()>> {
+        Pin::new(&mut self.inner).poll_shutdown(cx)
+    }
+}
+
+/// Puts a mouth before `stream` for a library that takes nothing but a socket: what it gets is one end of a socket pair
+/// inside this process, and a task carries the bytes. Must be called inside a tokio runtime.
+///
+/// # Errors
+/// When the pair cannot be made.
+pub fn watched(stream: TcpStream, log: StreamLog) -> Result<(TcpStream, Witness)> {
+    let (near, far) = std::os::unix::net::UnixStream::pair()?;
+    near.set_nonblocking(true)?;
+    far.set_nonblocking(true)?;
+    let near = TcpStream::from_std(std::net::TcpStream::from(OwnedFd::from(near)))?;
+    let mouth = Mouth::new(stream, log);
+    let witness = mouth.witness();
+    tokio::spawn(carry(mouth, UnixStream::from_std(far)?));
+    Ok((near, witness))
+}
+
+/// Carries both directions until this process hangs up, or both have ended.
+async fn carry(mouth: Mouth<TcpStream>, end: UnixStream) {
+    let (mut from_network, mut to_network) = tokio::io::split(mouth);
+    let (mut from_end, mut to_end) = end.into_split();
+    // A failed direction is an ended one; which side ended it, the mouth knows.
+    let inward = async {
+        let _ = tokio::io::copy(&mut from_network, &mut to_end).await;
+        let _ = to_end.shutdown().await;
+    };
+    let outward = async {
+        let _ = tokio::io::copy(&mut from_end, &mut to_network).await;
+        let _ = to_network.shutdown().await;
+    };
+    tokio::pin!(outward);
+    tokio::select! {
+        () = &mut outward => {}
+        () = inward => outward.await,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tokio::io::AsyncReadExt;
+
+    fn log() -> (tempfile::TempDir, StreamLog) {
+        let folder = tempfile::tempdir().unwrap();
+        let log = StreamLog::create(folder.path(), NodeId::UNIT_A).unwrap();
+        (folder, log)
+    }
+
+    fn seen(folder: &tempfile::TempDir) -> Vec<(Sight, u64, u32)> {
+        let path = StreamLog::path(folder.path(), NodeId::UNIT_A);
+        let sights = crate::recorded::streams(&path).unwrap();
+        sights.iter().map(|s| (s.sight, s.offset, s.length)).collect()
+    }
+
+    #[tokio::test]
+    async fn a_mouth_tells_what_arrived_and_who_ended_it() {
+        for far_ends in [true, false] {
+            let (folder, log) = log();
+            let (mut far, near) = tokio::io::duplex(64);
+            let mut mouth = Mouth::new(near, log);
+            let mut buf = [0; 8];
+            far.write_all(&[1; 5]).await.unwrap();
+            assert_eq!(mouth.read(&mut buf).await.unwrap(), 5);
+            far.write_all(&[2; 3]).await.unwrap();
+            assert_eq!(mouth.read(&mut buf).await.unwrap(), 3);
+            if far_ends {
+                drop(far);
+                assert_eq!(mouth.read(&mut buf).await.unwrap(), 0);
+            }
+            drop(mouth);
+            let end = if far_ends { Sight::Closed } else { Sight::HungUp };
+            assert_eq!(seen(&folder), [(Sight::Arrived, 0, 5), (Sight::Arrived, 5, 3), (end, 8, 0)]);
+        }
+    }
+
+    #[tokio::test]
+    async fn the_secure_layers_refusal_is_told_apart_from_a_lost_connection() {
+        let (folder, log) = log();
+        let witness = Witness::new(log);
+        witness.failed(&Error::new(std::io::ErrorKind::InvalidData, rustls::Error::DecryptError));
+        witness.failed(&Error::from(std::io::ErrorKind::ConnectionReset));
+        assert_eq!(seen(&folder), [(Sight::Refused, 0, 0)]);
+    }
+
+    #[tokio::test]
+    async fn a_watched_stream_carries_both_ways_and_ends_with_either_side() {
+        let (folder, log) = log();
+        let listener = tokio::net::TcpListener::bind(crate::loopback::LoopbackAddr::ANY_PORT.socket()).await.unwrap();
+        let mut far = TcpStream::connect(listener.local_addr().unwrap()).await.unwrap();
+        let (mut near, _) = watched(listener.accept().await.unwrap().0, log).unwrap();
+        let mut buf = [0; 8];
+        far.write_all(&[1; 5]).await.unwrap();
+        assert_eq!(near.read(&mut buf).await.unwrap(), 5);
+        near.write_all(&[2; 3]).await.unwrap();
+        assert_eq!(far.read(&mut buf).await.unwrap(), 3);
+        drop(near);
+        assert_eq!(far.read(&mut buf).await.unwrap(), 0, "hung up");
+        drop(far);
+        while seen(&folder).len() < 2 {
+            tokio::task::yield_now().await;
+        }
+        assert_eq!(seen(&folder), [(Sight::Arrived, 0, 5), (Sight::HungUp, 5, 0)]);
+    }
+}
