@@ -118,6 +118,16 @@ fn cores_are_forked_at_one_place() {
 }
 
 #[test]
+fn only_the_twin_shares_verified_signatures() {
+    let sharers: Vec<String> = sources("crates")
+        .into_iter()
+        .filter(|(file, text)| code(text).contains("Verified::default()") && !file.starts_with("crates/wire/src/sign"))
+        .map(|(file, _)| file)
+        .collect();
+    assert_eq!(sharers, ["crates/campaign/src/twin/assemble.rs"]);
+}
+
+#[test]
 fn every_file_says_what_it_is() {
     for (file, text) in sources("crates").into_iter().chain(sources("tests")) {
         let fixture = file.contains("/compile_fail/");

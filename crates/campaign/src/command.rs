@@ -1,10 +1,11 @@
 //! The `holdsafe` command: its arguments, its exit codes, one verb a file.
 //!
 //! Results go to stdout, progress, logs and failures to stderr. What runs a trial is `twin` and `live`; what a trial is
-//! worth is `oracle`; the only file here that names them is `engine`.
+//! worth is `oracle`; the only files here that name them are `engine` and, to measure them, `cost`.
 
 mod batch;
 mod bench;
+mod cost;
 mod doctor;
 mod engine;
 mod failure;

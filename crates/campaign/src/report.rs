@@ -3,11 +3,13 @@
 //! Twin n and live n are never added; INVALID trials are never dropped: each bound is given once over the valid trials
 //! and once with INVALID counted as failure. Nothing here judges a trial.
 
+mod cost;
 mod kill;
 mod reference;
 mod run;
 mod table;
 
+pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use kill::{KillRow, Times, kill_table};
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, LatencySummary, Mode, RunObject, Summary};

@@ -8,7 +8,7 @@ use crate::bus::{ChannelKey, Sender};
 use crate::core::Topic;
 use crate::id::{Boot, NodeId, WorldId};
 use crate::policy::Policy;
-use crate::sign::{Key, Keyring};
+use crate::sign::{Key, Keyring, Verified};
 use crate::time::Span;
 use crate::trust::BusGate;
 
@@ -46,6 +46,10 @@ pub struct Setup {
     pub channels: Vec<Channel>,
     /// The scenario loader's consent to a policy that waives something.
     pub ablation: Option<Ablation>,
+    /// Signatures that another core of the same process found good. Only the twin shares one, and it cannot be sent:
+    /// a live service verifies everything itself.
+    #[serde(skip)]
+    pub verified: Option<Verified>,
 }
 
 /// 32 secret bytes; never printed.
@@ -78,7 +82,7 @@ impl Setup {
 
     /// Everybody's public keys.
     pub fn keyring(&self) -> Keyring {
-        let mut ring = Keyring::default();
+        let mut ring = self.verified.clone().map_or_else(Keyring::default, Keyring::sharing);
         for (node, public) in &self.public_keys {
             ring.insert(*node, public);
         }

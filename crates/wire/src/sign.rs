@@ -13,6 +13,10 @@ use crate::codec;
 use crate::id::{NODES, NodeId};
 use crate::refusal::Refusal;
 
+mod verified;
+
+pub use verified::{Asked, Verified};
+
 /// `{1: -8}`: algorithm EdDSA.
 const PROTECTED: [u8; 3] = [0xa1, 0x01, 0x27];
 
@@ -86,21 +90,35 @@ impl core::fmt::Debug for Key {
 
 /// The public keys of the closed set of identities.
 #[derive(Clone, Debug, Default)]
-pub struct Keyring([Option<VerifyingKey>; NODES]);
+pub struct Keyring {
+    keys: [Option<VerifyingKey>; NODES],
+    verified: Option<Verified>,
+}
 
 impl Keyring {
+    /// An empty ring that asks `verified` before it verifies.
+    pub fn sharing(verified: Verified) -> Self {
+        Self { keys: Default::default(), verified: Some(verified) }
+    }
+
     /// Adds a public key; false when the bytes are not a point on the curve.
     pub fn insert(&mut self, node: NodeId, public: &[u8; 32]) -> bool {
         let key = VerifyingKey::from_bytes(public).ok();
-        self.0[node.index()] = key;
+        self.keys[node.index()] = key;
         key.is_some()
     }
 
     /// Verifies that `signed` is `signer`'s for `purpose` (strict verification, no malleability).
     pub fn verify(&self, signer: NodeId, purpose: Purpose, signed: &Signed<'_>) -> Result<(), Refusal> {
-        let key = self.0[signer.index()].as_ref().ok_or(Refusal::Signer { got: signer })?;
+        let key = self.keys[signer.index()].as_ref().ok_or(Refusal::Signer { got: signer })?;
         let signature = Signature::from_bytes(signed.signature);
-        key.verify_strict(&to_be_signed(purpose, signed.payload), &signature).map_err(|_| Refusal::Signature { signer })
+        let message = to_be_signed(purpose, signed.payload);
+        let verify = || key.verify_strict(&message, &signature).is_ok();
+        let good = match &self.verified {
+            Some(verified) => verified.or_verify(key, &message, &signature, verify),
+            None => verify(),
+        };
+        if good { Ok(()) } else { Err(Refusal::Signature { signer }) }
     }
 }
 

@@ -404,5 +404,6 @@ fn setup(policy: Policy, ablation: Option<Ablation>) -> Setup {
             channel(Topic::Act, NodeId::UNIT_A),
         ],
         ablation,
+        verified: None,
     }
 }

@@ -166,7 +166,8 @@ impl Draw {
 /// Puts the cast of one trial together.
 pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &RunSecret) -> Cast {
     let draw = Draw::of(scenario, seed);
-    let mut company = Company { scenario, with, seed, secret, members: Vec::new() };
+    let public_keys = secret.public_keys();
+    let mut company = Company { scenario, with, seed, secret, public_keys, members: Vec::new() };
     company.vehicle_a(&draw);
     company.control();
     company.adversary(&draw);
@@ -200,6 +201,7 @@ struct Company<'a> {
     with: &'a scenario::Setup,
     seed: u64,
     secret: &'a RunSecret,
+    public_keys: Vec<(NodeId, [u8; 32])>,
     members: Vec<Member>,
 }
 
@@ -215,9 +217,10 @@ impl Company<'_> {
             policy: self.with.policy.clone(),
             bounds: self.with.bounds,
             secret: self.secret.of(keys::signer(node)),
-            public_keys: self.secret.public_keys(),
+            public_keys: self.public_keys.clone(),
             channels: self.secret.channels(host, topics),
             ablation,
+            verified: None,
         }
     }
 

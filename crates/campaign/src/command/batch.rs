@@ -216,7 +216,7 @@ fn cores() -> usize {
 }
 
 /// CPU seconds so far: of this thread for the twin, of us and our ended children for a live run.
-fn cpu_seconds(mode: Mode) -> f64 {
+pub(super) fn cpu_seconds(mode: Mode) -> f64 {
     let of = |who: UsageWho| {
         let seconds = |t: TimeVal| t.tv_sec() as f64 + t.tv_usec() as f64 * 1e-6;
         getrusage(who).map_or(0.0, |u| seconds(u.user_time()) + seconds(u.system_time()))

@@ -1,4 +1,4 @@
-//! The only file of the command that names what runs and judges trials. Each function is one call.
+//! What the command runs and judges trials with, each function one call. Measuring what they cost is left to `cost`.
 
 use std::path::{Path, PathBuf};
 

@@ -10,6 +10,8 @@ use sim::Sim;
 use wire::audit::Recorder;
 use wire::id::{NodeId, SessionId};
 use wire::policy::Requirement;
+use wire::setup::Setup;
+use wire::sign::Verified;
 use wire::time::Instant;
 
 use super::clock::HostClock;
@@ -31,7 +33,8 @@ pub struct AssemblyError {
 /// Makes every core of `cast`. `seed` drives the delays.
 pub fn assemble(cast: &Cast, seed: u64, guard: Requirement, mouths: bool) -> Result<Assembly, AssemblyError> {
     let clocks: Vec<HostClock> = cast.clocks.iter().map(clock).collect();
-    let nodes = cast.members.iter().map(|member| node(member, &clocks)).collect::<Result<Vec<_>, _>>()?;
+    let verified = Verified::default();
+    let nodes = cast.members.iter().map(|member| node(member, &clocks, &verified)).collect::<Result<Vec<_>, _>>()?;
     let index = |id: NodeId| nodes.iter().position(|n: &Node| n.id == id).map(|n| n as NodeIndex);
     let relay = index(NodeId::RELAY_TELEMETRY);
     let mut associations = Vec::new();
@@ -57,6 +60,7 @@ pub fn assemble(cast: &Cast, seed: u64, guard: Requirement, mouths: bool) -> Res
         delays: Delays::new(seed, cast.varied_delays),
         kills: cast.kills.clone(),
         mouths,
+        verified,
     })
 }
 
@@ -64,21 +68,25 @@ fn clock(draw: &ClockDraw) -> HostClock {
     HostClock { zero: draw.zero_us, drift_ppm: draw.drift_ppm }
 }
 
-fn node(member: &Member, clocks: &[HostClock]) -> Result<Node, AssemblyError> {
+fn node(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<Node, AssemblyError> {
     let now = clocks[member.host as usize].read(0);
-    let mut node = Node::new(member.node(), part(member, now)?, member.host as u8);
+    let setup = Setup { verified: Some(verified.clone()), ..member.setup.clone() };
+    let mut node = Node::new(member.node(), core(&member.role, setup, now)?, member.host as u8);
     node.subscribes.clone_from(&member.subscribes);
     node.commands = member.peer.filter(|_| member.commands);
     node.taps = matches!(member.role, Role::InsiderCommand(_));
     Ok(node)
 }
 
-/// One core, as it starts at `now` on its host's clock.
+/// One core, as it starts at `now` on its host's clock. It shares nothing with another and verifies for itself.
 pub fn part(member: &Member, now: Instant) -> Result<Part, AssemblyError> {
-    let setup = member.setup.clone();
+    core(&member.role, member.setup.clone(), now)
+}
+
+fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, AssemblyError> {
     let node = setup.node;
     let failed = |why: String| AssemblyError { node, why };
-    Ok(match &member.role {
+    Ok(match role {
         Role::Sim(config) => {
             let keys = sim_keys(&setup);
             Part::Sim(Box::new(Sim::new(config, keys, Some(setup.key()), now).map_err(|e| failed(e.to_string()))?))

@@ -6,10 +6,12 @@
 pub mod assemble;
 pub mod clock;
 mod command;
+pub mod cost;
 pub mod delay;
 pub mod net;
 pub mod part;
 pub mod queue;
+pub mod stopwatch;
 pub mod stream;
 pub mod trial;
 
@@ -19,6 +21,7 @@ use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Topic};
 use wire::event::{Account, Event, GuardVerdict, wire_hash};
 use wire::id::{NodeId, PeerId, WorldId};
+use wire::sign::{Asked, Verified};
 use wire::time::Instant;
 
 use clock::HostClock;
@@ -29,6 +32,7 @@ use link::guard::record::{Split, split};
 use net::{Arrival, Association, Outside, Standing};
 use part::Part;
 use queue::{Micros, NodeIndex, Queue};
+use stopwatch::{Stage, Stopwatch};
 
 use crate::evidence::Logged;
 use crate::live::witness;
@@ -154,6 +158,8 @@ pub struct Twin {
     log: Vec<Logged>,
     journal: Journal,
     mouths: Option<Vec<Vec<Mouthful>>>,
+    verified: Verified,
+    stopwatch: Option<Stopwatch>,
 }
 
 /// What a twin is put together from.
@@ -172,6 +178,8 @@ pub struct Assembly {
     pub kills: Vec<(Micros, NodeId)>,
     /// Whether to keep what every core was fed and gave back.
     pub mouths: bool,
+    /// What its cores share about signatures.
+    pub verified: Verified,
 }
 
 impl Twin {
@@ -201,6 +209,8 @@ impl Twin {
             delays: assembly.delays,
             log: Vec::new(),
             journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), None),
+            verified: assembly.verified,
+            stopwatch: None,
         };
         for association in 0..twin.associations.len() {
             let dialler = twin.associations[association].ends[0].node;
@@ -219,7 +229,7 @@ impl Twin {
         twin
     }
 
-    /// The same state in a world of its own; the two do not affect each other.
+    /// The same state in a world of its own; the two do not affect each other, and nobody watches the new one.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Twin {
         let nodes = self.nodes.iter().map(|n| Node {
@@ -249,6 +259,8 @@ impl Twin {
             log: self.log.clone(),
             journal: self.journal.fork(),
             mouths: self.mouths.clone(),
+            verified: self.verified.clone(),
+            stopwatch: None,
         }
     }
 
@@ -260,6 +272,22 @@ impl Twin {
     /// Every audit entry so far, in the order in which it was written.
     pub fn log(&self) -> &[Logged] {
         &self.log
+    }
+
+    /// The log and the stopwatch of a twin that has ended.
+    pub fn into_log(self) -> (Vec<Logged>, Option<Stopwatch>) {
+        (self.log, self.stopwatch)
+    }
+
+    /// Has the time that it takes from now on added up by stage.
+    pub fn watch(&mut self, stopwatch: Stopwatch) {
+        self.stopwatch = Some(stopwatch);
+        self.enter(Stage::Engine);
+    }
+
+    /// How often its cores asked about a signature, and how often one was verified.
+    pub fn signatures(&self) -> Asked {
+        self.verified.counts()
     }
 
     /// The nodes.
@@ -320,7 +348,11 @@ impl Twin {
             Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
             Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
             Happening::Open(association) => self.open(association),
-            Happening::Along(along) => self.along(along),
+            Happening::Along(along) => {
+                self.enter(Stage::Broker);
+                self.along(along);
+                self.enter(Stage::Engine);
+            }
             Happening::Complete { association, number } => self.complete(association, number),
             Happening::Unfinished { bytes } => self.note_stranger(node, &bytes, GuardVerdict::Unfinished),
             Happening::Kill => self.kill(node),
@@ -340,8 +372,16 @@ impl Twin {
     fn feed(&mut self, node: NodeIndex, input: Input) {
         if self.nodes[usize::from(node)].alive {
             let now = self.local(node);
+            self.enter(Stage::of(&self.nodes[usize::from(node)].part));
             self.nodes[usize::from(node)].part.handle(now, &input);
+            self.enter(Stage::Engine);
             self.settle(node, Some((now, input)));
+        }
+    }
+
+    fn enter(&mut self, stage: Stage) {
+        if let Some(stopwatch) = &mut self.stopwatch {
+            stopwatch.enter(stage);
         }
     }
 
@@ -385,7 +425,11 @@ impl Twin {
                     self.send(association, from, at, &bytes);
                 }
             }
-            Output::Publish { subject, bytes } => self.publish_command(node, at, subject, bytes),
+            Output::Publish { subject, bytes } => {
+                self.enter(Stage::Broker);
+                self.publish_command(node, at, subject, bytes);
+                self.enter(Stage::Engine);
+            }
             Output::Datagram { side, bytes } => {
                 let end = if side == Side::Client { 0 } else { 1 };
                 if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
@@ -438,10 +482,13 @@ impl Twin {
     }
 
     fn send(&mut self, association: usize, from: usize, at: Micros, plain: &[u8]) {
+        self.enter(Stage::Links);
         let a = &mut self.associations[association];
-        let Some(bytes) = a.seal(from, plain) else { return };
+        let sealed = a.seal(from, plain);
         let target = a.ends[1 - from].node;
         let (source, relay) = (a.ends[from].node, a.relay);
+        self.enter(Stage::Engine);
+        let Some(bytes) = sealed else { return };
         let hop = self.delays.datagram();
         let at = self.in_order(source, relay.unwrap_or(target), at + hop);
         match relay {
@@ -467,7 +514,9 @@ impl Twin {
             guard.datagrams += 1;
         }
         let handshake = self.associations[a].standing == Standing::Handshake;
+        self.enter(Stage::Links);
         for seen in self.associations[a].arrive(e, bytes) {
+            self.enter(Stage::Links);
             let verdict = match &seen.arrival {
                 Arrival::Refused(verdict) => *verdict,
                 Arrival::Delivered(_) | Arrival::Discarded | Arrival::Handshake | Arrival::Ended => {
@@ -483,6 +532,7 @@ impl Twin {
                     Arrival::Handshake | Arrival::Ended => guard.handshake += 1,
                 }
             }
+            self.enter(Stage::Engine);
             match seen.arrival {
                 Arrival::Delivered(plain) => self.feed(target, Input::Record { session, bytes: plain }),
                 Arrival::Ended if handshake => self.fail(association),
@@ -490,6 +540,7 @@ impl Twin {
                 Arrival::Refused(_) | Arrival::Discarded | Arrival::Handshake => {}
             }
         }
+        self.enter(Stage::Engine);
     }
 
     /// A datagram from an address that has no association. A sound ClientHello begins a handshake that nobody goes on

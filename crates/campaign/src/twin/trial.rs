@@ -3,10 +3,12 @@
 use super::Twin;
 use super::assemble::{AssemblyError, assemble};
 use super::queue::Micros;
+use super::stopwatch::{Stage, Stopwatch};
 use crate::cast::{Cast, RunSecret, cast};
 use crate::evidence::{Logged, read};
 use crate::oracle::{Evidence, Verdict, judge};
 use crate::scenario::{Scenario, Setup};
+use wire::sign::Asked;
 
 /// How long what is under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the
 /// shipped scenarios; what is still held by a relay then is in its own account.
@@ -22,6 +24,10 @@ pub struct Run {
     pub evidence: Evidence,
     /// What it said.
     pub verdict: Verdict,
+    /// How often a core asked about a signature, and how often one was verified.
+    pub signatures: Asked,
+    /// The stopwatch of a twin that was watched, still in its last stage.
+    pub stopwatch: Option<Stopwatch>,
 }
 
 /// Starts the twin of `scenario` at time zero.
@@ -36,10 +42,14 @@ pub fn start(scenario: &Scenario, setup: &Setup, seed: u64, mouths: bool) -> Res
 pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     twin.run_until(cast.duration);
     twin.finish(GRACE);
-    let log = twin.log().to_vec();
+    let signatures = twin.signatures();
+    let (log, mut stopwatch) = twin.into_log();
+    if let Some(stopwatch) = &mut stopwatch {
+        stopwatch.enter(Stage::Judging);
+    }
     let evidence = evidence(&cast, setup, &log);
     let verdict = judge(&evidence);
-    Run { cast, log, evidence, verdict }
+    Run { cast, log, evidence, verdict, signatures, stopwatch }
 }
 
 fn evidence(cast: &Cast, setup: &Setup, log: &[Logged]) -> Evidence {

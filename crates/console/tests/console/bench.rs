@@ -63,6 +63,7 @@ impl Bench {
                 Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: INTENTS },
             ],
             ablation: None,
+            verified: None,
         };
         let config = ConsoleConfig {
             units: vec![UnitId::A, UnitId::B],

@@ -49,6 +49,7 @@ pub(crate) fn setup(policy: Policy) -> Setup {
             Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: INTENTS },
         ],
         ablation: None,
+        verified: None,
     }
 }
 
