@@ -62,7 +62,17 @@ impl HostClock {
 
 /// The machine's `CLOCK_MONOTONIC` in microseconds: common to all processes, for traces only.
 pub fn trace_us() -> u64 {
-    let now = clock_gettime(ClockId::CLOCK_MONOTONIC).expect("invariant: Linux has CLOCK_MONOTONIC");
+    micros(ClockId::CLOCK_MONOTONIC)
+}
+
+/// CPU time of the calling thread in microseconds, for measuring what work costs. `getrusage` moves in steps of the
+/// scheduler's tick, some milliseconds.
+pub fn thread_cpu_us() -> u64 {
+    micros(ClockId::CLOCK_THREAD_CPUTIME_ID)
+}
+
+fn micros(clock: ClockId) -> u64 {
+    let now = clock_gettime(clock).expect("invariant: Linux has its monotonic and its CPU clocks");
     saturate(i128::from(now.tv_sec()) * MILLION + i128::from(now.tv_nsec()) / 1_000)
 }
 

@@ -222,7 +222,7 @@ pub(super) fn cpu_seconds(mode: Mode) -> f64 {
         getrusage(who).map_or(0.0, |u| seconds(u.user_time()) + seconds(u.system_time()))
     };
     match mode {
-        Mode::Twin => of(UsageWho::RUSAGE_THREAD),
+        Mode::Twin => link::clock::thread_cpu_us() as f64 * 1e-6,
         Mode::Live => of(UsageWho::RUSAGE_SELF) + of(UsageWho::RUSAGE_CHILDREN),
     }
 }
