@@ -83,7 +83,7 @@ enum Verb {
     Bench(bench::Bench),
     /// Feed the recorded inputs of a live run to its cores and compare every output byte.
     Replay(replay::Args),
-    /// Check the evidence of a run: chains, seals, signatures.
+    /// Check the evidence of a run: chains and seals.
     Verify(verify::Args),
     /// Scenario files.
     #[command(subcommand)]

@@ -45,7 +45,7 @@ impl Places {
     }
 
     fn domain(&self, host: Host) -> (String, PathBuf) {
-        (format!("{}{}_", self.prefix, scope(host).replace('-', "")), self.temporary.join(scope(host)))
+        (format!("{}{}_", self.prefix, host as usize), self.temporary.join(scope(host)))
     }
 
     fn socket(&self) -> PathBuf {

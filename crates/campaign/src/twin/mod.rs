@@ -395,7 +395,7 @@ impl Twin {
             mouths[usize::from(node)].push(Mouthful { now, input, outputs: outputs.iter().cloned().collect() });
         }
         if !outputs.is_empty() {
-            let at = self.now + self.delays.stage(&self.nodes[usize::from(node)].part);
+            let at = self.now + self.delays.stage(&self.nodes[usize::from(node)].part, &outputs);
             outputs.into_iter().for_each(|output| self.carry(node, at, output));
         }
         self.arm(node);

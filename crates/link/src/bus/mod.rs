@@ -41,6 +41,14 @@ const ATTEMPTS: (u32, Duration) = (40, Duration::from_millis(50));
 /// A channel could not be opened or used.
 #[derive(Debug, thiserror::Error)]
 pub enum BusError {
+    /// Root and prefix too long for the path of a socket.
+    #[error(
+        "root and prefix take {length} bytes, at most {MAX_PLACE} fit a socket's path: point TMPDIR to a shorter one"
+    )]
+    Place {
+        /// Bytes of both.
+        length: usize,
+    },
     /// A root, prefix or scope outside the allowed form.
     #[error("`{0}` is not a usable name for the bus")]
     Name(String),
@@ -66,6 +74,10 @@ fn library(what: &'static str) -> impl Fn(&dyn std::fmt::Debug) -> BusError {
     move |why| BusError::Library { what, why: format!("{why:?}") }
 }
 
+/// The longest root and prefix, in bytes: the library's listener is a socket at `root/prefix<port>.event`, the port has up
+/// to 39 digits, and the kernel takes 107 bytes (`sockaddr_un`).
+pub const MAX_PLACE: usize = 107 - 1 - 39 - 6;
+
 /// One root and prefix: what is published here is seen by nobody elsewhere.
 #[derive(Clone, Debug)]
 pub struct Domain {
@@ -82,6 +94,9 @@ impl Domain {
         let name = |text: &str| BusError::Name(text.escape_default().take(64).collect());
         let prefix = sweep::checked_prefix(prefix).ok_or_else(|| name(prefix))?;
         let root_text = root.to_str().filter(|r| r.starts_with('/')).ok_or_else(|| name("root"))?;
+        if root_text.len() + prefix.len() > MAX_PLACE {
+            return Err(BusError::Place { length: root_text.len() + prefix.len() });
+        }
         let mut config = Config::default();
         config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|_| name(prefix))?;
         let root = iceoryx2::prelude::Path::new(root_text.as_bytes()).map_err(|_| name(root_text))?;

@@ -112,4 +112,6 @@ fn names_outside_the_form_are_refused() {
     }
     assert!(Domain::new(&scratch.root, "iox2_").is_err());
     assert!(Domain::new(&PathBuf::from("relative"), "hs_abc_").is_err());
+    let long = format!("/{}", "long".repeat(20));
+    assert!(matches!(Domain::new(&PathBuf::from(long), "hs_abc_"), Err(BusError::Place { length: 88 })));
 }
