@@ -8,9 +8,11 @@ pub mod clock;
 mod command;
 pub mod cost;
 pub mod delay;
+mod guard;
 pub mod net;
 pub mod part;
 pub mod queue;
+mod sessions;
 pub mod stopwatch;
 pub mod stream;
 pub mod trial;
@@ -19,7 +21,7 @@ use std::collections::VecDeque;
 
 use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Topic};
-use wire::event::{Account, Event, GuardVerdict, wire_hash};
+use wire::event::{Event, GuardVerdict};
 use wire::id::{NodeId, PeerId, WorldId};
 use wire::sign::{Asked, Verified};
 use wire::time::Instant;
@@ -27,26 +29,18 @@ use wire::time::Instant;
 use clock::HostClock;
 use command::{Along, Relayed};
 use delay::Delays;
-use link::guard::hello::at_the_door;
-use link::guard::record::{Split, split};
-use net::{Arrival, Association, Outside, Standing};
+use guard::Guard;
+use net::Association;
 use part::Part;
 use queue::{Micros, NodeIndex, Queue};
 use stopwatch::{Stage, Stopwatch};
 
+pub use guard::STRANGER;
+
 use crate::evidence::Logged;
-use crate::live::witness;
 
 /// When associations are set up.
 const OPENS_AT: Micros = 20_000;
-/// The association of a datagram that belongs to none.
-pub const STRANGER: u32 = u32::MAX;
-/// First and longest pause of a dialler between attempts: the live dialler's own.
-const PAUSES: (Micros, Micros) =
-    (link::dtls::dial::PAUSES.0.as_micros() as Micros, link::dtls::dial::PAUSES.1.as_micros() as Micros);
-/// How long a handshake may take: the live listener's own bound.
-const HANDSHAKE_LIMIT: Micros = link::dtls::HANDSHAKE_LIMIT.as_micros() as Micros;
-
 /// One process of the twin.
 pub struct Node {
     /// Who it is.
@@ -81,33 +75,6 @@ impl Node {
             armed: None,
             generation: 0,
         }
-    }
-}
-
-/// The record filter in front of one node's sessions, as a witness of its own.
-struct Guard {
-    id: NodeId,
-    journal: Journal,
-    /// Datagrams that came.
-    datagrams: u64,
-    /// Records in them.
-    seen: u64,
-    refused: u64,
-    delivered: u64,
-    discarded: u64,
-    handshake: u64,
-    /// Until when the stranger's handshake is under way.
-    half_open: Micros,
-}
-
-impl Guard {
-    fn new(id: NodeId) -> Guard {
-        let journal = Journal::new(id, wire::id::Boot(1), None);
-        Guard { id, journal, datagrams: 0, seen: 0, refused: 0, delivered: 0, discarded: 0, handshake: 0, half_open: 0 }
-    }
-
-    fn fork(&self) -> Guard {
-        Guard { journal: self.journal.fork(), ..*self }
     }
 }
 
@@ -200,7 +167,7 @@ impl Twin {
             mouths: assembly.mouths.then(|| vec![Vec::new(); assembly.nodes.len()]),
             latest: vec![0; assembly.nodes.len() * assembly.nodes.len()],
             nodes: assembly.nodes,
-            pauses: vec![PAUSES.0; assembly.associations.len()],
+            pauses: vec![sessions::PAUSES.0; assembly.associations.len()],
             clocks: assembly.clocks,
             associations: assembly.associations,
             guards,
@@ -481,202 +448,6 @@ impl Twin {
         *latest
     }
 
-    fn send(&mut self, association: usize, from: usize, at: Micros, plain: &[u8]) {
-        self.enter(Stage::Links);
-        let a = &mut self.associations[association];
-        let sealed = a.seal(from, plain);
-        let target = a.ends[1 - from].node;
-        let (source, relay) = (a.ends[from].node, a.relay);
-        self.enter(Stage::Engine);
-        let Some(bytes) = sealed else { return };
-        let hop = self.delays.datagram();
-        let at = self.in_order(source, relay.unwrap_or(target), at + hop);
-        match relay {
-            Some(relay) => {
-                let side = if from == 0 { Side::Client } else { Side::Server };
-                self.queue.push(at, relay, Happening::Input(Input::Datagram { side, bytes }));
-            }
-            None => {
-                let datagram = Happening::Datagram { association: association as u8, end: 1 - from as u8, bytes };
-                self.queue.push(at, target, datagram);
-            }
-        }
-    }
-
-    /// A datagram reached an end: guard, secure layer, core.
-    fn arrive(&mut self, association: u8, end: u8, bytes: &[u8]) {
-        let (a, e) = (usize::from(association), usize::from(end));
-        let (target, session) = (self.associations[a].ends[e].node, self.associations[a].ends[e].session);
-        if !self.nodes[usize::from(target)].alive {
-            return;
-        }
-        if let Some(guard) = &mut self.guards[usize::from(target)] {
-            guard.datagrams += 1;
-        }
-        let handshake = self.associations[a].standing == Standing::Handshake;
-        self.enter(Stage::Links);
-        for seen in self.associations[a].arrive(e, bytes) {
-            self.enter(Stage::Links);
-            let verdict = match &seen.arrival {
-                Arrival::Refused(verdict) => *verdict,
-                Arrival::Delivered(_) | Arrival::Discarded | Arrival::Handshake | Arrival::Ended => {
-                    GuardVerdict::Passed
-                }
-            };
-            self.observe(target, u32::from(association), seen.outside, seen.bytes, verdict);
-            if let Some(guard) = &mut self.guards[usize::from(target)] {
-                match &seen.arrival {
-                    Arrival::Delivered(_) => guard.delivered += 1,
-                    Arrival::Refused(_) => guard.refused += 1,
-                    Arrival::Discarded => guard.discarded += 1,
-                    Arrival::Handshake | Arrival::Ended => guard.handshake += 1,
-                }
-            }
-            self.enter(Stage::Engine);
-            match seen.arrival {
-                Arrival::Delivered(plain) => self.feed(target, Input::Record { session, bytes: plain }),
-                Arrival::Ended if handshake => self.fail(association),
-                Arrival::Ended => self.close(a),
-                Arrival::Refused(_) | Arrival::Discarded | Arrival::Handshake => {}
-            }
-        }
-        self.enter(Stage::Engine);
-    }
-
-    /// A datagram from an address that has no association. A sound ClientHello begins a handshake that nobody goes on
-    /// with; all strangers of a run share one address, so meanwhile the rest is judged as a part of that handshake.
-    fn stranger(&mut self, association: u8, bytes: &[u8]) {
-        let target = self.associations[usize::from(association)].ends[1].node;
-        let Some(guard) = &mut self.guards[usize::from(target)] else { return };
-        if !self.nodes[usize::from(target)].alive {
-            return;
-        }
-        guard.datagrams += 1;
-        if guard.half_open > self.now {
-            let mode = self.associations[usize::from(association)].guard;
-            for piece in split(bytes) {
-                let (bytes, verdict) = match piece {
-                    Split::Record(raw) => (raw.bytes, net::judge(&raw, mode, false)),
-                    Split::Remainder(bytes) => (bytes, GuardVerdict::Malformed),
-                };
-                self.count_stranger(target, bytes, verdict);
-            }
-            return;
-        }
-        let verdict = witness::verdict(at_the_door(bytes));
-        if verdict == GuardVerdict::Passed {
-            guard.half_open = self.now + HANDSHAKE_LIMIT;
-            let over = Happening::Unfinished { bytes: bytes.to_vec() };
-            self.queue.push(self.now + HANDSHAKE_LIMIT, target, over);
-        }
-        self.count_stranger(target, bytes, verdict);
-    }
-
-    fn count_stranger(&mut self, node: NodeIndex, bytes: &[u8], verdict: GuardVerdict) {
-        if let Some(guard) = &mut self.guards[usize::from(node)] {
-            guard.seen += 1;
-            if verdict == GuardVerdict::Passed { guard.handshake += 1 } else { guard.refused += 1 }
-        }
-        self.note_stranger(node, bytes, verdict);
-    }
-
-    fn note_stranger(&mut self, node: NodeIndex, bytes: &[u8], verdict: GuardVerdict) {
-        let outside = split(bytes).next().map_or_else(Outside::default, |piece| match piece {
-            Split::Record(raw) => Outside { epoch: raw.epoch, sequence: raw.sequence },
-            Split::Remainder(_) => Outside::default(),
-        });
-        self.note_guard(node, saw(STRANGER, outside, bytes, verdict));
-    }
-
-    fn observe(&mut self, node: NodeIndex, association: u32, outside: Outside, bytes: &[u8], verdict: GuardVerdict) {
-        if let Some(guard) = &mut self.guards[usize::from(node)] {
-            guard.seen += 1;
-        }
-        self.note_guard(node, saw(association, outside, bytes, verdict));
-    }
-
-    fn note_guard(&mut self, node: NodeIndex, event: Event) {
-        let at = self.local(node);
-        let Some(guard) = &mut self.guards[usize::from(node)] else { return };
-        let mut out = VecDeque::new();
-        guard.journal.write(at, event, &mut out);
-        let id = guard.id;
-        self.record_all(id, out);
-    }
-
-    fn close_guard(&mut self, node: NodeIndex) {
-        let direct = self.sent_direct(node);
-        let Some(g) = &self.guards[usize::from(node)] else { return };
-        if self.nodes[usize::from(node)].alive {
-            let counts = [
-                (Account::GuardIn, g.seen),
-                (Account::GuardRefused, g.refused),
-                (Account::Delivered, g.delivered),
-                (Account::Discarded, g.discarded),
-                (Account::Datagrams, g.datagrams),
-                (Account::SentDirect, direct),
-                (Account::Handshake, g.handshake),
-            ];
-            counts.into_iter().for_each(|(account, n)| self.note_guard(node, Event::Count { account, n }));
-        }
-    }
-
-    /// Datagrams of `node` to the gateway with no relay in between.
-    fn sent_direct(&self, node: NodeIndex) -> u64 {
-        let to_gateway = |a: &&Association| {
-            a.relay.is_none() && a.ends[0].node == node && self.nodes[usize::from(a.ends[1].node)].id == NodeId::GATEWAY
-        };
-        self.associations.iter().filter(to_gateway).map(|a| a.sent_by_client()).sum()
-    }
-
-    /// The dialler's attempt: a handshake when both ends are there, else the next attempt once this one has failed.
-    fn open(&mut self, association: u8) {
-        let a = &mut self.associations[usize::from(association)];
-        let dialler = a.ends[0].node;
-        let up = |node: NodeIndex| self.nodes[usize::from(node)].alive;
-        if up(dialler) && up(a.ends[1].node) {
-            let number = a.begin();
-            let at = self.now + self.delays.handshake();
-            self.queue.push(at, dialler, Happening::Complete { association, number });
-        } else {
-            self.again(association, HANDSHAKE_LIMIT);
-        }
-    }
-
-    /// A handshake has failed.
-    fn fail(&mut self, association: u8) {
-        self.again(association, 0);
-    }
-
-    /// Dials again after a pause that doubles.
-    fn again(&mut self, association: u8, lost: Micros) {
-        let pause = &mut self.pauses[usize::from(association)];
-        *pause = (*pause * 2).min(PAUSES.1);
-        let dialler = self.associations[usize::from(association)].ends[0].node;
-        self.queue.push(self.now + lost + *pause, dialler, Happening::Open(association));
-    }
-
-    fn complete(&mut self, association: u8, number: u32) {
-        let a = usize::from(association);
-        if !self.associations[a].complete(number) {
-            return;
-        }
-        self.pauses[a] = PAUSES.0;
-        let ends = [self.associations[a].ends[0].clone(), self.associations[a].ends[1].clone()];
-        for (own, other) in [(1, 0), (0, 1)] {
-            let input = Input::Opened { session: ends[own].session, peer: ends[other].peer };
-            self.feed(ends[own].node, input);
-        }
-    }
-
-    fn close(&mut self, a: usize) {
-        let ends = [self.associations[a].ends[0].clone(), self.associations[a].ends[1].clone()];
-        for end in &ends {
-            self.feed(end.node, Input::Closed { session: end.session });
-        }
-        self.queue.push(self.now + PAUSES.0, ends[0].node, Happening::Open(a as u8));
-    }
-
     fn kill(&mut self, node: NodeIndex) {
         let n = &mut self.nodes[usize::from(node)];
         n.alive = false;
@@ -709,17 +480,5 @@ impl Twin {
             self.queue.push(at, recorder, Happening::Input(Input::Audit { bytes: bytes.clone() }));
         }
         self.log.push(Logged { at: self.now, node: id, bytes });
-    }
-}
-
-/// What a record filter's log says of one record.
-fn saw(association: u32, outside: Outside, bytes: &[u8], verdict: GuardVerdict) -> Event {
-    Event::GuardSaw {
-        association,
-        epoch: outside.epoch,
-        sequence: outside.sequence,
-        length: bytes.len().min(usize::from(u16::MAX)) as u16,
-        hash: wire_hash(bytes),
-        verdict,
     }
 }

@@ -1,0 +1,114 @@
+//! The record filters of a twin as witnesses: what each saw, in a log of its own, and the account it closes with.
+//!
+//! Their judgement is the live guard's own (`link::guard`); what follows from it is `sessions`' business.
+
+use std::collections::VecDeque;
+
+use link::guard::record::{Split, split};
+use wire::audit::Journal;
+use wire::event::{Account, Event, GuardVerdict, wire_hash};
+use wire::id::NodeId;
+
+use super::Twin;
+use super::net::{Association, Outside};
+use super::queue::{Micros, NodeIndex};
+
+/// The association of a datagram that belongs to none.
+pub const STRANGER: u32 = u32::MAX;
+/// The record filter in front of one node's sessions, as a witness of its own.
+pub(super) struct Guard {
+    pub(super) id: NodeId,
+    pub(super) journal: Journal,
+    /// Datagrams that came.
+    pub(super) datagrams: u64,
+    /// Records in them.
+    pub(super) seen: u64,
+    pub(super) refused: u64,
+    pub(super) delivered: u64,
+    pub(super) discarded: u64,
+    pub(super) handshake: u64,
+    /// Until when the stranger's handshake is under way.
+    pub(super) half_open: Micros,
+}
+
+impl Guard {
+    pub(super) fn new(id: NodeId) -> Guard {
+        let journal = Journal::new(id, wire::id::Boot(1), None);
+        Guard { id, journal, datagrams: 0, seen: 0, refused: 0, delivered: 0, discarded: 0, handshake: 0, half_open: 0 }
+    }
+
+    pub(super) fn fork(&self) -> Guard {
+        Guard { journal: self.journal.fork(), ..*self }
+    }
+}
+
+impl Twin {
+    pub(super) fn count_stranger(&mut self, node: NodeIndex, bytes: &[u8], verdict: GuardVerdict) {
+        if let Some(guard) = &mut self.guards[usize::from(node)] {
+            guard.seen += 1;
+            if verdict == GuardVerdict::Passed { guard.handshake += 1 } else { guard.refused += 1 }
+        }
+        self.note_stranger(node, bytes, verdict);
+    }
+
+    pub(super) fn note_stranger(&mut self, node: NodeIndex, bytes: &[u8], verdict: GuardVerdict) {
+        let outside = split(bytes).next().map_or_else(Outside::default, |piece| match piece {
+            Split::Record(raw) => Outside { epoch: raw.epoch, sequence: raw.sequence },
+            Split::Remainder(_) => Outside::default(),
+        });
+        self.note_guard(node, saw(STRANGER, outside, bytes, verdict));
+    }
+
+    pub(super) fn observe(&mut self, node: NodeIndex, association: u32, outside: Outside, bytes: &[u8], verdict: GuardVerdict) {
+        if let Some(guard) = &mut self.guards[usize::from(node)] {
+            guard.seen += 1;
+        }
+        self.note_guard(node, saw(association, outside, bytes, verdict));
+    }
+
+    pub(super) fn note_guard(&mut self, node: NodeIndex, event: Event) {
+        let at = self.local(node);
+        let Some(guard) = &mut self.guards[usize::from(node)] else { return };
+        let mut out = VecDeque::new();
+        guard.journal.write(at, event, &mut out);
+        let id = guard.id;
+        self.record_all(id, out);
+    }
+
+    pub(super) fn close_guard(&mut self, node: NodeIndex) {
+        let direct = self.sent_direct(node);
+        let Some(g) = &self.guards[usize::from(node)] else { return };
+        if self.nodes[usize::from(node)].alive {
+            let counts = [
+                (Account::GuardIn, g.seen),
+                (Account::GuardRefused, g.refused),
+                (Account::Delivered, g.delivered),
+                (Account::Discarded, g.discarded),
+                (Account::Datagrams, g.datagrams),
+                (Account::SentDirect, direct),
+                (Account::Handshake, g.handshake),
+            ];
+            counts.into_iter().for_each(|(account, n)| self.note_guard(node, Event::Count { account, n }));
+        }
+    }
+
+    /// Datagrams of `node` to the gateway with no relay in between.
+    pub(super) fn sent_direct(&self, node: NodeIndex) -> u64 {
+        let to_gateway = |a: &&Association| {
+            a.relay.is_none() && a.ends[0].node == node && self.nodes[usize::from(a.ends[1].node)].id == NodeId::GATEWAY
+        };
+        self.associations.iter().filter(to_gateway).map(|a| a.sent_by_client()).sum()
+    }
+}
+
+/// What a record filter's log says of one record.
+fn saw(association: u32, outside: Outside, bytes: &[u8], verdict: GuardVerdict) -> Event {
+    Event::GuardSaw {
+        association,
+        epoch: outside.epoch,
+        sequence: outside.sequence,
+        length: bytes.len().min(usize::from(u16::MAX)) as u16,
+        hash: wire_hash(bytes),
+        verdict,
+    }
+}
