@@ -275,8 +275,9 @@ impl Company<'_> {
         }
     }
 
-    /// Quiesce, let arrive what is under way, and have everybody write the closing account: the relays first, then the
-    /// gateway, so that no datagram is under way while its two ends count; the recorder last.
+    /// Quiesce, let arrive what is under way, and have everybody write the closing account: the relays first, then whoever
+    /// sends to the gateway directly (it would dial again once the gateway is gone), then the gateway, so that no datagram
+    /// is under way while its two ends count; the recorder last.
     fn finish(&mut self) -> Result<(), LiveError> {
         self.children.iter_mut().for_each(|c| c.tell(Control::Quiesce));
         let until = trace_us() + GRACE_US;
@@ -288,11 +289,12 @@ impl Company<'_> {
         }
         let turn = |node: NodeId| match node {
             NodeId::RELAY_TELEMETRY | NodeId::RELAY_COMMAND => 0,
-            NodeId::GATEWAY => 1,
-            NodeId::RECORDER => 3,
-            _ => 2,
+            NodeId::INSIDER_B | NodeId::UNIT_C => 1,
+            NodeId::GATEWAY => 2,
+            NodeId::RECORDER => 4,
+            _ => 3,
         };
-        let mut groups: [Vec<Child>; 4] = Default::default();
+        let mut groups: [Vec<Child>; 5] = Default::default();
         self.children.drain(..).for_each(|child| groups[turn(child.node)].push(child));
         for group in &mut groups {
             group.iter_mut().for_each(|c| c.tell(Control::Finish));

@@ -59,7 +59,14 @@ impl Twin {
         self.note_guard(node, saw(STRANGER, outside, bytes, verdict));
     }
 
-    pub(super) fn observe(&mut self, node: NodeIndex, association: u32, outside: Outside, bytes: &[u8], verdict: GuardVerdict) {
+    pub(super) fn observe(
+        &mut self,
+        node: NodeIndex,
+        association: u32,
+        outside: Outside,
+        bytes: &[u8],
+        verdict: GuardVerdict,
+    ) {
         if let Some(guard) = &mut self.guards[usize::from(node)] {
             guard.seen += 1;
         }
