@@ -93,6 +93,7 @@ async fn drive(spec: &ServiceSpec, core: Box<dyn Core>) -> Result<(), DriveError
     let mut driver = Driver { clock: spec.clock, core, outlets, latest: Instant(0), inputs: 0, late_us: 0 };
     driver.run(sources).await;
     tokio::time::sleep(LINGER).await;
+    driver.outlets.hang_up().await;
     let stats = driver.outlets.finish();
     say("stats", &json!({ "node": spec.node, "inputs": driver.inputs, "late_max_us": driver.late_us, "links": stats }));
     // Kept until here, so that no source looks ended while the loop runs.

@@ -294,6 +294,13 @@ impl Outlets {
         [listener, dialler].into_iter().flatten().reduce(|a, b| a + b)
     }
 
+    /// Stops dialling, so that the closing account is the last word on what was sent.
+    pub(super) async fn hang_up(&mut self) {
+        if let Some(dialler) = &mut self.dialler {
+            dialler.stop().await;
+        }
+    }
+
     /// Flushes everything and gives the closing account of the links.
     pub(super) fn finish(&mut self) -> Value {
         self.flush();

@@ -37,6 +37,16 @@ impl Dialler {
     }
 }
 
+impl Dialler {
+    /// Ends the session without a word: once this returns, nothing more is sent or counted.
+    pub async fn stop(&mut self) {
+        self.task.abort();
+        if let Err(error) = (&mut self.task).await {
+            tracing::trace!(%error, "dialler stopped");
+        }
+    }
+}
+
 impl Drop for Dialler {
     fn drop(&mut self) {
         self.task.abort();
