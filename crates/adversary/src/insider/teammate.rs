@@ -164,10 +164,11 @@ impl InsiderTeammate {
             let length = u16::try_from(report.len()).unwrap_or(u16::MAX);
             let hash = wire_hash(&report);
             for session in self.sessions(PeerId::GATEWAY) {
-                self.say(now, session, HopBody::Report(report.as_slice().into()));
+                // Told first: the answer to what is said can be in the log within the same millisecond.
                 let delay = Span::ms(forward.lag_ms);
                 let event = Event::Attack { action: Action::Forward, side: Side::Server, length, hash, delay };
                 self.journal.write(now, event, &mut self.out);
+                self.say(now, session, HopBody::Report(report.as_slice().into()));
             }
         }
     }
