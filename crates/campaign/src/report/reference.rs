@@ -51,8 +51,10 @@ pub struct ReferenceRow {
     pub scenario: String,
     /// Cell, where it has any.
     pub cell: Option<String>,
-    /// Where the evidence of this row comes from: the declared kind for the twin, live for live runs.
+    /// Where the evidence of this row comes from.
     pub evidence: Evidence,
+    /// Whether that is where the scenario's mechanism runs; where not, its n is no evidence of the mechanism.
+    pub counts: bool,
     /// Twin or live.
     pub mode: Mode,
     /// The classes that were expected.
@@ -82,9 +84,10 @@ impl ReferenceRow {
         let expected = scenario.expected.to_vec();
         let unexpected = trials.iter().filter(|t| !expected.contains(&t.outcome)).count() as u64;
         let evidence = match mode {
-            Mode::Twin => scenario.evidence,
+            Mode::Twin => Evidence::Model,
             Mode::Live => Evidence::Live,
         };
+        let counts = evidence == Evidence::Live || scenario.evidence == Evidence::Model;
         let summary = Summary::of(trials);
         let bound = summary.unsafe_upper_95;
         let name = scenario.name.as_str().to_owned();
@@ -92,6 +95,7 @@ impl ReferenceRow {
             scenario: name,
             cell,
             evidence,
+            counts,
             mode,
             expected,
             unexpected,

@@ -23,7 +23,8 @@ pub fn reference_table(reference: &Reference) -> String {
         table.add_row(reference_row(row));
     }
     format!(
-        "{table}\nms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound.\n"
+        "{table}\nms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound.\n\
+         * the real mechanism runs live only: this n is no evidence of it.\n"
     )
 }
 
@@ -35,7 +36,7 @@ fn reference_row(row: &ReferenceRow) -> Vec<String> {
     }
     vec![
         name,
-        format!("{} {}, {}", row.mode.name(), evidence(row.evidence), row.summary.n),
+        format!("{}, {}{}", evidence(row.evidence), row.summary.n, if row.counts { "" } else { " *" }),
         outcomes,
         percent(row.summary.unsafe_upper_95),
         sample(&row.summary.latency_ms.to_degraded),
