@@ -492,3 +492,13 @@ fn a_hold_that_does_not_stop_the_unit_when_the_broker_is_killed_breaks_p3() {
     log.add(7000, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Hold });
     assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P2, Property::P3, Property::P3]);
 }
+
+#[test]
+fn a_run_that_ends_before_what_a_death_owes_is_due_shows_nothing() {
+    for node in [NodeId::PERCEPTION, NodeId::GATEWAY, NodeId::RECORDER] {
+        let mut log = Log::whole();
+        log.killed(9800, node);
+        let verdict = log.judge_with(vec![node]);
+        assert_eq!((verdict.outcome, verdict.responses[0].kept), (Outcome::Invalid, false), "{node}");
+    }
+}

@@ -6,10 +6,11 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
+use link::guard::observe::Verdict;
 use sha2::{Digest, Sha256};
 use wire::audit::Chains;
 use wire::codec;
-use wire::event::Event;
+use wire::event::{Event, GuardVerdict};
 use wire::id::{NodeId, WorldId};
 
 use crate::oracle::Witnessed;
@@ -46,6 +47,18 @@ pub fn read(log: &[Logged]) -> (Vec<Witnessed>, Option<String>) {
     });
     entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));
     (entries, problem.or(broken))
+}
+
+/// A record filter's verdict in the words of the log, live and in the twin.
+pub fn guard_verdict(verdict: Verdict) -> GuardVerdict {
+    match verdict {
+        Verdict::Passed => GuardVerdict::Passed,
+        Verdict::PlaintextAfterCompletion | Verdict::PlaintextBeforeCompletion => GuardVerdict::Plaintext,
+        Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly | Verdict::Unsealed => GuardVerdict::Malformed,
+        Verdict::Stranger => GuardVerdict::Stranger,
+        Verdict::Unfinished => GuardVerdict::Unfinished,
+        Verdict::Shed => GuardVerdict::Shed,
+    }
 }
 
 /// The two hashes of a trial, as hexadecimal.

@@ -13,13 +13,6 @@ pub(super) struct Model {
     guards: [(u64, u64); 2],
 }
 
-fn end(side: Side) -> usize {
-    match side {
-        Side::Client => 0,
-        Side::Server => 1,
-    }
-}
-
 impl Association for Model {
     fn open(guard: Requirement) -> Self {
         let (client, server) = ((0, SessionId(1), PeerId::UNIT_A), (1, SessionId(1), PeerId::GATEWAY));
@@ -34,13 +27,13 @@ impl Association for Model {
     }
 
     fn send(&mut self, from: Side, record: &[u8]) -> Option<Vec<u8>> {
-        self.association.seal(end(from), record)
+        self.association.seal(from as usize, record)
     }
 
     fn put(&mut self, at: Side, datagram: &[u8]) -> Vec<Vec<u8>> {
         let mut delivered = Vec::new();
-        for seen in self.association.arrive(end(at), datagram) {
-            let guard = &mut self.guards[end(at)];
+        for seen in self.association.arrive(at as usize, datagram) {
+            let guard = &mut self.guards[at as usize];
             guard.0 += 1;
             match seen.arrival {
                 Arrival::Delivered(record) => delivered.push(record),
@@ -52,7 +45,7 @@ impl Association for Model {
     }
 
     fn guard(&self, at: Side) -> (u64, u64) {
-        self.guards[end(at)]
+        self.guards[at as usize]
     }
 
     fn wait(&mut self) {}

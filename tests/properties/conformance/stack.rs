@@ -33,13 +33,6 @@ struct End {
     counters: Arc<GuardCounters>,
 }
 
-fn end(side: Side) -> usize {
-    match side {
-        Side::Client => 0,
-        Side::Server => 1,
-    }
-}
-
 impl Association for Stack {
     fn open(guard: Requirement) -> Self {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().start_paused(true).build();
@@ -61,7 +54,7 @@ impl Association for Stack {
     }
 
     fn send(&mut self, from: Side, record: &[u8]) -> Option<Vec<u8>> {
-        let end = &mut self.ends[end(from)];
+        let end = &mut self.ends[from as usize];
         self.runtime.block_on(async {
             while end.out.try_recv().is_ok() {}
             end.secure.send(record).await.ok()?;
@@ -70,7 +63,7 @@ impl Association for Stack {
     }
 
     fn put(&mut self, at: Side, datagram: &[u8]) -> Vec<Vec<u8>> {
-        let end = &mut self.ends[end(at)];
+        let end = &mut self.ends[at as usize];
         self.runtime.block_on(async {
             end.into.send(datagram.to_vec()).await.expect("the path is there");
             let mut records = Vec::new();
@@ -82,7 +75,7 @@ impl Association for Stack {
     }
 
     fn guard(&self, at: Side) -> (u64, u64) {
-        let stats = self.ends[end(at)].counters.read();
+        let stats = self.ends[at as usize].counters.read();
         (stats.records, stats.refused())
     }
 

@@ -226,10 +226,11 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
 
 /// Processes that end, and when, in microseconds.
 pub(super) fn kills(s: &Scenario, phase: u64) -> Vec<(u64, NodeId)> {
-    s.kill.iter().map(|k| (start_ms(k, phase) * 1000, process(k.process))).collect()
+    s.kill.iter().map(|k| (start_ms(k, phase) * 1000, node_of(k.process))).collect()
 }
 
-fn process(process: Process) -> NodeId {
+/// The node that a process of a scenario is.
+pub fn node_of(process: Process) -> NodeId {
     match process {
         Process::Sim => NodeId::SIM,
         Process::Perception => NodeId::PERCEPTION,
@@ -263,7 +264,7 @@ pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
     planned.extend(tampered(s).map(Planned::Stream));
     planned.extend((!s.malformed.is_empty()).then_some(Planned::Malformed));
     planned.extend(s.fault.iter().map(|f| Planned::Fault(sensor(f.sensor))));
-    planned.extend(s.kill.iter().map(|k| Planned::Kill(process(k.process))));
+    planned.extend(s.kill.iter().map(|k| Planned::Kill(node_of(k.process))));
     planned
 }
 

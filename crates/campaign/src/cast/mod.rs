@@ -24,6 +24,7 @@ use adversary::plan::{DatagramRelayConfig, InsiderCommandConfig, InsiderTeammate
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
 
+pub use attack::node_of;
 pub use keys::RunSecret;
 
 /// A host: its nodes share a clock and shared memory.

@@ -14,6 +14,7 @@ use super::engine::{self, EngineError};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, batch, out};
+use crate::progress::Progress;
 use crate::report::{Mode, SCHEMA_VERSION, Spread, StageCost, TwinCost, cost_table};
 use crate::twin::cost::{Course, Watched, watched};
 use crate::twin::stopwatch::Stage;
@@ -44,7 +45,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     };
     let trials = args.trials.unwrap_or(if args.rendered { 2 } else { 10 });
     let bench = Bench::prepare(context, planned, trials)?;
-    let rounds = (0..args.rounds).map(|_| bench.round()).collect::<Result<Vec<_>, _>>()?;
+    let progress = Progress::new("rounds", args.rounds as usize, context.talk);
+    let round = |_| bench.round().inspect(|_| progress.step());
+    let rounds = (0..args.rounds).map(round).collect::<Result<Vec<_>, _>>()?;
+    progress.finish();
     let cost = bench.sum_up(args.rendered, &rounds);
     if context.json {
         out::print_json(&cost)?;

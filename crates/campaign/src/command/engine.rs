@@ -112,11 +112,9 @@ fn live_trial(
     stop: &Stop,
     show: &mut dyn FnMut(&str),
 ) -> Result<Trial, EngineError> {
-    let program = std::env::current_exe().map_err(failed)?;
-    let scratch = std::env::temp_dir().join(format!("{}{}", live::janitor::SCRATCH, live::run_id()));
+    let scratch = scratch();
     let run_dir = setup.run_dir.clone().unwrap_or_else(|| scratch.clone());
-    let options = live::Options { run_dir: run_dir.clone(), services: Services::Own(program), stop, show };
-    let run = live::trial::run_live(scenario, setup, seed, options);
+    let run = run_live(scenario, setup, seed, &run_dir, stop, show);
     let kept = match (&run, &setup.run_dir) {
         (Ok(run), Some(_)) => keep::events(&run_dir, &run.evidence.entries)
             .and_then(|()| keep::replays(&run_dir, &run.replays))
@@ -124,15 +122,34 @@ fn live_trial(
         (_, None) => std::fs::remove_dir_all(&scratch).or(Ok(())),
         (Err(_), Some(_)) => Ok(()),
     };
-    let run = run.map_err(|error| match error {
-        LiveError::Stopped => EngineError::Stopped,
-        LiveError::Environment(why) => EngineError::Environment(why),
-    })?;
+    let run = run?;
     kept?;
     let mut trial = judged::trial(seed, &run.evidence, &run.verdict);
     let differing = run.replays.iter().filter_map(|r| Some(format!("mouth of {}: {}", r.node, r.difference.as_ref()?)));
     trial.findings.extend(differing);
     Ok(trial)
+}
+
+/// A folder for the logs of a run that nobody keeps; the janitor knows it by its name.
+fn scratch() -> PathBuf {
+    std::env::temp_dir().join(format!("{}{}", live::janitor::SCRATCH, live::run_id()))
+}
+
+/// Runs one live trial with this program as every service.
+fn run_live(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    run_dir: &Path,
+    stop: &Stop,
+    show: &mut dyn FnMut(&str),
+) -> Result<live::trial::Run, EngineError> {
+    let program = std::env::current_exe().map_err(failed)?;
+    let options = live::Options { run_dir: run_dir.to_owned(), services: Services::Own(program), stop, show };
+    live::trial::run_live(scenario, setup, seed, options).map_err(|error| match error {
+        LiveError::Stopped => EngineError::Stopped,
+        LiveError::Environment(why) => EngineError::Environment(why),
+    })
 }
 
 /// Adds the stages of one trial in the twin.
@@ -151,15 +168,9 @@ pub(super) fn live_stages(
     stop: &Stop,
     to: &mut Delays,
 ) -> Result<(), EngineError> {
-    let program = std::env::current_exe().map_err(failed)?;
-    let run_dir = std::env::temp_dir().join(format!("holdsafe-stages-{}-{seed}", std::process::id()));
-    let options = live::Options { run_dir: run_dir.clone(), services: Services::Own(program), stop, show: &mut |_| {} };
-    let run = live::trial::run_live(scenario, setup, seed, options);
-    let taken = match run {
-        Ok(run) => to.take_live(&run.cast, &run_dir).map_err(failed),
-        Err(LiveError::Stopped) => Err(EngineError::Stopped),
-        Err(LiveError::Environment(why)) => Err(EngineError::Environment(why)),
-    };
+    let run_dir = scratch();
+    let run = run_live(scenario, setup, seed, &run_dir, stop, &mut |_| {});
+    let taken = run.and_then(|run| to.take_live(&run.cast, &run_dir).map_err(failed));
     // What could not be removed is in the folder for temporary files; the measurement stands without it.
     if let Err(error) = std::fs::remove_dir_all(&run_dir) {
         tracing::debug!(%error, "mouth logs not removed");

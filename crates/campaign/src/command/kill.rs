@@ -7,28 +7,28 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::Serialize;
-use wire::id::NodeId;
 use wire::mode::Mode as Driving;
 
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::oracle::demise::{OWED, Owed, Response};
+use crate::cast::node_of;
+use crate::oracle::demise::{self, Owed, Response};
 use crate::report::{KillRow, Mode, SCHEMA_VERSION, kill_table};
 use crate::scenario::{self, Process, Scenario};
 use crate::trial::{Outcome, Trial};
 
 /// The processes in the order in which they are killed, by their names on the command line.
-const PROCESSES: [(&str, Process, NodeId); 8] = [
-    ("sim", Process::Sim, NodeId::SIM),
-    ("perception", Process::Perception, NodeId::PERCEPTION),
-    ("autonomy", Process::Autonomy, NodeId::UNIT_A),
-    ("gateway", Process::Gateway, NodeId::GATEWAY),
-    ("relay", Process::Adversary, NodeId::RELAY_TELEMETRY),
-    ("broker", Process::Broker, NodeId::BROKER),
-    ("recorder", Process::Recorder, NodeId::RECORDER),
-    ("console", Process::Console, NodeId::CONSOLE),
+const PROCESSES: [(&str, Process); 8] = [
+    ("sim", Process::Sim),
+    ("perception", Process::Perception),
+    ("autonomy", Process::Autonomy),
+    ("gateway", Process::Gateway),
+    ("relay", Process::Adversary),
+    ("broker", Process::Broker),
+    ("recorder", Process::Recorder),
+    ("console", Process::Console),
 ];
 
 #[derive(Debug, clap::Args)]
@@ -38,7 +38,7 @@ pub(super) struct Args {
     runs: u64,
     /// Only these processes, such as sim,autonomy.
     #[arg(long, value_delimiter = ',', value_name = "PROCESS",
-          value_parser = clap::builder::PossibleValuesParser::new(PROCESSES.map(|(name, ..)| name)))]
+          value_parser = clap::builder::PossibleValuesParser::new(PROCESSES.map(|(name, _)| name)))]
     only: Vec<String>,
     /// Live runs at a time.
     #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
@@ -100,11 +100,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Result<Vec<Planned>, Failure> {
     let wanted = Wanted { rendered: mode == Mode::Live, ..Wanted::default() };
     let mut all = Vec::new();
-    for (name, process, node) in PROCESSES {
+    for (name, process) in PROCESSES {
         if !args.only.is_empty() && !args.only.iter().any(|only| only == name) {
             continue;
         }
-        let expected = [owed(node)?.ends_in].map(class);
+        let expected = [owed(process)?.ends_in].map(class);
         let twin = if mode == Mode::Twin { " --twin" } else { "" };
         for mut one in plan::of_scenario(context, &nominal.killing(process, &expected), &wanted)? {
             one.variation.cell = Some(name.to_owned());
@@ -115,9 +115,9 @@ fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Re
     Ok(all)
 }
 
-fn owed(node: NodeId) -> Result<&'static Owed, Failure> {
-    let found = OWED.iter().find(|owed| owed.node == node);
-    found.ok_or_else(|| Failure::new(Exit::Internal, format!("nothing is stated of the death of {node}")))
+fn owed(process: Process) -> Result<&'static Owed, Failure> {
+    let node = node_of(process);
+    demise::owed(node).ok_or_else(|| Failure::new(Exit::Internal, format!("nothing is stated of the death of {node}")))
 }
 
 /// The class of a trial that ends in this mode by itself.
@@ -134,7 +134,7 @@ fn row(planned: &Planned, mode: Mode, trials: &[Trial]) -> KillRow {
     let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == planned.variation.cell).collect();
     let responses: Vec<&Response> =
         own.iter().filter(|t| t.outcome != Outcome::Invalid).flat_map(|t| &t.responses).collect();
-    let owed = PROCESSES.iter().find(|(name, ..)| *name == cell).and_then(|(_, _, node)| owed(*node).ok());
+    let owed = PROCESSES.iter().find(|(name, _)| *name == cell).and_then(|(_, process)| owed(*process).ok());
     KillRow::new(cell, mode, owed, &planned.setup.bounds, &own, &responses)
 }
 
@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn something_is_stated_of_the_death_of_every_process_that_can_be_killed() {
-        assert!(PROCESSES.iter().all(|(_, _, node)| owed(*node).is_ok()));
-        assert_eq!(PROCESSES.len(), OWED.len());
+        assert!(PROCESSES.iter().all(|(_, process)| owed(*process).is_ok()));
+        assert_eq!(PROCESSES.len(), demise::OWED.len());
     }
 }

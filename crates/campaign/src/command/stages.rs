@@ -10,6 +10,7 @@ use super::engine;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, out};
+use crate::progress::Progress;
 use crate::report::SCHEMA_VERSION;
 use crate::stages::{Delays, Quantiles, Row};
 
@@ -36,11 +37,14 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::NoEvidence, "nothing to run"));
     };
     let (mut live, mut twin) = (Delays::default(), Delays::default());
+    let progress = Progress::new("stages", args.runs as usize, context.talk);
     for seed in (0..args.runs).map(|i| context.seed + i) {
         let scenario = &one.variation.scenario;
         engine::twin_stages(scenario, &one.setup, seed, &mut twin)?;
         engine::live_stages(scenario, &one.setup, seed, &context.stop, &mut live)?;
+        progress.step();
     }
+    progress.finish();
     let stages = Delays::compare(&live, &twin);
     let measured =
         Measured { schema_version: SCHEMA_VERSION, scenario: "nominal", seed: context.seed, runs: args.runs, stages };

@@ -10,7 +10,7 @@ pub mod mouths;
 pub mod service;
 mod spec;
 pub mod trial;
-pub(crate) mod witness;
+mod witness;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};

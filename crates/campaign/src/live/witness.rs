@@ -5,20 +5,19 @@ use std::collections::VecDeque;
 use std::io::BufReader;
 use std::path::Path;
 
-use link::guard::observe::Verdict;
 use link::mouth;
 use link::recorded;
 use link::stream::{StreamLog, StreamSight};
 use serde_json::Value;
 use wire::audit::Journal;
 use wire::core::{Output, Side};
-use wire::event::{Account, Event, GuardVerdict};
+use wire::event::{Account, Event};
 use wire::id::{Boot, NodeId};
 use wire::time::Instant;
 
 use super::LiveError;
 use crate::cast::{Cast, Member};
-use crate::evidence::Logged;
+use crate::evidence::{Logged, guard_verdict};
 
 /// The recording, on the run's time; what was written before the start counts as written at the start.
 pub(super) fn recording(run_dir: &Path, start_us: u64) -> Result<Vec<Logged>, LiveError> {
@@ -80,7 +79,7 @@ pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeI
                 sequence: seen.sequence,
                 length: seen.length.min(u32::from(u16::MAX)) as u16,
                 hash: u64::from_be_bytes(seen.digest),
-                verdict: verdict(seen.verdict),
+                verdict: guard_verdict(seen.verdict),
             };
             events.push((seen.trace_us.saturating_sub(start_us), event));
         }
@@ -112,18 +111,6 @@ pub(super) fn note(journal: &mut Journal, log: &mut Vec<Logged>, node: NodeId, a
         out.into_iter()
             .filter_map(|o| if let Output::Audit { bytes } = o { Some(Logged { at, node, bytes }) } else { None }),
     );
-}
-
-/// A record filter's verdict in the words of the log; the twin's filter says it in the same.
-pub(crate) fn verdict(verdict: Verdict) -> GuardVerdict {
-    match verdict {
-        Verdict::Passed => GuardVerdict::Passed,
-        Verdict::PlaintextAfterCompletion | Verdict::PlaintextBeforeCompletion => GuardVerdict::Plaintext,
-        Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly | Verdict::Unsealed => GuardVerdict::Malformed,
-        Verdict::Stranger => GuardVerdict::Stranger,
-        Verdict::Unfinished => GuardVerdict::Unfinished,
-        Verdict::Shed => GuardVerdict::Shed,
-    }
 }
 
 /// What the link counted, as accounts. What the secure layer consumed of application data without delivering it counts

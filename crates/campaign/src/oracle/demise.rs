@@ -289,9 +289,14 @@ impl Death<'_> {
 
     fn mode_changes(&self, zero: Micros) -> Vec<Finding> {
         let b = &self.evidence.bounds;
-        let due =
-            |ms: Option<fn(&Bounds) -> u64>| Some(zero + ms?(b) * 1000).filter(|due| *due <= self.evidence.duration);
+        let due = |ms: Option<fn(&Bounds) -> u64>| Some(zero + ms?(b) * 1000);
         let mut found = Vec::new();
+        if let Some(at) =
+            due(self.owed.restricted).max(due(self.owed.settled)).filter(|at| *at > self.evidence.duration)
+        {
+            let what = format!("the run ends before what {}'s death owes at {} ms is due", self.owed.node, at / 1000);
+            return vec![finding(Property::P10, self.evidence.duration, what)];
+        }
         let mut late = |property: Property, at: Micros, mode: Mode| {
             let after = (at - zero) / 1000;
             let what = format!("{after} ms after {} was killed still {}", self.owed.node, mode.name());

@@ -13,7 +13,7 @@ use wire::id::{PeerId, SessionId};
 use wire::policy::Requirement;
 
 use super::queue::NodeIndex;
-use crate::live::witness;
+use crate::evidence::guard_verdict;
 
 /// Authentication tag of a record.
 const TAG: usize = 16;
@@ -232,7 +232,7 @@ pub fn judge(raw: &RawRecord<'_>, guard: Requirement, complete: bool) -> GuardVe
         Requirement::Required => GuardMode::Required,
         Requirement::Waived => GuardMode::Waived,
     };
-    witness::verdict(link::guard::judge(raw, mode, complete))
+    guard_verdict(link::guard::judge(raw, mode, complete))
 }
 
 /// XORs the keystream of (key, sequence) over `bytes`.

@@ -11,7 +11,7 @@ use super::net::{self, Arrival, Standing};
 use super::queue::{Micros, NodeIndex};
 use super::stopwatch::Stage;
 use super::{Happening, Twin};
-use crate::live::witness;
+use crate::evidence::guard_verdict;
 
 /// First and longest pause of a dialler between attempts: the live dialler's own.
 pub(super) const PAUSES: (Micros, Micros) =
@@ -102,7 +102,7 @@ impl Twin {
             }
             return;
         }
-        let verdict = witness::verdict(at_the_door(bytes));
+        let verdict = guard_verdict(at_the_door(bytes));
         if verdict == GuardVerdict::Passed {
             guard.half_open = self.now + HANDSHAKE_LIMIT;
             let over = Happening::Unfinished { bytes: bytes.to_vec() };

@@ -35,15 +35,15 @@ impl Dialler {
         let present = *self.present.lock().unwrap_or_else(PoisonError::into_inner);
         present.and_then(sockets::kernel_drops).unwrap_or(0) + self.counters.read().kernel_dropped
     }
-}
 
-impl Dialler {
     /// Ends the session without a word: once this returns, nothing more is sent or counted.
     pub async fn stop(&mut self) {
         self.task.abort();
         if let Err(error) = (&mut self.task).await {
             tracing::trace!(%error, "dialler stopped");
         }
+        // Its drops are among the counters now.
+        *self.present.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 }
 
