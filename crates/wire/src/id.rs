@@ -7,7 +7,7 @@ use core::fmt;
 use minicbor::{Decode, Encode};
 
 /// How many identities there are.
-pub const NODES: usize = 24;
+pub const NODES: usize = 32;
 
 /// The names that certificates, scenario files and logs use, by number.
 ///
@@ -37,6 +37,14 @@ const NAMES: [&str; NODES] = [
     "sim-c",
     "insider-command",
     "guard-broker",
+    "insider-operator",
+    "insider-broker",
+    "insider-gateway",
+    "insider-perception",
+    "insider-recorder",
+    "observer",
+    "impostor",
+    "host",
 ];
 
 macro_rules! name_id {

@@ -95,7 +95,7 @@ pub enum Requirement {
 /// A set of waived checks, as events carry it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
 #[cbor(transparent)]
-pub struct Waived(#[n(0)] pub u16);
+pub struct Waived(#[n(0)] pub u32);
 
 impl Waived {
     /// With one more.

@@ -1,0 +1,58 @@
+//! Attacks on the command plane.
+
+use campaign::oracle::Witnessed;
+use holdsafe_tests::shipped;
+use wire::command::CommandKind;
+use wire::event::Event;
+use wire::refusal::Reason;
+use wire::stream::{Deed, Sight};
+
+use crate::SEEDS;
+
+#[test]
+fn a_hold_in_a_stalled_command_stream_is_not_needed_and_comes_too_late() {
+    for run in shipped("command_stall").expect(SEEDS) {
+        let given = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+            Event::Intended { kind: CommandKind::Hold, .. } => Some(w.at as f64 / 1000.0),
+            _ => None,
+        });
+        let given = given.expect("the operator held");
+        let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("the lease lapsed").t_ms;
+        assert!(held >= given && held - given <= 560.0, "lease, one control period and a hop: {given} to {held} ms");
+        // The operator asks again when nothing is acknowledged; of what waited in the stall only the young is executed.
+        let first = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+            Event::Executed { kind: CommandKind::Hold, refused, .. } => Some(refused),
+            _ => None,
+        });
+        assert_eq!(first, Some(Some(Reason::Late)), "the order came out of the stall and was refused");
+    }
+}
+
+#[test]
+fn a_cut_command_connection_loses_the_hold_and_comes_back_by_itself() {
+    for run in shipped("command_cut").expect(SEEDS) {
+        let done = |wanted: CommandKind| {
+            let one = |w: &&Witnessed| match w.entry.event {
+                Event::Executed { kind, refused: None, .. } => kind == wanted,
+                _ => false,
+            };
+            run.evidence.entries.iter().filter(one).count()
+        };
+        assert!(done(CommandKind::Hold) > 0 && done(CommandKind::Resume) == 1, "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn a_damaged_confirmation_is_refused_by_the_secure_layer_and_no_act_follows_from_it() {
+    for run in shipped("command_corrupt").expect(SEEDS) {
+        let times = |test: &dyn Fn(&Event) -> bool| {
+            let found = run.evidence.entries.iter().filter(|w| test(&w.entry.event)).map(|w| w.at);
+            found.collect::<Vec<_>>()
+        };
+        assert!(!times(&|e| matches!(e, Event::StreamSaw { sight: Sight::Refused, .. })).is_empty());
+        // The operator asks again when nothing is acknowledged, and may act once the path is whole.
+        let damaged = times(&|e| matches!(e, Event::Tampered { deed: Deed::Damaged, .. }));
+        let acted = times(&|e| matches!(e, Event::PlantAct { .. }));
+        assert!(acted.first().is_none_or(|at| Some(at) > damaged.last()), "{acted:?} {damaged:?}");
+    }
+}

@@ -1,0 +1,68 @@
+//! Controls: nothing done, done and not arrived, said and not done.
+
+use campaign::oracle::{Witnessed, judge};
+use campaign::trial::Outcome;
+use holdsafe_tests::shipped;
+use wire::event::{Account, Event};
+use wire::id::NodeId;
+
+use crate::SEEDS;
+
+#[test]
+fn null_attack_trips_nothing_and_the_operator_gets_the_mission_done() {
+    for run in shipped("nominal").expect(SEEDS) {
+        let acts = run.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::PlantAct { .. })).count();
+        assert_eq!(acts, 1, "{:?}", run.verdict.transitions);
+    }
+}
+
+/// A lossy link is weather, not an attack: what it costs is a false trip.
+#[test]
+fn a_hold_brought_about_by_the_links_own_loss_is_a_false_trip() {
+    let mut ready = shipped("nominal");
+    ready.scenario = ready.scenario.soak(60.0, 0.4);
+    for seed in SEEDS {
+        let verdict = ready.run(seed).verdict;
+        assert_eq!(verdict.outcome, Outcome::FalseTrip, "{:?}", verdict.transitions);
+        assert!(verdict.false_trips > 0 && verdict.zero.is_none());
+    }
+}
+
+/// What the adversary claims in a run with the attack, put into the log of the same run without it: the claims name the
+/// right streams and places, and nothing of them is true.
+#[test]
+fn a_stream_relay_that_says_it_acted_and_did_not_has_no_receipt() {
+    for name in ["command_stall", "command_cut", "command_corrupt"] {
+        let mut ready = shipped(name);
+        let attacked = ready.run(1);
+        assert!(attacked.verdict.receipt, "{name}");
+        let s = &mut ready.scenario;
+        (s.stall, s.cut, s.stream_corrupt) = Default::default();
+        let mut quiet = ready.run(1);
+        assert!(quiet.verdict.zero.is_none(), "{name}");
+        let claims = attacked.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::Tampered { .. }));
+        quiet.evidence.entries.extend(claims.copied());
+        quiet.evidence.entries.sort_by_key(|w| w.at);
+        quiet.evidence.planned = attacked.evidence.planned;
+        let verdict = judge(&quiet.evidence);
+        assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid), "{name}: {:?}", verdict.findings);
+    }
+}
+
+#[test]
+fn a_datagram_that_leaves_the_relay_and_is_in_no_account_makes_the_run_invalid() {
+    let run = shipped("nominal").run(1);
+    assert_eq!(run.verdict.findings, []);
+    for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
+        let mut evidence = run.evidence.clone();
+        let one_less = |w: &mut Witnessed| {
+            if let Event::Count { account: Account::Datagrams, n } = &mut w.entry.event
+                && Some(w.entry.node) == node.guard()
+            {
+                *n -= 1;
+            }
+        };
+        evidence.entries.iter_mut().for_each(one_less);
+        assert_eq!(judge(&evidence).outcome, Outcome::Invalid, "{node}");
+    }
+}

@@ -1,0 +1,100 @@
+//! Attacks on the telemetry link by one who holds no key.
+
+use campaign::oracle::Witnessed;
+use campaign::trial::Outcome;
+use holdsafe_tests::{shipped, under};
+use wire::event::{Account, Event, GuardVerdict, Interface};
+use wire::id::NodeId;
+
+use crate::SEEDS;
+
+#[test]
+fn replayed_records_of_the_same_session_are_never_delivered() {
+    for run in shipped("replay").expect(SEEDS) {
+        let gateway = NodeId::GATEWAY.guard().expect("a guard");
+        let count = |node: NodeId, wanted: Account| {
+            run.evidence.entries.iter().find_map(|w| match w.entry.event {
+                Event::Count { account, n } if account == wanted && w.entry.node == node => Some(n),
+                _ => None,
+            })
+        };
+        let added = count(NodeId::RELAY_TELEMETRY, Account::RelayAdded(wire::core::Side::Server)).unwrap_or(0);
+        assert!(added > 0, "something was replayed");
+        assert_eq!(count(gateway, Account::Discarded), Some(added));
+        assert_eq!(count(NodeId::GATEWAY, Account::Received(Interface::Uplink)), count(gateway, Account::Delivered));
+    }
+}
+
+#[test]
+fn delay_beyond_the_freshness_window_holds() {
+    shipped("delay").expect(SEEDS);
+}
+
+#[test]
+fn duplicates_are_accepted_once() {
+    shipped("duplicate").expect(SEEDS);
+}
+
+#[test]
+fn damaged_ciphertext_is_discarded_and_the_association_stands() {
+    shipped("corrupt").expect(SEEDS);
+}
+
+#[test]
+fn loss() {
+    shipped("loss").expect(SEEDS);
+}
+
+#[test]
+fn a_naive_relay_gets_no_record_in() {
+    for run in shipped("naive_relay").expect(SEEDS) {
+        let refused = run.evidence.entries.iter().any(
+            |w| matches!(w.entry.event, Event::GuardSaw { association, .. } if association == campaign::twin::STRANGER),
+        );
+        assert!(refused, "the guard saw the stranger");
+    }
+}
+
+#[test]
+fn without_the_age_bound_a_replay_of_old_state_is_still_not_delivered_by_the_session() {
+    let ready = under("replay", "session-only");
+    for seed in SEEDS {
+        let outcome = ready.run(seed).verdict.outcome;
+        assert!(!matches!(outcome, Outcome::Unsafe | Outcome::Invalid), "{outcome:?}");
+    }
+}
+
+#[test]
+fn a_keyless_alert_ends_nothing_and_without_the_guard_a_series_of_them_holds() {
+    for run in shipped("alert").expect(SEEDS) {
+        assert!(run.evidence.entries.iter().all(|w| !matches!(w.entry.event, Event::Session { open: false, .. })));
+    }
+    for seed in SEEDS {
+        let run = under("alert", "guard-off").run(seed);
+        assert_eq!(run.verdict.outcome, Outcome::HoldSafe, "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn one_silent_hello_keeps_nobody_out_even_when_the_association_must_come_back() {
+    shipped("silent_hello").expect(SEEDS);
+    for seed in SEEDS {
+        let run = under("silent_hello", "guard-off").run(seed);
+        assert_eq!(run.verdict.outcome, Outcome::Rejected, "{:?}", run.verdict.transitions);
+        let unit = |w: &&Witnessed| w.entry.node == NodeId::UNIT_A;
+        let sessions = run.evidence.entries.iter().filter(unit).filter_map(|w| match w.entry.event {
+            Event::Session { open, .. } => Some(open),
+            _ => None,
+        });
+        assert_eq!(sessions.collect::<Vec<_>>(), [true, false, true], "ended once and came back");
+    }
+}
+
+#[test]
+fn hellos_whose_lengths_lie_are_refused_by_name() {
+    for run in shipped("malformed_hello").expect(SEEDS) {
+        let refused =
+            |w: &&Witnessed| matches!(w.entry.event, Event::GuardSaw { verdict: GuardVerdict::Malformed, .. });
+        assert_eq!(run.evidence.entries.iter().filter(refused).count(), 120);
+    }
+}
