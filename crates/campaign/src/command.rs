@@ -6,6 +6,7 @@
 mod batch;
 mod bench;
 mod cost;
+mod curve;
 mod doctor;
 mod engine;
 mod failure;
@@ -76,6 +77,8 @@ pub struct Common {
 enum Verb {
     /// Run scenarios, in the twin or live, and judge them.
     Run(run::Args),
+    /// Take one value of a scenario through its range: shares, latencies, the smallest value noticed before harm.
+    Curve(curve::Args),
     /// Run one scenario live and show what the operator sees.
     Live(live::Args),
     /// Measure.
@@ -140,6 +143,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     let result = match cli.verb {
         None => reference::run(&context),
         Some(Verb::Run(args)) => run::run(&context, &args),
+        Some(Verb::Curve(args)) => curve::run(&context, &args),
         Some(Verb::Live(args)) => live::run(&context, &args),
         Some(Verb::Bench(bench)) => bench::run(&context, &bench),
         Some(Verb::Replay(args)) => replay::run(&context, &args),

@@ -4,13 +4,17 @@
 //! and once with INVALID counted as failure. Nothing here judges a trial.
 
 mod cost;
+mod curve;
 mod kill;
+mod plot;
 mod reference;
 mod run;
 mod table;
 
 pub use cost::{Spread, StageCost, TwinCost, cost_table};
+pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub use kill::{KillRow, Times, kill_table};
+pub use plot::svg;
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, LatencySummary, Mode, RunObject, Summary};
 pub use table::{latency_table, reference_table, run_table};

@@ -10,6 +10,7 @@
 mod attack;
 mod cell;
 mod check;
+mod curve;
 mod fault;
 mod insider;
 mod operator;
@@ -17,6 +18,7 @@ mod platform;
 mod problem;
 mod read;
 mod scene;
+mod set;
 mod setup;
 mod stream;
 mod template;
@@ -30,6 +32,7 @@ pub use attack::{
     Replay, Windowed,
 };
 pub use cell::{Cell, Under, Variation};
+pub use curve::Curve;
 pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
 pub use insider::{CommandDuplicate, CommandReplay, Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
 pub use operator::{DisplayedState, Operator, Step, Verb};
@@ -37,11 +40,12 @@ pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use problem::{Problem, ProblemRow, Problems};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene};
+pub use set::Settings;
 pub use setup::{Setup, find_root, load_policy, shipped};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
 pub use template::{schema, template};
 pub use value::{
-    Count, Extent, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,
+    Count, Extent, Label, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,
     ThreatId, Whole,
 };
 
@@ -187,6 +191,9 @@ pub struct Scenario {
     /// Expected classes under another policy than the scenario's own.
     #[serde(default)]
     pub under: List<Under, 16>,
+    /// A value that `holdsafe curve` takes through a range.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<Curve>,
 }
 
 impl Scenario {

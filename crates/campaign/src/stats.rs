@@ -19,6 +19,40 @@ pub fn rate_upper(hits: u64, n: u64, level: f64) -> f64 {
     bisect(0.0, 1.0, |p| beta_reg(a, b, p) < level)
 }
 
+/// Exact lower bound (Clopper-Pearson, one-sided) on a rate after `hits` of `n`; 0 where nothing was tried.
+pub fn rate_lower(hits: u64, n: u64, level: f64) -> f64 {
+    if n == 0 { 0.0 } else { 1.0 - rate_upper(n.saturating_sub(hits), n, level) }
+}
+
+/// How often something happened, with its exact two-sided 95 % interval.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct Share {
+    /// How often.
+    pub hits: u64,
+    /// Of how many.
+    pub n: u64,
+    /// The share seen; nothing where nothing was tried.
+    pub share: Option<f64>,
+    /// Lower end of the interval.
+    pub lower_95: f64,
+    /// Upper end of the interval.
+    pub upper_95: f64,
+}
+
+impl Share {
+    /// Of `hits` in `n`.
+    pub fn of(hits: u64, n: u64) -> Self {
+        let each_side = 0.5 * (1.0 + LEVEL);
+        Self {
+            hits,
+            n,
+            share: (n > 0).then(|| hits as f64 / n as f64),
+            lower_95: rate_lower(hits, n, each_side),
+            upper_95: rate_upper(hits, n, each_side),
+        }
+    }
+}
+
 /// The level for each of `rows` bounds so that all hold together with 95 % (Bonferroni).
 pub fn simultaneous_level(rows: usize) -> f64 {
     1.0 - (1.0 - LEVEL) / rows.max(1) as f64
@@ -107,6 +141,16 @@ mod tests {
         near(rate_upper(3, 20, LEVEL), 0.34366, 1e-4);
         near(rate_upper(20, 20, LEVEL), 1.0, 0.0 + f64::EPSILON);
         near(rate_upper(0, 0, LEVEL), 1.0, f64::EPSILON);
+    }
+
+    #[test]
+    fn a_share_lies_in_its_exact_interval() {
+        // 8 of 10: (0.4439, 0.9748), as the tables of Clopper and Pearson have it.
+        let share = Share::of(8, 10);
+        near(share.lower_95, 0.4439, 5e-5);
+        near(share.upper_95, 0.9748, 5e-5);
+        assert_eq!((Share::of(0, 10).lower_95, Share::of(10, 10).upper_95), (0.0, 1.0));
+        assert_eq!((Share::of(0, 0).share, Share::of(0, 0).lower_95, Share::of(0, 0).upper_95), (None, 0.0, 1.0));
     }
 
     #[test]

@@ -93,6 +93,11 @@ pub(super) fn write_json(dir: &Path, name: &str, value: &impl Serialize) -> Resu
     Ok(fs::write(dir.join(name), text + "\n")?)
 }
 
+/// Writes text into the run directory.
+pub(super) fn write_text(dir: &Path, name: &str, text: &str) -> Result<(), Failure> {
+    Ok(fs::write(dir.join(name), text)?)
+}
+
 /// Writes one line a trial into the run directory.
 pub(super) fn write_trials(dir: &Path, name: &str, trials: &[Trial]) -> Result<(), Failure> {
     let mut file = std::io::BufWriter::new(fs::File::create(dir.join(name))?);

@@ -52,27 +52,25 @@ pub(super) fn plan(context: &Context, file: &Path, wanted: &Wanted) -> Result<(S
 
 /// Prepares the variations of a loaded scenario.
 pub(super) fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> Result<Vec<Planned>, Failure> {
-    let root = match &context.root {
-        Some(root) => root.clone(),
-        None => context.root()?,
-    };
     let policy = wanted.policy.as_deref().map(stem);
     let mut variations = scenario.variations(policy.as_deref());
     if let Some(cell) = &wanted.cell {
         variations.retain(|v| v.cell.as_ref() == Some(cell));
     }
     if variations.is_empty() {
-        let labels: Vec<String> = scenario.cell.iter().map(|c| c.label()).collect();
+        let labels: Vec<String> = scenario.cell.iter().map(|c| c.name.as_str().to_owned()).collect();
         let message = format!("no cell of `{}` fits; there are: {}", scenario.name.as_str(), labels.join(", "));
         return Err(Failure::new(Exit::Usage, message));
     }
-    let prepare = |variation: Variation| {
-        let mut setup = Setup::load(&root, &variation.scenario, wanted.policy.as_deref(), wanted.rendered)?;
-        setup.stop = context.stop.clone();
-        let options = options(wanted, variation.cell.as_deref());
-        Ok(Planned { variation, setup, options, command: None })
-    };
-    variations.into_iter().map(prepare).collect()
+    variations.into_iter().map(|variation| prepare(context, variation, wanted)).collect()
+}
+
+/// Gives a variation its policy, bounds and platform.
+pub(super) fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Result<Planned, Failure> {
+    let mut setup = Setup::load(&context.root()?, &variation.scenario, wanted.policy.as_deref(), wanted.rendered)?;
+    setup.stop = context.stop.clone();
+    let options = options(wanted, variation.cell.as_deref());
+    Ok(Planned { variation, setup, options, command: None })
 }
 
 fn options(wanted: &Wanted, cell: Option<&str>) -> String {

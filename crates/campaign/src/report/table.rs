@@ -1,11 +1,14 @@
 //! Tables for a person at a terminal. Numbers only: what is good or bad was decided by the oracle.
 
+use std::collections::BTreeMap;
+
 use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 
 use super::reference::{LiveLatency, Reference, ReferenceRow};
 use super::run::{RunObject, Summary};
 use crate::scenario::Evidence;
 use crate::stats::Sample;
+use crate::trial::Outcome;
 
 /// The table of the reference evaluation.
 pub fn reference_table(reference: &Reference) -> String {
@@ -30,7 +33,7 @@ pub fn reference_table(reference: &Reference) -> String {
 
 fn reference_row(row: &ReferenceRow) -> Vec<String> {
     let name = row.cell.as_ref().map_or_else(|| row.scenario.clone(), |cell| format!("{} {cell}", row.scenario));
-    let mut outcomes = outcomes(&row.summary);
+    let mut outcomes = outcomes(&row.summary.outcomes);
     if row.unexpected > 0 {
         outcomes.push_str(&format!(" ({} unexpected)", row.unexpected));
     }
@@ -68,7 +71,7 @@ fn run_row(cell: &str, accounts: String, summary: &Summary) -> Vec<String> {
     vec![
         cell.to_owned(),
         summary.n.to_string(),
-        outcomes(summary),
+        outcomes(&summary.outcomes),
         accounts,
         percent(summary.unsafe_upper_95),
         sample(&summary.latency_ms.to_degraded),
@@ -101,8 +104,8 @@ pub(super) fn new_table(columns: &[&str]) -> Table {
     table
 }
 
-fn outcomes(summary: &Summary) -> String {
-    let parts: Vec<String> = summary.outcomes.iter().map(|(class, n)| format!("{} {n}", class.name())).collect();
+pub(super) fn outcomes(of: &BTreeMap<Outcome, u64>) -> String {
+    let parts: Vec<String> = of.iter().map(|(class, n)| format!("{} {n}", class.name())).collect();
     parts.join(", ")
 }
 
@@ -118,7 +121,7 @@ fn percent(rate: f64) -> String {
     format!("{:.2} %", rate * 100.0)
 }
 
-fn sample(sample: &Sample) -> String {
+pub(super) fn sample(sample: &Sample) -> String {
     let whole = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.0}"));
     if sample.n == 0 {
         return "-".to_owned();
@@ -131,7 +134,6 @@ mod tests {
     use super::super::run::tests::trial;
     use super::super::{Mode, RunObject};
     use super::*;
-    use crate::trial::Outcome;
 
     #[test]
     fn a_run_shows_its_counts_and_its_bound() {

@@ -1,13 +1,13 @@
-//! Cells: one scenario, several variations, each with its policy and its own expected classes.
+//! Cells: one scenario, several variations, each with its settings, its policy and its own expected classes.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Scenario;
 use super::fault::{Ending, Kill, Process};
-use super::insider::{Forwarding, ThirdUnit};
 use super::operator::{Step, Verb};
-use super::value::{List, Located, Name, Real};
+use super::set::Settings;
+use super::value::{Label, List, Located, Name, Real};
 use crate::trial::Outcome;
 
 /// When a process is killed at the earliest, seconds: authority is held by then, also where arming took a second try.
@@ -19,18 +19,21 @@ const HOLD_AT_S: f64 = 6.2;
 /// Length of a kill's trial, seconds: unused authority has expired and the plant stands.
 const KILL_DURATION_S: f64 = 10.5;
 
-/// One cell of the teammate table: what the forwarding is set to, under which policy, and what must come of it.
+/// One variation of a scenario: what is set in it, under which policy, and what must come of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cell {
-    /// Replaces `form` of the scenario's `[[teammate]]`.
-    pub form: Forwarding,
-    /// Replaces `c` of the scenario's `[[teammate]]`.
-    pub c: ThirdUnit,
+    /// What it is called: names joined by `/`.
+    pub name: Located<Label>,
+    /// Values that replace the scenario's, by their path in the file: `"delay.0.by_ms" = 40`.
+    #[serde(default)]
+    pub set: Settings,
     /// Replaces the scenario's policy.
-    pub policy: Name,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub policy: Option<Name>,
     /// Replaces the scenario's expected classes.
-    pub expected: Located<List<Outcome, 9>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected: Option<Located<List<Outcome, 9>>>,
 }
 
 /// Expected classes under another policy than the scenario's own.
@@ -46,22 +49,28 @@ pub struct Under {
 /// A scenario with one cell's settings in force.
 #[derive(Clone, Debug)]
 pub struct Variation {
-    /// `verbatim/present/session-only`, or nothing where the scenario has no cells.
+    /// The cell's name, or nothing where the scenario has no cells.
     pub cell: Option<String>,
-    /// The scenario as it is to be run; its policy and expected classes are the cell's.
+    /// The scenario as it is to be run; its policy and expected classes are the cell's, and it has no cells.
     pub scenario: Scenario,
 }
 
 impl Scenario {
-    /// Every variation, in the order of the file. With `policy` given, only those under it: the cells that name it,
-    /// or the one plain variation with the classes that `[[under]]` expects (none where nothing is declared, so that
-    /// no class counts as unexpected).
+    /// Every variation, in the order of the file. With `policy` given, only those under it: the cells that name it, and
+    /// whatever names none with the classes that `[[under]]` expects (none where nothing is declared, so that no class
+    /// counts as unexpected).
     pub fn variations(&self, policy: Option<&str>) -> Vec<Variation> {
         if self.cell.is_empty() {
             return vec![Variation { cell: None, scenario: self.under(policy) }];
         }
-        let wanted = |cell: &&Located<Cell>| policy.is_none_or(|p| cell.policy.as_str() == p);
-        self.cell.iter().filter(wanted).map(|cell| self.with(cell)).collect()
+        let own = |cell: &Cell, policy: &str| cell.policy.as_ref().is_none_or(|own| own.as_str() == policy);
+        let wanted = self.cell.iter().filter(|cell| policy.is_none_or(|policy| own(cell, policy)));
+        let with = |cell: &Located<Cell>| {
+            let scenario = self.with(cell).expect("invariant: loading has tried every cell");
+            let scenario = if cell.policy.is_some() { scenario } else { scenario.under(policy) };
+            Variation { cell: Some(cell.name.as_str().to_owned()), scenario }
+        };
+        wanted.map(with).collect()
     }
 
     /// The same scenario, `duration_s` long, on a link that loses a share of `loss` of its datagrams all along: a soak that
@@ -113,30 +122,18 @@ impl Scenario {
         scenario
     }
 
-    fn with(&self, cell: &Cell) -> Variation {
-        let mut scenario = self.clone();
-        scenario.teammate.set_each(|teammate| {
-            teammate.form = cell.form;
-            teammate.c = cell.c;
-        });
-        scenario.policy = Located::nowhere(cell.policy.clone());
-        scenario.expected = cell.expected.clone();
-        Variation { cell: Some(cell.label()), scenario }
-    }
-}
-
-impl Cell {
-    /// `verbatim/present/session-only`.
-    pub fn label(&self) -> String {
-        let form = match self.form {
-            Forwarding::Verbatim => "verbatim",
-            Forwarding::Relabelled => "relabelled",
-            Forwarding::ReSigned => "re-signed",
-        };
-        let c = match self.c {
-            ThirdUnit::Present => "present",
-            ThirdUnit::Silent => "silent",
-        };
-        format!("{form}/{c}/{}", self.policy)
+    /// The scenario with a cell's settings, policy and expected classes in force.
+    ///
+    /// # Errors
+    /// Why a setting does not fit, in words.
+    pub(super) fn with(&self, cell: &Cell) -> Result<Scenario, String> {
+        let mut scenario = cell.set.applied_to(self)?;
+        if let Some(policy) = &cell.policy {
+            scenario.policy = Located::nowhere(policy.clone());
+        }
+        if let Some(expected) = &cell.expected {
+            scenario.expected = expected.clone();
+        }
+        Ok(scenario)
     }
 }

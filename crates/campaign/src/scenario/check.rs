@@ -34,20 +34,22 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     if s.threats.is_empty() {
         found.push(finding(&s.threats, "no threat named", "name at least one row of docs/threats.md, or N0"));
     }
-    if s.cell.is_empty() {
-        found.extend(classes(&s.expected));
-    }
+    found.extend(classes(&s.expected));
     found.extend(s.under.iter().flat_map(|under| classes(&under.expected)));
     found.extend(phase(s));
     found.extend(times(s));
     found.extend(faults(s));
     found.extend(units(s));
     found.extend(operator(s));
-    found.extend(cells(s));
     found.extend(conditions(s));
     if s.evidence == Evidence::Model && !s.kill.is_empty() && s.kill.iter().any(|k| k.ending == super::Ending::Hang) {
         let at = &s.kill[0].at_s;
         found.push(finding(at, "the link model has no hang", "set `evidence = \"live\"` or `ending = \"kill\"`"));
+    }
+    // What does not fit without any cell is told once.
+    if found.is_empty() {
+        found.extend(cells(s));
+        found.extend(curve(s));
     }
     found
 }
@@ -187,15 +189,41 @@ fn cells(s: &Scenario) -> Vec<Finding> {
     let mut seen = BTreeSet::new();
     let mut found = Vec::new();
     for cell in &s.cell {
-        if !seen.insert(cell.label()) {
-            found.push(finding(cell, format!("cell {} is there twice", cell.label()), "take one out"));
+        let name = cell.name.as_str();
+        if !seen.insert(name) {
+            found.push(finding(&cell.name, format!("cell {name} is there twice"), "give each cell its own name"));
         }
-        found.extend(classes(&cell.expected));
-    }
-    if let (Some(cell), true) = (s.cell.first(), s.teammate.is_empty()) {
-        found.push(finding(cell, "cells vary a `[[teammate]]` and there is none", "add one, or take the cells out"));
+        found.extend(cell.expected.as_ref().and_then(classes));
+        let at = |message: String, remedy: &str| finding(&cell.name, format!("in cell {name}: {message}"), remedy);
+        match s.with(cell) {
+            Ok(with) => found.extend(varied(&with).into_iter().map(|f| at(f.message, &f.remedy))),
+            Err(why) => found.push(at(why, "`set` takes paths of this file and values that could stand there")),
+        }
     }
     found
+}
+
+fn curve(s: &Scenario) -> Vec<Finding> {
+    let Some(curve) = &s.curve else { return Vec::new() };
+    let mut found = Vec::new();
+    if curve.values.len() < 2 || curve.values.windows(2).any(|pair| pair[0] >= pair[1]) {
+        found.push(finding(&curve.values, "no range", "give at least two values, each greater than the one before"));
+    }
+    found.extend(curve.expected.as_ref().and_then(classes));
+    // The first point that does not fit stands for all: they differ in one number.
+    let wrong = s.points().into_iter().find_map(|point| match point {
+        Ok(point) => varied(&point).into_iter().next().map(|f| (f.message, f.remedy)),
+        Err(why) => {
+            Some((why, "`set` takes the path of a number in this file, `values` what could stand there".into()))
+        }
+    });
+    found.extend(wrong.map(|(message, remedy)| finding(&curve.set, format!("on the curve: {message}"), remedy)));
+    found
+}
+
+/// Everything that does not fit in a scenario that differs from its file, and in its scene.
+fn varied(s: &Scenario) -> Vec<Finding> {
+    scenario(s, s.name.as_str()).into_iter().chain(s.scene.iter().flat_map(scene)).collect()
 }
 
 /// Everything that does not fit in a scene.

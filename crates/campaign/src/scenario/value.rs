@@ -189,11 +189,6 @@ impl<T, const MAX: usize> List<T, MAX> {
     pub(super) fn of(values: impl IntoIterator<Item = T>) -> Self {
         Self(values.into_iter().take(MAX).collect())
     }
-
-    /// Changes each value in place; their number stays.
-    pub(super) fn set_each(&mut self, change: impl FnMut(&mut T)) {
-        self.0.iter_mut().for_each(change);
-    }
 }
 
 impl<T, const MAX: usize> Deref for List<T, MAX> {
@@ -284,6 +279,31 @@ impl Name {
 impl fmt::Display for Name {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.0)
+    }
+}
+
+/// What a variation is called: parts of `a-z`, `0-9`, `-`, `_` and `.` joined by `/`, 1 to 96 characters. No part starts
+/// with a point.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(transparent)]
+pub struct Label(String);
+
+impl Label {
+    /// The label as text.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+
+    fn new(text: &str) -> Result<Self, &'static str> {
+        let part = |part: &str| {
+            let fits = |c: char| matches!(c, 'a'..='z' | '0'..='9' | '-' | '_' | '.');
+            !part.is_empty() && !part.starts_with('.') && part.chars().all(fits)
+        };
+        if text.len() <= 96 && text.split('/').all(part) {
+            Ok(Self(text.to_owned()))
+        } else {
+            Err("a cell's name is 1 to 96 of a-z, 0-9, -, _ and ., in parts joined by /")
+        }
     }
 }
 
@@ -413,6 +433,7 @@ macro_rules! from_text {
 }
 
 from_text!([] [] Name, "Name", { "type": "string", "pattern": "^[a-z][a-z0-9_-]{0,47}$" });
+from_text!([] [] Label, "Label", { "type": "string", "pattern": "^[a-z0-9_-][a-z0-9._-]*(/[a-z0-9_-][a-z0-9._-]*)*$", "maxLength": 96 });
 from_text!([const MAX: usize] [MAX] Text<MAX>, format!("Text_{MAX}"), { "type": "string", "maxLength": MAX });
 from_text!([] [] RelativePath, "RelativePath", { "type": "string", "maxLength": 200 });
 from_text!([] [] ThreatId, "ThreatId", { "type": "string", "pattern": "^(A[0-4][0-9]|N[0-2]|K[1-3])$" });

@@ -1,0 +1,165 @@
+//! Settings: values put into a scenario by their path, as if they had stood there in the file.
+//!
+//! A scenario is taken apart into TOML, changed and read again, so a value that is set meets the same types and ranges as
+//! one that is written. What changed values mean to each other is `check`'s business, as for any scenario.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use super::Scenario;
+
+/// Most values that are set together.
+const MAX_SETTINGS: usize = 16;
+/// Keys that no path may begin with: a variation has keys of its own for some, and has no use for the others.
+const KEPT: [&str; 8] = ["schema_version", "name", "policy", "expected", "under", "cell", "curve", "scene_file"];
+
+/// Values by their path: keys and places (from 0) joined by points, such as `delay.0.by_ms`. A place one behind the last
+/// adds an entry.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(transparent)]
+pub struct Settings(BTreeMap<String, serde_json::Value>);
+
+impl Settings {
+    /// One value.
+    pub fn one(path: &str, value: serde_json::Value) -> Self {
+        Self(BTreeMap::from([(path.to_owned(), value)]))
+    }
+
+    /// The scenario with these values in it, without its cells and its curve.
+    ///
+    /// # Errors
+    /// Which path leads nowhere, or what is wrong with the value there.
+    pub fn applied_to(&self, scenario: &Scenario) -> Result<Scenario, String> {
+        let mut bare = scenario.clone();
+        (bare.cell, bare.curve) = (super::List::default(), None);
+        if self.0.is_empty() {
+            return Ok(bare);
+        }
+        if self.0.len() > MAX_SETTINGS {
+            return Err(format!("{} values are set, at most {MAX_SETTINGS} are taken", self.0.len()));
+        }
+        let mut table = Table::try_from(&bare).map_err(|e| e.to_string())?;
+        for (path, value) in &self.0 {
+            put(&mut table, path, value)?;
+        }
+        let text = toml::to_string(&table).map_err(|e| e.to_string())?;
+        let paths = || self.0.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
+        toml::from_str(&text).map_err(|e| format!("{}: {}", paths(), e.message().trim()))
+    }
+}
+
+/// Puts a value at its path.
+fn put(table: &mut Table, path: &str, value: &serde_json::Value) -> Result<(), String> {
+    let nowhere = || format!("`{path}` leads nowhere");
+    let value = Value::try_from(value).map_err(|e| format!("`{path}`: {e}"))?;
+    let (way, last) = path.rsplit_once('.').unwrap_or(("", path));
+    let mut steps = way.split('.').filter(|_| !way.is_empty());
+    let first = steps.next().unwrap_or(last);
+    if KEPT.contains(&first) {
+        return Err(format!("`{first}` is not for a path to set"));
+    }
+    if way.is_empty() {
+        table.insert(last.to_owned(), value);
+        return Ok(());
+    }
+    let start = table.get_mut(first).ok_or_else(nowhere)?;
+    let at = steps.try_fold(start, |at, step| match at {
+        Value::Table(table) => table.get_mut(step),
+        Value::Array(list) => list.get_mut(step.parse::<usize>().ok()?),
+        Value::String(_) | Value::Integer(_) | Value::Float(_) | Value::Boolean(_) | Value::Datetime(_) => None,
+    });
+    match at.ok_or_else(nowhere)? {
+        Value::Table(table) => {
+            table.insert(last.to_owned(), value);
+        }
+        Value::Array(list) => match last.parse::<usize>().map_err(|_| nowhere())? {
+            place if place < list.len() => list[place] = value,
+            place if place == list.len() => list.push(value),
+            _ => return Err(nowhere()),
+        },
+        Value::String(_) | Value::Integer(_) | Value::Float(_) | Value::Boolean(_) | Value::Datetime(_) => {
+            return Err(nowhere());
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::{Name, Outcome, find_root, load, parse, shipped, template};
+    use super::*;
+
+    fn text() -> String {
+        template(&Name::new("x").unwrap())
+    }
+
+    fn with(extra: &str) -> Result<Scenario, super::super::Problems> {
+        parse("x.toml", "x", &format!("{}{extra}", text()))
+    }
+
+    fn problem(extra: &str) -> (String, Option<String>) {
+        let problems = with(extra).unwrap_err();
+        assert_eq!(problems.all().len(), 1, "{problems}");
+        (problems.all()[0].message().to_owned(), problems.all()[0].marked().map(str::to_owned))
+    }
+
+    #[test]
+    fn every_shipped_scenario_is_the_same_when_taken_apart_and_put_together() {
+        for file in shipped(&find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap()).unwrap() {
+            let scenario = load(&file).unwrap();
+            let title = serde_json::Value::from(scenario.title.as_str());
+            let again = Settings::one("title", title).applied_to(&scenario).unwrap();
+            assert_eq!(again, Settings::default().applied_to(&scenario).unwrap(), "{}", file.display());
+        }
+    }
+
+    #[test]
+    fn a_cell_sets_values_by_their_path_and_keeps_the_rest() {
+        let cells = "[[cell]]\nname = \"half/late\"\nexpected = [\"REJECTED\"]\n\
+                     set = { \"loss.0.share\" = 0.5, \"loss.0.at_s\" = 5, \"conditions.jitter_ms\" = 3 }\n\
+                     [[cell]]\nname = \"all\"\npolicy = \"session-only\"\n";
+        let scenario = with(cells).unwrap();
+        let [half, all] = <[_; 2]>::try_from(scenario.variations(None)).unwrap();
+        assert_eq!((half.cell.as_deref(), half.scenario.policy.as_str()), (Some("half/late"), "default"));
+        assert_eq!((half.scenario.loss[0].share.get(), half.scenario.loss[0].at_s.get()), (0.5, 5.0));
+        assert_eq!((half.scenario.conditions.jitter_ms.get(), half.scenario.cell.len()), (3, 0));
+        assert_eq!(half.scenario.expected[..], [Outcome::Rejected]);
+        assert_eq!((all.scenario.loss[0].share.get(), &all.scenario.expected[..]), (1.0, &[Outcome::HoldSafe][..]));
+    }
+
+    #[test]
+    fn under_another_policy_only_cells_that_name_it_or_none_are_left_and_the_latter_expect_nothing() {
+        let cells = "[[cell]]\nname = \"a\"\n[[cell]]\nname = \"b\"\npolicy = \"session-only\"\n\
+                     [[cell]]\nname = \"c\"\npolicy = \"session-bound\"\n";
+        let left = with(cells).unwrap().variations(Some("session-only"));
+        let left: Vec<_> = left.iter().map(|v| (v.cell.as_deref().unwrap(), v.scenario.expected.len())).collect();
+        assert_eq!(left, [("a", 0), ("b", 1)]);
+    }
+
+    #[test]
+    fn what_does_not_fit_is_told_at_its_cell() {
+        let cell = |set: &str| problem(&format!("[[cell]]\nname = \"one\"\nset = {{ {set} }}\n"));
+        for (set, message) in [
+            ("\"loss.1.at_s\" = 5", "in cell one: `loss.1.at_s` leads nowhere"),
+            ("\"loss.2\" = 5", "in cell one: `loss.2` leads nowhere"),
+            ("\"loss.0.share\" = 1.5", "in cell one: loss.0.share: 1.5 is out of range, expected 0 to 1"),
+            ("\"loss.0.shar\" = 1", "in cell one: loss.0.shar: unknown field `shar`, expected one of"),
+            ("\"loss.0.at_s\" = 8.5", "in cell one: starts at 8.5 s, up to 1 s later by its phase"),
+            ("\"policy\" = \"session-only\"", "in cell one: `policy` is not for a path to set"),
+            ("\"cell.0.name\" = \"two\"", "in cell one: `cell` is not for a path to set"),
+            ("\"scene.start.at_m\" = [45, 0]", "in cell one: the platform starts outside its geofence"),
+        ] {
+            let (told, marked) = cell(set);
+            assert!(told.starts_with(message), "{set}: {told}");
+            assert_eq!(marked.as_deref(), Some("\"one\""), "{set}");
+        }
+        let twice = problem("[[cell]]\nname = \"one\"\n[[cell]]\nname = \"one\"\n");
+        assert_eq!(twice.0, "cell one is there twice");
+        assert!(problem("[[cell]]\nname = \"../one\"\n").0.starts_with("a cell's name is"));
+    }
+}
