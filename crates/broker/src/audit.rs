@@ -27,13 +27,14 @@ pub fn audited(event: &Event) -> Audited {
 /// Who was refused, when a handshake has said who it is.
 fn peer_of(denial: &Denial) -> Option<PeerId> {
     match denial {
-        Denial::Connections { .. } | Denial::Handshake { .. } | Denial::HandshakeTimeout | Denial::Principal { .. } => {
+        Denial::Connections { .. } | Denial::Handshake(_) | Denial::HandshakeTimeout | Denial::Principal { .. } => {
             None
         }
         Denial::ClientId { expected: peer, .. }
         | Denial::ConnectionsOfPeer { peer, .. }
         | Denial::ProtocolLevel { peer, .. }
         | Denial::Will { peer, .. }
+        | Denial::Dismissed { peer, .. }
         | Denial::Access { peer, .. } => Some(*peer),
     }
 }
@@ -41,7 +42,8 @@ fn peer_of(denial: &Denial) -> Option<PeerId> {
 fn reason_of(denial: &Denial) -> Reason {
     match denial {
         Denial::Connections { .. } | Denial::ConnectionsOfPeer { .. } => Reason::Full,
-        Denial::Handshake { .. } | Denial::Principal { .. } => Reason::Signer,
+        Denial::Handshake(refused) | Denial::Dismissed { refused, .. } => refused.fault.reason(),
+        Denial::Principal { .. } => Reason::Signer,
         Denial::HandshakeTimeout => Reason::Late,
         Denial::ProtocolLevel { .. } => Reason::Version,
         Denial::ClientId { .. } => Reason::Origin,

@@ -10,6 +10,7 @@ use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
+use link::vet::Refused;
 use mqtt5::broker::auth::{AuthProvider, AuthResult};
 use mqtt5::packet::connect::ConnectPacket;
 use mqtt5::protocol::v5::reason_codes::ReasonCode;
@@ -59,11 +60,16 @@ pub enum Denial {
         /// The bound.
         expected: usize,
     },
-    /// The TLS handshake failed: no certificate, a foreign one, a wrong version.
-    #[error("expected a TLS 1.3 handshake with a certificate of this run, got: {got}")]
-    Handshake {
-        /// What the TLS stack says.
-        got: String,
+    /// The TLS handshake was refused: no certificate, a foreign one, a wrong version; the fault has its own name.
+    #[error("expected {}, got: {}", .0.fault.expected(), .0.got)]
+    Handshake(Refused),
+    /// The certificate of a standing session has been revoked or has ended.
+    #[error("expected {} of {peer} all along, got: {}", refused.fault.expected(), refused.got)]
+    Dismissed {
+        /// Who the handshake authenticated.
+        peer: PeerId,
+        /// Why it is refused now.
+        refused: Refused,
     },
     /// The TLS handshake did not finish in time.
     #[error("expected a complete handshake in time, got a silent or slow peer")]
@@ -114,7 +120,7 @@ impl Denial {
         match self {
             Denial::Connections { .. } => "connections",
             Denial::ConnectionsOfPeer { .. } => "connections_of_peer",
-            Denial::Handshake { .. } => "handshake",
+            Denial::Handshake(refused) | Denial::Dismissed { refused, .. } => refused.fault.name(),
             Denial::HandshakeTimeout => "handshake_timeout",
             Denial::Principal { .. } => "principal",
             Denial::ProtocolLevel { .. } => "protocol_level",
@@ -131,7 +137,8 @@ impl Denial {
             Denial::ClientId { .. } => ReasonCode::ClientIdentifierNotValid,
             Denial::Connections { .. }
             | Denial::ConnectionsOfPeer { .. }
-            | Denial::Handshake { .. }
+            | Denial::Handshake(_)
+            | Denial::Dismissed { .. }
             | Denial::HandshakeTimeout
             | Denial::Principal { .. }
             | Denial::Will { .. }

@@ -15,8 +15,10 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use link::loopback::{AddressRefused, LoopbackAddr};
-use link::pki::Credential;
+use link::pki::{Credential, PkiError, remaining_life};
 use link::stream::{StreamLog, watched};
+use link::vet::list::Revocations;
+use link::vet::{Fault, Presenter, Refused, Vet};
 use mqtt5::broker::client_handler::ClientHandler;
 use mqtt5::broker::config::BrokerConfig;
 use mqtt5::broker::resource_monitor::{ResourceLimits, ResourceMonitor};
@@ -26,6 +28,7 @@ use mqtt5::broker::storage::{DynamicStorage, MemoryBackend};
 use mqtt5::broker::sys_topics::BrokerStats;
 use mqtt5::broker::tls_acceptor::TlsStreamWrapper;
 use mqtt5::broker::transport::BrokerTransport;
+use rustls::pki_types::CertificateDer;
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, broadcast, mpsc};
@@ -34,7 +37,7 @@ use tokio_rustls::TlsAcceptor;
 use wire::id::{NODES, PeerId};
 
 use crate::gate::{Denial, Event, Events, Gate};
-use crate::tls::{self, CredentialError};
+use crate::tls;
 
 /// The largest MQTT packet, in bytes; above the largest payload that `link::mqtt` sends.
 pub const MAX_PACKET: usize = 16 * 1024;
@@ -85,7 +88,7 @@ pub enum StartError {
     Address(#[from] AddressRefused),
     /// The credential does not make a TLS server.
     #[error("cannot serve TLS with this credential: {0}")]
-    Tls(#[from] CredentialError),
+    Tls(#[from] PkiError),
 }
 
 /// A running broker. To drop it ends it as [`Server::stop`] does, without waiting.
@@ -95,6 +98,7 @@ pub struct Server {
     lost: Arc<AtomicU64>,
     stop: broadcast::Sender<()>,
     task: Option<JoinHandle<()>>,
+    revocations: Revocations,
 }
 
 impl Server {
@@ -109,20 +113,30 @@ impl Server {
         limits: Limits,
         log: StreamLog,
     ) -> Result<Self, StartError> {
-        let acceptor = tls::acceptor(credential)?;
+        let revocations = Revocations::of(credential).map_err(PkiError::from)?;
+        let trust = Trust {
+            acceptor: tls::acceptor(credential, &revocations)?,
+            vet: Vet::new(credential, &revocations)?,
+            revocations: revocations.clone(),
+        };
         let listener = TcpListener::bind(at.socket()).await?;
         let address = LoopbackAddr::try_from(listener.local_addr()?)?;
         let (noted, events) = Events::queue(MAX_EVENTS);
         let lost = noted.lost();
         let (stop, stopped) = broadcast::channel(1);
-        let front = Arc::new(Front::new(acceptor, limits, noted, log, stop.clone()));
+        let front = Arc::new(Front::new(trust, limits, noted, log, stop.clone()));
         let task = Some(tokio::spawn(accept(listener, front, stopped)));
-        Ok(Self { address, events, lost, stop, task })
+        Ok(Self { address, events, lost, stop, task, revocations })
     }
 
     /// Where it listens.
     pub fn address(&self) -> LoopbackAddr {
         self.address
+    }
+
+    /// The revocation list that it asks; a newer one ends the sessions of those on it.
+    pub fn revocations(&self) -> &Revocations {
+        &self.revocations
     }
 
     /// The next event; `None` when the broker has ended and all have been read.
@@ -152,9 +166,16 @@ impl Drop for Server {
     }
 }
 
+/// Whom it takes for whom.
+struct Trust {
+    acceptor: TlsAcceptor,
+    vet: Vet,
+    revocations: Revocations,
+}
+
 /// What all connections share.
 struct Front {
-    acceptor: TlsAcceptor,
+    trust: Trust,
     limits: Limits,
     events: Events,
     log: StreamLog,
@@ -169,11 +190,11 @@ struct Front {
 }
 
 impl Front {
-    fn new(acceptor: TlsAcceptor, limits: Limits, events: Events, log: StreamLog, stop: broadcast::Sender<()>) -> Self {
+    fn new(trust: Trust, limits: Limits, events: Events, log: StreamLog, stop: broadcast::Sender<()>) -> Self {
         let queue = QueueLimits { max_messages: MAX_QUEUED, max_bytes: MAX_QUEUED_BYTES };
         let storage = Arc::new(DynamicStorage::Memory(MemoryBackend::with_queue_limits(queue)));
         Self {
-            acceptor,
+            trust,
             limits,
             events,
             log,
@@ -284,10 +305,10 @@ async fn serve(
     from: SocketAddr,
     mut stop: broadcast::Receiver<()>,
 ) -> Result<Option<PeerId>, Denial> {
-    let failed = |error: io::Error| Denial::Handshake { got: error.to_string() };
+    let failed = |error: io::Error| Denial::Handshake(refused(&error));
     stream.set_nodelay(true).map_err(failed)?;
     let (stream, witness) = watched(stream, front.log.clone()).map_err(failed)?;
-    let handshake = tokio::time::timeout(front.limits.handshake, front.acceptor.accept(stream));
+    let handshake = tokio::time::timeout(front.limits.handshake, front.trust.acceptor.accept(stream));
     let stream = tokio::select! {
         _ = stop.recv() => return Ok(None),
         done = handshake => match done {
@@ -303,7 +324,9 @@ async fn serve(
     let Ok(_slot) = Arc::clone(&front.of_peer[peer.index()]).try_acquire_owned() else {
         return Err(Denial::ConnectionsOfPeer { peer, expected: MAX_CONNECTIONS_OF_PEER });
     };
+    let chain: Vec<_> = stream.get_ref().1.peer_certificates().unwrap_or_default().to_vec();
     let gate = Arc::new(Gate::new(peer, front.events.clone()));
+    let (end, ended) = broadcast::channel(1);
     let session = ClientHandler::new(
         BrokerTransport::tls(TlsStreamWrapper::new(stream)),
         from,
@@ -313,10 +336,51 @@ async fn serve(
         Some(Arc::clone(&front.storage)),
         Arc::clone(&front.stats),
         Arc::clone(&front.monitor),
-        stop,
+        ended,
     );
-    if let Err(error) = session.run().await {
-        tracing::debug!(%peer, %error, "session ended");
+    let session = session.run();
+    tokio::pin!(session);
+    let dismissed = tokio::select! {
+        outcome = &mut session => {
+            if let Err(error) = outcome {
+                tracing::debug!(%peer, %error, "session ended");
+            }
+            None
+        }
+        _ = stop.recv() => None,
+        refused = front.trust.dismissal(&chain) => Some(refused),
+    };
+    // Nobody hears it when the session has ended already; else it says goodbye and unsubscribes.
+    if end.send(()).is_ok() && tokio::time::timeout(DRAIN_LIMIT, session).await.is_err() {
+        tracing::debug!(%peer, "a session did not end in time");
+    }
+    if let Some(refused) = dismissed {
+        front.events.note(Event::Denied(Denial::Dismissed { peer, refused }));
     }
     Ok(gate.admitted())
+}
+
+impl Trust {
+    /// Returns once a certificate that has passed passes no longer: it has ended, or is on a newer list.
+    async fn dismissal(&self, chain: &[CertificateDer<'_>]) -> Refused {
+        let life = chain.first().and_then(|leaf| remaining_life(leaf).ok()).unwrap_or_default();
+        let over = tokio::time::sleep(life);
+        tokio::pin!(over);
+        let mut list = self.revocations.watch();
+        loop {
+            tokio::select! {
+                () = &mut over => return Refused { fault: Fault::Expired, got: "a certificate that has ended".to_owned() },
+                () = list.changed() => {}
+            }
+            if let Err(refused) = self.vet.check(chain, Presenter::Dialler) {
+                return refused;
+            }
+        }
+    }
+}
+
+/// Why a handshake failed; what is not the TLS stack's word is a broken handshake.
+fn refused(error: &io::Error) -> Refused {
+    let said = error.get_ref().and_then(|inner| inner.downcast_ref::<rustls::Error>());
+    Refused { fault: said.map_or(Fault::Handshake, Fault::of_tls), got: error.to_string() }
 }

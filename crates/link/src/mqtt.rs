@@ -21,6 +21,8 @@ use wire::id::PeerId;
 use crate::loopback::LoopbackAddr;
 use crate::pki::{Credential, PkiError, dns_name};
 use crate::stream::{Mouth, StreamLog, Witness};
+use crate::vet::list::Revocations;
+use crate::vet::tls;
 
 /// Publications that may wait to be sent.
 pub const OUTBOUND: usize = 256;
@@ -76,13 +78,13 @@ impl Mqtt {
         at: LoopbackAddr,
         own: PeerId,
         broker: PeerId,
-        credential: &Credential,
+        (credential, revocations): (&Credential, &Revocations),
         subjects: Vec<Subject>,
         log: StreamLog,
         to: mpsc::Sender<Input>,
     ) -> Result<Self, PkiError> {
         let latest = Latest::default();
-        let options = options(at, own, broker, credential, log, latest.clone())?;
+        let options = options(at, own, broker, tls::client(credential, broker, revocations)?, log, latest.clone());
         let (client, events) = AsyncClient::builder(options).capacity(OUTBOUND).build();
         let (outbound, to_send) = mpsc::channel(OUTBOUND);
         let counters = Arc::new(Counters::default());
@@ -116,17 +118,6 @@ impl Drop for Mqtt {
     }
 }
 
-/// The client side of mutual TLS 1.3 with a certificate of this run.
-///
-/// # Errors
-/// When the credential is unusable.
-pub fn tls_client(credential: &Credential) -> Result<rustls::ClientConfig, PkiError> {
-    let builder = rustls::ClientConfig::builder_with_provider(crate::crypto::provider())
-        .with_protocol_versions(&[&rustls::version::TLS13])?
-        .with_root_certificates(credential.roots()?);
-    Ok(builder.with_client_auth_cert(credential.chain(), credential.key())?)
-}
-
 /// The witness of the newest connection.
 type Latest = Arc<Mutex<Option<Witness>>>;
 
@@ -134,15 +125,14 @@ fn options(
     at: LoopbackAddr,
     own: PeerId,
     broker: PeerId,
-    credential: &Credential,
+    tls: rustls::ClientConfig,
     log: StreamLog,
     latest: Latest,
-) -> Result<MqttOptions, PkiError> {
+) -> MqttOptions {
     crate::crypto::init();
-    let tls = Arc::new(tls_client(credential)?);
     // The name is checked against the broker's certificate; the connector below never resolves it.
     let mut options = MqttOptions::new(own.name(), (dns_name(broker), at.port()));
-    options.set_transport(Transport::tls_with_config(TlsConfiguration::Rustls(tls)));
+    options.set_transport(Transport::tls_with_config(TlsConfiguration::Rustls(Arc::new(tls))));
     options.set_session_mode(SessionMode::Clean);
     options.set_keep_alive(KEEP_ALIVE_S);
     options.set_max_packet_size(Some(16 * 1024));
@@ -157,7 +147,7 @@ fn options(
             Ok(mouth)
         }
     });
-    Ok(options)
+    options
 }
 
 async fn run(

@@ -4,11 +4,13 @@
 //! [`Credential`] goes to its service over the inherited pipe and never to a disk. What a name is allowed to do is the
 //! business of the cores.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
 use rcgen::{
-    BasicConstraints, CertificateParams, DistinguishedName, DnType, ExtendedKeyUsagePurpose, IsCa, Issuer, KeyPair,
-    KeyUsagePurpose, PKCS_ECDSA_P256_SHA256, SanType,
+    BasicConstraints, CertificateParams, CertificateRevocationListParams, DistinguishedName, DnType,
+    ExtendedKeyUsagePurpose, IsCa, Issuer, KeyIdMethod, KeyPair, KeyUsagePurpose, PKCS_ECDSA_P256_SHA256,
+    RevocationReason, RevokedCertParams, SanType, SerialNumber,
 };
 use rustls::RootCertStore;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer, PrivatePkcs8KeyDer};
@@ -42,6 +44,9 @@ pub enum PkiError {
     /// The leaf has not exactly one URI name.
     #[error("peer certificate has {0} URI names instead of one")]
     UriNames(usize),
+    /// The revocation list beside the certificate is none of its authority.
+    #[error(transparent)]
+    List(#[from] crate::vet::list::ListRefused),
     /// The URI is not a name of the closed set.
     #[error("peer certificate names `{0}`, which is nobody here")]
     UnknownName(String),
@@ -72,6 +77,9 @@ pub struct Credential {
     /// The authority of the run, DER.
     #[serde(with = "hex")]
     pub root_der: Vec<u8>,
+    /// The authority's revocation list when this was issued, DER; a newer one may follow.
+    #[serde(with = "hex")]
+    pub list_der: Vec<u8>,
 }
 
 impl std::fmt::Debug for Credential {
@@ -103,6 +111,8 @@ impl Credential {
 pub struct Authority {
     issuer: Issuer<'static, KeyPair>,
     root_der: Vec<u8>,
+    list_der: Vec<u8>,
+    lists: AtomicU64,
     born: SystemTime,
 }
 
@@ -118,7 +128,31 @@ impl Authority {
         params.not_after = (born + MAX_LIFE).into();
         let key = KeyPair::generate_for(&PKCS_ECDSA_P256_SHA256)?;
         let root_der = params.self_signed(&key)?.der().to_vec();
-        Ok(Self { issuer: Issuer::new(params, key), root_der, born })
+        let issuer = Issuer::new(params, key);
+        let mut this = Self { issuer, root_der, list_der: Vec::new(), lists: AtomicU64::new(0), born };
+        this.list_der = this.revoke(&[])?;
+        Ok(this)
+    }
+
+    /// The next revocation list: it names exactly `revoked`, and its number is above that of every list before it.
+    pub fn revoke(&self, revoked: &[&Credential]) -> Result<Vec<u8>, PkiError> {
+        let entry = |credential: &&Credential| {
+            Ok(RevokedCertParams {
+                serial_number: SerialNumber::from_slice(&serial(&credential.cert_der)?),
+                revocation_time: wall().into(),
+                reason_code: Some(RevocationReason::KeyCompromise),
+                invalidity_date: None,
+            })
+        };
+        let list = CertificateRevocationListParams {
+            this_update: (self.born - BACKDATE).into(),
+            next_update: (self.born + MAX_LIFE).into(),
+            crl_number: SerialNumber::from(self.lists.fetch_add(1, Ordering::Relaxed) + 1),
+            issuing_distribution_point: None,
+            revoked_certs: revoked.iter().map(entry).collect::<Result<_, PkiError>>()?,
+            key_identifier_method: KeyIdMethod::Sha256,
+        };
+        Ok(list.signed_by(&self.issuer)?.der().to_vec())
     }
 
     /// A credential for `holder`, valid as long as the authority.
@@ -134,26 +168,65 @@ impl Authority {
         not_before: SystemTime,
         not_after: SystemTime,
     ) -> Result<Credential, PkiError> {
-        let mut params = CertificateParams::new(vec![dns_name(holder)])?;
-        params.subject_alt_names.push(SanType::URI(holder.uri().try_into()?));
-        params.distinguished_name = common_name(holder.name());
-        params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
-        params.extended_key_usages = match role {
-            Role::Dials => vec![ExtendedKeyUsagePurpose::ClientAuth],
-            Role::Listens => vec![ExtendedKeyUsagePurpose::ServerAuth],
-            Role::Both => vec![ExtendedKeyUsagePurpose::ClientAuth, ExtendedKeyUsagePurpose::ServerAuth],
-        };
-        params.use_authority_key_identifier_extension = true;
+        let mut params = leaf(&[holder], role)?;
         params.not_before = not_before.into();
         params.not_after = not_after.min(self.born + MAX_LIFE).into();
-        let key = KeyPair::generate_for(&PKCS_ECDSA_P256_SHA256)?;
-        let cert = params.signed_by(&key, &self.issuer)?;
-        Ok(Credential {
-            cert_der: cert.der().to_vec(),
-            key_pkcs8_der: key.serialize_der(),
-            root_der: self.root_der.clone(),
-        })
+        self.sign(params)
     }
+
+    /// A credential that names several holders, which nobody of ours is issued (a scenario).
+    pub fn issue_names(&self, holders: &[PeerId], role: Role) -> Result<Credential, PkiError> {
+        let mut params = leaf(holders, role)?;
+        params.not_before = (self.born - BACKDATE).into();
+        params.not_after = (self.born + MAX_LIFE).into();
+        self.sign(params)
+    }
+
+    /// A credential that names `holder` and was signed by nobody but itself, with this authority's root beside it (a
+    /// scenario).
+    pub fn self_signed(&self, holder: PeerId, role: Role) -> Result<Credential, PkiError> {
+        let mut params = leaf(&[holder], role)?;
+        params.not_before = (self.born - BACKDATE).into();
+        params.not_after = (self.born + MAX_LIFE).into();
+        params.use_authority_key_identifier_extension = false;
+        let key = KeyPair::generate_for(&PKCS_ECDSA_P256_SHA256)?;
+        let cert_der = params.self_signed(&key)?.der().to_vec();
+        Ok(self.credential(cert_der, &key))
+    }
+
+    fn sign(&self, params: CertificateParams) -> Result<Credential, PkiError> {
+        let key = KeyPair::generate_for(&PKCS_ECDSA_P256_SHA256)?;
+        let cert_der = params.signed_by(&key, &self.issuer)?.der().to_vec();
+        Ok(self.credential(cert_der, &key))
+    }
+
+    fn credential(&self, cert_der: Vec<u8>, key: &KeyPair) -> Credential {
+        let (root_der, list_der) = (self.root_der.clone(), self.list_der.clone());
+        Credential { cert_der, key_pkcs8_der: key.serialize_der(), root_der, list_der }
+    }
+}
+
+/// What every leaf has, but for its validity.
+fn leaf(holders: &[PeerId], role: Role) -> Result<CertificateParams, PkiError> {
+    let mut params = CertificateParams::new(holders.iter().map(|h| dns_name(*h)).collect::<Vec<_>>())?;
+    for holder in holders {
+        params.subject_alt_names.push(SanType::URI(holder.uri().try_into()?));
+    }
+    params.distinguished_name = common_name(holders.first().map_or("nobody", |h| h.name()));
+    params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
+    params.extended_key_usages = match role {
+        Role::Dials => vec![ExtendedKeyUsagePurpose::ClientAuth],
+        Role::Listens => vec![ExtendedKeyUsagePurpose::ServerAuth],
+        Role::Both => vec![ExtendedKeyUsagePurpose::ClientAuth, ExtendedKeyUsagePurpose::ServerAuth],
+    };
+    params.use_authority_key_identifier_extension = true;
+    Ok(params)
+}
+
+/// The serial number of a certificate, as it stands in it.
+fn serial(cert_der: &[u8]) -> Result<Vec<u8>, PkiError> {
+    let (_, cert) = X509Certificate::from_der(cert_der).map_err(|_| PkiError::Unreadable)?;
+    Ok(cert.raw_serial().to_vec())
 }
 
 /// The host name in the certificate of `holder`, checked by whoever dials it. Reserved, so it resolves nowhere.

@@ -12,4 +12,5 @@ mod stack {
     mod logs;
     mod recorder;
     mod spec;
+    mod vetting;
 }

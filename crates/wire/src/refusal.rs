@@ -226,11 +226,17 @@ pub enum Reason {
     Interlock,
     #[n(22)]
     Full,
+    /// A certificate that proves nobody, or nobody any more; decided by a link before there is a session.
+    #[n(41)]
+    Certificate,
+    /// A handshake in another version or suite, or one that does not fit together; decided by a link.
+    #[n(42)]
+    Handshake,
 }
 
 impl Reason {
     /// Every reason, in wire order.
-    pub const ALL: [Reason; 23] = [
+    pub const ALL: [Reason; 25] = [
         Reason::Length,
         Reason::Schema,
         Reason::Canonical,
@@ -254,6 +260,8 @@ impl Reason {
         Reason::NoReason,
         Reason::Interlock,
         Reason::Full,
+        Reason::Certificate,
+        Reason::Handshake,
     ];
 
     /// Name in logs, tables and documents.
@@ -282,6 +290,8 @@ impl Reason {
             Reason::NoReason => "no_reason",
             Reason::Interlock => "interlock",
             Reason::Full => "full",
+            Reason::Certificate => "certificate",
+            Reason::Handshake => "handshake",
         }
     }
 }

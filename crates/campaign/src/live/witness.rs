@@ -8,10 +8,12 @@ use std::path::Path;
 use link::mouth;
 use link::recorded;
 use link::stream::{StreamLog, StreamSight};
+use link::vet::Fault;
 use serde_json::Value;
 use wire::audit::Journal;
+use wire::codec::Text;
 use wire::core::{Output, Side};
-use wire::event::{Account, Event};
+use wire::event::{Account, Event, Interface};
 use wire::id::{Boot, NodeId};
 use wire::time::Instant;
 
@@ -81,7 +83,11 @@ pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeI
                 hash: u64::from_be_bytes(seen.digest),
                 verdict: guard_verdict(seen.verdict),
             };
-            events.push((seen.trace_us.saturating_sub(start_us), event));
+            let at = seen.trace_us.saturating_sub(start_us);
+            events.push((at, event));
+            if let Some(fault) = seen.fault {
+                events.push((at, refused(node, fault)));
+            }
         }
         for seen in recorded::streams(&StreamLog::path(run_dir, node)).unwrap_or_default() {
             let StreamSight { trace_us, sight, stream, offset, length, hash } = seen;
@@ -101,6 +107,13 @@ pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeI
         }
     }
     log
+}
+
+/// A link refused a handshake, or ended a session over its certificate.
+fn refused(node: NodeId, fault: Fault) -> Event {
+    let at = if node == NodeId::GATEWAY { Interface::Uplink } else { Interface::Downlink };
+    let detail = Text::new(&format!("{}: expected {}", fault.name(), fault.expected()));
+    Event::Refused { at, peer: None, reason: fault.reason(), detail }
 }
 
 /// Writes an event of `node`'s into its journal and the entry into the log.

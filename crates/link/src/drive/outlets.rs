@@ -25,11 +25,13 @@ use crate::guard::observe::Observation;
 use crate::instrument::{self, Frame, Instrument};
 use crate::mouth;
 use crate::mqtt::Mqtt;
+use crate::pki::Credential;
 use crate::recorder::Recording;
 use crate::relay::{DatagramRelay, StreamRelay};
 use crate::sockets::kernel_drops;
 use crate::spec::ServiceSpec;
 use crate::stream::StreamLog;
+use crate::vet::list::Revocations;
 
 /// Room for guard observations, in bytes.
 const OBSERVATION_BYTES: u64 = 128 << 20;
@@ -118,20 +120,24 @@ impl Outlets {
     fn open_sessions(&mut self, spec: &ServiceSpec, senders: &Senders) -> Result<(), DriveError> {
         let handles = Arc::new(AtomicU32::new(0));
         let counters = Arc::new(SessionCounters::default());
-        let settings = |idle_ms: u64| Settings {
-            log: Some(senders.observations.clone()),
-            sessions: handles.clone(),
-            counters: counters.clone(),
-            ..Settings::new(spec.guard, Duration::from_millis(idle_ms))
+        let held = |credential: &Credential| Revocations::of(credential).map_err(|e| cannot("revocation list")(&e));
+        let settings = |idle_ms: u64, credential: &Credential| -> Result<Settings, DriveError> {
+            Ok(Settings {
+                log: Some(senders.observations.clone()),
+                sessions: handles.clone(),
+                counters: counters.clone(),
+                ..Settings::new(spec.guard, Duration::from_millis(idle_ms), held(credential)?)
+            })
         };
         if let Some(to) = &spec.listen {
             let sessions = senders.sessions.clone();
-            let listener = listen(to.at, to.credential.clone(), settings(to.idle_ms), sessions);
+            let listener = listen(to.at, to.credential.clone(), settings(to.idle_ms, &to.credential)?, sessions);
             self.listener = Some(listener.map_err(|e| cannot("dtls listener")(&e))?);
         }
         if let Some(to) = &spec.dial {
             let sessions = senders.sessions.clone();
-            self.dialler = Some(dial(to.remote, to.credential.clone(), to.expect, settings(to.idle_ms), sessions));
+            let settings = settings(to.idle_ms, &to.credential)?;
+            self.dialler = Some(dial(to.remote, to.credential.clone(), to.expect, settings, sessions));
         }
         if spec.listen.is_some() || spec.dial.is_some() {
             self.dtls = Some(counters.clone());
@@ -139,7 +145,8 @@ impl Outlets {
         if let Some(to) = &spec.mqtt {
             let inputs = senders.inputs.clone();
             let log = StreamLog::create(&spec.run_dir, spec.node).map_err(|e| cannot("stream log")(&e))?;
-            let mqtt = Mqtt::start(to.remote, to.own, to.expect, &to.credential, to.subscribe.clone(), log, inputs);
+            let trust = (&to.credential, &held(&to.credential)?);
+            let mqtt = Mqtt::start(to.remote, to.own, to.expect, trust, to.subscribe.clone(), log, inputs);
             self.mqtt = Some(mqtt.map_err(|e| cannot("mqtt")(&e))?);
         }
         Ok(())

@@ -22,6 +22,7 @@ use crate::guard::observe::Verdict;
 use crate::loopback::LoopbackAddr;
 use crate::pki::Credential;
 use crate::sockets;
+use crate::vet::Fault;
 
 /// Handshakes that may be under way at once.
 pub const HALF_OPEN: usize = 64;
@@ -108,13 +109,13 @@ impl Accept {
         let verdict = hello::at_the_door(bytes);
         let opener = LoopbackAddr::try_from(from).ok().filter(|_| verdict == Verdict::Passed);
         let Some(peer) = opener else {
-            note(&self.settings, bytes, verdict);
+            note(&self.settings, bytes, verdict, None);
             return SessionCounters::add(&self.settings.counters.strangers);
         };
         match self.room() {
             Some(permit) => self.admit(peer, bytes, permit),
             None => {
-                note(&self.settings, bytes, Verdict::Shed);
+                note(&self.settings, bytes, Verdict::Shed, None);
                 SessionCounters::add(&self.settings.counters.shed);
             }
         }
@@ -143,13 +144,13 @@ impl Accept {
         let hello = hello.to_vec();
         tokio::spawn(async move {
             let session = settings.next_session();
-            let opened = server(path, &credential, settings.guard(session.0)).await;
+            let opened = server(path, &credential, settings.revocations.clone(), settings.guard(session.0)).await;
             drop(permit);
             match opened {
                 Ok(secure) => serve(secure, session, &settings, &events).await,
                 Err(error) => {
                     SessionCounters::add(&settings.counters.failed);
-                    note(&settings, &hello, Verdict::Unfinished);
+                    note(&settings, &hello, Verdict::Unfinished, error.fault());
                     tracing::debug!(%error, %peer, "session not accepted");
                 }
             }
@@ -158,8 +159,8 @@ impl Accept {
 }
 
 /// Reports what became of a datagram that belongs to no association.
-fn note(settings: &Settings, bytes: &[u8], verdict: Verdict) {
+fn note(settings: &Settings, bytes: &[u8], verdict: Verdict, fault: Option<Fault>) {
     if let Some(log) = &settings.log {
-        log.unknown_peer(bytes, verdict, &settings.counters.guard);
+        log.unknown_peer(bytes, verdict, fault, &settings.counters.guard);
     }
 }

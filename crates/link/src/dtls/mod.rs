@@ -11,7 +11,7 @@ pub mod listen;
 pub mod path;
 pub mod session;
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use dtls::cipher_suite::CipherSuiteId;
@@ -20,12 +20,15 @@ use dtls::conn::DTLSConn;
 use dtls::crypto::{Certificate, CryptoPrivateKey, CryptoPrivateKeyKind};
 use ring::rand::SystemRandom;
 use ring::signature::{ECDSA_P256_SHA256_ASN1_SIGNING, EcdsaKeyPair};
+use rustls::pki_types::CertificateDer;
 use webrtc_util::conn::Conn;
 use wire::id::PeerId;
 
 use crate::guard::{GuardConn, GuardSettings};
 use crate::loopback::AddressRefused;
-use crate::pki::{Credential, PkiError, dns_name, peer_of, remaining_life};
+use crate::pki::{Credential, PkiError, dns_name, remaining_life};
+use crate::vet::list::Revocations;
+use crate::vet::{Fault, Presenter, Refused, Vet};
 
 pub use self::session::{SessionEvent, SessionHandle};
 
@@ -56,17 +59,9 @@ pub enum DtlsError {
     /// [`HANDSHAKE_LIMIT`] passed.
     #[error("handshake took longer than its limit")]
     TooSlow,
-    /// The peer is authentic, but not who was dialled.
-    #[error("dialled {expected}, reached {got}")]
-    WrongPeer {
-        /// Who was dialled.
-        expected: PeerId,
-        /// Who answered.
-        got: PeerId,
-    },
-    /// The peer presented no certificate.
-    #[error("peer presented no certificate")]
-    NoCertificate,
+    /// The peer's certificate is refused.
+    #[error(transparent)]
+    Refused(#[from] Refused),
     /// The socket.
     #[error("socket: {0}")]
     Io(#[from] std::io::Error),
@@ -75,11 +70,33 @@ pub enum DtlsError {
     Address(#[from] AddressRefused),
 }
 
+impl DtlsError {
+    /// Why the peer was refused; `None` when it was not, but was slow or not reached.
+    #[expect(clippy::wildcard_enum_match_arm, reason = "the library has a hundred errors; most are a broken handshake")]
+    pub fn fault(&self) -> Option<Fault> {
+        use dtls::Error as E;
+        match self {
+            DtlsError::Refused(refused) => Some(refused.fault),
+            DtlsError::Handshake(error) => Some(match error {
+                E::ErrUnsupportedProtocolVersion => Fault::Version,
+                E::ErrCipherSuiteNoIntersection | E::ErrInvalidCipherSuite | E::ErrCipherSuiteUnset => Fault::Suite,
+                E::ErrServerRequiredButNoClientEms | E::ErrClientRequiredButNoServerEms => Fault::MasterSecret,
+                E::ErrClientCertificateRequired | E::ErrCertificateVerifyNoCertificate => Fault::Missing,
+                _ => Fault::Handshake,
+            }),
+            DtlsError::Pki(_) | DtlsError::TooSlow | DtlsError::Io(_) | DtlsError::Address(_) => None,
+        }
+    }
+}
+
 /// An established association.
 pub struct Secure {
     conn: DTLSConn,
     peer: PeerId,
     life: Duration,
+    chain: Vec<Vec<u8>>,
+    vet: Vet,
+    presenter: Presenter,
 }
 
 impl Secure {
@@ -91,6 +108,14 @@ impl Secure {
     /// How long both certificates stay valid, counted from completion.
     pub fn life(&self) -> Duration {
         self.life
+    }
+
+    /// Checks the peer's certificate again, for the revocation list may have changed.
+    ///
+    /// # Errors
+    /// Why it is refused now.
+    pub fn vet(&self) -> Result<PeerId, Refused> {
+        check(&self.vet, &self.chain, self.presenter)
     }
 
     /// The next application record.
@@ -132,17 +157,13 @@ pub async fn client(
     path: Arc<dyn Conn + Send + Sync>,
     credential: &Credential,
     expected: PeerId,
+    revocations: Revocations,
     guard: GuardSettings,
 ) -> Result<Secure, DtlsError> {
     let mut config = config(credential)?;
     config.server_name = dns_name(expected);
-    let secure = handshake(path, config, credential, true, guard).await?;
-    if secure.peer == expected {
-        Ok(secure)
-    } else {
-        secure.close().await;
-        Err(DtlsError::WrongPeer { expected, got: secure.peer })
-    }
+    let own = Own { credential, revocations, presenter: Presenter::Listener(expected) };
+    handshake(path, config, own, guard).await
 }
 
 /// Accepts an association over `path` from whoever holds a certificate of this run.
@@ -152,33 +173,65 @@ pub async fn client(
 pub async fn server(
     path: Arc<dyn Conn + Send + Sync>,
     credential: &Credential,
+    revocations: Revocations,
     guard: GuardSettings,
 ) -> Result<Secure, DtlsError> {
-    handshake(path, config(credential)?, credential, false, guard).await
+    let own = Own { credential, revocations, presenter: Presenter::Dialler };
+    handshake(path, config(credential)?, own, guard).await
 }
 
+/// What an end brings into a handshake, and what it takes the other for.
+struct Own<'a> {
+    credential: &'a Credential,
+    revocations: Revocations,
+    presenter: Presenter,
+}
+
+/// The library can neither read a revocation list nor say why it refuses a certificate, so its own check is replaced by
+/// [`Vet`], for which it calls back; that it did is checked once it says that the handshake is complete.
 async fn handshake(
     path: Arc<dyn Conn + Send + Sync>,
-    config: Config,
-    own: &Credential,
-    is_client: bool,
+    mut config: Config,
+    own: Own<'_>,
     guard: GuardSettings,
 ) -> Result<Secure, DtlsError> {
     crate::crypto::init();
+    let (vet, presenter) = (Vet::new(own.credential, &own.revocations)?, own.presenter);
+    let verdict: Arc<Mutex<Option<Result<PeerId, Refused>>>> = Arc::default();
+    let (judge, told) = (vet.clone(), verdict.clone());
+    config.insecure_skip_verify = true;
+    config.client_auth = ClientAuthType::RequireAnyClientCert;
+    config.verify_peer_certificate = Some(Arc::new(move |chain, _| {
+        let found = check(&judge, chain, presenter);
+        let answer = found.as_ref().map(|_| ()).map_err(|refused| dtls::Error::Other(refused.to_string()));
+        *told.lock().unwrap_or_else(PoisonError::into_inner) = Some(found);
+        answer
+    }));
     let guard = Arc::new(GuardConn::new(path, guard));
     let through: Arc<dyn Conn + Send + Sync> = guard.clone();
-    let conn = tokio::time::timeout(HANDSHAKE_LIMIT, DTLSConn::new(through, config, is_client, None))
-        .await
-        .map_err(|_| DtlsError::TooSlow)??;
+    let is_client = presenter != Presenter::Dialler;
+    let opened = tokio::time::timeout(HANDSHAKE_LIMIT, DTLSConn::new(through, config, is_client, None)).await;
+    let verdict = verdict.lock().unwrap_or_else(PoisonError::into_inner).take();
+    if let Some(Err(refused)) = verdict {
+        return Err(refused.into());
+    }
+    let conn = opened.map_err(|_| DtlsError::TooSlow)??;
     guard.complete();
+    let missing = || Refused { fault: Fault::Missing, got: "none that was checked".to_owned() };
+    let peer = verdict.and_then(Result::ok).ok_or_else(missing)?;
     let chain = conn.connection_state().await.peer_certificates;
-    let leaf = chain.first().ok_or(DtlsError::NoCertificate)?;
-    let life = remaining_life(leaf)?.min(remaining_life(&own.cert_der)?);
-    Ok(Secure { peer: peer_of(leaf)?, life, conn })
+    let leaf = chain.first().ok_or_else(missing)?;
+    let life = remaining_life(leaf)?.min(remaining_life(&own.credential.cert_der)?);
+    Ok(Secure { conn, peer, life, chain, vet, presenter })
+}
+
+fn check(vet: &Vet, chain: &[Vec<u8>], presenter: Presenter) -> Result<PeerId, Refused> {
+    let chain: Vec<CertificateDer<'_>> = chain.iter().map(|der| CertificateDer::from(der.as_slice())).collect();
+    vet.check(&chain, presenter)
 }
 
 /// The pinned configuration of both ends.
-fn config(credential: &Credential) -> Result<Config, DtlsError> {
+pub(crate) fn config(credential: &Credential) -> Result<Config, DtlsError> {
     let key =
         EcdsaKeyPair::from_pkcs8(&ECDSA_P256_SHA256_ASN1_SIGNING, &credential.key_pkcs8_der, &SystemRandom::new())
             .map_err(|_| PkiError::Key)?;
@@ -191,11 +244,8 @@ fn config(credential: &Credential) -> Result<Config, DtlsError> {
             },
         }],
         cipher_suites: vec![CipherSuiteId::Tls_Ecdhe_Ecdsa_With_Aes_128_Gcm_Sha256],
-        client_auth: ClientAuthType::RequireAndVerifyClientCert,
         extended_master_secret: ExtendedMasterSecretType::Require,
         flight_interval: FLIGHT_INTERVAL,
-        roots_cas: credential.roots()?,
-        client_cas: credential.roots()?,
         mtu: 1200,
         replay_protection_window: REPLAY_WINDOW,
         ..Config::default()

@@ -11,6 +11,8 @@ use wire::id::{PeerId, SessionId};
 use super::{MAX_RECORD, Secure};
 use crate::guard::observe::{GuardCounters, GuardStats, ObservationLog};
 use crate::guard::{GuardMode, GuardSettings};
+use crate::vet::list::Revocations;
+use crate::vet::{Fault, Refused};
 
 /// Records that may wait to be sent into one session.
 pub const OUTBOUND: usize = 256;
@@ -28,14 +30,17 @@ pub struct Settings {
     pub sessions: Arc<AtomicU32>,
     /// Shared by all sessions of one socket.
     pub counters: Arc<SessionCounters>,
+    /// Whose certificates have been revoked; a change ends their sessions.
+    pub revocations: Revocations,
 }
 
 impl Settings {
     /// Settings with counters of their own.
-    pub fn new(guard: GuardMode, idle: Duration) -> Self {
+    pub fn new(guard: GuardMode, idle: Duration, revocations: Revocations) -> Self {
         Self {
             guard,
             idle,
+            revocations,
             log: None,
             sessions: Arc::new(AtomicU32::new(0)),
             counters: Arc::new(SessionCounters::default()),
@@ -91,6 +96,7 @@ pub struct SessionCounters {
     pub guard: Arc<GuardCounters>,
     pub(super) opened: AtomicU64,
     pub(super) failed: AtomicU64,
+    pub(super) dismissed: AtomicU64,
     pub(super) shed: AtomicU64,
     pub(super) strangers: AtomicU64,
     pub(super) overflowed: AtomicU64,
@@ -111,6 +117,8 @@ pub struct SessionStats {
     pub opened: u64,
     /// Handshakes that failed or took too long.
     pub failed: u64,
+    /// Sessions ended because a certificate had ended or was revoked.
+    pub dismissed: u64,
     /// Sound ClientHellos turned away because too many handshakes or sessions were open.
     pub shed: u64,
     /// Datagrams from unknown peers that open nothing.
@@ -139,6 +147,7 @@ impl SessionCounters {
             guard: self.guard.read(),
             opened: get(&self.opened),
             failed: get(&self.failed),
+            dismissed: get(&self.dismissed),
             shed: get(&self.shed),
             strangers: get(&self.strangers),
             overflowed: get(&self.overflowed),
@@ -177,8 +186,13 @@ pub(super) async fn serve(
     }
     let ends = tokio::time::Instant::now() + secure.life();
     let mut heard = tokio::time::Instant::now();
+    let mut list = settings.revocations.watch();
     loop {
         tokio::select! {
+            () = list.changed() => if let Err(refused) = secure.vet() {
+                dismissed(settings, session, &refused);
+                break;
+            },
             received = secure.recv() => match received {
                 Ok(record) => {
                     heard = tokio::time::Instant::now();
@@ -197,11 +211,25 @@ pub(super) async fn serve(
                 },
                 None => break,
             },
-            () = tokio::time::sleep_until((heard + settings.idle).min(ends)) => break,
+            () = tokio::time::sleep_until(heard + settings.idle) => break,
+            () = tokio::time::sleep_until(ends) => {
+                let got = format!("a certificate that has ended, of {} or ours", secure.peer());
+                dismissed(settings, session, &Refused { fault: Fault::Expired, got });
+                break;
+            }
         }
     }
     secure.close().await;
     if events.send(SessionEvent::Closed(session)).await.is_err() {
         tracing::trace!("nobody waits for the end of {session:?}");
+    }
+}
+
+/// Reports that a standing session is ended because of its certificate.
+fn dismissed(settings: &Settings, session: SessionId, refused: &Refused) {
+    SessionCounters::add(&settings.counters.dismissed);
+    tracing::info!(%refused, ?session, "session ended");
+    if let Some(log) = &settings.log {
+        log.refused(session.0, refused.fault, &settings.counters.guard);
     }
 }

@@ -161,6 +161,7 @@ impl GuardConn {
                     length: u32::try_from(raw.bytes.len()).unwrap_or(u32::MAX),
                     digest: digest(raw.bytes),
                     verdict,
+                    fault: None,
                 },
                 &self.settings.counters,
             );

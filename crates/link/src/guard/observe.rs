@@ -6,6 +6,8 @@ use minicbor::{Decode, Encode};
 use serde::Serialize;
 use tokio::sync::mpsc;
 
+use crate::vet::Fault;
+
 /// What the guard did with a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, Serialize)]
 #[cbor(index_only)]
@@ -70,6 +72,9 @@ pub struct Observation {
     /// What was done with it.
     #[n(7)]
     pub verdict: Verdict,
+    /// Why a handshake or a session came to nothing, where its peer was refused.
+    #[n(8)]
+    pub fault: Option<Fault>,
 }
 
 /// The short hash of a record, as the adversary's half of a receipt carries it. A datagram of one record has the
@@ -92,8 +97,30 @@ impl ObservationLog {
         (Self(tx), rx)
     }
 
-    /// Reports what became of a datagram of a peer that has no association.
-    pub(crate) fn unknown_peer(&self, bytes: &[u8], verdict: Verdict, counters: &GuardCounters) {
+    /// Reports that the peer of an association was refused, in a handshake of ours or later.
+    pub(crate) fn refused(&self, association: u32, fault: Fault, counters: &GuardCounters) {
+        let observation = Observation {
+            trace_us: crate::clock::trace_us(),
+            association,
+            content: 0,
+            epoch: 0,
+            sequence: 0,
+            length: 0,
+            digest: digest(&[]),
+            verdict: Verdict::Unfinished,
+            fault: Some(fault),
+        };
+        self.push(observation, counters);
+    }
+
+    /// Reports what became of a datagram of a peer that has no association, and why, where it was refused.
+    pub(crate) fn unknown_peer(
+        &self,
+        bytes: &[u8],
+        verdict: Verdict,
+        fault: Option<Fault>,
+        counters: &GuardCounters,
+    ) {
         let field = |from: usize, to: usize| {
             bytes.get(from..to).unwrap_or_default().iter().fold(0, |n, b| n << 8 | u64::from(*b))
         };
@@ -106,6 +133,7 @@ impl ObservationLog {
             length: bytes.len() as u32,
             digest: digest(bytes),
             verdict,
+            fault,
         };
         self.push(observation, counters);
     }

@@ -8,29 +8,30 @@ use link::dtls::listen::{Listener, listen};
 use link::dtls::session::{SessionCounters, SessionEvent, SessionHandle, Settings};
 use link::guard::GuardMode;
 use link::loopback::LoopbackAddr;
+use link::pki::Credential;
 use link::relay::DatagramRelay;
 use link::spec::RelayLeg;
 use tokio::sync::mpsc;
 use wire::core::Input;
 use wire::id::PeerId;
 
-use super::network::{credentials, genuine_hello};
+use super::network::{credentials, genuine_hello, list};
 
 struct Gateway {
     listener: Listener,
     events: mpsc::Receiver<SessionEvent>,
     counters: std::sync::Arc<SessionCounters>,
-    unit: link::pki::Credential,
+    unit: Credential,
 }
 
-fn settings() -> Settings {
-    Settings::new(GuardMode::Required, Duration::from_secs(60))
+fn settings(credential: &Credential) -> Settings {
+    Settings::new(GuardMode::Required, Duration::from_secs(60), list(credential))
 }
 
 fn gateway() -> Gateway {
     let (unit, credential) = credentials();
     let (tx, events) = mpsc::channel(64);
-    let settings = settings();
+    let settings = settings(&credential);
     let counters = settings.counters.clone();
     let listener = listen(LoopbackAddr::ANY_PORT, credential, settings, tx).unwrap();
     Gateway { listener, events, counters, unit }
@@ -60,7 +61,7 @@ async fn a_silent_client_hello_keeps_nobody_out() {
     let silent = UdpSocket::bind("127.0.0.1:0").unwrap();
     silent.send_to(&hello, gateway.listener.local().socket()).unwrap();
     let (tx, mut unit) = mpsc::channel(64);
-    let _dialler = dial(gateway.listener.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(), tx);
+    let _dialler = dial(gateway.listener.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(&gateway.unit), tx);
     let up = opened(&mut unit).await;
     let down = opened(&mut gateway.events).await;
     assert_eq!((up.peer, down.peer), (PeerId::GATEWAY, PeerId::UNIT_A));
@@ -81,7 +82,7 @@ async fn malformed_datagrams_leave_the_listener_serving() {
         hostile.send_to(&hello[..at], gateway.listener.local().socket()).unwrap();
     }
     let (tx, mut unit) = mpsc::channel(64);
-    let _dialler = dial(gateway.listener.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(), tx);
+    let _dialler = dial(gateway.listener.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(&gateway.unit), tx);
     let up = opened(&mut unit).await;
     let _down = opened(&mut gateway.events).await;
     assert!(up.send(b"up".to_vec()));
@@ -93,7 +94,7 @@ async fn malformed_datagrams_leave_the_listener_serving() {
 async fn a_session_that_is_dropped_at_one_end_is_closed_at_the_other_and_opened_again() {
     let mut gateway = gateway();
     let (tx, mut unit) = mpsc::channel(64);
-    let _dialler = dial(gateway.listener.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(), tx);
+    let _dialler = dial(gateway.listener.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(&gateway.unit), tx);
     let first = opened(&mut unit).await.session;
     drop(opened(&mut gateway.events).await);
     let second = opened(&mut unit).await.session;
@@ -114,7 +115,7 @@ async fn a_relay_carries_a_session_and_a_strangers_alert_does_not_end_it() {
         }
     });
     let (tx, mut unit) = mpsc::channel(64);
-    let _dialler = dial(relay.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(), tx);
+    let _dialler = dial(relay.local(), gateway.unit.clone(), PeerId::GATEWAY, settings(&gateway.unit), tx);
     let up = opened(&mut unit).await;
     let _down = opened(&mut gateway.events).await;
     relay.emit_stranger(&[21, 254, 253, 0, 0, 0, 0, 0, 0, 0, 99, 0, 2, 2, 40]);

@@ -14,7 +14,7 @@ use link::pki::{Authority, Role, dns_name};
 use wire::core::Side;
 use wire::id::PeerId;
 
-use super::network::{all, clear, credentials, established, guard, handshake, network, next};
+use super::network::{all, clear, credentials, established, guard, handshake, list, network, next};
 
 /// A plaintext fatal alert, `handshake_failure`, as anybody can write it.
 const FORGED_ALERT: [u8; 15] = [21, 254, 253, 0, 0, 0, 0, 0, 0, 0, 99, 0, 2, 2, 40];
@@ -95,7 +95,7 @@ async fn a_client_without_a_certificate_is_refused() {
         ..Config::default()
     };
     let bare = tokio::time::timeout(Duration::from_secs(10), DTLSConn::new(network.client.clone(), config, true, None));
-    let (bare, server) = tokio::join!(bare, server(network.server.clone(), &gateway, guard(GuardMode::Required)));
+    let (bare, server) = tokio::join!(bare, server(network.server.clone(), &gateway, list(&gateway), guard(GuardMode::Required)));
     assert!(server.is_err());
     assert!(!matches!(bare, Ok(Ok(_))));
 }
@@ -138,8 +138,8 @@ async fn the_guard_observes_each_record_with_its_verdict() {
     settings.log = Some(log);
     let counters = settings.counters.clone();
     let (client, server) = tokio::join!(
-        link::dtls::client(network.client.clone(), &unit, PeerId::GATEWAY, guard(GuardMode::Required)),
-        server(network.server.clone(), &gateway, settings),
+        link::dtls::client(network.client.clone(), &unit, PeerId::GATEWAY, list(&unit), guard(GuardMode::Required)),
+        server(network.server.clone(), &gateway, list(&gateway), settings),
     );
     let (client, server) = (client.unwrap(), server.unwrap());
     network.to_server.send(FORGED_ALERT.to_vec()).await.unwrap();
@@ -268,11 +268,11 @@ async fn a_lost_last_flight_is_repeated() {
     let served = tokio::spawn({
         let path = network.server.clone();
         async move {
-            let server = server(path, &gateway, counters).await.unwrap();
+            let server = server(path, &gateway, list(&gateway), counters).await.unwrap();
             server.recv().await.unwrap()
         }
     });
-    let client = link::dtls::client(network.client.clone(), &unit, PeerId::GATEWAY, guard(GuardMode::Required)).await;
+    let client = link::dtls::client(network.client.clone(), &unit, PeerId::GATEWAY, list(&unit), guard(GuardMode::Required)).await;
     client.unwrap().send(b"made it").await.unwrap();
     assert_eq!(served.await.unwrap(), b"made it");
     assert!(read.read().resent >= 1);

@@ -1,4 +1,4 @@
-//! Two datagram paths with a test in the middle.
+//! Two ends over the network in memory, with a test in the middle.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -7,60 +7,22 @@ use link::dtls::path::{Outlet, Path};
 use link::dtls::{DtlsError, Secure, client, server};
 use link::guard::observe::GuardCounters;
 use link::guard::{GuardMode, GuardSettings};
+pub(crate) use link::memory::{Network, Tap, clear, network};
 use link::pki::{Authority, Credential, Role};
+use link::vet::list::Revocations;
 use tokio::sync::mpsc;
-use wire::core::Side;
 use wire::id::PeerId;
-
-/// Decides what becomes of a datagram from a side.
-pub(crate) type Tap = Box<dyn FnMut(Side, Vec<u8>) -> Vec<Vec<u8>> + Send>;
-
-/// A path with two ends; the test may put datagrams in at either.
-pub(crate) struct Network {
-    pub(crate) client: Arc<Path>,
-    pub(crate) server: Arc<Path>,
-    pub(crate) to_client: mpsc::Sender<Vec<u8>>,
-    pub(crate) to_server: mpsc::Sender<Vec<u8>>,
-}
-
-/// A network that does with datagrams what `tap` says.
-pub(crate) fn network(mut tap: Tap) -> Network {
-    let (to_client, client_in) = mpsc::channel(1024);
-    let (to_server, server_in) = mpsc::channel(1024);
-    let (client_out, mut from_client) = mpsc::channel::<Vec<u8>>(1024);
-    let (server_out, mut from_server) = mpsc::channel::<Vec<u8>>(1024);
-    let (clientward, serverward) = (to_client.clone(), to_server.clone());
-    tokio::spawn(async move {
-        loop {
-            let (side, datagram) = tokio::select! {
-                Some(datagram) = from_client.recv() => (Side::Client, datagram),
-                Some(datagram) = from_server.recv() => (Side::Server, datagram),
-                else => return,
-            };
-            for passed in tap(side, datagram) {
-                let way = if side == Side::Client { &serverward } else { &clientward };
-                way.send(passed).await.unwrap();
-            }
-        }
-    });
-    Network {
-        client: Arc::new(Path::new(client_in, Outlet::Memory(client_out))),
-        server: Arc::new(Path::new(server_in, Outlet::Memory(server_out))),
-        to_client,
-        to_server,
-    }
-}
-
-/// A network that passes everything.
-pub(crate) fn clear() -> Tap {
-    Box::new(|_, datagram| vec![datagram])
-}
 
 /// Unit A's and the gateway's credentials from one authority.
 pub(crate) fn credentials() -> (Credential, Credential) {
     let authority = Authority::new().unwrap();
     let unit = authority.issue(PeerId::UNIT_A, Role::Dials).unwrap();
     (unit, authority.issue(PeerId::GATEWAY, Role::Listens).unwrap())
+}
+
+/// The revocation list beside a credential.
+pub(crate) fn list(credential: &Credential) -> Revocations {
+    Revocations::of(credential).unwrap()
 }
 
 pub(crate) fn guard(mode: GuardMode) -> GuardSettings {
@@ -75,8 +37,8 @@ pub(crate) async fn handshake(
     mode: GuardMode,
 ) -> (Result<Secure, DtlsError>, Result<Secure, DtlsError>) {
     tokio::join!(
-        client(network.client.clone(), unit, PeerId::GATEWAY, guard(mode)),
-        server(network.server.clone(), gateway, guard(mode)),
+        client(network.client.clone(), unit, PeerId::GATEWAY, list(unit), guard(mode)),
+        server(network.server.clone(), gateway, list(gateway), guard(mode)),
     )
 }
 
@@ -109,7 +71,9 @@ pub(crate) async fn genuine_hello() -> Vec<u8> {
     let (client_out, mut from_client) = mpsc::channel(8);
     let path = Arc::new(Path::new(client_in, Outlet::Memory(client_out)));
     let dialling =
-        tokio::spawn(async move { client(path, &unit, PeerId::GATEWAY, guard(GuardMode::Required)).await.map(|_| ()) });
+        tokio::spawn(async move {
+            client(path, &unit, PeerId::GATEWAY, list(&unit), guard(GuardMode::Required)).await.map(|_| ())
+        });
     let hello = from_client.recv().await.unwrap();
     dialling.abort();
     hello

@@ -1,0 +1,304 @@
+//! The real stacks between two ends in memory: guard and DTLS library in paused time ([`Pair`]), TLS without a socket
+//! ([`tls`]). Nothing here waits for a clock, and whoever holds the network holds every datagram.
+//!
+//! What is done to the datagrams, and what that shows, is left to the one who holds it.
+
+pub mod rogue;
+pub mod tls;
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use tokio::runtime::Runtime;
+use tokio::sync::mpsc;
+use wire::core::Side;
+use wire::id::PeerId;
+
+use self::rogue::{Manner, Rogue};
+use crate::dtls::path::{Outlet, Path};
+use crate::dtls::{DtlsError, Secure, client, server};
+use crate::guard::observe::{GuardCounters, GuardStats, Observation, ObservationLog};
+use crate::guard::{GuardMode, GuardSettings};
+use crate::pki::{Credential, PkiError};
+use crate::vet::list::Revocations;
+
+/// Datagrams that a network holds on one way.
+const ROOM: usize = 4096;
+
+/// Virtual time after which nothing more comes of a datagram.
+pub const QUIET: Duration = Duration::from_millis(20);
+
+/// Decides what becomes of a datagram from a side: what is passed on to the other.
+pub type Tap = Box<dyn FnMut(Side, Vec<u8>) -> Vec<Vec<u8>> + Send>;
+
+/// A path with two ends; its holder may put datagrams in at either.
+pub struct Network {
+    /// The dialling end's path.
+    pub client: Arc<Path>,
+    /// The listening end's path.
+    pub server: Arc<Path>,
+    /// Puts a datagram in at the dialling end.
+    pub to_client: mpsc::Sender<Vec<u8>>,
+    /// Puts a datagram in at the listening end.
+    pub to_server: mpsc::Sender<Vec<u8>>,
+}
+
+/// A network that does with datagrams what `tap` says. Must be called inside a tokio runtime.
+pub fn network(mut tap: Tap) -> Network {
+    let (to_client, client_in) = mpsc::channel(ROOM);
+    let (to_server, server_in) = mpsc::channel(ROOM);
+    let (client_out, mut from_client) = mpsc::channel::<Vec<u8>>(ROOM);
+    let (server_out, mut from_server) = mpsc::channel::<Vec<u8>>(ROOM);
+    let (clientward, serverward) = (to_client.clone(), to_server.clone());
+    tokio::spawn(async move {
+        loop {
+            let (side, datagram) = tokio::select! {
+                Some(datagram) = from_client.recv() => (Side::Client, datagram),
+                Some(datagram) = from_server.recv() => (Side::Server, datagram),
+                else => return,
+            };
+            let way = if side == Side::Client { &serverward } else { &clientward };
+            for passed in tap(side, datagram) {
+                // Like UDP: what finds no room is lost.
+                if way.try_send(passed).is_err() {
+                    tracing::trace!("a datagram in memory found no room");
+                }
+            }
+        }
+    });
+    Network {
+        client: Arc::new(Path::new(client_in, Outlet::Memory(client_out))),
+        server: Arc::new(Path::new(server_in, Outlet::Memory(server_out))),
+        to_client,
+        to_server,
+    }
+}
+
+/// A network that passes everything.
+pub fn clear() -> Tap {
+    Box::new(|_, datagram| vec![datagram])
+}
+
+/// What one end brings.
+#[derive(Clone, Debug)]
+pub struct Party {
+    /// Its certificate, and the authority that it checks others against.
+    pub credential: Credential,
+    /// Its revocation list, when that is a newer one than the certificate came with.
+    pub list: Option<Vec<u8>>,
+    /// Whether its guard drops what no key protects.
+    pub guard: GuardMode,
+    /// How it breaks the rules; `None` for an honest end.
+    pub manner: Option<Manner>,
+}
+
+impl Party {
+    /// An honest end.
+    pub fn honest(credential: Credential) -> Self {
+        Self { credential, list: None, guard: GuardMode::Required, manner: None }
+    }
+
+    fn revocations(&self) -> Result<Revocations, PkiError> {
+        let held = Revocations::of(&self.credential)?;
+        if let Some(list) = &self.list {
+            held.replace(list.clone())?;
+        }
+        Ok(held)
+    }
+}
+
+/// Datagrams as they left their ends, each with the end that it left.
+type Sent = Arc<Mutex<Vec<(Side, Vec<u8>)>>>;
+
+/// Two ends, what passes between them, and what the guard of each saw.
+pub struct Pair {
+    runtime: Runtime,
+    network: Network,
+    ends: [End; 2],
+    seen: [Seen; 2],
+    sent: Sent,
+    carrying: Arc<Mutex<bool>>,
+}
+
+/// What the guard of an end counts and tells.
+struct Seen {
+    counters: Arc<GuardCounters>,
+    log: mpsc::Receiver<Observation>,
+    revocations: Option<Revocations>,
+}
+
+/// What came of an end's handshake.
+enum End {
+    Stands(Secure),
+    Broken(DtlsError),
+    Rogue(Result<Rogue, DtlsError>),
+}
+
+impl Pair {
+    /// Two ends after their handshake, the dialling one first, whose datagrams went through `tap`; the dialler expects
+    /// `expected`. From here on nothing is carried: what an end sends waits in [`Pair::take`].
+    ///
+    /// # Errors
+    /// When there is no runtime to be had, or an honest end's credential is unusable.
+    pub fn open(parties: [&Party; 2], expected: PeerId, mut tap: Tap) -> Result<Self, DtlsError> {
+        crate::crypto::init();
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build()?;
+        let (sent, carrying) = (Sent::default(), Arc::new(Mutex::new(true)));
+        let (kept, carries) = (sent.clone(), carrying.clone());
+        let all = move |side: Side, datagram: Vec<u8>| {
+            lock(&kept).push((side, datagram.clone()));
+            if *lock(&carries) { tap(side, datagram) } else { Vec::new() }
+        };
+        let network = {
+            let _inside = runtime.enter();
+            network(Box::new(all))
+        };
+        let (dialling, of_dialling) = guard(parties[0])?;
+        let (listening, of_listening) = guard(parties[1])?;
+        let ends = runtime.block_on(async {
+            let (to_server, to_client) = (network.client.clone(), network.server.clone());
+            let dialled = end(parties[0], to_server, Some(expected), of_dialling.revocations.clone(), dialling);
+            let accepted = end(parties[1], to_client, None, of_listening.revocations.clone(), listening);
+            let (dialled, accepted) = tokio::join!(dialled, accepted);
+            // The last flight of one end may still be under way.
+            tokio::time::sleep(QUIET).await;
+            [dialled, accepted]
+        });
+        *lock(&carrying) = false;
+        Ok(Self { runtime, network, ends, seen: [of_dialling, of_listening], sent, carrying })
+    }
+
+    /// Who an end takes the other for, or why it refused it. `None` of an end that breaks the rules and was not refused.
+    ///
+    /// # Errors
+    /// Why the end has no association.
+    pub fn peer(&self, at: Side) -> Result<Option<PeerId>, &DtlsError> {
+        match &self.ends[at as usize] {
+            End::Stands(secure) => Ok(Some(secure.peer())),
+            End::Rogue(Ok(_)) => Ok(None),
+            End::Broken(error) | End::Rogue(Err(error)) => Err(error),
+        }
+    }
+
+    /// Whether the certificate of the other end still passes at this one.
+    ///
+    /// # Errors
+    /// Why it does not.
+    pub fn vet(&self, at: Side) -> Result<PeerId, crate::vet::Refused> {
+        match &self.ends[at as usize] {
+            End::Stands(secure) => secure.vet(),
+            End::Broken(_) | End::Rogue(_) => {
+                Err(crate::vet::Refused { fault: crate::vet::Fault::Handshake, got: "no association".to_owned() })
+            }
+        }
+    }
+
+    /// An end takes a newer revocation list.
+    ///
+    /// # Errors
+    /// When it refuses the list.
+    pub fn revoke(&self, at: Side, list: Vec<u8>) -> Result<(), crate::vet::list::ListRefused> {
+        match &self.seen[at as usize].revocations {
+            Some(held) => held.replace(list),
+            None => Ok(()),
+        }
+    }
+
+    /// The datagrams that left an end since this was last asked, in order.
+    pub fn take(&mut self, from: Side) -> Vec<Vec<u8>> {
+        let mut sent = lock(&self.sent);
+        let (taken, left) = std::mem::take(&mut *sent).into_iter().partition(|(side, _)| *side == from);
+        *sent = left;
+        let taken: Vec<(Side, Vec<u8>)> = taken;
+        taken.into_iter().map(|(_, datagram)| datagram).collect()
+    }
+
+    /// The datagram that `from` makes of a record; `None` when it does not take it.
+    pub fn send(&mut self, from: Side, record: &[u8]) -> Option<Vec<u8>> {
+        self.take(from);
+        let end = &self.ends[from as usize];
+        self.runtime.block_on(async {
+            match end {
+                End::Stands(secure) => secure.send(record).await.ok()?,
+                End::Rogue(Ok(rogue)) => rogue.send(record).await.ok()?,
+                End::Broken(_) | End::Rogue(Err(_)) => return None,
+            }
+            tokio::time::sleep(QUIET).await;
+            Some(())
+        })?;
+        self.take(from).into_iter().next()
+    }
+
+    /// Puts a datagram in at an end; the records that come out there.
+    pub fn put(&mut self, at: Side, datagram: &[u8]) -> Vec<Vec<u8>> {
+        let way = if at == Side::Client { &self.network.to_client } else { &self.network.to_server };
+        let end = &self.ends[at as usize];
+        self.runtime.block_on(async {
+            let taken = way.try_send(datagram.to_vec()).is_ok();
+            let mut records = Vec::new();
+            if let (true, End::Stands(secure)) = (taken, end) {
+                while let Ok(Ok(record)) = tokio::time::timeout(QUIET, secure.recv()).await {
+                    records.push(record);
+                }
+            } else {
+                tokio::time::sleep(QUIET).await;
+            }
+            records
+        })
+    }
+
+    /// Time goes by.
+    pub fn wait(&mut self, time: Duration) {
+        self.runtime.block_on(tokio::time::sleep(time));
+    }
+
+    /// What the guard of an end has counted.
+    pub fn guard(&self, at: Side) -> GuardStats {
+        self.seen[at as usize].counters.read()
+    }
+
+    /// What the guard of an end has told since this was last asked.
+    pub fn observed(&mut self, at: Side) -> Vec<Observation> {
+        let log = &mut self.seen[at as usize].log;
+        std::iter::from_fn(|| log.try_recv().ok()).collect()
+    }
+}
+
+impl Drop for Pair {
+    fn drop(&mut self) {
+        *lock(&self.carrying) = false;
+    }
+}
+
+fn guard(party: &Party) -> Result<(GuardSettings, Seen), DtlsError> {
+    let counters = Arc::new(GuardCounters::default());
+    let (told, log) = ObservationLog::new(ROOM);
+    let settings = GuardSettings { mode: party.guard, association: 1, counters: counters.clone(), log: Some(told) };
+    let revocations = match party.manner {
+        None => Some(party.revocations()?),
+        Some(_) => None,
+    };
+    Ok((settings, Seen { counters, log, revocations }))
+}
+
+async fn end(
+    party: &Party,
+    path: Arc<Path>,
+    expected: Option<PeerId>,
+    revocations: Option<Revocations>,
+    guard: GuardSettings,
+) -> End {
+    let Some(held) = revocations else {
+        let manner = party.manner.unwrap_or_default();
+        return End::Rogue(rogue::open(path, &party.credential, manner, expected).await);
+    };
+    let opened = match expected {
+        Some(expected) => client(path, &party.credential, expected, held, guard).await,
+        None => server(path, &party.credential, held, guard).await,
+    };
+    opened.map_or_else(End::Broken, End::Stands)
+}
+
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}

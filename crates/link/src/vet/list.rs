@@ -1,0 +1,140 @@
+//! The revocation list that an end holds: at first the one beside its certificate, then any newer one of the same
+//! authority. How a list gets here is left to the process.
+
+use ring::signature::{ECDSA_P256_SHA256_ASN1, UnparsedPublicKey};
+use rustls::pki_types::CertificateRevocationListDer;
+use tokio::sync::watch;
+use x509_parser::prelude::{CertificateRevocationList, FromDer, X509Certificate};
+
+use crate::pki::Credential;
+
+/// The longest list that is looked at, in bytes.
+pub const MAX_LIST: usize = 16 * 1024;
+
+/// Why a list was not taken; the one before stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ListRefused {
+    /// Longer than [`MAX_LIST`].
+    #[error("a revocation list of at most {MAX_LIST} bytes expected, got {0}")]
+    Length(usize),
+    /// Not a list with a number.
+    #[error("a numbered revocation list expected, got something else")]
+    Unreadable,
+    /// Not signed by the authority of this end's certificate.
+    #[error("a revocation list of this run's authority expected, got another's")]
+    Foreign,
+    /// Not newer than the one that is held.
+    #[error("a revocation list after number {held} expected, got {got}")]
+    Old {
+        /// Number of the list that is held.
+        held: u64,
+        /// Number of the list that came.
+        got: u64,
+    },
+}
+
+/// A revocation list that may be replaced by a newer one; clones share it.
+#[derive(Clone, Debug)]
+pub struct Revocations {
+    root_der: Vec<u8>,
+    held: watch::Sender<Held>,
+}
+
+#[derive(Clone, Debug, Default)]
+struct Held {
+    der: Vec<u8>,
+    number: u64,
+}
+
+impl Revocations {
+    /// The list beside a certificate.
+    ///
+    /// # Errors
+    /// When it is not one of that certificate's authority.
+    pub fn of(credential: &Credential) -> Result<Self, ListRefused> {
+        let this = Self { root_der: credential.root_der.clone(), held: watch::Sender::new(Held::default()) };
+        this.replace(credential.list_der.clone())?;
+        Ok(this)
+    }
+
+    /// Takes a newer list of the same authority.
+    ///
+    /// # Errors
+    /// When it is none; the list that is held stays.
+    pub fn replace(&self, der: Vec<u8>) -> Result<(), ListRefused> {
+        if der.len() > MAX_LIST {
+            return Err(ListRefused::Length(der.len()));
+        }
+        let got = number(&der, &self.root_der)?;
+        let held = self.held.borrow().number;
+        if got <= held {
+            return Err(ListRefused::Old { held, got });
+        }
+        self.held.send_replace(Held { der, number: got });
+        Ok(())
+    }
+
+    /// Tells of every change from now on.
+    pub fn watch(&self) -> Watch {
+        Watch(self.held.subscribe())
+    }
+
+    pub(super) fn der(&self) -> CertificateRevocationListDer<'static> {
+        CertificateRevocationListDer::from(self.held.borrow().der.clone())
+    }
+}
+
+/// Waits for changes of a list.
+#[derive(Clone, Debug)]
+pub struct Watch(watch::Receiver<Held>);
+
+impl Watch {
+    /// Returns once the list has changed since this was made or last returned; never, when nobody holds the list.
+    pub async fn changed(&mut self) {
+        if self.0.changed().await.is_err() {
+            std::future::pending().await
+        }
+    }
+}
+
+/// The number of a list that the holder of `root_der` signed.
+fn number(der: &[u8], root_der: &[u8]) -> Result<u64, ListRefused> {
+    let (rest, list) = CertificateRevocationList::from_der(der).map_err(|_| ListRefused::Unreadable)?;
+    let number = list.crl_number().and_then(|n| u64::try_from(n).ok()).ok_or(ListRefused::Unreadable)?;
+    if !rest.is_empty() {
+        return Err(ListRefused::Unreadable);
+    }
+    let (_, root) = X509Certificate::from_der(root_der).map_err(|_| ListRefused::Foreign)?;
+    UnparsedPublicKey::new(&ECDSA_P256_SHA256_ASN1, &root.public_key().subject_public_key.data)
+        .verify(list.tbs_cert_list.as_ref(), &list.signature_value.data)
+        .map_err(|_| ListRefused::Foreign)?;
+    Ok(number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pki::{Authority, Role};
+    use wire::id::PeerId;
+
+    #[test]
+    fn a_list_is_taken_when_it_is_newer_and_the_authoritys_own() {
+        let (authority, other) = (Authority::new().unwrap(), Authority::new().unwrap());
+        let unit = authority.issue(PeerId::UNIT_A, Role::Dials).unwrap();
+        let held = Revocations::of(&unit).unwrap();
+        let (second, third) = (authority.revoke(&[]).unwrap(), authority.revoke(&[&unit]).unwrap());
+        assert_eq!(held.replace(third), Ok(()));
+        assert_eq!(held.replace(second), Err(ListRefused::Old { held: 3, got: 2 }), "an old list brings nobody back");
+        let mut foreign = Vec::new();
+        for _ in 0..4 {
+            foreign = other.revoke(&[]).unwrap();
+        }
+        assert_eq!(held.replace(foreign), Err(ListRefused::Foreign));
+        let mut altered = authority.revoke(&[]).unwrap();
+        let last = altered.len() - 70;
+        altered[last] ^= 1;
+        assert!(held.replace(altered).is_err());
+        assert_eq!(held.replace(vec![1; 9]), Err(ListRefused::Unreadable));
+        assert_eq!(held.replace(vec![0; MAX_LIST + 1]), Err(ListRefused::Length(MAX_LIST + 1)));
+    }
+}
