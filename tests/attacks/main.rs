@@ -6,6 +6,7 @@
 
 mod commands;
 mod controls;
+mod handshake;
 mod link;
 mod peers;
 mod processes;

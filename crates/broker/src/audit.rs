@@ -27,9 +27,7 @@ pub fn audited(event: &Event) -> Audited {
 /// Who was refused, when a handshake has said who it is.
 fn peer_of(denial: &Denial) -> Option<PeerId> {
     match denial {
-        Denial::Connections { .. } | Denial::Handshake(_) | Denial::HandshakeTimeout | Denial::Principal { .. } => {
-            None
-        }
+        Denial::Connections { .. } | Denial::Handshake(_) | Denial::HandshakeTimeout | Denial::Principal { .. } => None,
         Denial::ClientId { expected: peer, .. }
         | Denial::ConnectionsOfPeer { peer, .. }
         | Denial::ProtocolLevel { peer, .. }

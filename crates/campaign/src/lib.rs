@@ -1,8 +1,8 @@
 //! The instrument: scenarios in, judged trials out.
 //!
 //! `scenario` reads what is to happen, `cast` decides who takes part, `twin` and `live` carry it out with the same cores,
-//! `oracle` judges, `report` and `stats` put numbers on many trials, `command` is the `holdsafe` program. How a service
-//! decides is none of its business.
+//! `stack` on the real DTLS and TLS libraries in memory; `oracle` judges, `report` and `stats` put numbers on many
+//! trials, `command` is the `holdsafe` program. How a service decides is none of its business.
 
 pub mod cast;
 pub mod command;
@@ -14,6 +14,7 @@ pub mod oracle;
 pub mod progress;
 pub mod report;
 pub mod scenario;
+pub mod stack;
 pub mod stages;
 pub mod stats;
 pub mod trial;

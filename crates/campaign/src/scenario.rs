@@ -20,6 +20,7 @@ mod read;
 mod scene;
 mod set;
 mod setup;
+pub mod stack;
 mod stream;
 mod template;
 mod value;
@@ -87,7 +88,7 @@ pub struct Scenario {
     /// Platform by name, a file of `platforms/`.
     #[serde(default = "default_platform")]
     pub platform: Located<Name>,
-    /// Length of a trial.
+    /// Length of a trial; of no account on the real stacks, which run until nothing more comes.
     pub duration_s: Located<Real<100, 3_600_000>>,
     /// Bounds of the platform that this scenario tightens.
     #[serde(default)]
@@ -98,7 +99,7 @@ pub struct Scenario {
     /// A file with the scene, below the directory of the scenario; instead of `[scene]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene_file: Option<Located<RelativePath>>,
-    /// The world. After loading it is always there.
+    /// The world. After loading it is there, but for what runs on the real stacks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scene: Option<Scene>,
     /// What the operator does.
@@ -185,6 +186,16 @@ pub struct Scenario {
     #[serde(default)]
     pub malformed: List<Malformed, 16>,
 
+    /// On the real stacks: somebody with a certificate that is no good.
+    #[serde(default)]
+    pub impostor: List<stack::Impostor, 64>,
+    /// On the real stacks: somebody who offers less than the pinned protocol.
+    #[serde(default)]
+    pub downgrade: List<stack::Downgrade, 64>,
+    /// On the real stacks: somebody without a key in the path of an association.
+    #[serde(default)]
+    pub handle: List<stack::Handle, 64>,
+
     /// Variations, each with its own expected classes; without any the scenario is its only cell.
     #[serde(default)]
     pub cell: List<Located<Cell>, 64>,
@@ -197,7 +208,7 @@ pub struct Scenario {
 }
 
 impl Scenario {
-    /// The scene; `read` refuses a scenario without one.
+    /// The scene; `read` refuses a scenario without one, but for those on the real stacks, which have no platform.
     pub fn scene(&self) -> &Scene {
         self.scene.as_ref().expect("invariant: a loaded scenario has its scene")
     }

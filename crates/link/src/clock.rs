@@ -78,7 +78,7 @@ fn micros(clock: ClockId) -> u64 {
 
 /// The wall clock, for the validity of certificates and nothing else.
 #[expect(clippy::disallowed_methods, reason = "certificates are dated; no core is handed this")]
-pub(crate) fn wall() -> SystemTime {
+pub fn wall() -> SystemTime {
     SystemTime::now()
 }
 

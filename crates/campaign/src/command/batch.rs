@@ -44,7 +44,7 @@ impl Batch<'_> {
     pub(super) fn run(&self, talk: Talk, stop: &Stop) -> Result<Vec<Trial>, Failure> {
         let jobs: Vec<Job<'_>> = self.planned.iter().flat_map(|planned| self.jobs(planned)).collect();
         let progress = Progress::new(self.label, jobs.len(), talk);
-        let threads = if self.mode == Mode::Twin { cores() } else { self.jobs };
+        let threads = if self.mode == Mode::Live { self.jobs } else { cores() };
         let before = cpu_seconds(self.mode);
         let trials = on_threads(threads, &jobs, &progress, stop, |job| self.one(job, stop));
         progress.finish();
@@ -215,14 +215,14 @@ fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
-/// CPU seconds so far: of this thread for the twin, of us and our ended children for a live run.
+/// CPU seconds so far: of this thread for the twin and the stacks, of us and our ended children for a live run.
 pub(super) fn cpu_seconds(mode: Mode) -> f64 {
     let of = |who: UsageWho| {
         let seconds = |t: TimeVal| t.tv_sec() as f64 + t.tv_usec() as f64 * 1e-6;
         getrusage(who).map_or(0.0, |u| seconds(u.user_time()) + seconds(u.system_time()))
     };
     match mode {
-        Mode::Twin => link::clock::thread_cpu_us() as f64 * 1e-6,
+        Mode::Twin | Mode::Stack => link::clock::thread_cpu_us() as f64 * 1e-6,
         Mode::Live => of(UsageWho::RUSAGE_SELF) + of(UsageWho::RUSAGE_CHILDREN),
     }
 }

@@ -12,7 +12,7 @@ use crate::report::Mode;
 use crate::scenario::{Scenario, Setup};
 use crate::stages::Delays;
 use crate::trial::Trial;
-use crate::{evidence, judged, keep, twin};
+use crate::{evidence, judged, keep, stack, twin};
 use wire::audit::Chains;
 use wire::event::Event;
 use wire::id::NodeId;
@@ -89,6 +89,7 @@ pub(super) fn trial(
             }
             Ok(judged::trial(seed, &run.evidence, &run.verdict))
         }
+        Mode::Stack => stack::trial(scenario, seed).map_err(failed),
         Mode::Live => live_trial(scenario, setup, seed, stop, &mut |_| {}),
     }
 }

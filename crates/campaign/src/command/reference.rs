@@ -1,5 +1,5 @@
-//! No argument: the reference evaluation. Every shipped scenario at least 59 times in the twin and once live, a table,
-//! and a run directory.
+//! No argument: the reference evaluation. Every shipped scenario at least 59 times in the twin, or on the real stacks in
+//! memory where it has no platform, and once live, a table, and a run directory.
 
 use std::path::Path;
 
@@ -35,7 +35,12 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     let (mut exit, mut rows) = (Exit::Fine, Vec::new());
     for (mode, n) in [(Mode::Twin, TWIN_TRIALS), (Mode::Live, 1)] {
         for (scenario, twin, live) in &plans {
-            let planned = if mode == Mode::Twin { twin } else { live };
+            let (planned, mode) = match mode {
+                Mode::Twin if scenario.is_of_stacks() => (twin, Mode::Stack),
+                Mode::Live if scenario.is_of_stacks() => continue,
+                Mode::Twin | Mode::Stack => (twin, mode),
+                Mode::Live => (live, mode),
+            };
             let (own, more) = one(context, scenario, mode, planned, n, &dir)?;
             exit = batch::graver(exit, own);
             rows.extend(more);

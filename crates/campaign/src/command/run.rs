@@ -54,13 +54,18 @@ struct Several {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let mode = if args.live { Mode::Live } else { Mode::Twin };
+    let engine = if args.live { Mode::Live } else { Mode::Twin };
     let rendered = args.rendered || args.live;
     let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered };
     // Every file is read before anything runs.
     let mut plans = Vec::new();
     for name in &args.scenarios {
         plans.push(plan::plan(context, &plan::file_of(context, name)?, &wanted)?);
+    }
+    if let Some((scenario, _)) = plans.iter().find(|(scenario, _)| args.live && scenario.is_of_stacks()) {
+        let name = scenario.name.as_str();
+        let message = format!("`{name}` runs on the real stacks in memory and has no live form; leave out --live");
+        return Err(Failure::new(Exit::Usage, message));
     }
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "run")).transpose()?;
     if let Some(dir) = &out {
@@ -70,6 +75,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (mut exit, mut runs) = (Exit::Fine, Vec::new());
     for (scenario, planned) in &plans {
         let label = scenario.name.as_str();
+        let mode = if scenario.is_of_stacks() { Mode::Stack } else { engine };
         let n = args.trials.unwrap_or(if args.live { LIVE_TRIALS } else { TWIN_TRIALS });
         let batch = Batch { label, mode, planned, n, seed: context.seed, jobs: args.jobs, out: out.as_deref() };
         let trials = batch.run(context.talk, &context.stop)?;
@@ -79,7 +85,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
         runs.push(fold(scenario, mode, context.seed, planned, trials));
     }
-    finish(context, mode, runs, out.as_deref())?;
+    finish(context, engine, runs, out.as_deref())?;
     Ok(exit)
 }
 

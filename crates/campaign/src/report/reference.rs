@@ -86,8 +86,9 @@ impl ReferenceRow {
         let evidence = match mode {
             Mode::Twin => Evidence::Model,
             Mode::Live => Evidence::Live,
+            Mode::Stack => Evidence::Stack,
         };
-        let counts = evidence == Evidence::Live || scenario.evidence == Evidence::Model;
+        let counts = evidence != Evidence::Model || scenario.evidence == Evidence::Model;
         let summary = Summary::of(trials);
         let bound = summary.unsafe_upper_95;
         let name = scenario.name.as_str().to_owned();

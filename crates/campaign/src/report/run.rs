@@ -16,6 +16,8 @@ pub enum Mode {
     Twin,
     /// Processes, sockets, real clocks.
     Live,
+    /// The real DTLS and TLS libraries between two ends in memory.
+    Stack,
 }
 
 impl Mode {
@@ -24,6 +26,7 @@ impl Mode {
         match self {
             Mode::Twin => "twin",
             Mode::Live => "live",
+            Mode::Stack => "stack",
         }
     }
 }
@@ -35,7 +38,7 @@ pub struct RunObject {
     pub schema_version: u32,
     /// Name of the scenario.
     pub scenario: String,
-    /// Twin or live.
+    /// Twin, live or stack.
     pub mode: Mode,
     /// The base seed; trial i has seed + i.
     pub seed: u64,

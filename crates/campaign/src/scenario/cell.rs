@@ -60,6 +60,10 @@ impl Scenario {
     /// whatever names none with the classes that `[[under]]` expects (none where nothing is declared, so that no class
     /// counts as unexpected).
     pub fn variations(&self, policy: Option<&str>) -> Vec<Variation> {
+        if self.is_of_stacks() {
+            let one = |(cell, scenario)| Variation { cell: Some(cell), scenario };
+            return self.stack_cells().into_iter().map(one).collect();
+        }
         if self.cell.is_empty() {
             return vec![Variation { cell: None, scenario: self.under(policy) }];
         }

@@ -9,6 +9,7 @@ use std::ops::Range;
 use wire::id::UnitId;
 
 use super::attack::Windowed;
+use super::stack::{Certificate, Hand, Link};
 use super::{Evidence, Located, Name, Outcome, Platform, Role, Scenario, Scene, ThirdUnit};
 
 /// Something that does not fit.
@@ -42,6 +43,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(units(s));
     found.extend(operator(s));
     found.extend(conditions(s));
+    found.extend(stacks(s));
     if s.evidence == Evidence::Model && !s.kill.is_empty() && s.kill.iter().any(|k| k.ending == super::Ending::Hang) {
         let at = &s.kill[0].at_s;
         found.push(finding(at, "the link model has no hang", "set `evidence = \"live\"` or `ending = \"kill\"`"));
@@ -62,6 +64,42 @@ fn conditions(s: &Scenario) -> Vec<Finding> {
     let lost = lost.then(|| finding(&s.conditions.loss, both, "keep the condition or the attack"));
     let held = held.then(|| finding(&s.conditions.jitter_ms, both, "keep the condition or the attack"));
     lost.into_iter().chain(held).collect()
+}
+
+/// What is done to the real stacks: each cell once, and nothing that an end cannot do.
+fn stacks(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    if s.is_of_stacks() != (s.evidence == Evidence::Stack) {
+        let remedy =
+            "set `evidence = \"stack\"` where there are impostor, downgrade or handle tables, and nowhere else";
+        found.push(finding(&s.name, "evidence and tables do not fit", remedy));
+    }
+    let mut seen = BTreeSet::new();
+    for (cell, scenario) in s.stack_cells() {
+        found.extend(classes(&scenario.expected));
+        if !seen.insert(cell.clone()) {
+            found.push(finding(&scenario.expected, format!("cell {cell} is there twice"), "take one out"));
+        }
+    }
+    for one in &s.impostor {
+        let listens = *one.end == Hand::Listens;
+        if *one.end == Hand::Relays || (listens && *one.certificate == Certificate::Missing) {
+            let remedy = "an impostor dials or listens, and a listener always has a certificate";
+            found.push(finding(&one.end, "no such impostor", remedy));
+        }
+        if (*one.certificate == Certificate::OtherName && !listens)
+            || (*one.certificate == Certificate::RevokedLater && (listens || one.link == Link::Command))
+        {
+            let remedy = "`other-name` is for who is dialled, `revoked-later` for who dials the telemetry link";
+            found.push(finding(&one.certificate, "no such impostor", remedy));
+        }
+    }
+    for one in &s.downgrade {
+        if !crate::stack::can_be_lowered(one.link, *one.by, *one.to) {
+            found.push(finding(&one.to, "no such downgrade", "docs/scenarios.md lists those there are"));
+        }
+    }
+    found
 }
 
 fn classes(expected: &Located<super::List<Outcome, 9>>) -> Option<Finding> {

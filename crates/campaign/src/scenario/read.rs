@@ -95,6 +95,7 @@ fn read_scenario(file: &str, text: &str) -> Result<Scenario, Problems> {
     let scenario: Scenario = from_toml(file, text)?;
     let (message, bytes) = match (&scenario.scene, &scenario.scene_file) {
         (Some(_), Some(at)) => ("both `[scene]` and `scene_file`", at.bytes()),
+        (None, None) if scenario.is_of_stacks() => return Ok(scenario),
         (None, None) => ("neither `[scene]` nor `scene_file`", scenario.name.bytes()),
         (Some(_), None) | (None, Some(_)) => return Ok(scenario),
     };

@@ -129,11 +129,12 @@ async fn attempt(
 ) -> Result<(), DtlsError> {
     let session = settings.next_session();
     let guard = settings.guard(session.0);
-    let secure = client(path, credential, expected, settings.revocations.clone(), guard).await.inspect_err(|error| {
-        if let (Some(fault), Some(log)) = (error.fault(), &settings.log) {
-            log.refused(session.0, fault, &settings.counters.guard);
-        }
-    })?;
+    let secure =
+        client(path, credential, expected, settings.revocations.clone(), guard).await.inspect_err(|error| {
+            if let (Some(fault), Some(log)) = (error.fault(), &settings.log) {
+                log.refused(session.0, fault, &settings.counters.guard);
+            }
+        })?;
     serve(secure, session, settings, events).await;
     Ok(())
 }

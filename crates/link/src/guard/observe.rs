@@ -114,13 +114,7 @@ impl ObservationLog {
     }
 
     /// Reports what became of a datagram of a peer that has no association, and why, where it was refused.
-    pub(crate) fn unknown_peer(
-        &self,
-        bytes: &[u8],
-        verdict: Verdict,
-        fault: Option<Fault>,
-        counters: &GuardCounters,
-    ) {
+    pub(crate) fn unknown_peer(&self, bytes: &[u8], verdict: Verdict, fault: Option<Fault>, counters: &GuardCounters) {
         let field = |from: usize, to: usize| {
             bytes.get(from..to).unwrap_or_default().iter().fold(0, |n, b| n << 8 | u64::from(*b))
         };

@@ -249,7 +249,7 @@ impl Pair {
 
     /// Time goes by.
     pub fn wait(&mut self, time: Duration) {
-        self.runtime.block_on(tokio::time::sleep(time));
+        self.runtime.block_on(async { tokio::time::sleep(time).await });
     }
 
     /// What the guard of an end has counted.

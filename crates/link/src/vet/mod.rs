@@ -163,8 +163,11 @@ impl Fault {
             E::InvalidCertificate(wrong) => Self::of_certificate(wrong),
             E::NoCertificatesPresented | E::AlertReceived(Alert::CertificateRequired) => Fault::Missing,
             E::PeerIncompatible(
-                P::Tls12NotOffered | P::Tls12NotOfferedOrEnabled | P::Tls13RequiredForQuic
-                | P::SupportedVersionsExtensionRequired | P::ServerDoesNotSupportTls12Or13
+                P::Tls12NotOffered
+                | P::Tls12NotOfferedOrEnabled
+                | P::Tls13RequiredForQuic
+                | P::SupportedVersionsExtensionRequired
+                | P::ServerDoesNotSupportTls12Or13
                 | P::ServerTlsVersionIsDisabledByOurConfig,
             )
             | E::AlertReceived(Alert::ProtocolVersion) => Fault::Version,
@@ -265,9 +268,8 @@ impl Vet {
         presenter: Presenter,
         now: UnixTime,
     ) -> Result<PeerId, rustls::Error> {
-        let ours = |refused| {
-            rustls::Error::InvalidCertificate(CertificateError::Other(rustls::OtherError(Arc::new(refused))))
-        };
+        let ours =
+            |refused| rustls::Error::InvalidCertificate(CertificateError::Other(rustls::OtherError(Arc::new(refused))));
         match self.chain(leaf, more, presenter, now) {
             Err(rustls::Error::InvalidCertificate(CertificateError::UnknownIssuer)) if signs_itself(leaf) => {
                 Err(ours(Refused { fault: Fault::SelfSigned, got: "one of nobody but itself".to_owned() }))

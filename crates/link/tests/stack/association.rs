@@ -95,7 +95,8 @@ async fn a_client_without_a_certificate_is_refused() {
         ..Config::default()
     };
     let bare = tokio::time::timeout(Duration::from_secs(10), DTLSConn::new(network.client.clone(), config, true, None));
-    let (bare, server) = tokio::join!(bare, server(network.server.clone(), &gateway, list(&gateway), guard(GuardMode::Required)));
+    let (bare, server) =
+        tokio::join!(bare, server(network.server.clone(), &gateway, list(&gateway), guard(GuardMode::Required)));
     assert!(server.is_err());
     assert!(!matches!(bare, Ok(Ok(_))));
 }
@@ -272,7 +273,9 @@ async fn a_lost_last_flight_is_repeated() {
             server.recv().await.unwrap()
         }
     });
-    let client = link::dtls::client(network.client.clone(), &unit, PeerId::GATEWAY, list(&unit), guard(GuardMode::Required)).await;
+    let client =
+        link::dtls::client(network.client.clone(), &unit, PeerId::GATEWAY, list(&unit), guard(GuardMode::Required))
+            .await;
     client.unwrap().send(b"made it").await.unwrap();
     assert_eq!(served.await.unwrap(), b"made it");
     assert!(read.read().resent >= 1);

@@ -70,10 +70,9 @@ pub(crate) async fn genuine_hello() -> Vec<u8> {
     let (_to_client, client_in) = mpsc::channel(1);
     let (client_out, mut from_client) = mpsc::channel(8);
     let path = Arc::new(Path::new(client_in, Outlet::Memory(client_out)));
-    let dialling =
-        tokio::spawn(async move {
-            client(path, &unit, PeerId::GATEWAY, list(&unit), guard(GuardMode::Required)).await.map(|_| ())
-        });
+    let dialling = tokio::spawn(async move {
+        client(path, &unit, PeerId::GATEWAY, list(&unit), guard(GuardMode::Required)).await.map(|_| ())
+    });
     let hello = from_client.recv().await.unwrap();
     dialling.abort();
     hello

@@ -17,11 +17,8 @@ fn presented(authority: &Authority, holder: PeerId, role: Role) -> Vec<(Credenti
     let (minute, hour) = (Duration::from_secs(60), Duration::from_secs(3600));
     let other_role = if role == Role::Dials { Role::Listens } else { Role::Dials };
     let sound = || authority.issue(holder, role).unwrap();
-    let of_this_run = |credential: Credential| Credential {
-        root_der: sound().root_der,
-        list_der: sound().list_der,
-        ..credential
-    };
+    let of_this_run =
+        |credential: Credential| Credential { root_der: sound().root_der, list_der: sound().list_der, ..credential };
     let revoked = sound();
     let list = authority.revoke(&[&revoked]).unwrap();
     let foreign = of_this_run(Authority::new().unwrap().issue(holder, role).unwrap());
@@ -110,9 +107,7 @@ fn each_certificate_that_is_no_good_is_refused_by_its_name_at_both_ends_of_the_c
     let authority = Authority::new().unwrap();
     let party = |credential, list, manner| tls::Party { credential, list, manner };
     let honest = |peer, role, list| party(authority.issue(peer, role).unwrap(), list, tls::Manner::Honest);
-    let shake = |parties: [&tls::Party; 2]| {
-        tls::shake(parties, broker(), b"connect", &mut |_, piece| piece).unwrap()
-    };
+    let shake = |parties: [&tls::Party; 2]| tls::shake(parties, broker(), b"connect", &mut |_, piece| piece).unwrap();
     for (credential, list, expected) in presented(&authority, PeerId::UNIT_A, Role::Dials) {
         let listener = honest(broker(), Role::Listens, list);
         let shaken = shake([&party(credential, None, tls::Manner::Certificate), &listener]);

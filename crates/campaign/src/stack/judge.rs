@@ -1,0 +1,128 @@
+//! The class of a trial on the real stacks, from what the adversary says it did and what the target's log says it saw.
+//!
+//! The classes are the oracle's, in its order. UNSAFE: somebody passed for another, or a record was delivered that
+//! nobody sent, or one twice (P5). INVALID: something done was not seen at the target. LATE: an honest record did not
+//! get through in time, or the association is gone. A stack has no modes, so it neither holds nor degrades.
+
+use std::collections::BTreeMap;
+
+use sha2::{Digest, Sha256};
+use wire::event::wire_hash;
+
+use crate::evidence::hex;
+use crate::trial::{Latency, Outcome, Trial};
+
+/// What one trial showed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Showing {
+    /// Whether anything was attacked; a control attacks nothing.
+    attacked: bool,
+    /// How often the adversary says that it put in what has this short hash.
+    deeds: BTreeMap<u64, u64>,
+    /// How often the target's log says that it arrived.
+    seen: BTreeMap<u64, u64>,
+    /// What must never happen and did.
+    pub(super) breaches: Vec<String>,
+    /// What should have got through in time and did not.
+    pub(super) missed: Vec<String>,
+    /// Refused by an end, by name.
+    refused: BTreeMap<String, u64>,
+    /// Refused by a guard, by name.
+    pub(super) guard_refused: BTreeMap<String, u64>,
+    /// Records delivered to an application.
+    pub(super) delivered: u64,
+}
+
+impl Showing {
+    /// Of an attack, or of a control.
+    pub(super) fn of(attacked: bool) -> Self {
+        Self { attacked, ..Self::default() }
+    }
+
+    /// The adversary put these bytes in.
+    pub(super) fn did(&mut self, bytes: &[u8]) {
+        self.did_hash(wire_hash(bytes));
+    }
+
+    /// The adversary put in what has this short hash.
+    pub(super) fn did_hash(&mut self, hash: u64) {
+        *self.deeds.entry(hash).or_default() += 1;
+    }
+
+    /// These bytes arrived at the target.
+    #[cfg(test)]
+    pub(super) fn saw(&mut self, bytes: &[u8]) {
+        self.saw_hash(wire_hash(bytes));
+    }
+
+    /// What has this short hash arrived at the target.
+    pub(super) fn saw_hash(&mut self, hash: u64) {
+        *self.seen.entry(hash).or_default() += 1;
+    }
+
+    /// An end refused something by this name.
+    pub(super) fn refused(&mut self, name: &str) {
+        self.refused_n(name, 1);
+    }
+
+    /// An end refused so many by this name.
+    pub(super) fn refused_n(&mut self, name: &str, n: u64) {
+        if n > 0 {
+            *self.refused.entry(name.to_owned()).or_default() += n;
+        }
+    }
+
+    /// Whether everything that was done was seen, as often as it was done.
+    fn receipt(&self) -> bool {
+        let arrived = |(hash, n): (&u64, &u64)| self.seen.get(hash).is_some_and(|seen| seen >= n);
+        !self.attacked || (!self.deeds.is_empty() && self.deeds.iter().all(arrived))
+    }
+
+    fn outcome(&self) -> Outcome {
+        if !self.breaches.is_empty() {
+            Outcome::Unsafe
+        } else if !self.receipt() {
+            Outcome::Invalid
+        } else if !self.missed.is_empty() {
+            Outcome::Late
+        } else if !self.attacked {
+            Outcome::Nominal
+        } else if self.refused.is_empty() && self.guard_refused.is_empty() {
+            Outcome::Undetected
+        } else {
+            Outcome::Rejected
+        }
+    }
+}
+
+/// Judges a trial. Its hashes are over names and counts, for the bytes are new in each run of the libraries.
+pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
+    let outcome = showing.outcome();
+    let breaches = showing.breaches.iter().map(|what| format!("P5: {what}"));
+    let missed = showing.missed.iter().map(|what| format!("late: {what}"));
+    let unseen = (!showing.receipt()).then(|| "something that was done was not seen at its target".to_owned());
+    let refusals: u64 = showing.refused.values().chain(showing.guard_refused.values()).sum();
+    let decisions = (outcome.name(), &showing.refused, &showing.guard_refused, showing.delivered);
+    let decision_hash = hex(&Sha256::digest(format!("{decisions:?}")));
+    let counts: Vec<u64> = showing.deeds.values().chain(showing.seen.values()).copied().collect();
+    Trial {
+        seed,
+        cell: None,
+        outcome,
+        findings: breaches.chain(missed).chain(unseen).collect(),
+        receipt: showing.receipt(),
+        log_hash: hex(&Sha256::digest(format!("{decisions:?}{counts:?}"))),
+        decision_hash,
+        received: showing.delivered + refusals,
+        accepted: showing.delivered,
+        dropped: showing.refused.clone(),
+        guard_refused: showing.guard_refused.clone(),
+        transitions: Vec::new(),
+        latency_ms: Latency::default(),
+        responses: Vec::new(),
+        sim_seconds: 0.0,
+        false_trips: 0,
+        nominal_seconds: 0.0,
+        cpu_seconds: 0.0,
+    }
+}

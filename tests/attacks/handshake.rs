@@ -1,0 +1,82 @@
+//! Handshakes and records on the real stacks in memory, named after the attack.
+
+use campaign::scenario;
+use campaign::stack;
+use campaign::trial::{Outcome, Trial};
+use holdsafe_tests::root;
+
+use crate::SEEDS;
+
+/// Every trial of every cell of a shipped scenario, each within the classes that its cell expects.
+fn expected(name: &str) -> Vec<(String, Trial)> {
+    let scenario = scenario::load(&root().join("scenarios").join(format!("{name}.toml"))).expect("it loads");
+    let mut trials = Vec::new();
+    for variation in scenario.variations(None) {
+        let cell = variation.cell.expect("each is a cell");
+        for seed in SEEDS {
+            let trial = stack::trial(&variation.scenario, seed).expect("it runs");
+            let classes = &variation.scenario.expected;
+            assert!(classes.contains(&trial.outcome), "{cell} seed {seed}: {:?} {:?}", trial.outcome, trial.findings);
+            trials.push((cell.clone(), trial));
+        }
+    }
+    assert!(!trials.is_empty());
+    trials
+}
+
+#[test]
+fn a_certificate_that_is_no_good_is_refused_under_a_name_of_its_own() {
+    for (cell, trial) in expected("certificates") {
+        let certificate = cell.rsplit('/').next().expect("a name");
+        let name = match certificate {
+            "sound" => {
+                assert!(trial.dropped.is_empty(), "{cell}");
+                continue;
+            }
+            "revoked-later" => "revoked".to_owned(),
+            "two-names" => "no_name".to_owned(),
+            "other-name" => "wrong_name".to_owned(),
+            other => other.replace('-', "_"),
+        };
+        assert_eq!(trial.dropped.keys().collect::<Vec<_>>(), [&name], "{cell}");
+    }
+}
+
+#[test]
+fn a_handshake_below_the_pinned_protocol_is_refused_by_name() {
+    for (cell, trial) in expected("downgrade") {
+        let name = match cell.rsplit('/').next().expect("a name") {
+            "version" => "version",
+            "master-secret" => "master_secret",
+            _ => "suite",
+        };
+        assert_eq!(trial.dropped.keys().collect::<Vec<_>>(), [name], "{cell}");
+    }
+}
+
+#[test]
+fn a_record_that_is_sent_again_comes_out_once() {
+    for (cell, trial) in expected("record_replay") {
+        let discarded = trial.dropped.get("discarded").copied().unwrap_or(0);
+        assert_eq!(discarded, if cell == "replay" { 64 } else { 0 }, "{cell}");
+    }
+}
+
+#[test]
+fn copies_are_discarded_and_order_is_not_promised() {
+    expected("record_flood");
+}
+
+#[test]
+fn a_changed_record_is_discarded_and_the_association_goes_on() {
+    expected("record_damage");
+}
+
+#[test]
+fn plaintext_ends_nothing_and_without_the_guard_one_datagram_ends_the_association() {
+    for (cell, trial) in expected("record_plaintext") {
+        let off = cell.ends_with("guard-off");
+        assert_eq!(trial.outcome == Outcome::Late, off, "{cell}");
+        assert_eq!(trial.guard_refused.get("plaintext"), (!off).then_some(&1), "{cell}");
+    }
+}
