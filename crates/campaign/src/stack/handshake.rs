@@ -114,7 +114,14 @@ fn over_dtls(
     let manner = match certificate {
         Certificate::Missing => Some(Manner::NoCertificate),
         Certificate::Sound | Certificate::RevokedLater => None,
-        _ => Some(Manner::Certificate),
+        Certificate::SelfSigned
+        | Certificate::Foreign
+        | Certificate::Expired
+        | Certificate::NotYetValid
+        | Certificate::Revoked
+        | Certificate::WrongRole
+        | Certificate::OtherName
+        | Certificate::TwoNames => Some(Manner::Certificate),
     };
     let adversary = Party { manner, ..Party::honest(papers.credential) };
     let parties = if listens { [&honest, &adversary] } else { [&adversary, &honest] };

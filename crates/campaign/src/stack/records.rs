@@ -4,6 +4,7 @@
 //! twice or was never sent is known.
 
 use std::collections::BTreeMap;
+use std::time::Duration;
 
 use link::guard::GuardMode;
 use link::guard::observe::{Verdict, digest};
@@ -12,13 +13,13 @@ use link::memory::{Pair, Party, clear};
 use link::pki::{Authority, Role};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use std::time::Duration;
 use wire::core::Side;
 use wire::id::PeerId;
 use wire::policy::Requirement;
 
 use super::StackError;
 use super::judge::Showing;
+use crate::evidence::guard_verdict;
 use crate::scenario::stack::{Deed, Handle};
 
 /// Honest records before and after, each way.
@@ -163,10 +164,10 @@ impl Handling {
             for _ in 0..group {
                 datagrams.push(self.record(self.target).ok_or(StackError::NoAssociation)?);
             }
-            match deed {
-                Deed::Reorder => (1..group).rev().for_each(|i| datagrams.swap(i, rng.next_u32() as usize % (i + 1))),
-                Deed::Withhold => self.pair.wait(KEPT),
-                _ => {}
+            if deed == Deed::Reorder {
+                (1..group).rev().for_each(|i| datagrams.swap(i, rng.next_u32() as usize % (i + 1)));
+            } else if deed == Deed::Withhold {
+                self.pair.wait(KEPT);
             }
             let copies = if deed == Deed::Duplicate { 1 + rng.next_u32() % 8 } else { 0 };
             for datagram in &datagrams {
@@ -189,12 +190,11 @@ impl Handling {
         let mut passed = 0;
         for seen in self.pair.observed(self.target) {
             self.showing.saw_hash(u64::from_be_bytes(seen.digest));
-            match seen.verdict {
-                Verdict::Passed => passed += u64::from(seen.epoch > 0),
-                verdict => {
-                    let name = crate::evidence::guard_verdict(verdict).name().to_owned();
-                    *self.showing.guard_refused.entry(name).or_default() += 1;
-                }
+            if seen.verdict == Verdict::Passed {
+                passed += u64::from(seen.epoch > 0);
+            } else {
+                let name = guard_verdict(seen.verdict).name().to_owned();
+                *self.showing.guard_refused.entry(name).or_default() += 1;
             }
         }
         let out: u64 =
@@ -212,22 +212,19 @@ fn plaintext(rng: &mut ChaCha8Rng, content: u8, body: [u8; 2]) -> [u8; 15] {
 /// Changes one datagram; `other` is one that is lost for it.
 fn damage(datagram: &mut Vec<u8>, other: &[u8], deed: Deed, rng: &mut ChaCha8Rng) {
     let below = |rng: &mut ChaCha8Rng, n: usize| rng.next_u32() as usize % n.max(1);
-    match deed {
-        Deed::Flip => {
-            let bit = below(rng, datagram.len() * 8);
-            if let Some(byte) = datagram.get_mut(bit / 8) {
-                *byte ^= 1 << (bit % 8);
-            }
+    if deed == Deed::Flip {
+        let bit = below(rng, datagram.len() * 8);
+        if let Some(byte) = datagram.get_mut(bit / 8) {
+            *byte ^= 1 << (bit % 8);
         }
-        Deed::Truncate => datagram.truncate(1 + below(rng, datagram.len() - 1)),
-        Deed::Extend => {
-            let more = 1 + below(rng, 64);
-            datagram.extend((0..more).map(|n| n as u8));
-        }
-        _ => {
-            // The head of one, the body of the other; both records have the same length but for a digit.
-            datagram.truncate(HEADER);
-            datagram.extend(other.get(HEADER..).unwrap_or_default());
-        }
+    } else if deed == Deed::Truncate {
+        datagram.truncate(1 + below(rng, datagram.len() - 1));
+    } else if deed == Deed::Extend {
+        let more = 1 + below(rng, 64);
+        datagram.extend((0..more).map(|n| n as u8));
+    } else {
+        // The head of one, the body of the other; both records have the same length but for a digit.
+        datagram.truncate(HEADER);
+        datagram.extend(other.get(HEADER..).unwrap_or_default());
     }
 }
