@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use wire::core::Side;
 use wire::time::{Instant, Span};
 
+mod broker;
 mod insider;
 mod relay;
 
-pub use insider::{
-    Flaw, Form, Forward, InsiderCommandConfig, InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater,
-};
+pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, OrderForgery};
+pub use insider::{Flaw, Form, Forward, InsiderTeammateConfig, Malformed, Place};
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
 
 /// Longest time in a plan, ms: an hour.
@@ -37,8 +37,8 @@ pub enum AdversaryConfig {
     StreamRelay(StreamRelayConfig),
     /// The holder of teammate B's credentials.
     InsiderTeammate(InsiderTeammateConfig),
-    /// A holder of access to the command plane.
-    InsiderCommand(InsiderCommandConfig),
+    /// The holder of the broker's credentials, in the broker's place.
+    InsiderBroker(InsiderBrokerConfig),
 }
 
 /// Why a plan is not carried out.
@@ -67,6 +67,12 @@ pub enum PlanError {
     /// The action can only go towards the server.
     #[error("{what} goes up only")]
     UpOnly {
+        /// Which action.
+        what: &'static str,
+    },
+    /// The action goes the other way only.
+    #[error("{what} goes the other way only")]
+    OneWay {
         /// Which action.
         what: &'static str,
     },

@@ -5,7 +5,7 @@ use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::Instant;
 
-use crate::insider::{InsiderCommand, InsiderTeammate};
+use crate::insider::{InsiderBroker, InsiderTeammate};
 use crate::plan::{AdversaryConfig, PlanError};
 use crate::relay::{DatagramRelay, StreamRelay};
 
@@ -21,8 +21,8 @@ pub enum Adversary {
     StreamRelay(Box<StreamRelay>),
     /// The holder of teammate B's credentials.
     InsiderTeammate(Box<InsiderTeammate>),
-    /// A holder of access to the command plane.
-    InsiderCommand(Box<InsiderCommand>),
+    /// The holder of the broker's credentials.
+    InsiderBroker(Box<InsiderBroker>),
 }
 
 impl Adversary {
@@ -39,8 +39,8 @@ impl Adversary {
             AdversaryConfig::InsiderTeammate(plan) => {
                 Adversary::InsiderTeammate(Box::new(InsiderTeammate::new(setup, plan, now)?))
             }
-            AdversaryConfig::InsiderCommand(plan) => {
-                Adversary::InsiderCommand(Box::new(InsiderCommand::new(setup, plan, now)?))
+            AdversaryConfig::InsiderBroker(plan) => {
+                Adversary::InsiderBroker(Box::new(InsiderBroker::new(setup, plan, now)?))
             }
         })
     }
@@ -52,7 +52,7 @@ impl Adversary {
             Adversary::DatagramRelay(core) => Adversary::DatagramRelay(Box::new(core.fork(world))),
             Adversary::StreamRelay(core) => Adversary::StreamRelay(Box::new(core.fork(world))),
             Adversary::InsiderTeammate(core) => Adversary::InsiderTeammate(Box::new(core.fork(world))),
-            Adversary::InsiderCommand(core) => Adversary::InsiderCommand(Box::new(core.fork(world))),
+            Adversary::InsiderBroker(core) => Adversary::InsiderBroker(Box::new(core.fork(world))),
         }
     }
 
@@ -61,7 +61,7 @@ impl Adversary {
             Adversary::DatagramRelay(core) => core.as_ref(),
             Adversary::StreamRelay(core) => core.as_ref(),
             Adversary::InsiderTeammate(core) => core.as_ref(),
-            Adversary::InsiderCommand(core) => core.as_ref(),
+            Adversary::InsiderBroker(core) => core.as_ref(),
         }
     }
 
@@ -70,7 +70,7 @@ impl Adversary {
             Adversary::DatagramRelay(core) => core.as_mut(),
             Adversary::StreamRelay(core) => core.as_mut(),
             Adversary::InsiderTeammate(core) => core.as_mut(),
-            Adversary::InsiderCommand(core) => core.as_mut(),
+            Adversary::InsiderBroker(core) => core.as_mut(),
         }
     }
 }

@@ -8,6 +8,7 @@
 //! in, `check` says what must fit together, `problem` shows an error in its file.
 
 mod attack;
+mod broker;
 mod cell;
 mod check;
 mod curve;
@@ -32,10 +33,14 @@ pub use attack::{
     BurstLoss, Content, Corrupt, Damage, Delay, Direction, Duplicate, Inject, Jitter, Loss, Reorder, Reoriginate,
     Replay, Windowed,
 };
+pub use broker::{
+    AckForgery, BrokerDelay, BrokerDrop, BrokerDuplicate, BrokerForge, BrokerInvent, BrokerReorder, BrokerReplay,
+    BrokerRetain, OrderForgery,
+};
 pub use cell::{Cell, Under, Variation};
 pub use curve::Curve;
 pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
-pub use insider::{CommandDuplicate, CommandReplay, Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
+pub use insider::{Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
 pub use operator::{DisplayedState, Operator, Step, Verb};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use problem::{Problem, ProblemRow, Problems};
@@ -176,12 +181,6 @@ pub struct Scenario {
     /// An admitted teammate forwards a third unit's telemetry.
     #[serde(default)]
     pub teammate: List<Teammate, 4>,
-    /// An insider of the command plane publishes captured commands again.
-    #[serde(default)]
-    pub command_replay: List<CommandReplay, 16>,
-    /// An insider of the command plane doubles commands.
-    #[serde(default)]
-    pub command_duplicate: List<CommandDuplicate, 16>,
     /// An admitted teammate sends records that are authenticated and broken.
     #[serde(default)]
     pub malformed: List<Malformed, 16>,
@@ -195,6 +194,30 @@ pub struct Scenario {
     /// On the real stacks: somebody without a key in the path of an association.
     #[serde(default)]
     pub handle: List<stack::Handle, 64>,
+    /// Publications that a hostile broker does not pass on.
+    #[serde(default)]
+    pub broker_drop: List<BrokerDrop, 16>,
+    /// Publications that it passes on later.
+    #[serde(default)]
+    pub broker_delay: List<BrokerDelay, 16>,
+    /// Publications that it lets others overtake.
+    #[serde(default)]
+    pub broker_reorder: List<BrokerReorder, 16>,
+    /// Publications that it delivers more than once.
+    #[serde(default)]
+    pub broker_duplicate: List<BrokerDuplicate, 16>,
+    /// Captured publications that it delivers again.
+    #[serde(default)]
+    pub broker_replay: List<BrokerReplay, 16>,
+    /// Publications that it delivers again to whoever connects.
+    #[serde(default)]
+    pub broker_retain: List<BrokerRetain, 16>,
+    /// Orders of its own making.
+    #[serde(default)]
+    pub broker_invent: List<BrokerInvent, 16>,
+    /// Acknowledgements of its own making.
+    #[serde(default)]
+    pub broker_forge: List<BrokerForge, 16>,
 
     /// Variations, each with its own expected classes; without any the scenario is its only cell.
     #[serde(default)]

@@ -25,7 +25,7 @@ pub enum Outcome {
     HoldSafe,
     /// Ended in DEGRADED.
     Degraded,
-    /// Refused, no change of mode.
+    /// Refused, or shown to the operator as an alarm; no change of mode.
     Rejected,
     /// Accepted, no response, nothing broken.
     Undetected,

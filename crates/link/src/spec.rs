@@ -53,7 +53,7 @@ pub struct ServiceSpec {
     /// Is a client of the command broker.
     #[serde(default)]
     pub mqtt: Option<MqttDial>,
-    /// Is the command broker (carried out by the broker crate).
+    /// Is the command broker (carried out by the broker crate), or a core in its place (by `mqtt::server`).
     #[serde(default)]
     pub broker: Option<BrokerListen>,
     /// Stands in the middle of a path.

@@ -175,9 +175,6 @@ pub enum Action {
     /// Sent a record under a teammate's own credentials.
     #[n(8)]
     Forward,
-    /// Published a command again.
-    #[n(9)]
-    RepeatCommand,
     /// Ended a process.
     #[n(11)]
     Kill,
@@ -253,6 +250,36 @@ pub enum Freshness {
     /// Its source is gone.
     #[n(3)]
     Lost,
+}
+
+/// How far the display says that a command has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[cbor(index_only)]
+pub enum ShownAs {
+    /// Asked of the gateway.
+    #[n(0)]
+    Requested,
+    /// Waiting at the gateway for the operator's confirmation.
+    #[n(1)]
+    Staged,
+    /// Confirmed by the operator.
+    #[n(2)]
+    Released,
+    /// On its way to the unit.
+    #[n(3)]
+    Sent,
+    /// Executed by the unit.
+    #[n(4)]
+    Executed,
+    /// Refused by the unit.
+    #[n(5)]
+    Refused,
+    /// Refused by the gateway, or waited too long there.
+    #[n(6)]
+    Void,
+    /// Not answered in time: an alarm.
+    #[n(7)]
+    NotAcknowledged,
 }
 
 /// One event.
@@ -608,6 +635,14 @@ pub enum Event {
         length: u32,
         #[n(4)]
         hash: u64,
+    },
+    /// What the display shows of a command of the operator's, when that changed.
+    #[n(45)]
+    CommandShown {
+        #[n(0)]
+        command: CommandId,
+        #[n(1)]
+        shown: ShownAs,
     },
 }
 

@@ -1,15 +1,16 @@
 //! Insiders: identities of their own that hold valid credentials and do what their role does not allow.
 //!
-//! `teammate` holds teammate B's certificate and signing key, `command` holds access to the command plane. Both keep
-//! every rule of the protocol they speak; what they break is the meaning.
+//! `teammate` holds teammate B's certificate and signing key, `broker` the command broker's. All keep every rule of the
+//! protocol they speak; what they break is the meaning.
 
-mod command;
+mod broker;
 mod end;
 mod flaw;
+mod forgery;
 mod teammate;
 #[cfg(test)]
 mod tests;
 mod voice;
 
-pub use command::InsiderCommand;
+pub use broker::InsiderBroker;
 pub use teammate::InsiderTeammate;

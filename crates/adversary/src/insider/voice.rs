@@ -107,7 +107,7 @@ fn speed(place: &Place) -> i32 {
 }
 
 /// A COSE_Sign1 of the one profile (`wire::sign`) with a signature that was made over something else.
-fn under_signature(payload: &[u8], signature: &[u8; 64]) -> Vec<u8> {
+pub(super) fn under_signature(payload: &[u8], signature: &[u8; 64]) -> Vec<u8> {
     let mut encoder = minicbor::Encoder::new(Vec::with_capacity(payload.len() + 80));
     let written = encoder
         .array(4)

@@ -1,8 +1,8 @@
-//! Plans of the insiders: a teammate that forwards a third unit's telemetry, and a republisher of commands.
+//! Plan of the insider who is a teammate and forwards a third unit's telemetry.
 
 use serde::{Deserialize, Serialize};
 
-use super::{MAX_COPIES, MAX_HOLD_MS, MAX_MS, PlanError, at_most, repeats, within};
+use super::{MAX_HOLD_MS, MAX_MS, PlanError, at_most, repeats, within};
 
 /// Largest coordinate or speed of a claimed place, mm or mm/s.
 const MAX_PLACE: u64 = 1_000_000;
@@ -120,58 +120,6 @@ impl InsiderTeammateConfig {
             within("at_ms", run.at_ms, 0, MAX_MS)?;
             within("flaws", run.flaws.len() as u64, 1, 8)?;
             repeats(run.count, run.every_ms)
-        })
-    }
-}
-
-/// Plan of the insider on the command plane.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct InsiderCommandConfig {
-    /// Captured commands published again later.
-    #[serde(default)]
-    pub later: Vec<RepeatLater>,
-    /// Commands published again as they are seen.
-    #[serde(default)]
-    pub at_once: Vec<RepeatAtOnce>,
-}
-
-/// Captured commands, the newest first and then in turn, published again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RepeatLater {
-    /// From when.
-    pub at_ms: u64,
-    /// How many times.
-    pub count: u32,
-    /// Time between them.
-    pub every_ms: u64,
-}
-
-/// Each new command of a window, published again at once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RepeatAtOnce {
-    /// From when.
-    pub at_ms: u64,
-    /// For how long.
-    pub duration_ms: u64,
-    /// Copies beside the original.
-    pub copies: u32,
-}
-
-impl InsiderCommandConfig {
-    /// Every magnitude within its bounds.
-    pub fn check(&self) -> Result<(), PlanError> {
-        at_most(self.later.len() + self.at_once.len())?;
-        self.later.iter().try_for_each(|run| {
-            within("at_ms", run.at_ms, 0, MAX_MS)?;
-            repeats(run.count, run.every_ms)
-        })?;
-        self.at_once.iter().try_for_each(|run| {
-            within("at_ms", run.at_ms, 0, MAX_MS)?;
-            within("duration_ms", run.duration_ms, 1, MAX_MS)?;
-            within("copies", u64::from(run.copies), 1, u64::from(MAX_COPIES))
         })
     }
 }

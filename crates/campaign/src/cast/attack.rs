@@ -1,8 +1,10 @@
 //! From a scenario's attack tables to the adversary's plans, the sim's faults, and what needs a receipt.
 
+pub(super) mod broker;
+
 use adversary::plan::{
-    Content, Damage, DatagramAction, DatagramRelayConfig, Direction, Flaw, Form, Forward, InsiderCommandConfig,
-    InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater, StreamAction, StreamRelayConfig, Timed,
+    Content, Damage, DatagramAction, DatagramRelayConfig, Direction, Flaw, Form, Forward, InsiderTeammateConfig,
+    Malformed, Place, StreamAction, StreamRelayConfig, Timed,
 };
 use sim::fault::{Disturbance, Fault};
 use wire::event::{Action, Sensor};
@@ -173,22 +175,6 @@ pub(super) fn third_is_silent(s: &Scenario) -> bool {
     s.teammate.first().is_some_and(|t| t.c == ThirdUnit::Silent)
 }
 
-/// The plan of the insider on the command plane, when the scenario has one.
-pub(super) fn repeater(s: &Scenario, phase: u64) -> Option<InsiderCommandConfig> {
-    let later = s.command_replay.iter().map(|r| RepeatLater {
-        at_ms: start_ms(r, phase),
-        count: r.count.unsigned() as u32,
-        every_ms: r.every_ms.unsigned(),
-    });
-    let at_once = s.command_duplicate.iter().map(|d| RepeatAtOnce {
-        at_ms: start_ms(d, phase),
-        duration_ms: (d.duration_s.get() * 1000.0) as u64,
-        copies: d.copies.unsigned() as u32,
-    });
-    let config = InsiderCommandConfig { later: later.collect(), at_once: at_once.collect() };
-    (!config.later.is_empty() || !config.at_once.is_empty()).then_some(config)
-}
-
 /// The sim's faults.
 pub(super) fn faults(s: &Scenario, phase: u64) -> Vec<Fault> {
     let fault = |f: &scenario::Fault| Fault {
@@ -260,8 +246,8 @@ pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
     add(!s.reoriginate.is_empty(), Action::Reoriginate);
     add(!s.inject.is_empty(), Action::Inject);
     add(!s.teammate.is_empty(), Action::Forward);
-    add(!s.command_replay.is_empty() || !s.command_duplicate.is_empty(), Action::RepeatCommand);
     planned.extend(tampered(s).map(Planned::Stream));
+    planned.extend(broker::planned(s).map(Planned::Broker));
     planned.extend((!s.malformed.is_empty()).then_some(Planned::Malformed));
     planned.extend(s.fault.iter().map(|f| Planned::Fault(sensor(f.sensor))));
     planned.extend(s.kill.iter().map(|k| Planned::Kill(node_of(k.process))));

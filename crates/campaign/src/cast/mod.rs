@@ -19,7 +19,7 @@ use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::setup::{Ablation, Setup};
 
-use adversary::plan::{DatagramRelayConfig, InsiderCommandConfig, InsiderTeammateConfig, StreamRelayConfig};
+use adversary::plan::{DatagramRelayConfig, InsiderBrokerConfig, InsiderTeammateConfig, StreamRelayConfig};
 
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
@@ -68,8 +68,8 @@ pub enum Role {
     StreamRelay(StreamRelayConfig),
     /// Holds unit B's credentials.
     InsiderTeammate(InsiderTeammateConfig),
-    /// Sits on the command plane.
-    InsiderCommand(InsiderCommandConfig),
+    /// Holds the broker's credentials and stands in its place.
+    InsiderBroker(InsiderBrokerConfig),
 }
 
 /// One process or core.
@@ -135,6 +135,14 @@ pub struct Cast {
     pub duration: u64,
     /// Whether link and stage delays vary with the seed.
     pub varied_delays: bool,
+}
+
+impl Cast {
+    /// Who routes the command plane: the broker, or the one who stands in its place.
+    pub fn broker(&self) -> NodeId {
+        let hostile = self.members.iter().any(|m| m.node() == NodeId::INSIDER_BROKER);
+        if hostile { NodeId::INSIDER_BROKER } else { NodeId::BROKER }
+    }
 }
 
 /// What one seed draws.
@@ -325,10 +333,9 @@ impl Company<'_> {
             let start = third.start;
             self.vehicle(Host::VehicleC, UnitId::C, draw, Some(&start));
         }
-        if let Some(config) = attack::repeater(self.scenario, draw.phase_ms) {
-            let member = self.add(Host::Control, Role::InsiderCommand(config), NodeId::INSIDER_COMMAND, &[], &[]);
-            member.peer = Some(PeerId::GATEWAY);
-            member.commands = true;
+        if let Some(config) = attack::broker::plan(self.scenario, draw.phase_ms) {
+            let member = self.add(Host::Control, Role::InsiderBroker(config), NodeId::INSIDER_BROKER, &[], &[]);
+            member.peer = Some(PeerId::BROKER);
         }
     }
 

@@ -177,7 +177,7 @@ impl Company<'_> {
         let member = |node: NodeId| cast.members.iter().find(|m| m.node() == node);
         let first = [
             NodeId::RECORDER,
-            NodeId::BROKER,
+            cast.broker(),
             NodeId::GATEWAY,
             NodeId::INSIDER_B,
             NodeId::RELAY_TELEMETRY,

@@ -69,8 +69,9 @@ pub(super) fn unsent(stats: &[(NodeId, Value)]) -> Vec<Event> {
 pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeId, Value)]) -> Vec<Logged> {
     let mut log = Vec::new();
     let members = cast.members.iter().filter(|m| m.peer.is_some()).map(Member::node);
-    for node in members.chain(std::iter::once(NodeId::BROKER)) {
-        let Some(guard) = node.guard() else { continue };
+    let ends = members.map(|node| (node, node.guard())).chain(std::iter::once((cast.broker(), NodeId::BROKER.guard())));
+    for (node, guard) in ends {
+        let Some(guard) = guard else { continue };
         let mut journal = Journal::new(guard, Boot(1), None);
         let mut events = Vec::new();
         let path = run_dir.join("guard").join(format!("{node}.cbor"));

@@ -5,7 +5,7 @@
 //! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
 //! then compared with these.
 //!
-//! `timeline` sorts the events by what they are about, `receipt` and `stream` decide whether the fault provably arrived,
+//! `timeline` sorts the events by what they are about, `receipt`, `stream` and `planes` decide whether the fault provably arrived,
 //! `conservation` adds up the accounts, `properties` holds P1 to P11, `demise` what is owed when a process is killed,
 //! `outcome` picks the one class.
 
@@ -14,6 +14,7 @@
 mod conservation;
 pub mod demise;
 mod outcome;
+mod planes;
 mod properties;
 mod receipt;
 mod stream;
@@ -48,6 +49,8 @@ pub enum Planned {
     Action(Action),
     /// Something that the relay does to a byte stream.
     Stream(Deed),
+    /// Something that a hostile broker does to publications.
+    Broker(Action),
     /// Authenticated and broken records of an insider.
     Malformed,
     /// A fault of a sensor.

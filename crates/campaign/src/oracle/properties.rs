@@ -10,11 +10,11 @@ use wire::sensor::Class;
 
 use super::receipt::Receipt;
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, finding};
+use super::{Evidence, Finding, Micros, Property, finding, planes};
 
 /// What one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.
-const SLACK: Micros = 50_000;
+pub(super) const SLACK: Micros = 50_000;
 
 /// Speed below which the plant counts as standing, mm/s.
 const STANDING: i32 = 50;
@@ -29,6 +29,8 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(geofence(line));
     found.extend(unaccepted_content(evidence));
     found.extend(display(evidence, line));
+    found.extend(planes::commands_shown(evidence, line));
+    found.extend(planes::operators_hold(evidence, line));
     found.extend(commands(evidence, line));
     found.extend(recovery(line));
     found.extend(evidence.broken_log.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));

@@ -3,7 +3,8 @@
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
 //! time; for one that was dropped, that it never showed them. For a sensor fault, perception or autonomy must have seen
-//! the readings go missing. What was done to a byte stream is `stream`'s.
+//! the readings go missing. What was done to a byte stream is `stream`'s, to
+//! publications `planes`'.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +12,7 @@ use wire::event::{Account, Action, Event, Sensor};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
 
-use super::{Evidence, Micros, Planned, stream};
+use super::{Evidence, Micros, Planned, planes, stream};
 
 /// What was established about the injections.
 #[derive(Clone, Debug, Default)]
@@ -39,10 +40,10 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
         let zero = match *planned {
             Planned::Action(Action::Forward) => forwarded(evidence, Action::Forward),
             Planned::Malformed => forwarded(evidence, Action::Inject),
-            Planned::Action(Action::RepeatCommand) => repeated(evidence),
             Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
             Planned::Action(action) => datagram(evidence, action),
             Planned::Stream(deed) => stream::receipt(evidence, deed),
+            Planned::Broker(action) => planes::broker(evidence, action),
             Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.0 == sensor).map(|f| f.1),
         };
         match zero {
@@ -69,12 +70,7 @@ fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
                 receipt.forged.insert(hash, w.at);
             }
             // The first sight of these bytes is the original; only that one counts as timely, whatever is repeated.
-            Action::Duplicate
-            | Action::Replay
-            | Action::Reoriginate
-            | Action::Forward
-            | Action::RepeatCommand
-            | Action::Kill => {}
+            Action::Duplicate | Action::Replay | Action::Reoriginate | Action::Forward | Action::Kill => {}
         }
     }
 }
@@ -102,7 +98,7 @@ fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
         Action::Delay | Action::Reorder => seen(evidence, hash).any(|s| s >= at + delay),
         Action::Duplicate | Action::Replay => seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1,
         Action::Corrupt | Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
-        Action::Forward | Action::RepeatCommand | Action::Kill => false,
+        Action::Forward | Action::Kill => false,
     };
     entries.into_iter().find(|(at, hash, delay)| confirmed(*at, *hash, *delay)).map(|(at, _, _)| at)
 }
@@ -120,20 +116,6 @@ fn forwarded(evidence: &Evidence, wanted: Action) -> Option<Micros> {
                 Event::Accepted { peer, .. } | Event::Refused { peer: Some(peer), .. } => peer.name() == "unit-b",
                 _ => false,
             }
-    };
-    evidence.entries.iter().find(judged).map(|_| sent)
-}
-
-/// A repeated command counts when the unit refused or executed a command after it was sent.
-fn repeated(evidence: &Evidence) -> Option<Micros> {
-    let sent = evidence.entries.iter().find_map(|w| match w.entry.event {
-        Event::Attack { action: Action::RepeatCommand, .. } => Some(w.at),
-        _ => None,
-    })?;
-    let judged = |w: &&super::Witnessed| {
-        w.at >= sent
-            && w.entry.node == NodeId::UNIT_A
-            && matches!(w.entry.event, Event::Executed { .. } | Event::Refused { .. })
     };
     evidence.entries.iter().find(judged).map(|_| sent)
 }

@@ -133,9 +133,11 @@ fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
     let datagrams = datagrams.chain(all(&s.corrupt)).chain(all(&s.reoriginate)).chain(all(&s.inject));
     let streams = all(&s.stream_delay).chain(all(&s.stall)).chain(all(&s.throttle)).chain(all(&s.half_close));
     let streams = streams.chain(all(&s.reset)).chain(all(&s.cut)).chain(all(&s.stream_corrupt));
-    let insiders = all(&s.teammate).chain(all(&s.command_replay)).chain(all(&s.command_duplicate));
+    let broker = all(&s.broker_drop).chain(all(&s.broker_delay)).chain(all(&s.broker_reorder));
+    let broker = broker.chain(all(&s.broker_duplicate)).chain(all(&s.broker_replay)).chain(all(&s.broker_retain));
+    let broker = broker.chain(all(&s.broker_invent)).chain(all(&s.broker_forge));
     let faults = all(&s.fault).chain(all(&s.kill)).chain(all(&s.malformed));
-    datagrams.chain(streams).chain(insiders).chain(faults).collect()
+    datagrams.chain(streams).chain(broker).chain(all(&s.teammate)).chain(faults).collect()
 }
 
 fn times(s: &Scenario) -> Vec<Finding> {

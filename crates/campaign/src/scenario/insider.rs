@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::attack::Windowed;
 use super::scene::Pose;
-use super::value::{Count, List, Located, Millis, Name, Seconds, Whole};
+use super::value::{Count, List, Located, Millis, Name, Seconds};
 
 /// A teammate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -70,30 +70,6 @@ pub enum ThirdUnit {
     Silent,
 }
 
-/// An insider of the command plane publishes captured commands again.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CommandReplay {
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// How many times.
-    pub count: Count,
-    /// Time between them.
-    pub every_ms: Millis,
-}
-
-/// An insider of the command plane doubles each command as it passes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CommandDuplicate {
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// Length.
-    pub duration_s: Seconds,
-    /// Copies beside the original.
-    pub copies: Whole<1, 64>,
-}
-
 /// An admitted teammate sends records that are authenticated and broken.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -142,7 +118,5 @@ macro_rules! windowed {
 
 windowed! {
     Teammate |x| x.duration_s;
-    CommandDuplicate |x| x.duration_s;
-    CommandReplay |_| Seconds::default();
     Malformed |_| Seconds::default();
 }

@@ -1,6 +1,6 @@
 //! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
 
-use adversary::insider::{InsiderCommand, InsiderTeammate};
+use adversary::insider::{InsiderBroker, InsiderTeammate};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -74,7 +74,6 @@ fn node(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<No
     let mut node = Node::new(member.node(), core(&member.role, setup, now)?, member.host as u8);
     node.subscribes.clone_from(&member.subscribes);
     node.commands = member.peer.filter(|_| member.commands);
-    node.taps = matches!(member.role, Role::InsiderCommand(_));
     Ok(node)
 }
 
@@ -117,8 +116,8 @@ fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, AssemblyError> 
         Role::InsiderTeammate(config) => Part::InsiderTeammate(Box::new(
             InsiderTeammate::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
         )),
-        Role::InsiderCommand(config) => Part::InsiderCommand(Box::new(
-            InsiderCommand::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
+        Role::InsiderBroker(config) => Part::InsiderBroker(Box::new(
+            InsiderBroker::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
         )),
     })
 }

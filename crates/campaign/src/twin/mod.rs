@@ -53,8 +53,6 @@ pub struct Node {
     pub subscribes: Vec<Topic>,
     /// Its identity on the command plane.
     pub commands: Option<PeerId>,
-    /// Whether it sees what the gateway publishes (an insider there).
-    pub taps: bool,
     /// Whether its process runs.
     pub alive: bool,
     armed: Option<Micros>,
@@ -64,17 +62,7 @@ pub struct Node {
 impl Node {
     /// A running node without channels.
     pub fn new(id: NodeId, part: Part, host: u8) -> Self {
-        Self {
-            id,
-            part,
-            host,
-            subscribes: Vec::new(),
-            commands: None,
-            taps: false,
-            alive: true,
-            armed: None,
-            generation: 0,
-        }
+        Self { id, part, host, subscribes: Vec::new(), commands: None, alive: true, armed: None, generation: 0 }
     }
 }
 
@@ -205,7 +193,6 @@ impl Twin {
             host: n.host,
             subscribes: n.subscribes.clone(),
             commands: n.commands,
-            taps: n.taps,
             alive: n.alive,
             armed: n.armed,
             generation: n.generation,
@@ -311,7 +298,12 @@ impl Twin {
                     self.feed(node, Input::Timeout);
                 }
             }
-            Happening::Input(input) => self.feed(node, input),
+            Happening::Input(input) => {
+                if let Input::Published { bytes, .. } = &input {
+                    self.note_delivered(node, bytes);
+                }
+                self.feed(node, input);
+            }
             Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
             Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
             Happening::Open(association) => self.open(association),

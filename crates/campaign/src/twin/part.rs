@@ -1,6 +1,6 @@
 //! The cores that a twin can hold: exactly those of the live services, behind their common verbs.
 
-use adversary::insider::{InsiderCommand, InsiderTeammate};
+use adversary::insider::{InsiderBroker, InsiderTeammate};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -37,8 +37,8 @@ pub enum Part {
     StreamRelay(Box<StreamRelay>),
     /// An insider with a teammate's credentials.
     InsiderTeammate(Box<InsiderTeammate>),
-    /// An insider on the command plane.
-    InsiderCommand(Box<InsiderCommand>),
+    /// The hostile broker.
+    InsiderBroker(Box<InsiderBroker>),
 }
 
 impl Part {
@@ -57,7 +57,7 @@ impl Part {
             Part::DatagramRelay(core) => Part::DatagramRelay(Box::new(core.fork(world))),
             Part::StreamRelay(core) => Part::StreamRelay(Box::new(core.fork(world))),
             Part::InsiderTeammate(core) => Part::InsiderTeammate(Box::new(core.fork(world))),
-            Part::InsiderCommand(core) => Part::InsiderCommand(Box::new(core.fork(world))),
+            Part::InsiderBroker(core) => Part::InsiderBroker(Box::new(core.fork(world))),
         }
     }
 
@@ -72,7 +72,7 @@ impl Part {
             Part::DatagramRelay(core) => core.as_ref(),
             Part::StreamRelay(core) => core.as_ref(),
             Part::InsiderTeammate(core) => core.as_ref(),
-            Part::InsiderCommand(core) => core.as_ref(),
+            Part::InsiderBroker(core) => core.as_ref(),
         }
     }
 
@@ -88,7 +88,7 @@ impl Part {
             Part::DatagramRelay(core) => core.as_mut(),
             Part::StreamRelay(core) => core.as_mut(),
             Part::InsiderTeammate(core) => core.as_mut(),
-            Part::InsiderCommand(core) => core.as_mut(),
+            Part::InsiderBroker(core) => core.as_mut(),
         }
     }
 }

@@ -58,7 +58,7 @@ impl Stage {
             Part::Gateway(_) => Stage::Gateway,
             Part::Console(_) => Stage::Console,
             Part::Recorder(_) => Stage::Recorder,
-            Part::DatagramRelay(_) | Part::StreamRelay(_) | Part::InsiderTeammate(_) | Part::InsiderCommand(_) => {
+            Part::DatagramRelay(_) | Part::StreamRelay(_) | Part::InsiderTeammate(_) | Part::InsiderBroker(_) => {
                 Stage::Adversary
             }
         }

@@ -6,7 +6,9 @@ use wire::codec::{self, List, Malformed, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request};
 use wire::core::{Input, Output, Side, Subject, Topic};
 use wire::drive::{Act, Drive};
-use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor};
+use wire::event::{
+    Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor, ShownAs,
+};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::hop::{HOP_VERSION, Hop, HopBody, Teammate};
 use wire::id::{
@@ -553,6 +555,7 @@ fn witnesses() -> Vec<(&'static str, Event)> {
             "stream-saw",
             Event::StreamSaw { sight: Sight::Arrived, stream: 1 << 50, offset: 4_000, length: 340, hash: 1 << 40 },
         ),
+        ("command-shown", Event::CommandShown { command: COMMAND, shown: ShownAs::NotAcknowledged }),
         ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
     ]
 }
