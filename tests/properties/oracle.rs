@@ -8,7 +8,7 @@ use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::core::Side;
-use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor};
+use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor, ShownAs};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::Waived;
@@ -490,7 +490,8 @@ fn a_hold_that_does_not_stop_the_unit_when_the_broker_is_killed_breaks_p3() {
     log.killed(5000, NodeId::BROKER);
     assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P10], "nobody tried");
     log.add(7000, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Hold });
-    assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P2, Property::P3, Property::P3]);
+    // Once for what the broker's death owes, once for the operator's HOLD itself.
+    assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P2, Property::P3, Property::P3, Property::P3]);
 }
 
 #[test]
@@ -501,4 +502,48 @@ fn a_run_that_ends_before_what_a_death_owes_is_due_shows_nothing() {
         let verdict = log.judge_with(vec![node]);
         assert_eq!((verdict.outcome, verdict.responses[0].kept), (Outcome::Invalid, false), "{node}");
     }
+}
+
+#[test]
+fn a_hold_that_the_unit_does_not_obey_in_time_breaks_p3() {
+    let given = Event::Intended { command: command(9), kind: CommandKind::Hold };
+    let mut log = Log::whole();
+    log.add(7000, NodeId::CONSOLE, given);
+    assert_eq!(log.breaks(), [Property::P3]);
+    let mut log = Log::whole();
+    log.add(7000, NodeId::CONSOLE, given).to(7900, Mode::Ready, Mode::HoldSafe, Cause::Operator);
+    let findings = log.judge().findings;
+    assert!(!findings.iter().any(|f| f.what.contains("had not held")), "{findings:?}");
+}
+
+#[test]
+fn a_command_shown_as_executed_that_the_unit_did_not_execute_breaks_p7() {
+    let shown = |shown| Event::CommandShown { command: command(9), shown };
+    let mut log = Log::whole();
+    log.add(7000, NodeId::CONSOLE, shown(ShownAs::Requested)).add(7400, NodeId::CONSOLE, shown(ShownAs::Executed));
+    assert_eq!(log.breaks(), [Property::P7]);
+    let mut log = Log::whole();
+    log.add(7000, NodeId::CONSOLE, shown(ShownAs::Requested)).add(7400, NodeId::CONSOLE, shown(ShownAs::Refused));
+    assert_eq!(log.breaks(), []);
+}
+
+#[test]
+fn a_command_shown_as_under_way_for_more_than_a_second_breaks_p7() {
+    let shown = |shown| Event::CommandShown { command: command(9), shown };
+    for late in [ShownAs::Requested, ShownAs::Sent] {
+        let mut log = Log::whole();
+        log.add(6000, NodeId::CONSOLE, shown(ShownAs::Requested)).add(6100, NodeId::CONSOLE, shown(late));
+        log.add(7500, NodeId::CONSOLE, shown(ShownAs::NotAcknowledged));
+        assert_eq!(log.breaks(), [Property::P7], "{late:?}: the alarm comes too late");
+    }
+    let mut log = Log::whole();
+    log.add(6000, NodeId::CONSOLE, shown(ShownAs::Requested)).add(
+        7000,
+        NodeId::CONSOLE,
+        shown(ShownAs::NotAcknowledged),
+    );
+    assert_eq!(log.breaks(), []);
+    let mut log = Log::whole();
+    log.add(6000, NodeId::CONSOLE, shown(ShownAs::Released));
+    assert_eq!(log.breaks(), [Property::P7], "no alarm at all");
 }

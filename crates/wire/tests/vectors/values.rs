@@ -386,8 +386,8 @@ fn outputs() -> Vec<Named> {
     ]
 }
 
-/// How many kinds of event there are.
-pub(crate) const EVENTS: u8 = 30;
+/// The numbers of the kinds of event.
+pub(crate) const EVENTS: [std::ops::Range<u8>; 2] = [0..30, 45..46];
 
 fn entries() -> Vec<Named> {
     let entry = |(name, event): (&'static str, Event)| {
