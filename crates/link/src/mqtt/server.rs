@@ -283,7 +283,8 @@ mod tests {
         let server = MqttServer::start(&listen, StreamLog::none(), core).unwrap();
         let client = |peer: PeerId, subject, to| {
             let (at, own) = (server.local(), credential(peer));
-            Mqtt::start(at, peer, PeerId::BROKER, &own, vec![subject], StreamLog::none(), to).unwrap()
+            let trust = (&own, &crate::vet::list::Revocations::of(&own).unwrap());
+            Mqtt::start(at, peer, PeerId::BROKER, trust, vec![subject], StreamLog::none(), to).unwrap()
         };
         let (command, ack) = (Subject::Command(UnitId::A), Subject::Ack(UnitId::A));
         let (to_unit, mut unit) = mpsc::channel(16);
