@@ -9,10 +9,12 @@ use wire::core::Side;
 use wire::time::{Instant, Span};
 
 mod broker;
+mod gateway;
 mod insider;
 mod relay;
 
 pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, OrderForgery};
+pub use gateway::{FeedAction, FeedForgery, InsiderGatewayConfig};
 pub use insider::{Flaw, Form, Forward, InsiderTeammateConfig, Malformed, Place};
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
 
@@ -39,6 +41,8 @@ pub enum AdversaryConfig {
     InsiderTeammate(InsiderTeammateConfig),
     /// The holder of the broker's credentials, in the broker's place.
     InsiderBroker(InsiderBrokerConfig),
+    /// The holder of the gateway's keys, between it and the console.
+    InsiderGateway(InsiderGatewayConfig),
 }
 
 /// Why a plan is not carried out.

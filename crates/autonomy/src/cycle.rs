@@ -245,6 +245,7 @@ impl Autonomy {
             picture: &self.picture,
             mission: &self.mission,
             commands: &self.commands,
+            watched: self.session.as_ref().and_then(|session| session.watched()),
         };
         let signed = sources.signed(now, self.reports);
         self.send(now, report_body(&signed));

@@ -118,6 +118,11 @@ impl Autonomy {
                 self.standing.lease_waived = evidence.waived;
             }
             HopBody::Teammate(envelope) => return self.teammate(now, envelope, evidence),
+            HopBody::Watch(challenge) => {
+                if let Some(session) = &mut self.session {
+                    session.watch(*challenge, evidence.received);
+                }
+            }
             // A supervisor reports nothing to a unit; if it does, nothing follows from it.
             HopBody::Hello(_) | HopBody::Report(_) => {}
         }

@@ -30,6 +30,8 @@ pub struct Session {
     /// The peer's two newest challenges with their first sight, newest first. Two, so that a late record with the
     /// older one does not make the newer look newly seen.
     challenges: [Option<Echo>; 2],
+    /// The display's newest challenge, with its first sight.
+    watched: Option<Echo>,
     sent: Sequence,
 }
 
@@ -45,6 +47,7 @@ impl Session {
             ages: AgeBound::new(bounds.echo_limit()),
             window: Window::new(bounds.replay_window, bounds.sequence_jump),
             challenges: [None; 2],
+            watched: None,
             sent: Sequence(0),
         }
     }
@@ -89,6 +92,18 @@ impl Session {
             self.heard |= hop.message().session == self.nonce;
         }
         verdict
+    }
+
+    /// The display's challenge came at `now`; only its first sight counts.
+    pub fn watch(&mut self, challenge: Nonce, now: Instant) {
+        if self.watched.is_none_or(|echo| echo.nonce != challenge) {
+            self.watched = Some(Echo { nonce: challenge, seen: now.stamp() });
+        }
+    }
+
+    /// What a report has to repeat of it.
+    pub fn watched(&self) -> Option<Echo> {
+        self.watched
     }
 
     /// When the present challenge was issued.

@@ -11,7 +11,7 @@ use wire::refusal::Reason;
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::ProductMode;
 use wire::sign::Purpose;
-use wire::time::{Instant, Span};
+use wire::time::{Echo, Instant, Span};
 use wire::track::Track;
 
 use crate::command::CommandGate;
@@ -54,6 +54,8 @@ pub struct Sources<'a> {
     pub mission: &'a Mission,
     /// The command nonce.
     pub commands: &'a CommandGate,
+    /// The display's challenge, with its first sight.
+    pub watched: Option<Echo>,
 }
 
 impl Sources<'_> {
@@ -82,6 +84,7 @@ impl Sources<'_> {
             last_command: self.standing.last_command,
             progress: self.mission.progress(),
             tracks: self.picture.tracks().iter().map(|track| reported(track, now)).collect(),
+            watched: self.watched,
         }
     }
 

@@ -14,6 +14,7 @@ use crate::gate::{Denial, Event};
 pub fn audited(event: &Event) -> Audited {
     match event {
         Event::Admitted { peer } => Audited::Session { peer: *peer, open: true },
+        Event::TakenOver { peer } => Audited::TakenOver { peer: *peer },
         Event::Closed { peer } => Audited::Session { peer: *peer, open: false },
         Event::Denied(denial) => Audited::Refused {
             at: Interface::Broker,

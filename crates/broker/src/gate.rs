@@ -16,7 +16,7 @@ use mqtt5::packet::connect::ConnectPacket;
 use mqtt5::protocol::v5::reason_codes::ReasonCode;
 use thiserror::Error;
 use tokio::sync::mpsc;
-use wire::id::PeerId;
+use wire::id::{NODES, PeerId};
 
 use crate::acl::{self, Refusal};
 
@@ -32,6 +32,11 @@ pub enum Event {
     /// `peer` holds a session.
     Admitted {
         /// Who the handshake authenticated.
+        peer: PeerId,
+    },
+    /// `peer` was admitted while a session of the same identity stood: that one is over.
+    TakenOver {
+        /// Who the handshake authenticated, both times.
         peer: PeerId,
     },
     /// A session of `peer` has ended.
@@ -179,18 +184,31 @@ impl Events {
     }
 }
 
+/// How many connections of each identity have been admitted and stand.
+pub(crate) type Standing = Arc<[AtomicU32; NODES]>;
+
 /// The gate of one connection.
 pub(crate) struct Gate {
     peer: PeerId,
     events: Events,
+    standing: Standing,
     admitted: AtomicBool,
     denials: AtomicU32,
 }
 
 impl Gate {
     /// The gate of a connection that the handshake has tied to `peer`.
-    pub(crate) fn new(peer: PeerId, events: Events) -> Self {
-        Self { peer, events, admitted: AtomicBool::new(false), denials: AtomicU32::new(0) }
+    pub(crate) fn new(peer: PeerId, events: Events, standing: Standing) -> Self {
+        Self { peer, events, standing, admitted: AtomicBool::new(false), denials: AtomicU32::new(0) }
+    }
+
+    /// The session stands; one of the same identity that stood before is taken over.
+    fn admit(&self) {
+        let first = !self.admitted.swap(true, Ordering::Relaxed);
+        if first && self.standing[self.peer.index()].fetch_add(1, Ordering::Relaxed) > 0 {
+            self.events.note(Event::TakenOver { peer: self.peer });
+        }
+        self.events.note(Event::Admitted { peer: self.peer });
     }
 
     /// Who came in by this gate, if it was opened.
@@ -226,6 +244,14 @@ impl Gate {
     }
 }
 
+impl Drop for Gate {
+    fn drop(&mut self) {
+        if self.admitted().is_some() {
+            self.standing[self.peer.index()].fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+}
+
 type Answer<'a, T> = Pin<Box<dyn Future<Output = T> + Send + 'a>>;
 
 impl AuthProvider for Gate {
@@ -236,8 +262,7 @@ impl AuthProvider for Gate {
     ) -> Answer<'a, mqtt5::error::Result<AuthResult>> {
         let result = match self.check_connect(connect) {
             Ok(()) => {
-                self.admitted.store(true, Ordering::Relaxed);
-                self.events.note(Event::Admitted { peer: self.peer });
+                self.admit();
                 AuthResult::success_with_user(self.peer.name())
             }
             Err(denial) => {

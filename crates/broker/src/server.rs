@@ -11,7 +11,7 @@
 use std::io;
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
 
 use link::loopback::{AddressRefused, LoopbackAddr};
@@ -36,7 +36,7 @@ use tokio::task::{JoinHandle, JoinSet};
 use tokio_rustls::TlsAcceptor;
 use wire::id::{NODES, PeerId};
 
-use crate::gate::{Denial, Event, Events, Gate};
+use crate::gate::{Denial, Event, Events, Gate, Standing};
 use crate::tls;
 
 /// The largest MQTT packet, in bytes; above the largest payload that `link::mqtt` sends.
@@ -182,6 +182,7 @@ struct Front {
     stop: broadcast::Sender<()>,
     connections: Arc<Semaphore>,
     of_peer: [Arc<Semaphore>; NODES],
+    standing: Standing,
     config: Arc<BrokerConfig>,
     storage: Arc<DynamicStorage>,
     router: Arc<MessageRouter>,
@@ -201,6 +202,7 @@ impl Front {
             stop,
             connections: Arc::new(Semaphore::new(limits.connections)),
             of_peer: std::array::from_fn(|_| Arc::new(Semaphore::new(MAX_CONNECTIONS_OF_PEER))),
+            standing: Arc::new(std::array::from_fn(|_| AtomicU32::new(0))),
             config: Arc::new(bounds(limits)),
             router: Arc::new(MessageRouter::with_storage(Arc::clone(&storage))),
             storage,
@@ -325,7 +327,7 @@ async fn serve(
         return Err(Denial::ConnectionsOfPeer { peer, expected: MAX_CONNECTIONS_OF_PEER });
     };
     let chain: Vec<_> = stream.get_ref().1.peer_certificates().unwrap_or_default().to_vec();
-    let gate = Arc::new(Gate::new(peer, front.events.clone()));
+    let gate = Arc::new(Gate::new(peer, front.events.clone(), Arc::clone(&front.standing)));
     let (end, ended) = broadcast::channel(1);
     let session = ClientHandler::new(
         BrokerTransport::tls(TlsStreamWrapper::new(stream)),

@@ -9,6 +9,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
+use broker::audit::audited;
 use broker::gate::{Denial, Event};
 use broker::server::{Limits, MAX_CONNECTIONS_OF_PEER, Server};
 use client::{Client, RunPki, open_session_bytes, raw_tls};
@@ -157,6 +158,22 @@ async fn one_certificate_holds_one_session_and_few_connections() {
     assert_eq!(denial(&mut server).await, Denial::ConnectionsOfPeer { peer: PeerId::UNIT_A, expected });
 }
 
+/// Whoever holds a second copy of a certificate can take its session over, and cannot do so unseen. Without it, see
+/// `a_certificate_cannot_take_another_client_id_nor_end_its_session`.
+#[tokio::test]
+async fn a_second_holder_of_a_certificate_takes_its_session_over_in_plain_sight() {
+    let (pki, mut server) = start(Limits::default()).await;
+    let peer = PeerId::UNIT_A;
+    let _first = pki.connect(server.address(), peer).await;
+    assert_eq!(server.event().await, Some(Event::Admitted { peer }), "nothing was taken from anyone");
+    let _impostor = pki.connect(server.address(), peer).await;
+    let taken = server.event().await.expect("the broker runs");
+    assert_eq!(taken, Event::TakenOver { peer });
+    assert_eq!(audited(&taken), wire::event::Event::TakenOver { peer }, "and the audit log says so");
+    let _another = pki.connect(server.address(), PeerId::UNIT_B).await;
+    while server.event().await != Some(Event::Admitted { peer: PeerId::UNIT_B }) {}
+}
+
 #[tokio::test]
 async fn the_model_and_the_live_broker_agree_on_who_receives() {
     let (pki, mut server) = start(Limits::default()).await;
@@ -238,7 +255,7 @@ async fn denial(server: &mut Server) -> Denial {
     loop {
         match server.event().await.expect("the broker runs") {
             Event::Denied(denial) => return denial,
-            Event::Admitted { .. } | Event::Closed { .. } => {}
+            Event::Admitted { .. } | Event::TakenOver { .. } | Event::Closed { .. } => {}
         }
     }
 }

@@ -13,6 +13,7 @@ mod cell;
 mod check;
 mod curve;
 mod fault;
+mod gateway;
 mod insider;
 mod operator;
 mod platform;
@@ -40,6 +41,7 @@ pub use broker::{
 pub use cell::{Cell, Under, Variation};
 pub use curve::Curve;
 pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
+pub use gateway::{FeedDelay, FeedForge, FeedForgery, FeedReplay, FeedWithhold, IntentDrop};
 pub use insider::{Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
 pub use operator::{DisplayedState, Operator, Step, Verb};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
@@ -219,6 +221,22 @@ pub struct Scenario {
     #[serde(default)]
     pub broker_forge: List<BrokerForge, 16>,
 
+    /// Reports that a gateway insider keeps from the display.
+    #[serde(default)]
+    pub feed_withhold: List<FeedWithhold, 16>,
+    /// Reports that it passes on later.
+    #[serde(default)]
+    pub feed_delay: List<FeedDelay, 16>,
+    /// Reports that it makes say something else.
+    #[serde(default)]
+    pub feed_forge: List<FeedForge, 16>,
+    /// An old report that it says is new.
+    #[serde(default)]
+    pub feed_replay: List<FeedReplay, 16>,
+    /// What the operator asks for, kept from the gateway.
+    #[serde(default)]
+    pub intent_drop: List<IntentDrop, 16>,
+
     /// Variations, each with its own expected classes; without any the scenario is its only cell.
     #[serde(default)]
     pub cell: List<Located<Cell>, 64>,
@@ -279,6 +297,8 @@ pub enum Interface {
     TelemetryPeer,
     /// MQTT over TLS between gateway, broker and platform.
     CommandPlane,
+    /// What the gateway tells the console, and the console asks of it.
+    ConsoleFeed,
     /// The parser behind the gateway's boundary.
     GatewayParser,
     /// What the sensors give to perception.

@@ -1,17 +1,20 @@
 //! What comes from the gateway is untrusted again: tag, schema and order of the feed, then what is in it.
 //!
 //! A report reaches the model only as `Accepted`, which the unit's own signature earns here; an acknowledgement only
-//! when its unit signed it for the very intent that we gave. The gateway's word counts for what only it can know:
-//! whose session brought a report and how old it could be then. Folding is left to `model`.
+//! when its unit signed it for the very intent that we gave. The gateway's word counts for what only it can know: whose
+//! session brought a report. How old a report is we bound ourselves, by a challenge that the unit repeats in it. Folding
+//! is left to `model`.
+
+use std::collections::BTreeMap;
 
 use wire::bounds::Bounds;
 use wire::command::Ack;
 use wire::feed::{AcceptedReport, Feed};
-use wire::id::{CommandId, UnitId};
-use wire::policy::{Check, DisplayRule, Policy};
+use wire::id::{CommandId, Nonce, UnitId};
+use wire::policy::{Check, DisplayRule, Policy, Requirement};
 use wire::refusal::Refusal;
 use wire::sign::Keyring;
-use wire::time::{Age, Instant};
+use wire::time::{Age, AgeBound, Instant};
 use wire::trust::{Accepted, BusGate, Decoded, SignedReport, SignedStatement, Windows};
 
 use crate::age::LOST_AFTER;
@@ -26,15 +29,23 @@ pub struct Intake {
     keys: Keyring,
     gate: BusGate,
     reports: Windows,
+    /// Ages of the units' reports, by the console's own challenges.
+    ages: BTreeMap<UnitId, AgeBound>,
 }
 
 impl Intake {
     /// An intake behind `gate`.
-    pub fn new(policy: Policy, bounds: Bounds, keys: Keyring, gate: BusGate) -> Self {
+    pub fn new(policy: Policy, bounds: Bounds, keys: Keyring, gate: BusGate, units: &[UnitId]) -> Self {
         let mut display = policy.clone();
         display.boundary.insert(Check::Signature, policy.display(DisplayRule::Signature));
         let reports = Windows::new(bounds.replay_window, bounds.sequence_jump);
-        Self { policy, display, bounds, keys, gate, reports }
+        let ages = units.iter().map(|unit| (*unit, AgeBound::new(bounds.echo_limit()))).collect();
+        Self { policy, display, bounds, keys, gate, reports, ages }
+    }
+
+    /// A new challenge of ours is on its way to the units.
+    pub fn challenge(&mut self, challenge: Nonce, now: Instant) {
+        self.ages.values_mut().for_each(|ages| ages.issue(challenge, now));
     }
 
     /// One message of the feed.
@@ -43,7 +54,8 @@ impl Intake {
     }
 
     /// The report in it: of the unit that the gateway names, under that unit's signature, younger than what counts as
-    /// lost, in order. Younger than *Tf* is not asked: the display says how old it is.
+    /// lost, in order. Younger than *Tf* is not asked: the display says how old it is. How old is bounded by our own
+    /// challenge, which the unit repeats under its signature; what the gateway says can only make it older.
     pub fn report<'b>(
         &mut self,
         now: Instant,
@@ -58,12 +70,23 @@ impl Intake {
         }
         // Both clocks are this host's; a reception that lies ahead of us still cannot make the report younger.
         let on_the_way = Age::on_one_host(message.received, now);
-        let age = message.age.map(|before| on_the_way.after(before));
-        decoded
+        let claimed = message.age.map(|before| on_the_way.after(before));
+        // The echo in the report is the unit's only once the report is; until then it counts for this report alone.
+        let mut ages = self.ages.get(&message.unit).cloned();
+        let own = ages.as_mut().and_then(|ages| bound(ages, &decoded, now));
+        let age = match self.policy.display(DisplayRule::Watch) {
+            Requirement::Required => claimed.zip(own).map(|(claimed, own)| claimed.max(own)),
+            Requirement::Waived => claimed,
+        };
+        let accepted = decoded
             .fresh(&self.display, age, LOST_AFTER, self.bounds.echo_limit())?
             .by_signature(&self.display, &self.keys)?
             .from_origin(&self.display, message.via, &mut self.reports)?
-            .accept(&self.display, |signed| signed.report.product)
+            .accept(&self.display, |signed| signed.report.product)?;
+        if let Some(ages) = ages {
+            self.ages.insert(message.unit, ages);
+        }
+        Ok(accepted)
     }
 
     /// An acknowledgement of a command that `given` knows, with its addressee and the hash of its signed intent.
@@ -78,4 +101,13 @@ impl Intake {
         let (unit, hash) = given(expected).ok_or(Refusal::Confirmation { expected })?;
         decoded.by_signer(&self.policy, unit.node(), &self.keys)?.about(expected, &hash)
     }
+}
+
+/// How old the report may be by the console's own challenges, its own echo among them.
+fn bound(ages: &mut AgeBound, decoded: &Decoded<SignedReport<'_>>, now: Instant) -> Option<Age> {
+    if let Some(echo) = decoded.watched() {
+        ages.prove(echo);
+    }
+    let (_, stamp) = decoded.claim();
+    ages.age(stamp, now)
 }

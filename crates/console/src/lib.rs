@@ -14,6 +14,7 @@ pub mod operator;
 #[cfg(feature = "process")]
 pub mod process;
 pub mod text;
+pub mod watch;
 
 use std::collections::VecDeque;
 
@@ -37,6 +38,7 @@ use crate::intake::Intake;
 use crate::intent::Issuer;
 use crate::model::{Model, Shown};
 use crate::operator::{MAX_STEPS, Operator, Step, Wish};
+use crate::watch::Watch;
 
 /// What a console is for.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -71,6 +73,7 @@ pub enum ConsoleError {
 #[derive(Debug)]
 pub struct Console {
     intake: Intake,
+    watch: Watch,
     model: Model,
     witness: Witness,
     operator: Operator,
@@ -100,7 +103,8 @@ impl Console {
         let ablation = (!setup.policy.is_full()).then(|| setup.policy.name.clone());
         let operator = Operator::new(config.script, setup.bounds.designation_confidence, now);
         let mut console = Self {
-            intake: Intake::new(setup.policy.clone(), setup.bounds, setup.keyring(), gate),
+            intake: Intake::new(setup.policy.clone(), setup.bounds, setup.keyring(), gate, &config.units),
+            watch: Watch::new(setup.secret.clone(), setup.boot, &setup.bounds, now),
             model: Model::new(&config.units, &setup.bounds, &setup.policy),
             witness: Witness::default(),
             look: operator.deadline(now),
@@ -126,6 +130,7 @@ impl Console {
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
             intake: self.intake.clone(),
+            watch: self.watch.clone(),
             model: self.model.clone(),
             witness: self.witness.clone(),
             operator: self.operator.clone(),
@@ -201,6 +206,10 @@ impl Console {
     fn refresh(&mut self, now: Instant) {
         if now >= self.next {
             self.next = now + REPEAT;
+        }
+        if let Some(challenge) = self.watch.due(now).filter(|_| !self.quiet) {
+            self.intake.challenge(challenge, now);
+            self.request(now, &Request::Watch(challenge));
         }
         self.model.commands_mut().tick(now);
         let shown = self.model.shown(now);
@@ -282,7 +291,7 @@ impl Core for Console {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        [Some(self.next), self.changes, self.look].into_iter().flatten().min()
+        [Some(self.next), Some(self.watch.next()), self.changes, self.look].into_iter().flatten().min()
     }
 
     fn output(&mut self) -> Option<Output> {

@@ -105,8 +105,10 @@ impl Boundary {
         let content = match hop.body {
             HopBody::Hello(_) => Content::Exchange(without_report(session, &hop)),
             HopBody::Report(report) => Content::Report(self.report(session, evidence, report)?),
-            // Supervision and teammates' reports are the gateway's to give, not a unit's.
-            HopBody::Grant(_) | HopBody::Teammate(_) => return Err(Refusal::Role { got: session.unit().node() }),
+            // Supervision, teammates' reports and the display's challenges are the gateway's to give, not a unit's.
+            HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) => {
+                return Err(Refusal::Role { got: session.unit().node() });
+            }
         };
         Ok(Admitted { hop: evidence, content })
     }

@@ -1,6 +1,6 @@
 //! The command side of the core: requests of the console in, orders out, acknowledgements back.
 //!
-//! Judging intents, confirmations and acknowledgements is left to `stage`.
+//! Judging intents, confirmations and acknowledgements is left to `stage`, passing the display's challenge on to `telemetry`.
 
 use wire::command::{CommandKind, Request};
 use wire::core::{Output, Subject, Topic};
@@ -32,6 +32,7 @@ impl Gateway {
         let verdict = match accepted.message() {
             Request::Stage(intent) => self.staging.stage(now, accepted.evidence().age, intent),
             Request::Release(confirmation) => self.staging.release(now, confirmation),
+            Request::Watch(challenge) => return self.watch(now, *challenge),
         };
         match verdict {
             Ok(progress) => {

@@ -28,7 +28,7 @@ use wire::bounds::Bounds;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{CommandStage, Feed};
-use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
+use wire::id::{Boot, NodeId, Nonce, PeerId, UnitId, WorldId};
 use wire::policy::Policy;
 use wire::refusal::Refusal;
 use wire::setup::{NoChannel, Setup};
@@ -70,6 +70,8 @@ pub struct Gateway {
     accounts: Accounts,
     journal: Journal,
     tick: Option<Instant>,
+    /// The display's newest challenge.
+    watch: Option<Nonce>,
     quiet: bool,
     out: VecDeque<Output>,
 }
@@ -99,6 +101,7 @@ impl Gateway {
             accounts: Accounts::default(),
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
             tick: None,
+            watch: None,
             quiet: false,
             out: VecDeque::new(),
             boot: setup.boot,
@@ -128,6 +131,7 @@ impl Gateway {
             accounts: self.accounts.clone(),
             journal: self.journal.fork(),
             tick: self.tick,
+            watch: self.watch,
             quiet: self.quiet,
             out: self.out.clone(),
         }

@@ -37,6 +37,8 @@ pub struct Session {
     established: bool,
     sent: Option<Instant>,
     telemetry: Option<(Instant, Span)>,
+    /// The display's challenge that the peer was last told.
+    watch: Option<Nonce>,
 }
 
 impl Session {
@@ -57,6 +59,7 @@ impl Session {
             established: false,
             sent: None,
             telemetry: None,
+            watch: None,
         }
     }
 
@@ -104,6 +107,13 @@ impl Session {
     /// A record passed the session gate: the peer knows our nonce.
     pub(crate) fn establish(&mut self) {
         self.established = true;
+    }
+
+    /// The display's challenge, if the peer listens and has not been told this one yet.
+    pub(crate) fn owed(&mut self, watch: Option<Nonce>) -> Option<Nonce> {
+        let owed = watch.filter(|_| self.listens() && self.watch != watch);
+        self.watch = owed.or(self.watch);
+        owed
     }
 
     /// The unit's own report was accepted at `received`, at most `age` old then. One that was overtaken by a younger one

@@ -91,8 +91,27 @@ impl Gateway {
         }
     }
 
+    /// The display has a new challenge: the units are told at once, for what waits here makes every age look larger.
+    pub(crate) fn watch(&mut self, now: Instant, challenge: Nonce) {
+        self.accounts.accepted(Interface::Requests);
+        self.watch = Some(challenge);
+        self.pass_watch(now);
+    }
+
+    /// Tells each session the display's challenge that has not been told it yet.
+    fn pass_watch(&mut self, now: Instant) {
+        for session in self.sessions.iter_mut().filter(|_| !self.quiet) {
+            if let Some(challenge) = session.owed(self.watch) {
+                session.renew(now, || fresh_nonce(&mut self.nonces));
+                self.out.push_back(session.seal(now, self.boot, HopBody::Watch(challenge)));
+                self.accounts.count(Account::Sent);
+            }
+        }
+    }
+
     /// Keeps sessions going (all, or just one): a grant where one is due and deserved, else a Hello where one is due.
     pub(crate) fn keep_up(&mut self, now: Instant, only: Option<SessionId>) {
+        self.pass_watch(now);
         let due = |session: &Session| only.is_none_or(|id| id == session.id());
         for session in self.sessions.iter_mut().filter(|s| due(s) && !self.quiet) {
             let idle = session.sent().is_none_or(|at| now.since(at) >= IDLE_HELLO);

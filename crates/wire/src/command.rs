@@ -127,4 +127,7 @@ pub enum Request<'b> {
     /// Send the staged intent with its signed confirmation.
     #[n(1)]
     Release(#[b(0)] &'b ByteSlice),
+    /// Have the units repeat this in their reports: the display's challenge.
+    #[n(2)]
+    Watch(#[n(0)] Nonce),
 }

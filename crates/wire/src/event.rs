@@ -644,6 +644,29 @@ pub enum Event {
         #[n(1)]
         shown: ShownAs,
     },
+    /// An adversary did something to a report on its way to the display.
+    #[n(46)]
+    Meddled {
+        #[n(0)]
+        action: Action,
+        #[n(1)]
+        record: RecordId,
+        /// Delay imposed, if any.
+        #[n(2)]
+        delay: Span,
+    },
+    /// An adversary kept what the operator asked for from the gateway.
+    #[n(47)]
+    Swallowed {
+        #[n(0)]
+        command: CommandId,
+    },
+    /// A second connection with this certificate took the session of the first at the broker.
+    #[n(48)]
+    TakenOver {
+        #[n(0)]
+        peer: PeerId,
+    },
 }
 
 /// The short hash of bytes on a wire, as [`Event::Attack`] and [`Event::GuardSaw`] carry it: the first eight bytes of

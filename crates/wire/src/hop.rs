@@ -59,6 +59,9 @@ pub enum HopBody<'b> {
     /// A teammate's report, verbatim, in the gateway's envelope.
     #[n(3)]
     Teammate(#[b(0)] Teammate<'b>),
+    /// The display's challenge: "repeat it in your reports, with when you first saw it".
+    #[n(4)]
+    Watch(#[n(0)] Nonce),
 }
 
 /// The gateway's envelope around a teammate's report.

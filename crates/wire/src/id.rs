@@ -157,6 +157,8 @@ impl NodeId {
     pub const SIM_C: NodeId = NodeId(21);
     /// The insider who holds the broker's credentials.
     pub const INSIDER_BROKER: NodeId = NodeId(25);
+    /// The insider who holds the gateway's keys.
+    pub const INSIDER_GATEWAY: NodeId = NodeId(26);
 
     /// What stands at the mouth of this node's secure sessions and logs what arrives, when the node has it: the record
     /// filter of datagrams; at the broker, which has streams only, what sees their bytes.

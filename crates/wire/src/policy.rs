@@ -79,6 +79,8 @@ pub enum DisplayRule {
     AgeOut,
     /// A report is shown only under its unit's signature.
     Signature,
+    /// A report's age is bounded by the display's own challenge, and not by the gateway's word alone.
+    Watch,
 }
 
 /// Whether a check stands.

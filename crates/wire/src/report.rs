@@ -10,7 +10,7 @@ use crate::id::{Boot, CommandId, NodeId, Nonce, RecordId, Sequence, TrackId};
 use crate::mode::{Cause, Guards, Mode};
 use crate::refusal::Reason;
 use crate::sensor::{Class, Modalities, Pose, ProductMode};
-use crate::time::{PeerStamp, Span};
+use crate::time::{Echo, PeerStamp, Span};
 
 /// Longest encoded and signed report in bytes; leaves room for the hop in one 1,200-byte datagram.
 pub const MAX_REPORT: usize = 1024;
@@ -103,6 +103,10 @@ pub struct Report {
     /// Tracks, at most 8, oldest first.
     #[n(15)]
     pub tracks: List<ReportedTrack, 8>,
+    /// The display's newest challenge and when it was first seen, so that the display can bound this report's age by
+    /// itself.
+    #[n(16)]
+    pub watched: Option<Echo>,
 }
 
 impl Report {

@@ -26,6 +26,8 @@ pub(super) struct End {
     challenged: Instant,
     challenge_period: Span,
     echo: Option<Echo>,
+    /// The display's challenge as this peer brought it, with its first sight.
+    pub(super) watched: Option<Echo>,
 }
 
 impl End {
@@ -42,6 +44,7 @@ impl End {
             challenged: now,
             challenge_period,
             echo: None,
+            watched: None,
         }
     }
 
@@ -62,8 +65,12 @@ impl End {
             self.echo = Some(Echo { nonce: hop.challenge, seen: now.stamp() });
         }
         self.heard |= hop.session == self.ours;
-        if let HopBody::Hello(nonce) = hop.body {
-            self.theirs = Some(nonce);
+        match hop.body {
+            HopBody::Hello(nonce) => self.theirs = Some(nonce),
+            HopBody::Watch(nonce) if self.watched.is_none_or(|echo| echo.nonce != nonce) => {
+                self.watched = Some(Echo { nonce, seen: now.stamp() });
+            }
+            HopBody::Watch(_) | HopBody::Report(_) | HopBody::Grant(_) | HopBody::Teammate(_) => {}
         }
         Some(hop.body)
     }

@@ -156,7 +156,7 @@ fn read(bytes: &[u8]) -> Option<(Intent, Order<'_>)> {
     Some((codec::decode(signed.payload, MAX_ORDER).ok()?, order))
 }
 
-fn kind_of(kind: CommandKind) -> Kind {
+pub(super) fn kind_of(kind: CommandKind) -> Kind {
     match kind {
         CommandKind::Hold => Kind::Hold,
         CommandKind::Disarm => Kind::Disarm,

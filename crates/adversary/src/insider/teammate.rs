@@ -18,7 +18,7 @@ use wire::hop::HopBody;
 use wire::id::{Boot, Nonce, PeerId, SessionId, WorldId};
 use wire::setup::Setup;
 use wire::sign::Purpose;
-use wire::time::{Instant, Span};
+use wire::time::{Echo, Instant, Span};
 
 use super::end::End;
 use super::flaw;
@@ -139,12 +139,25 @@ impl InsiderTeammate {
         let report: &[u8] = match body {
             HopBody::Report(report) if end.peer == PeerId::UNIT_C => report,
             HopBody::Teammate(teammate) if teammate.via == PeerId::UNIT_C => teammate.report,
-            HopBody::Report(_) | HopBody::Teammate(_) | HopBody::Hello(_) | HopBody::Grant(_) => return,
+            HopBody::Watch(challenge) if end.peer == PeerId::GATEWAY => return self.pass_watch(now, challenge),
+            HopBody::Report(_) | HopBody::Teammate(_) | HopBody::Hello(_) | HopBody::Grant(_) | HopBody::Watch(_) => {
+                return;
+            }
         };
         let Some(lag) = self.forwarding(now) else { return };
         if self.waiting.len() < MAX_WAITING {
             self.waiting.push_back((now + lag, report.to_vec()));
         }
+    }
+
+    /// What B's reports repeat of the display's challenge.
+    fn watched(&self) -> Option<Echo> {
+        self.ends.values().filter(|end| end.peer == PeerId::GATEWAY).filter_map(|end| end.watched).last()
+    }
+
+    /// C is told the display's challenge by the one who supervises it, so that its reports can be displayed at all.
+    fn pass_watch(&mut self, now: Instant, challenge: Nonce) {
+        self.sessions(PeerId::UNIT_C).into_iter().for_each(|session| self.say(now, session, HopBody::Watch(challenge)));
     }
 
     /// The lag, while C's telemetry is being forwarded.
@@ -160,7 +173,7 @@ impl InsiderTeammate {
         while self.waiting.front().is_some_and(|(due, _)| *due <= now) {
             let Some((_, theirs)) = self.waiting.pop_front() else { break };
             let Some(forward) = self.config.forward else { continue };
-            let Some(report) = self.voice.in_form(now, forward.form, &theirs) else { continue };
+            let Some(report) = self.voice.in_form(now, forward.form, &theirs, self.watched()) else { continue };
             let length = u16::try_from(report.len()).unwrap_or(u16::MAX);
             let hash = wire_hash(&report);
             for session in self.sessions(PeerId::GATEWAY) {
@@ -182,7 +195,7 @@ impl InsiderTeammate {
         }
         let up = self.sessions(PeerId::GATEWAY);
         if own && !up.is_empty() {
-            let report = self.voice.own(now, Nonce(self.rng.next_u64()));
+            let report = self.voice.own(now, Nonce(self.rng.next_u64()), self.watched());
             let signed = self.voice.key.sign(Purpose::Report, &report);
             up.into_iter().for_each(|session| self.say(now, session, HopBody::Report(signed.as_slice().into())));
         }
@@ -204,7 +217,7 @@ impl InsiderTeammate {
                 let run = &mut self.runs[i];
                 let flaw = run.flaws[run.taken % run.flaws.len()];
                 run.taken += 1;
-                let report = self.voice.own(now, Nonce(self.rng.next_u64()));
+                let report = self.voice.own(now, Nonce(self.rng.next_u64()), self.watched());
                 for session in self.sessions(PeerId::GATEWAY) {
                     let Some(end) = self.ends.get_mut(&session) else { continue };
                     let bytes = flaw::record(flaw, now, end, &self.voice.key, &report, &mut self.rng);

@@ -8,7 +8,7 @@ use wire::mode::{Cause, Guards, Mode};
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::{Pose, ProductMode};
 use wire::sign::{Key, Purpose, Signed};
-use wire::time::{Instant, Span};
+use wire::time::{Echo, Instant, Span};
 
 use crate::plan::{Form, Place};
 
@@ -37,22 +37,28 @@ impl Voice {
     }
 
     /// C's signed report in the form in which it is forwarded; `None` when it is unreadable.
-    pub(super) fn in_form(&mut self, now: Instant, form: Form, theirs: &[u8]) -> Option<Vec<u8>> {
+    pub(super) fn in_form(
+        &mut self,
+        now: Instant,
+        form: Form,
+        theirs: &[u8],
+        watched: Option<Echo>,
+    ) -> Option<Vec<u8>> {
         match form {
             Form::Verbatim => Some(theirs.to_vec()),
             Form::Relabelled => {
-                let payload = self.as_ours(now, theirs)?;
+                let payload = self.as_ours(now, theirs, watched)?;
                 Some(under_signature(&payload, theirs.last_chunk::<64>()?))
             }
             Form::ReSigned => {
-                let payload = self.as_ours(now, theirs)?;
+                let payload = self.as_ours(now, theirs, watched)?;
                 Some(self.key.sign(Purpose::Report, &payload))
             }
         }
     }
 
     /// The content of C's report under B's name, boot, sequence and stamp.
-    fn as_ours(&mut self, now: Instant, theirs: &[u8]) -> Option<Vec<u8>> {
+    fn as_ours(&mut self, now: Instant, theirs: &[u8], watched: Option<Echo>) -> Option<Vec<u8>> {
         let signed = Signed::parse(theirs, MAX_REPORT).ok()?;
         let mut report: Report = codec::decode(signed.payload, MAX_REPORT).ok()?;
         self.sequence = self.sequence.next();
@@ -60,11 +66,12 @@ impl Voice {
         report.boot = self.boot;
         report.sequence = self.sequence;
         report.stamp = now.stamp();
+        report.watched = watched;
         Some(codec::encode(&report))
     }
 
     /// B's own report.
-    pub(super) fn own(&mut self, now: Instant, nonce: Nonce) -> Vec<u8> {
+    pub(super) fn own(&mut self, now: Instant, nonce: Nonce, watched: Option<Echo>) -> Vec<u8> {
         self.sequence = self.sequence.next();
         let report = Report {
             origin: NodeId::UNIT_B,
@@ -83,6 +90,7 @@ impl Voice {
             last_command: None,
             progress: 0,
             tracks: codec::List::default(),
+            watched,
         };
         codec::encode(&report)
     }

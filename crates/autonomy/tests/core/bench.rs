@@ -231,6 +231,7 @@ impl Bench {
             last_command: None,
             progress: 0,
             tracks: List::default(),
+            watched: None,
         }
     }
 
@@ -323,7 +324,9 @@ impl Bench {
                 let signed = Signed::parse(bytes, MAX_REPORT).unwrap();
                 self.report = Some(codec::decode(signed.payload, MAX_REPORT).unwrap());
             }
-            HopBody::Grant(_) | HopBody::Teammate(_) => panic!("a unit grants nothing and forwards nothing"),
+            HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) => {
+                panic!("a unit grants nothing and forwards nothing")
+            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! From a scenario's attack tables to the adversary's plans, the sim's faults, and what needs a receipt.
 
 pub(super) mod broker;
+pub(super) mod gateway;
 
 use adversary::plan::{
     Content, Damage, DatagramAction, DatagramRelayConfig, Direction, Flaw, Form, Forward, InsiderTeammateConfig,
@@ -248,6 +249,8 @@ pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
     add(!s.teammate.is_empty(), Action::Forward);
     planned.extend(tampered(s).map(Planned::Stream));
     planned.extend(broker::planned(s).map(Planned::Broker));
+    planned.extend(gateway::planned(s).map(Planned::Feed));
+    planned.extend((!s.intent_drop.is_empty()).then_some(Planned::Swallowed));
     planned.extend((!s.malformed.is_empty()).then_some(Planned::Malformed));
     planned.extend(s.fault.iter().map(|f| Planned::Fault(sensor(f.sensor))));
     planned.extend(s.kill.iter().map(|k| Planned::Kill(node_of(k.process))));

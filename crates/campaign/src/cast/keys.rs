@@ -66,6 +66,7 @@ pub(super) fn signer(node: NodeId) -> NodeId {
     match node {
         NodeId::INSIDER_B => NodeId::UNIT_B,
         NodeId::INSIDER_BROKER => NodeId::BROKER,
+        NodeId::INSIDER_GATEWAY => NodeId::GATEWAY,
         node => node,
     }
 }

@@ -19,7 +19,9 @@ use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::setup::{Ablation, Setup};
 
-use adversary::plan::{DatagramRelayConfig, InsiderBrokerConfig, InsiderTeammateConfig, StreamRelayConfig};
+use adversary::plan::{
+    DatagramRelayConfig, InsiderBrokerConfig, InsiderGatewayConfig, InsiderTeammateConfig, StreamRelayConfig,
+};
 
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
@@ -70,6 +72,33 @@ pub enum Role {
     InsiderTeammate(InsiderTeammateConfig),
     /// Holds the broker's credentials and stands in its place.
     InsiderBroker(InsiderBrokerConfig),
+    /// Holds the gateway's keys and sits between it and the console.
+    InsiderGateway(InsiderGatewayConfig),
+}
+
+/// Where a member sits on the shared memory of its host. Where a gateway insider takes part, what leaves the gateway and
+/// what is meant for it is on channels *inside*, which the insider alone joins to those that everybody else uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Seat {
+    /// On the channels that everybody uses.
+    #[default]
+    Outside,
+    /// On the channels inside: the honest half of a gateway.
+    Inside,
+    /// On both: it takes the feed from inside and brings intents there.
+    Between,
+}
+
+impl Seat {
+    /// Whether it reads `topic` inside.
+    pub fn reads_inside(self, topic: Topic) -> bool {
+        self == Seat::Inside || (self == Seat::Between && topic == Topic::Feed)
+    }
+
+    /// Whether it writes `topic` inside.
+    pub fn writes_inside(self, topic: Topic) -> bool {
+        self == Seat::Inside || (self == Seat::Between && topic == Topic::Intents)
+    }
 }
 
 /// One process or core.
@@ -89,6 +118,8 @@ pub struct Member {
     pub peer: Option<PeerId>,
     /// Whether it is connected to the broker.
     pub commands: bool,
+    /// Where it sits on its host's shared memory.
+    pub seat: Seat,
 }
 
 impl Member {
@@ -244,7 +275,16 @@ impl Company<'_> {
         let topics: Vec<_> = reads.iter().copied().chain(writes.iter().map(|t| (*t, node))).collect();
         let setup = self.setup(node, host, &topics);
         let subscribes = reads.iter().map(|(t, _)| *t).collect();
-        let member = Member { host, role, setup, subscribes, publishes: writes.to_vec(), peer: None, commands: false };
+        let member = Member {
+            host,
+            role,
+            setup,
+            subscribes,
+            publishes: writes.to_vec(),
+            peer: None,
+            commands: false,
+            seat: Seat::Outside,
+        };
         self.members.push(member);
         self.members.last_mut().expect("just pushed")
     }
@@ -316,6 +356,9 @@ impl Company<'_> {
         let member = self.add(Host::Control, Role::Gateway(config), gateway, &reads, &[Topic::Feed]);
         member.peer = peer_of(gateway);
         member.commands = true;
+        if attack::gateway::plan(self.scenario, 0).is_some() {
+            self.members.iter_mut().filter(|m| m.node() == gateway).for_each(|m| m.seat = Seat::Inside);
+        }
         let config = script::console(self.scenario, self.secret.of(NodeId::OPERATOR));
         self.add(Host::Control, Role::Console(config), console, &[(Topic::Feed, gateway)], &[Topic::Intents]);
     }
@@ -336,6 +379,13 @@ impl Company<'_> {
         if let Some(config) = attack::broker::plan(self.scenario, draw.phase_ms) {
             let member = self.add(Host::Control, Role::InsiderBroker(config), NodeId::INSIDER_BROKER, &[], &[]);
             member.peer = Some(PeerId::BROKER);
+        }
+        if let Some(config) = attack::gateway::plan(self.scenario, draw.phase_ms) {
+            let reads = [(Topic::Feed, NodeId::GATEWAY), (Topic::Intents, NodeId::CONSOLE)];
+            let insider = Role::InsiderGateway(config);
+            let member = self.add(Host::Control, insider, NodeId::INSIDER_GATEWAY, &reads, &[]);
+            member.publishes = vec![Topic::Feed, Topic::Intents];
+            member.seat = Seat::Between;
         }
     }
 

@@ -11,7 +11,7 @@ use link::spec::{
     BrokerListen, BusSpec, ChannelSpec, DtlsDial, DtlsListen, MqttDial, RecorderSpec, RelayLeg, RelaySpec, ServiceSpec,
 };
 use serde_json::{Value, json};
-use wire::core::Subject;
+use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::policy::Requirement;
 
@@ -175,14 +175,18 @@ impl Specs<'_> {
 
     fn bus(&self, member: &Member) -> Vec<BusSpec> {
         let scope = scope(member.host).to_owned();
-        let channels = |topics: &[wire::core::Topic]| {
-            topics.iter().map(|topic| ChannelSpec { scope: scope.clone(), topic: *topic }).collect::<Vec<_>>()
+        let channel = |topic: &Topic, inside: bool| {
+            let scope = if inside { format!("{scope}-inside") } else { scope.clone() };
+            ChannelSpec { scope, topic: *topic }
         };
+        let seat = member.seat;
+        let subscribe = member.subscribes.iter().map(|topic| channel(topic, seat.reads_inside(*topic))).collect();
+        let publish = member.publishes.iter().map(|topic| channel(topic, seat.writes_inside(*topic))).collect();
         if member.subscribes.is_empty() && member.publishes.is_empty() {
             return Vec::new();
         }
         let (prefix, root) = self.places.domain(member.host);
-        vec![BusSpec { root, prefix, subscribe: channels(&member.subscribes), publish: channels(&member.publishes) }]
+        vec![BusSpec { root, prefix, subscribe, publish }]
     }
 
     fn relay(&self, member: &Member) -> Result<Option<RelaySpec>, String> {
@@ -203,7 +207,8 @@ impl Specs<'_> {
             | Role::Console(_)
             | Role::Recorder
             | Role::InsiderTeammate(_)
-            | Role::InsiderBroker(_) => None,
+            | Role::InsiderBroker(_)
+            | Role::InsiderGateway(_) => None,
         })
     }
 
@@ -241,6 +246,7 @@ fn config(member: &Member) -> Value {
         Role::StreamRelay(config) => json!({ "setup": setup, "config": { "stream_relay": config } }),
         Role::InsiderTeammate(config) => json!({ "setup": setup, "config": { "insider_teammate": config } }),
         Role::InsiderBroker(config) => json!({ "setup": setup, "config": { "insider_broker": config } }),
+        Role::InsiderGateway(config) => json!({ "setup": setup, "config": { "insider_gateway": config } }),
     }
 }
 
@@ -253,9 +259,11 @@ pub(super) fn service(role: &Role) -> &'static str {
         Role::Gateway(_) => "gateway",
         Role::Console(_) => "console",
         Role::Recorder => "recorder",
-        Role::DatagramRelay(_) | Role::StreamRelay(_) | Role::InsiderTeammate(_) | Role::InsiderBroker(_) => {
-            "adversary"
-        }
+        Role::DatagramRelay(_)
+        | Role::StreamRelay(_)
+        | Role::InsiderTeammate(_)
+        | Role::InsiderBroker(_)
+        | Role::InsiderGateway(_) => "adversary",
     }
 }
 

@@ -5,7 +5,7 @@
 //! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
 //! then compared with these.
 //!
-//! `timeline` sorts the events by what they are about, `receipt`, `stream` and `planes` decide whether the fault provably arrived,
+//! `timeline` sorts the events by what they are about, `receipt`, `stream`, `planes` and `view` decide whether the fault provably arrived,
 //! `conservation` adds up the accounts, `properties` holds P1 to P11, `demise` what is owed when a process is killed,
 //! `outcome` picks the one class.
 
@@ -19,6 +19,7 @@ mod properties;
 mod receipt;
 mod stream;
 mod timeline;
+mod view;
 
 use serde::Serialize;
 use wire::audit::Entry;
@@ -51,6 +52,10 @@ pub enum Planned {
     Stream(Deed),
     /// Something that a hostile broker does to publications.
     Broker(Action),
+    /// Something that a gateway insider does to what the display is told.
+    Feed(Action),
+    /// A command that a gateway insider keeps from the gateway.
+    Swallowed,
     /// Authenticated and broken records of an insider.
     Malformed,
     /// A fault of a sensor.

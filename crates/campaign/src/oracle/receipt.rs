@@ -12,7 +12,7 @@ use wire::event::{Account, Action, Event, Sensor};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
 
-use super::{Evidence, Micros, Planned, planes, stream};
+use super::{Evidence, Micros, Planned, planes, stream, view};
 
 /// What was established about the injections.
 #[derive(Clone, Debug, Default)]
@@ -44,6 +44,8 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
             Planned::Action(action) => datagram(evidence, action),
             Planned::Stream(deed) => stream::receipt(evidence, deed),
             Planned::Broker(action) => planes::broker(evidence, action),
+            Planned::Feed(action) => view::feed(evidence, action),
+            Planned::Swallowed => view::swallowed(evidence),
             Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.0 == sensor).map(|f| f.1),
         };
         match zero {

@@ -137,7 +137,9 @@ fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
     let broker = broker.chain(all(&s.broker_duplicate)).chain(all(&s.broker_replay)).chain(all(&s.broker_retain));
     let broker = broker.chain(all(&s.broker_invent)).chain(all(&s.broker_forge));
     let faults = all(&s.fault).chain(all(&s.kill)).chain(all(&s.malformed));
-    datagrams.chain(streams).chain(broker).chain(all(&s.teammate)).chain(faults).collect()
+    let view = all(&s.feed_withhold).chain(all(&s.feed_delay)).chain(all(&s.feed_forge));
+    let view = view.chain(all(&s.feed_replay)).chain(all(&s.intent_drop));
+    datagrams.chain(streams).chain(broker).chain(view).chain(all(&s.teammate)).chain(faults).collect()
 }
 
 fn times(s: &Scenario) -> Vec<Finding> {

@@ -65,7 +65,8 @@ reason = "designated vehicle in view"
 # The attack. Other tables: delay, jitter, burst_loss, duplicate, reorder, replay, corrupt, reoriginate, inject on
 # datagrams; stream_delay, stall, throttle, half_close, reset, cut, stream_corrupt on the command plane; fault, kill;
 # teammate, malformed by a teammate; broker_drop, broker_delay, broker_reorder, broker_duplicate, broker_replay,
-# broker_retain, broker_invent, broker_forge by the broker.
+# broker_retain, broker_invent, broker_forge by the broker; feed_withhold, feed_delay, feed_forge, feed_replay,
+# intent_drop by the gateway.
 [[loss]]
 at_s = 4.0
 duration_s = 5.0

@@ -1,6 +1,6 @@
 //! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
 
-use adversary::insider::{InsiderBroker, InsiderTeammate};
+use adversary::insider::{InsiderBroker, InsiderGateway, InsiderTeammate};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -73,6 +73,7 @@ fn node(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<No
     let setup = Setup { verified: Some(verified.clone()), ..member.setup.clone() };
     let mut node = Node::new(member.node(), core(&member.role, setup, now)?, member.host as u8);
     node.subscribes.clone_from(&member.subscribes);
+    node.seat = member.seat;
     node.commands = member.peer.filter(|_| member.commands);
     Ok(node)
 }
@@ -118,6 +119,9 @@ fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, AssemblyError> 
         )),
         Role::InsiderBroker(config) => Part::InsiderBroker(Box::new(
             InsiderBroker::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
+        )),
+        Role::InsiderGateway(config) => Part::InsiderGateway(Box::new(
+            InsiderGateway::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
         )),
     })
 }

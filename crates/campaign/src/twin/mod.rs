@@ -37,6 +37,7 @@ use stopwatch::{Stage, Stopwatch};
 
 pub use guard::STRANGER;
 
+use crate::cast::Seat;
 use crate::evidence::Logged;
 
 /// When associations are set up.
@@ -51,6 +52,8 @@ pub struct Node {
     pub host: u8,
     /// Channels it reads.
     pub subscribes: Vec<Topic>,
+    /// Where it sits on its host's shared memory.
+    pub seat: Seat,
     /// Its identity on the command plane.
     pub commands: Option<PeerId>,
     /// Whether its process runs.
@@ -62,7 +65,17 @@ pub struct Node {
 impl Node {
     /// A running node without channels.
     pub fn new(id: NodeId, part: Part, host: u8) -> Self {
-        Self { id, part, host, subscribes: Vec::new(), commands: None, alive: true, armed: None, generation: 0 }
+        Self {
+            id,
+            part,
+            host,
+            subscribes: Vec::new(),
+            seat: Seat::Outside,
+            commands: None,
+            alive: true,
+            armed: None,
+            generation: 0,
+        }
     }
 }
 
@@ -192,6 +205,7 @@ impl Twin {
             part: n.part.fork(world),
             host: n.host,
             subscribes: n.subscribes.clone(),
+            seat: n.seat,
             commands: n.commands,
             alive: n.alive,
             armed: n.armed,
@@ -421,10 +435,11 @@ impl Twin {
         if bytes.len() > topic.max_len() {
             return;
         }
-        let host = self.nodes[usize::from(node)].host;
+        let Node { host, seat, .. } = self.nodes[usize::from(node)];
+        let inside = seat.writes_inside(topic);
         for reader in 0..self.nodes.len() {
             let n = &self.nodes[reader];
-            if n.host == host && n.subscribes.contains(&topic) {
+            if n.host == host && n.subscribes.contains(&topic) && n.seat.reads_inside(topic) == inside {
                 let hop = self.delays.bus();
                 let at = self.in_order(node, reader as NodeIndex, at + hop);
                 let input = Input::Bus { topic, bytes: bytes.to_vec() };

@@ -18,7 +18,7 @@ use wire::report::{Report, ReportedTrack};
 use wire::sensor::{Class, Modalities, Pose, ProductMode};
 use wire::setup::{Channel, Secret, Setup};
 use wire::sign::{Key, Purpose, Signed};
-use wire::time::{Instant, PeerStamp, Span};
+use wire::time::{Echo, Instant, PeerStamp, Span};
 
 const FEED: ChannelKey = ChannelKey([1; 32]);
 const INTENTS: ChannelKey = ChannelKey([2; 32]);
@@ -34,6 +34,7 @@ pub(crate) fn key_of(node: NodeId) -> Key {
 pub(crate) enum Asked {
     Stage(Intent, Vec<u8>),
     Release(Confirmation),
+    Watch(Nonce),
 }
 
 pub(crate) struct Bench {
@@ -43,6 +44,8 @@ pub(crate) struct Bench {
     pub(crate) events: Vec<(Instant, Event)>,
     pub(crate) asked: Vec<Asked>,
     pub(crate) texts: Vec<String>,
+    /// The display's challenge as a unit at the console's side first saw it; a unit's clock is the console's here.
+    pub(crate) watched: Option<Echo>,
     sequence: u64,
 }
 
@@ -80,9 +83,10 @@ impl Bench {
             events: Vec::new(),
             asked: Vec::new(),
             texts: Vec::new(),
+            watched: None,
             sequence: 0,
         };
-        bench.drain();
+        bench.give(&Input::Timeout);
         bench
     }
 
@@ -90,7 +94,10 @@ impl Bench {
         while let Some(output) = self.console.output() {
             match output {
                 Output::Audit { bytes } => self.events.push((self.now, Entry::decode(&bytes).unwrap().event)),
-                Output::Bus { topic: Topic::Intents, bytes } => self.asked.push(read(&bytes)),
+                Output::Bus { topic: Topic::Intents, bytes } => match read(&bytes) {
+                    Asked::Watch(nonce) => self.watched = Some(Echo { nonce, seen: self.now.stamp() }),
+                    asked => self.asked.push(asked),
+                },
                 Output::Text { text } => self.texts.push(text),
                 other => panic!("unexpected {other:?}"),
             }
@@ -121,7 +128,12 @@ impl Bench {
     /// Unit A's next report in this mode.
     pub(crate) fn next(&mut self, mode: Mode) -> Report {
         self.sequence += 1;
-        report(self.sequence, self.now.0, mode)
+        self.told(report(self.sequence, self.now.0, mode))
+    }
+
+    /// The report with the display's newest challenge in it.
+    pub(crate) fn told(&self, report: Report) -> Report {
+        Report { watched: self.watched, ..report }
     }
 
     /// Feeds a report of A that was `age` old when the gateway had it, just now.
@@ -164,7 +176,7 @@ impl Bench {
     pub(crate) fn intents(&self) -> Vec<(Intent, Vec<u8>)> {
         let stage = |asked: &Asked| match asked {
             Asked::Stage(intent, bytes) => Some((*intent, bytes.clone())),
-            Asked::Release(_) => None,
+            Asked::Release(_) | Asked::Watch(_) => None,
         };
         self.asked.iter().filter_map(stage).collect()
     }
@@ -214,6 +226,7 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
         last_command: None,
         progress: 0,
         tracks: [track].into_iter().collect::<List<_, 8>>(),
+        watched: None,
     }
 }
 
@@ -243,5 +256,6 @@ fn read(bytes: &[u8]) -> Asked {
             let signed = Signed::parse(confirmation, 1024).unwrap();
             Asked::Release(codec::decode(signed.payload, 1024).unwrap())
         }
+        Request::Watch(nonce) => Asked::Watch(nonce),
     }
 }

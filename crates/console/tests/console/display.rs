@@ -8,7 +8,8 @@ use wire::id::{NodeId, PeerId, UnitId, WorldId};
 use wire::mode::Mode;
 use wire::policy::{DisplayRule, Policy, Requirement};
 use wire::refusal::Reason;
-use wire::time::{Instant, Span};
+use wire::report::Report;
+use wire::time::{Echo, Instant, PeerStamp, Span};
 
 use crate::bench::{Bench, report, sign};
 
@@ -63,8 +64,10 @@ fn a_mode_is_told_as_soon_as_it_is_shown() {
 fn what_the_gateway_says_is_checked_again() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     let now = bench.now;
-    let good = report(1, 1, Mode::Ready);
+    let good = bench.told(report(1, now.0, Mode::Ready));
+    let unwatched = report(1, now.0, Mode::Ready);
     let cases = [
+        (Reason::NoEcho, sign(NodeId::UNIT_A, &unwatched), UnitId::A, Some(Span::ms(1))),
         (Reason::Signature, sign(NodeId::UNIT_B, &good), UnitId::A, Some(Span::ms(1))),
         (Reason::Unit, sign(NodeId::UNIT_A, &good), UnitId::B, Some(Span::ms(1))),
         (Reason::Stale, sign(NodeId::UNIT_A, &good), UnitId::A, Some(Span::ms(2001))),
@@ -82,6 +85,37 @@ fn what_the_gateway_says_is_checked_again() {
     assert_eq!(bench.refusals().pop(), Some(Reason::Tag));
     assert!(bench.console.shown(now).units.is_empty());
     assert!(bench.displayed().is_empty());
+}
+
+#[test]
+fn the_gateway_can_make_a_report_look_older_and_never_younger() {
+    let mut bench = Bench::new(Policy::default(), vec![]);
+    let kept = bench.next(Mode::Ready);
+    bench.pass(Span::ms(800));
+    bench.heard(&kept, Span::ZERO);
+    let (_, freshness, age) = *bench.displayed().last().unwrap();
+    assert_eq!(freshness, Freshness::Stale);
+    assert!(age >= Span::ms(800) && age < Span::ms(801), "{age}");
+    let young = bench.next(Mode::Ready);
+    bench.heard(&young, Span::ms(400));
+    assert_eq!(bench.displayed().last().unwrap().1, Freshness::Late, "what the gateway says makes it older");
+}
+
+#[test]
+fn an_echo_under_another_signature_lowers_no_age() {
+    let mut bench = Bench::new(Policy::default(), vec![]);
+    bench.pass(Span::ms(500));
+    let echo = bench.watched.unwrap();
+    // As if the challenge had been seen half a second before it was made: every later stamp would look younger.
+    let early = Echo { seen: PeerStamp(echo.seen.0 - 500_000), ..echo };
+    let forged = Report { watched: Some(early), ..bench.next(Mode::Ready) };
+    bench.heard_as(&sign(NodeId::UNIT_B, &forged), UnitId::A, Some(Span::ZERO), bench.now);
+    assert_eq!(bench.refusals().pop(), Some(Reason::Signature));
+    let kept = bench.next(Mode::Ready);
+    bench.pass(Span::ms(400));
+    bench.heard(&kept, Span::ZERO);
+    let (_, freshness, age) = *bench.displayed().last().unwrap();
+    assert_eq!(freshness, Freshness::Late, "{age}");
 }
 
 #[test]
@@ -196,7 +230,7 @@ proptest! {
                 Move::Next { age, stamp } => {
                     clock = (bench.now.0 as i64 + stamp).max(1);
                     let sequence = reference.told.len() as u64 + 1;
-                    let signed = sign(NodeId::UNIT_A, &report(sequence, clock as u64, Mode::Ready));
+                    let signed = sign(NodeId::UNIT_A, &bench.told(report(sequence, clock as u64, Mode::Ready)));
                     reference.told.push((signed.clone(), bench.now - Span::ms(age)));
                     bench.heard_as(&signed, UnitId::A, Some(Span::ms(age)), bench.now);
                 }

@@ -161,3 +161,29 @@ proptest! {
         prop_assert!(bench.console.deadline().is_some());
     }
 }
+
+/// What a gateway may say of a command, in any order and as often as it likes, does not keep the alarm away.
+#[test]
+fn no_word_of_the_gateway_keeps_a_missing_acknowledgement_from_being_shown_within_a_second() {
+    for words in [
+        vec![CommandStage::Staged],
+        vec![CommandStage::Sent],
+        vec![CommandStage::Staged, CommandStage::Sent, CommandStage::Staged],
+        vec![CommandStage::Sent, CommandStage::Staged, CommandStage::Sent, CommandStage::Staged],
+    ] {
+        let hold = Step { when: When::default(), ..step(0, Action::Hold, Mode::Ready) };
+        let mut bench = Bench::new(Policy::default(), vec![hold]);
+        bench.pass(Span::ms(1));
+        let (intent, _) = bench.intents()[0].clone();
+        for word in words {
+            bench.pass(Span::ms(200));
+            bench.staged(intent.id, word);
+        }
+        bench.pass(Span::ms(1001));
+        let life = bench.console.shown(bench.now).commands[0].life;
+        assert_eq!(life, Life::NotAcknowledged);
+        bench.staged(intent.id, CommandStage::Sent);
+        let life = bench.console.shown(bench.now).commands[0].life;
+        assert_eq!(life, Life::NotAcknowledged, "the gateway undoes no alarm");
+    }
+}

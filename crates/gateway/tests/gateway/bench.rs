@@ -216,6 +216,8 @@ pub(crate) struct Unit {
     /// Grants and teammates' envelopes received.
     pub(crate) grants: usize,
     pub(crate) teammates: Vec<(PeerId, Span, Vec<u8>)>,
+    /// The display's challenges received.
+    pub(crate) watches: Vec<Nonce>,
 }
 
 impl Unit {
@@ -232,6 +234,7 @@ impl Unit {
             offset: 77_000_000 * (node.index() as u64 + 1),
             grants: 0,
             teammates: Vec::new(),
+            watches: Vec::new(),
         }
     }
 
@@ -248,6 +251,7 @@ impl Unit {
             HopBody::Hello(nonce) => self.theirs = nonce,
             HopBody::Grant(_) => self.grants += 1,
             HopBody::Teammate(t) => self.teammates.push((t.via, t.age, t.report.to_vec())),
+            HopBody::Watch(challenge) => self.watches.push(challenge),
             HopBody::Report(_) => panic!("a gateway reports nothing"),
         }
     }
@@ -300,6 +304,7 @@ impl Unit {
             last_command: None,
             progress: 0,
             tracks: List::default(),
+            watched: None,
         }
     }
 }

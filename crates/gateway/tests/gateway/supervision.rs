@@ -1,9 +1,9 @@
 //! Leases and fan-out.
 
 use sha2::{Digest, Sha256};
-use wire::command::{Ack, CommandKind};
+use wire::command::{Ack, CommandKind, Request};
 use wire::core::Input;
-use wire::id::{NodeId, PeerId, SessionId};
+use wire::id::{NodeId, Nonce, PeerId, SessionId};
 use wire::mode::Mode;
 use wire::policy::Policy;
 use wire::refusal::Reason;
@@ -115,4 +115,17 @@ fn a_flood_of_refusals_is_counted_whole_and_fed_in_part() {
     }
     assert!(bench.feeds - before <= 20);
     bench.assert_conserved();
+}
+
+#[test]
+fn the_displays_challenge_reaches_each_unit_at_once_and_one_that_opens_later_with_its_first_record() {
+    let mut bench = Bench::new(Policy::default());
+    let a = bench.reporting(1, NodeId::UNIT_A);
+    assert_eq!(bench.request(&Request::Watch(Nonce(7))), None);
+    assert_eq!(bench.units[&a].watches, [Nonce(7)]);
+    bench.pass(Span::s(1));
+    assert_eq!(bench.units[&a].watches, [Nonce(7)], "once");
+    let b = bench.reporting(2, NodeId::UNIT_B);
+    bench.pass(Span::ms(200));
+    assert_eq!(bench.units[&b].watches, [Nonce(7)]);
 }

@@ -51,6 +51,11 @@ impl<'b> Decoded<SignedReport<'b>> {
     pub fn claim(&self) -> (NodeId, crate::time::PeerStamp) {
         (self.message.report.origin, self.message.report.stamp)
     }
+
+    /// The display's challenge that it repeats; of use to none but the one who issued that, and believed by nobody.
+    pub fn watched(&self) -> Option<crate::time::Echo> {
+        self.message.report.watched
+    }
 }
 
 impl<'b> Fresh<SignedReport<'b>> {

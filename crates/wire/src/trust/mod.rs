@@ -168,7 +168,7 @@ impl Decoded<Hop<'_>> {
         let hop = &self.message;
         let hello = match hop.body {
             HopBody::Hello(nonce) => Some(nonce),
-            HopBody::Report(_) | HopBody::Grant(_) | HopBody::Teammate(_) => None,
+            HopBody::Report(_) | HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) => None,
         };
         Exchange { challenge: hop.challenge, echo: hop.echo, hello }
     }

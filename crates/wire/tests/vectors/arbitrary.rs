@@ -189,6 +189,8 @@ fn report() -> impl Strategy<Value = Report> {
                 last_command: last,
                 progress,
                 tracks: tracks.into_iter().collect(),
+                watched: (sequence % 2 == 0)
+                    .then_some(wire::time::Echo { nonce: Nonce(nonce), seen: PeerStamp(sequence) }),
             }
         },
     )

@@ -112,6 +112,7 @@ pub(crate) fn report() -> Report {
         }]
         .into_iter()
         .collect(),
+        watched: Some(Echo { nonce: Nonce(11), seen: PeerStamp(4_999_000_000) }),
     }
 }
 
@@ -123,6 +124,7 @@ fn reports() -> Vec<Named> {
         authority: None,
         last_command: None,
         tracks: List::default(),
+        watched: None,
         ..report()
     };
     let refused = Report { last_command: Some((COMMAND, Some(Reason::Interlock))), ..bare.clone() };
@@ -154,6 +156,7 @@ fn hops() -> Vec<Named> {
         named!("report", Hop<'_>, hop(HopBody::Report(opaque(b"signed")))),
         named!("grant", Hop<'_>, hop(HopBody::Grant(Span::ms(500)))),
         named!("teammate", Hop<'_>, hop(HopBody::Teammate(teammate))),
+        named!("watch", Hop<'_>, hop(HopBody::Watch(Nonce(11)))),
     ]
 }
 
@@ -190,6 +193,7 @@ fn requests() -> Vec<Named> {
     vec![
         named!("stage", Request<'_>, Request::Stage(opaque(b"intent"))),
         named!("release", Request<'_>, Request::Release(opaque(b"confirmation"))),
+        named!("watch", Request<'_>, Request::Watch(Nonce(11))),
     ]
 }
 
@@ -387,7 +391,7 @@ fn outputs() -> Vec<Named> {
 }
 
 /// The numbers of the kinds of event.
-pub(crate) const EVENTS: [std::ops::Range<u8>; 2] = [0..30, 45..46];
+pub(crate) const EVENTS: [std::ops::Range<u8>; 2] = [0..30, 45..49];
 
 fn entries() -> Vec<Named> {
     let entry = |(name, event): (&'static str, Event)| {
@@ -556,6 +560,9 @@ fn witnesses() -> Vec<(&'static str, Event)> {
             Event::StreamSaw { sight: Sight::Arrived, stream: 1 << 50, offset: 4_000, length: 340, hash: 1 << 40 },
         ),
         ("command-shown", Event::CommandShown { command: COMMAND, shown: ShownAs::NotAcknowledged }),
+        ("meddled", Event::Meddled { action: Action::Delay, record: RECORD, delay: Span::ms(800) }),
+        ("swallowed", Event::Swallowed { command: COMMAND }),
+        ("taken-over", Event::TakenOver { peer: PeerId::UNIT_A }),
         ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
     ]
 }

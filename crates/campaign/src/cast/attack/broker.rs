@@ -51,7 +51,7 @@ pub(super) fn planned(s: &Scenario) -> impl Iterator<Item = Action> {
     actions.into_iter().filter_map(|(any, action)| any.then_some(action))
 }
 
-fn kind(verb: Verb) -> Kind {
+pub(super) fn kind(verb: Verb) -> Kind {
     match verb {
         Verb::Enable => Kind::Enable,
         Verb::Arm => Kind::Arm,

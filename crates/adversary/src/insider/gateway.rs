@@ -1,0 +1,274 @@
+//! The gateway insider: a gateway with its keys in other hands, seen from the console.
+//!
+//! It sits where the gateway's shared memory leaves it: what the honest half writes comes here first, and what the console
+//! asks for too. It holds the key of the feed, so that the console cannot tell its messages from the gateway's, and no
+//! unit's and no operator's key. It can withhold, keep, repeat, choose, lie about ages, change and invent; and it can keep
+//! from its honest half what the operator asks for. What of that the console believes is up to the console.
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::VecDeque;
+
+use wire::audit::Journal;
+use wire::bus::{HEADER_LEN, Sender, TAG_LEN};
+use wire::codec;
+use wire::command::{Intent, MAX_ORDER, Request};
+use wire::core::{Core, Input, Output, Topic};
+use wire::event::{Action, Event};
+use wire::feed::{AcceptedReport, Feed};
+use wire::id::{CommandId, NodeId, RecordId, UnitId, WorldId};
+use wire::report::{MAX_REPORT, Report};
+use wire::setup::Setup;
+use wire::sign::{Key, Purpose, Signed};
+use wire::time::{Instant, Span};
+
+use super::forgery::kind_of;
+use super::voice::under_signature;
+use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, PlanError, Timed};
+
+/// Most messages of the feed held back at once; what comes beyond is withheld.
+const MAX_HELD: usize = 256;
+/// The age that a report is said to have.
+const YOUNG: Span = Span::ms(5);
+
+/// See the module.
+#[derive(Debug)]
+pub struct InsiderGateway {
+    origin: Instant,
+    actions: Vec<Timed<FeedAction>>,
+    feed: Option<Sender>,
+    key: Key,
+    held: VecDeque<Held>,
+    seen: Option<Vec<u8>>,
+    quiet: bool,
+    journal: Journal,
+    out: VecDeque<Output>,
+}
+
+/// A report that waits for its time.
+#[derive(Clone, Debug)]
+struct Held {
+    due: Instant,
+    young: bool,
+    body: Vec<u8>,
+}
+
+impl InsiderGateway {
+    /// An insider that starts at `now`. Without the feed's key in its setup it can say nothing.
+    ///
+    /// # Errors
+    /// A magnitude of the plan outside its bounds.
+    pub fn new(setup: Setup, config: InsiderGatewayConfig, now: Instant) -> Result<Self, PlanError> {
+        config.check()?;
+        let key = setup.channels.iter().find(|c| c.topic == Topic::Feed).map(|c| c.key.clone());
+        let mut insider = Self {
+            origin: now,
+            actions: config.actions,
+            feed: key.map(|key| Sender::new(Topic::Feed, NodeId::GATEWAY, setup.boot, key)),
+            key: setup.key(),
+            held: VecDeque::new(),
+            seen: None,
+            quiet: false,
+            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
+            out: VecDeque::new(),
+        };
+        insider.journal.write(now, Event::Started, &mut insider.out);
+        Ok(insider)
+    }
+
+    /// The same insider in a forked world.
+    #[must_use]
+    pub fn fork(&self, _world: WorldId) -> Self {
+        Self {
+            origin: self.origin,
+            actions: self.actions.clone(),
+            feed: self.feed.clone(),
+            key: self.key.fork(),
+            held: self.held.clone(),
+            seen: self.seen.clone(),
+            quiet: self.quiet,
+            journal: self.journal.fork(),
+            out: self.out.clone(),
+        }
+    }
+
+    fn open(&self, now: Instant) -> Vec<FeedAction> {
+        let open = |a: &&Timed<FeedAction>| now >= a.opens(self.origin) && now < a.closes(self.origin);
+        self.actions.iter().filter(open).filter(|_| !self.quiet).map(|a| a.action).collect()
+    }
+
+    /// A message of the honest half.
+    fn fed(&mut self, now: Instant, bytes: &[u8]) {
+        let Some(body) = body(bytes) else { return };
+        let accepted = accepted_of(body).filter(|accepted| accepted.unit == UnitId::A);
+        match accepted.and_then(|accepted| Some((accepted, report_of(accepted.report)?))) {
+            Some((accepted, report)) => self.report(now, &accepted, &report),
+            None => self.say(now, body),
+        }
+    }
+
+    fn report(&mut self, now: Instant, accepted: &AcceptedReport<'_>, report: &Report) {
+        let record = report.id();
+        let body = codec::encode(&Feed::Accepted(*accepted));
+        for action in self.open(now) {
+            match action {
+                FeedAction::Withhold { keep } if keep != Some(report.mode) => {
+                    return self.told(now, Action::Drop, record, Span::ZERO);
+                }
+                FeedAction::Delay { ms, young } => {
+                    self.told(now, Action::Delay, record, Span::ms(ms));
+                    if self.held.len() < MAX_HELD {
+                        let due = now + Span::ms(ms);
+                        self.held.push_back(Held { due, young, body });
+                    }
+                    return;
+                }
+                FeedAction::Forge { forgery, mode } => {
+                    let (action, forged) = self.forge(now, accepted, report, forgery, mode);
+                    self.told(now, action, record, Span::ZERO);
+                    return self.say(now, &forged);
+                }
+                FeedAction::Replay => {
+                    self.say(now, &body);
+                    if let Some(before) = self.seen.clone() {
+                        self.repeat(now, &before);
+                    }
+                    return;
+                }
+                FeedAction::Withhold { keep: _ } | FeedAction::Swallow { only: _ } => {}
+            }
+        }
+        self.say(now, &body);
+        self.seen.get_or_insert(body);
+    }
+
+    /// The report that was kept, said to be new.
+    fn repeat(&mut self, now: Instant, body: &[u8]) {
+        let Some(accepted) = accepted_of(body) else { return };
+        let Some(report) = report_of(accepted.report) else { return };
+        self.told(now, Action::Replay, report.id(), Span::ZERO);
+        self.say(now, &codec::encode(&Feed::Accepted(rejuvenated(accepted, now))));
+    }
+
+    /// The message with a report that says something else.
+    fn forge(
+        &self,
+        now: Instant,
+        accepted: &AcceptedReport<'_>,
+        report: &Report,
+        forgery: FeedForgery,
+        mode: wire::mode::Mode,
+    ) -> (Action, Vec<u8>) {
+        let payload = codec::encode(&Report { mode, ..report.clone() });
+        let say = |report: &[u8], unit: UnitId| {
+            let accepted = AcceptedReport { report: report.into(), unit, ..rejuvenated(*accepted, now) };
+            codec::encode(&Feed::Accepted(accepted))
+        };
+        match forgery {
+            FeedForgery::Altered => {
+                let signature = accepted.report.last_chunk::<64>().copied().unwrap_or([0; 64]);
+                (Action::Corrupt, say(&under_signature(&payload, &signature), accepted.unit))
+            }
+            FeedForgery::ReSigned => (Action::Inject, say(&self.key.sign(Purpose::Report, &payload), accepted.unit)),
+            FeedForgery::Relabelled => (Action::Reoriginate, say(accepted.report, UnitId::B)),
+        }
+    }
+
+    /// What the operator asks of the gateway.
+    fn asked(&mut self, now: Instant, bytes: &[u8]) {
+        let intent = body(bytes).and_then(intent_of);
+        let swallowed = |action: &FeedAction| match (action, &intent) {
+            (FeedAction::Swallow { only }, Some(intent)) => only.is_none_or(|kind| kind == kind_of(intent.kind)),
+            _ => false,
+        };
+        match intent.filter(|_| self.open(now).iter().any(swallowed)) {
+            Some(intent) => self.swallowed(now, intent.id),
+            None => self.out.push_back(Output::Bus { topic: Topic::Intents, bytes: bytes.to_vec() }),
+        }
+    }
+
+    fn swallowed(&mut self, now: Instant, command: CommandId) {
+        self.journal.write(now, Event::Swallowed { command }, &mut self.out);
+    }
+
+    fn release(&mut self, now: Instant) {
+        while self.held.front().is_some_and(|held| held.due <= now || self.quiet) {
+            let Some(held) = self.held.pop_front() else { break };
+            match accepted_of(&held.body).filter(|_| held.young) {
+                Some(accepted) => self.say(now, &codec::encode(&Feed::Accepted(rejuvenated(accepted, now)))),
+                None => self.say(now, &held.body),
+            }
+        }
+    }
+
+    fn told(&mut self, now: Instant, action: Action, record: RecordId, delay: Span) {
+        self.journal.write(now, Event::Meddled { action, record, delay }, &mut self.out);
+    }
+
+    fn say(&mut self, now: Instant, body: &[u8]) {
+        if let Some(feed) = &mut self.feed {
+            self.out.push_back(Output::Bus { topic: Topic::Feed, bytes: feed.seal(now, body) });
+        }
+    }
+}
+
+/// What stands between header and tag of a shared-memory message.
+fn body(bytes: &[u8]) -> Option<&[u8]> {
+    bytes.get(HEADER_LEN..bytes.len().checked_sub(TAG_LEN)?)
+}
+
+fn accepted_of(body: &[u8]) -> Option<AcceptedReport<'_>> {
+    match codec::decode(body, body.len()).ok()? {
+        Feed::Accepted(accepted) => Some(accepted),
+        Feed::Refused(..) | Feed::Session(..) | Feed::Command(..) | Feed::Acknowledged(_) => None,
+    }
+}
+
+fn report_of(signed: &[u8]) -> Option<Report> {
+    codec::decode(Signed::parse(signed, MAX_REPORT).ok()?.payload, MAX_REPORT).ok()
+}
+
+fn intent_of(request: &[u8]) -> Option<Intent> {
+    match codec::decode(request, request.len()).ok()? {
+        Request::Stage(signed) => {
+            let signed: &[u8] = signed;
+            codec::decode(Signed::parse(signed, MAX_ORDER).ok()?.payload, MAX_ORDER).ok()
+        }
+        Request::Release(_) | Request::Watch(_) => None,
+    }
+}
+
+/// The same message, said to have been received just now and to have been young then.
+fn rejuvenated(accepted: AcceptedReport<'_>, now: Instant) -> AcceptedReport<'_> {
+    AcceptedReport { received: now, age: Some(YOUNG), ..accepted }
+}
+
+impl Core for InsiderGateway {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        match input {
+            Input::Bus { topic: Topic::Feed, bytes } => self.fed(now, bytes),
+            Input::Bus { topic: Topic::Intents, bytes } => self.asked(now, bytes),
+            Input::Quiesce => self.quiet = true,
+            Input::Finish => return self.journal.sign(now, &mut self.out),
+            Input::Timeout
+            | Input::Bus { .. }
+            | Input::Opened { .. }
+            | Input::Record { .. }
+            | Input::Closed { .. }
+            | Input::Published { .. }
+            | Input::Datagram { .. }
+            | Input::Stream { .. }
+            | Input::Audit { .. } => {}
+        }
+        self.release(now);
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        self.held.front().map(|held| held.due)
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+}

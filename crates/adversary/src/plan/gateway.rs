@@ -1,0 +1,76 @@
+//! Plan of the gateway insider: what is done to what the gateway tells the console, and to what the console asks of it.
+
+use serde::{Deserialize, Serialize};
+use wire::mode::Mode;
+
+use super::{Kind, MAX_HOLD_MS, PlanError, Timed, at_most, within};
+
+/// Plan of the holder of the gateway's keys. Without actions it passes everything.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InsiderGatewayConfig {
+    /// Actions; of those that are open for a report, the first that says something about it is done.
+    #[serde(default)]
+    pub actions: Vec<Timed<FeedAction>>,
+}
+
+/// What is done to the reports of the unit under test on their way to the display, or to intents on their way back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum FeedAction {
+    /// They are not passed on.
+    Withhold {
+        /// But for those that say this mode.
+        keep: Option<Mode>,
+    },
+    /// They are passed on later.
+    Delay {
+        /// By how much.
+        ms: u64,
+        /// And said to be as young as if they had just come.
+        young: bool,
+    },
+    /// They are made to say something else.
+    Forge {
+        /// How.
+        forgery: FeedForgery,
+        /// The mode they are made to say.
+        mode: Mode,
+    },
+    /// After each, the first one ever passed on is said to be new.
+    Replay,
+    /// What the operator asks for does not reach the honest half.
+    Swallow {
+        /// Only this.
+        only: Option<Kind>,
+    },
+}
+
+/// How a report is made to say something else.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FeedForgery {
+    /// Another mode under the unit's old signature.
+    Altered,
+    /// Another mode under the gateway's own signature.
+    ReSigned,
+    /// As it is, as another unit's.
+    Relabelled,
+}
+
+impl InsiderGatewayConfig {
+    /// Every magnitude within its bounds.
+    pub fn check(&self) -> Result<(), PlanError> {
+        at_most(self.actions.len())?;
+        self.actions.iter().try_for_each(|timed| {
+            timed.check_window(true)?;
+            match timed.action {
+                FeedAction::Delay { ms, young: _ } => within("ms", ms, 1, MAX_HOLD_MS),
+                FeedAction::Withhold { .. }
+                | FeedAction::Forge { .. }
+                | FeedAction::Replay
+                | FeedAction::Swallow { .. } => Ok(()),
+            }
+        })
+    }
+}

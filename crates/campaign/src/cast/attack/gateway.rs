@@ -1,0 +1,54 @@
+//! The plan of the gateway insider, and what of it needs a receipt.
+
+use adversary::plan::{Direction, FeedAction, FeedForgery, InsiderGatewayConfig, Timed};
+use wire::event::Action;
+use wire::mode::Mode;
+
+use super::{broker, start_ms};
+use crate::scenario::{self, DisplayedState, Scenario, Windowed};
+
+/// The plan, when the scenario has one.
+pub(in crate::cast) fn plan(s: &Scenario, phase: u64) -> Option<InsiderGatewayConfig> {
+    let mut actions = Vec::new();
+    let mut add = |of: &dyn Windowed, action| {
+        let duration_ms = (of.duration_s().get() * 1000.0) as u64;
+        actions.push(Timed { start_ms: start_ms(of, phase), duration_ms, direction: Direction::Both, action });
+    };
+    s.feed_withhold.iter().for_each(|a| add(a, FeedAction::Withhold { keep: a.keep.map(mode) }));
+    s.feed_delay.iter().for_each(|a| add(a, FeedAction::Delay { ms: a.by_ms.unsigned(), young: a.young }));
+    for a in s.feed_forge.iter() {
+        let forgery = match a.forgery {
+            scenario::FeedForgery::Altered => FeedForgery::Altered,
+            scenario::FeedForgery::ReSigned => FeedForgery::ReSigned,
+            scenario::FeedForgery::Relabelled => FeedForgery::Relabelled,
+        };
+        add(a, FeedAction::Forge { forgery, mode: mode(a.state) });
+    }
+    s.feed_replay.iter().for_each(|a| add(a, FeedAction::Replay));
+    s.intent_drop.iter().for_each(|a| add(a, FeedAction::Swallow { only: a.only.map(broker::kind) }));
+    (!actions.is_empty()).then_some(InsiderGatewayConfig { actions })
+}
+
+/// What it does to the feed, each kind once.
+pub(super) fn planned(s: &Scenario) -> impl Iterator<Item = Action> {
+    let forges = |wanted| s.feed_forge.iter().any(|a| a.forgery == wanted);
+    let actions = [
+        (!s.feed_withhold.is_empty(), Action::Drop),
+        (!s.feed_delay.is_empty(), Action::Delay),
+        (forges(scenario::FeedForgery::Altered), Action::Corrupt),
+        (forges(scenario::FeedForgery::ReSigned), Action::Inject),
+        (forges(scenario::FeedForgery::Relabelled), Action::Reoriginate),
+        (!s.feed_replay.is_empty(), Action::Replay),
+    ];
+    actions.into_iter().filter_map(|(any, action)| any.then_some(action))
+}
+
+fn mode(state: DisplayedState) -> Mode {
+    match state {
+        DisplayedState::Idle => Mode::Idle,
+        DisplayedState::Ready => Mode::Ready,
+        DisplayedState::PrepareToAct => Mode::PrepareToAct,
+        DisplayedState::Degraded => Mode::Degraded,
+        DisplayedState::HoldSafe => Mode::HoldSafe,
+    }
+}

@@ -1,0 +1,133 @@
+//! Attacks by the holder of the gateway's keys on what the operator sees, and on what the operator asks for.
+
+use campaign::trial::Outcome;
+use campaign::twin::trial::Run;
+use holdsafe_tests::{Ready, shipped};
+use wire::core::Topic;
+use wire::event::{Event, Freshness, Interface, ShownAs};
+use wire::id::{NodeId, UnitId};
+use wire::mode::Mode;
+use wire::policy::{DisplayRule, Requirement};
+use wire::refusal::Reason;
+
+use crate::SEEDS;
+
+/// The scenario with one rule of the display waived, and no class expected.
+fn without(name: &str, rule: DisplayRule) -> Ready {
+    let mut ready = shipped(name);
+    ready.setup.policy.display.insert(rule, Requirement::Waived);
+    ready
+}
+
+/// Why the console refused what the gateway told it.
+fn refused(run: &Run) -> Vec<Reason> {
+    let reason = |event: &Event| match *event {
+        Event::Refused { at: Interface::Bus(Topic::Feed), reason, .. } => Some(reason),
+        _ => None,
+    };
+    let console = run.evidence.entries.iter().filter(|w| w.entry.node == NodeId::CONSOLE);
+    console.filter_map(|w| reason(&w.entry.event)).collect()
+}
+
+/// What the display showed of the unit: when, in which mode, how fresh.
+fn displayed(run: &Run) -> Vec<(u64, Mode, Freshness)> {
+    let shown = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Displayed { unit: UnitId::A, mode, freshness, .. } => Some((w.at, mode, freshness)),
+        _ => None,
+    });
+    shown.collect()
+}
+
+#[test]
+fn a_report_that_the_gateway_changed_signed_or_relabelled_is_not_displayed() {
+    for run in shipped("view_forged").expect(SEEDS) {
+        let refused = refused(&run);
+        assert!(refused.contains(&Reason::Signature) && refused.contains(&Reason::Unit), "{refused:?}");
+        assert!(displayed(&run).iter().all(|(_, mode, _)| *mode != Mode::HoldSafe), "the forged state");
+    }
+}
+
+#[test]
+fn without_the_units_signature_the_display_shows_what_the_gateway_likes() {
+    let run = without("view_forged", DisplayRule::Signature).run(1);
+    assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.findings);
+    assert!(
+        displayed(&run).iter().any(|(_, mode, freshness)| *mode == Mode::HoldSafe && *freshness == Freshness::Fresh)
+    );
+}
+
+#[test]
+fn withheld_reports_age_out_on_the_display_and_the_operator_acts_on_none_of_them() {
+    for run in shipped("view_withheld").expect(SEEDS) {
+        let zero = run.verdict.zero.expect("a receipt");
+        // Fresh for Tf, late for two periods more; the last report was younger than a period when the withholding began.
+        let owed = (run.evidence.bounds.freshness_ms + 2 * run.evidence.bounds.telemetry_period_ms) * 1000;
+        let stale = displayed(&run).into_iter().find(|(at, _, f)| *at >= zero && *f == Freshness::Stale);
+        let stale = stale.expect("it ages out").0;
+        assert!(stale - zero <= owed, "{} ms", (stale - zero) / 1000);
+        assert!(!run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::PlantAct { .. })));
+    }
+}
+
+#[test]
+fn reports_chosen_by_what_they_say_show_an_old_mode_no_longer_than_they_are_young() {
+    for run in shipped("view_selected").expect(SEEDS) {
+        let after =
+            run.verdict.transitions.iter().find(|t| t.from == "PREPARE_TO_ACT").expect("disarmed").t_ms * 1000.0;
+        let limit = (run.evidence.bounds.freshness_ms + run.evidence.bounds.telemetry_period_ms) as f64 * 1000.0;
+        let shown = displayed(&run);
+        let fresh = |(at, mode, f): &&(u64, Mode, Freshness)| {
+            *at as f64 > after + limit && *mode == Mode::PrepareToAct && *f == Freshness::Fresh
+        };
+        assert_eq!(shown.iter().find(fresh), None);
+    }
+}
+
+#[test]
+fn a_report_that_the_gateway_kept_is_shown_as_old_as_it_is_whatever_the_gateway_says() {
+    for name in ["view_late", "view_young"] {
+        for run in shipped(name).expect(SEEDS) {
+            let zero = run.verdict.zero.expect("a receipt");
+            let kept = |at: u64| at > zero + 500_000 && at < zero + 3_000_000;
+            let shown = displayed(&run);
+            let mut within = shown.iter().filter(|(at, ..)| kept(*at)).peekable();
+            assert!(within.peek().is_some(), "{name}");
+            assert!(within.all(|(_, _, f)| *f == Freshness::Stale), "{name}: 800 ms is stale");
+        }
+    }
+}
+
+#[test]
+fn without_the_displays_own_challenge_the_gateway_makes_a_kept_report_young() {
+    let run = without("view_young", DisplayRule::Watch).run(1);
+    assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.findings);
+    let honest = without("view_late", DisplayRule::Watch).run(1);
+    assert_eq!(honest.verdict.outcome, Outcome::Rejected, "an honest gateway's word was enough");
+}
+
+#[test]
+fn an_old_report_that_is_said_to_be_new_is_refused() {
+    for run in shipped("view_replayed").expect(SEEDS) {
+        assert!(refused(&run).contains(&Reason::Stale), "{:?}", refused(&run));
+        assert!(displayed(&run).iter().filter(|(at, ..)| *at > 2_000_000).all(|(_, mode, _)| *mode != Mode::Idle));
+    }
+}
+
+/// What a gateway that keeps on granting can do to a HOLD is listed, not closed: the operator is told, the unit is not.
+#[test]
+fn a_hold_that_the_gateway_swallows_is_shown_as_not_acknowledged_and_the_unit_drives_on() {
+    for run in shipped("gateway_hold").expect(SEEDS) {
+        let given = run
+            .evidence
+            .entries
+            .iter()
+            .find(|w| matches!(w.entry.event, Event::Intended { kind, .. } if kind.name() == "hold"));
+        let given = given.expect("the operator held").at;
+        let alarm = run.evidence.entries.iter().find(|w| {
+            w.at > given && matches!(w.entry.event, Event::CommandShown { shown: ShownAs::NotAcknowledged, .. })
+        });
+        let alarm = alarm.expect("an alarm").at;
+        assert!(alarm - given <= 1_050_000, "{} ms", (alarm - given) / 1000);
+        assert!(run.verdict.transitions.iter().all(|t| t.to != "HOLD_SAFE"), "{:?}", run.verdict.transitions);
+    }
+}
