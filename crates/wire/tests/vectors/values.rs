@@ -18,7 +18,7 @@ use wire::refusal::{Reason, Refusal};
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::{
     Blob, Candidates, Class, Cluster, DepthSample, Detection, Fix, Frames, Modalities, Modality, Navigation, Odometry,
-    PixelBox, Pose, ProductMode,
+    PixelBox, Pose, ProductMode, ReceiverTime,
 };
 use wire::sign::{Key, Purpose, Signed};
 use wire::stream::{Deed, Sight};
@@ -261,7 +261,8 @@ fn candidates() -> Vec<Named> {
 }
 
 fn navigation() -> Vec<Named> {
-    let fix = Some(Fix { pose: Pose { x_mm: 1, y_mm: -2, yaw_mrad: 3141 }, sigma_mm: 50 });
+    let fix =
+        Some(Fix { pose: Pose { x_mm: 1, y_mm: -2, yaw_mrad: 3141 }, sigma_mm: 50, time: ReceiverTime(7_000_000) });
     let odometry = Some(Odometry { speed_mm_s: -200, yaw_rate_mrad_s: 100 });
     let stamp = Instant(1_250_000);
     vec![
@@ -384,8 +385,10 @@ fn outputs() -> Vec<Named> {
     ]
 }
 
-/// How many kinds of event there are.
-pub(crate) const EVENTS: u8 = 30;
+/// Numbers of the kinds of event.
+pub(crate) fn events() -> impl Iterator<Item = u8> {
+    (0..30).chain(60..62)
+}
 
 fn entries() -> Vec<Named> {
     let entry = |(name, event): (&'static str, Event)| {
@@ -503,6 +506,19 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ("fault", Event::Fault { sensor: Sensor::Odometry, kind: FaultKind::Drift, active: true, frame: FrameId(40) }),
         ("frame-seen", Event::FrameSeen { frame: FrameId(41), present: Modalities(0b1011) }),
         ("navigation-seen", Event::NavigationSeen { fix: false, odometry: true }),
+        (
+            "located",
+            Event::Located {
+                stamp: Instant(1_250_000),
+                x_mm: 1000,
+                y_mm: -2000,
+                time: ReceiverTime(7_000_000),
+                pose_x_mm: 990,
+                pose_y_mm: -2010,
+                distrusted: true,
+            },
+        ),
+        ("imposed", Event::Imposed { stamp: Instant(1_250_000), east_mm: 300, north_mm: -4, time_us: -2_000_000 }),
         (
             "displayed",
             Event::Displayed {
