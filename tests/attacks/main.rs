@@ -12,5 +12,6 @@ mod link;
 mod peers;
 mod processes;
 mod sensing;
+mod timebase;
 
 const SEEDS: std::ops::Range<u64> = 1..4;

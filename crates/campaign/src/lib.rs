@@ -10,6 +10,7 @@ pub mod evidence;
 pub mod judged;
 pub mod keep;
 pub mod live;
+pub mod liveness;
 pub mod oracle;
 pub mod progress;
 pub mod report;

@@ -6,6 +6,7 @@
 mod cost;
 mod curve;
 mod kill;
+mod liveness;
 mod plot;
 mod reference;
 mod run;
@@ -14,6 +15,7 @@ mod table;
 pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub use kill::{KillRow, Times, kill_table};
+pub use liveness::{LivenessObject, LivenessRow, liveness_svg, liveness_table};
 pub use plot::svg;
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, LatencySummary, Mode, RunObject, Summary};

@@ -47,6 +47,16 @@ pub enum Disturbance {
         /// North, millimetres.
         north_mm: i32,
     },
+    /// The receiver's time is displaced while the fault lasts (localisation only).
+    TimeStep {
+        /// Forwards, microseconds.
+        us: i64,
+    },
+    /// The receiver's time walks away at a constant rate (localisation only).
+    TimeDrift {
+        /// Too fast, parts per million.
+        ppm: i32,
+    },
 }
 
 /// Whether a sensor is part of the frames (and not of the navigation readings).
@@ -96,6 +106,8 @@ impl Fault {
             Disturbance::Occlusion { .. } => FaultKind::Occlusion,
             Disturbance::Drift { .. } => FaultKind::Drift,
             Disturbance::Jump { .. } => FaultKind::Jump,
+            Disturbance::TimeStep { .. } => FaultKind::TimeStep,
+            Disturbance::TimeDrift { .. } => FaultKind::TimeDrift,
         }
     }
 
@@ -104,7 +116,10 @@ impl Fault {
             Disturbance::Dropout | Disturbance::Freeze => true,
             Disturbance::Noise { factor } => factor >= 1,
             Disturbance::Occlusion { permille } => is_imaging(self.sensor) && permille <= 1000,
-            Disturbance::Drift { .. } | Disturbance::Jump { .. } => self.sensor == Sensor::Localisation,
+            Disturbance::Drift { .. }
+            | Disturbance::Jump { .. }
+            | Disturbance::TimeStep { .. }
+            | Disturbance::TimeDrift { .. } => self.sensor == Sensor::Localisation,
         }
     }
 }
@@ -122,11 +137,14 @@ pub struct Effect {
     pub occluded: u16,
     /// Displacement east and north, millimetres.
     pub displaced_mm: [i64; 2],
+    /// Displacement of the receiver's time forwards, microseconds.
+    pub displaced_us: i64,
 }
 
 impl Effect {
     /// No fault.
-    pub const NONE: Effect = Effect { dropout: false, freeze: false, noise: 1, occluded: 0, displaced_mm: [0, 0] };
+    pub const NONE: Effect =
+        Effect { dropout: false, freeze: false, noise: 1, occluded: 0, displaced_mm: [0, 0], displaced_us: 0 };
 
     /// Whether a new reading has to be made.
     pub fn refreshes(&self) -> bool {
@@ -182,6 +200,11 @@ impl Effect {
             Disturbance::Jump { east_mm, north_mm } => {
                 self.displaced_mm[0] += i64::from(east_mm);
                 self.displaced_mm[1] += i64::from(north_mm);
+            }
+            Disturbance::TimeStep { us } => self.displaced_us = self.displaced_us.saturating_add(us),
+            Disturbance::TimeDrift { ppm } => {
+                let us = (run.0 - fault.begins().0) as i64;
+                self.displaced_us = self.displaced_us.saturating_add(i64::from(ppm) * us / 1_000_000);
             }
         }
         self

@@ -14,9 +14,9 @@ use crate::id::{CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, TrackId,
 use crate::mode::{Because, Cause, Guards, Mode};
 use crate::policy::Waived;
 use crate::refusal::Reason;
-use crate::sensor::{Class, Modalities};
+use crate::sensor::{Class, Modalities, ReceiverTime};
 use crate::stream::{Deed, Sight};
-use crate::time::Span;
+use crate::time::{Instant, Span};
 
 /// Where a record was judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
@@ -232,6 +232,12 @@ pub enum FaultKind {
     /// A sudden offset.
     #[n(5)]
     Jump,
+    /// A sudden offset of the receiver's time.
+    #[n(60)]
+    TimeStep,
+    /// A growing offset of the receiver's time.
+    #[n(61)]
+    TimeDrift,
 }
 
 /// How a shown value stands to its limits.
@@ -643,6 +649,38 @@ pub enum Event {
         command: CommandId,
         #[n(1)]
         shown: ShownAs,
+    },
+    /// Autonomy: a fix as it came, and the pose that the unit drives by after it (written a few times a second).
+    #[n(60)]
+    Located {
+        /// Stamp of the reading.
+        #[n(0)]
+        stamp: Instant,
+        #[n(1)]
+        x_mm: i32,
+        #[n(2)]
+        y_mm: i32,
+        #[n(3)]
+        time: ReceiverTime,
+        #[n(4)]
+        pose_x_mm: i32,
+        #[n(5)]
+        pose_y_mm: i32,
+        /// The unit says that it does not go by such fixes now.
+        #[n(6)]
+        distrusted: bool,
+    },
+    /// Sim: by how much faults displace the fix of this stamp (written with the truth, while they do).
+    #[n(61)]
+    Imposed {
+        #[n(0)]
+        stamp: Instant,
+        #[n(1)]
+        east_mm: i32,
+        #[n(2)]
+        north_mm: i32,
+        #[n(3)]
+        time_us: i64,
     },
 }
 

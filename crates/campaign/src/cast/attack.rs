@@ -40,8 +40,8 @@ pub(super) fn datagrams(s: &Scenario, phase: u64) -> DatagramRelayConfig {
     let mut actions = Vec::new();
     let mut add = |of: &dyn Windowed, direction, action| actions.push(timed(of, direction, phase, action));
     for a in s.delay.iter() {
-        let growth_ms_per_s = a.growth_ms_per_s.get() as u64;
-        add(a, a.direction, DatagramAction::Delay { ms: a.by_ms.unsigned(), growth_ms_per_s });
+        let growth_us_per_s = (a.growth_ms_per_s.get() * 1000.0) as u64;
+        add(a, a.direction, DatagramAction::Delay { ms: a.by_ms.unsigned(), growth_us_per_s });
     }
     for a in s.jitter.iter() {
         add(a, a.direction, DatagramAction::Jitter { ms: a.up_to_ms.unsigned() });
@@ -207,6 +207,9 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
         scenario::FaultKind::Occlusion => Disturbance::Occlusion { permille: (number(0) * 1000.0) as u16 },
         scenario::FaultKind::Drift => Disturbance::Drift { east_mm_s: mm(0), north_mm_s: mm(1) },
         scenario::FaultKind::Jump => Disturbance::Jump { east_mm: mm(0), north_mm: mm(1) },
+        scenario::FaultKind::TimeStep => Disturbance::TimeStep { us: (number(0) * 1e6) as i64 },
+        // A millisecond a second is a thousand parts per million.
+        scenario::FaultKind::TimeDrift => Disturbance::TimeDrift { ppm: mm(0) },
     }
 }
 

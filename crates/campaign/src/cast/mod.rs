@@ -275,6 +275,7 @@ impl Company<'_> {
             scene: world.clone(),
             faults,
             noise: sim::NoiseModel::default(),
+            clock_ppm: draw.clocks[host as usize].drift_ppm as i32,
         };
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
         self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, cost, kill, out, run, stages};
+use super::{Context, cost, kill, liveness, out, run, stages};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -26,6 +26,8 @@ pub(super) enum Bench {
     Kill(kill::Args),
     /// How long each stage takes live and in the twin, and the gap.
     Stages(stages::Args),
+    /// Detectors of silence on a modelled stream: latency against false trips, by loss and jitter.
+    Liveness(liveness::Args),
     /// What the twin costs by stage, beside bare rapier on the same course.
     Twin(cost::Args),
 }
@@ -64,6 +66,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Live(args) => live(context, args),
         Bench::Kill(args) => kill::run(context, args),
         Bench::Stages(args) => stages::run(context, args),
+        Bench::Liveness(args) => liveness::run(context, args),
         Bench::Twin(args) => cost::run(context, args),
     }
 }

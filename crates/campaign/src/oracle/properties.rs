@@ -3,12 +3,12 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use wire::event::{Event, Freshness, GuardVerdict};
+use wire::event::{Event, FaultKind, Freshness, GuardVerdict, Sensor};
 use wire::id::{CommandId, NodeId, RecordId, UnitId};
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
-use super::receipt::Receipt;
+use super::receipt::{Befallen, Receipt};
 use super::timeline::Timeline;
 use super::{Evidence, Finding, Micros, Property, finding, planes};
 
@@ -85,11 +85,12 @@ fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
 /// P2: after a sensor is lost for good, no authority and no nominal mode beyond *Td*.
 fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let td = evidence.bounds.to_degraded_ms * 1000;
-    let owed = receipt.faults.iter().filter(|(sensor, start, end)| {
-        *sensor != wire::event::Sensor::Odometry && end.saturating_sub(*start) > td && start + td <= evidence.duration
+    let owed = receipt.faults.iter().filter(|f| {
+        let lost = f.kind == FaultKind::Dropout && f.sensor != Sensor::Odometry;
+        lost && f.end.saturating_sub(f.start) > td && f.start + td <= evidence.duration
     });
-    let late = owed.filter(|(_, start, _)| matches!(line.mode_at(start + td), Mode::Ready | Mode::PrepareToAct));
-    late.map(|(sensor, start, _)| {
+    let late = owed.filter(|f| matches!(line.mode_at(f.start + td), Mode::Ready | Mode::PrepareToAct));
+    late.map(|Befallen { sensor, start, .. }| {
         let mode = line.mode_at(start + td).name();
         finding(Property::P2, start + td, format!("{sensor:?} lost for {} ms and still {mode}", td / 1000))
     })

@@ -3,16 +3,16 @@
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
 //! time; for one that was dropped, that it never showed them. For a sensor fault, perception or autonomy must have seen
-//! the readings go missing. What was done to a byte stream is `stream`'s, to
+//! the readings go missing, or off by what was imposed (`place`). What was done to a byte stream is `stream`'s, to
 //! publications `planes`'.
 
 use std::collections::BTreeMap;
 
-use wire::event::{Account, Action, Event, Sensor};
+use wire::event::{Account, Action, Event, FaultKind, Sensor};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
 
-use super::{Evidence, Micros, Planned, planes, stream};
+use super::{Evidence, Micros, Planned, place, planes, stream};
 
 /// What was established about the injections.
 #[derive(Clone, Debug, Default)]
@@ -23,12 +23,25 @@ pub(super) struct Receipt {
     pub missing: Vec<Planned>,
     /// The actor's first entry that has a second witness.
     pub zero: Option<Micros>,
-    /// Sensor faults with receipts: (sensor, start, end).
-    pub faults: Vec<(Sensor, Micros, Micros)>,
+    /// Sensor faults with receipts.
+    pub faults: Vec<Befallen>,
     /// Delay imposed on a datagram, by its hash; dropped ones have `Micros::MAX`.
     pub delayed: BTreeMap<u64, Micros>,
     /// Hashes that the adversary made or changed: never timely traffic.
     pub forged: BTreeMap<u64, Micros>,
+}
+
+/// A sensor fault that provably arrived.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Befallen {
+    /// Which sensor.
+    pub sensor: Sensor,
+    /// What befell it.
+    pub kind: FaultKind,
+    /// From.
+    pub start: Micros,
+    /// To.
+    pub end: Micros,
 }
 
 /// Looks for the receipts of everything planned.
@@ -44,7 +57,7 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
             Planned::Action(action) => datagram(evidence, action),
             Planned::Stream(deed) => stream::receipt(evidence, deed),
             Planned::Broker(action) => planes::broker(evidence, action),
-            Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.0 == sensor).map(|f| f.1),
+            Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.sensor == sensor).map(|f| f.start),
         };
         match zero {
             Some(zero) => zeros.push(zero),
@@ -129,23 +142,27 @@ fn killed(evidence: &Evidence, planned: &Planned) -> Option<Micros> {
 }
 
 /// Sensor faults that the sim applied and that the other side saw.
-fn faults(evidence: &Evidence) -> Vec<(Sensor, Micros, Micros)> {
+fn faults(evidence: &Evidence) -> Vec<Befallen> {
     let mut found = Vec::new();
     for (i, w) in evidence.entries.iter().enumerate() {
-        let Event::Fault { sensor, active: true, .. } = w.entry.event else { continue };
+        let Event::Fault { sensor, kind, active: true, .. } = w.entry.event else { continue };
         if w.entry.node != NodeId::SIM {
             continue;
         }
         let rest = &evidence.entries[i..];
         let end = rest.iter().find_map(|e| match e.entry.event {
-            Event::Fault { sensor: s, active: false, .. } if s == sensor && e.entry.node == NodeId::SIM => Some(e.at),
+            Event::Fault { sensor: s, kind: k, active: false, .. }
+                if (s, k) == (sensor, kind) && e.entry.node == NodeId::SIM =>
+            {
+                Some(e.at)
+            }
             _ => None,
         });
         let end = end.unwrap_or(evidence.duration);
-        let observed =
+        let missed =
             rest.iter().take_while(|e| e.at <= end.saturating_add(200_000)).any(|e| lacks(&e.entry.event, sensor));
-        if observed {
-            found.push((sensor, w.at, end));
+        if missed || sensor == Sensor::Localisation && place::arrived(evidence, kind, w.at, end) {
+            found.push(Befallen { sensor, kind, start: w.at, end });
         }
     }
     found

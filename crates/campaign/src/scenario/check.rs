@@ -157,7 +157,11 @@ fn faults(s: &Scenario) -> Vec<Finding> {
     for fault in &s.fault {
         if !fault.kind.fits(fault.sensor) {
             let message = format!("{:?} has no fault of kind {:?}", fault.sensor, fault.kind).to_lowercase();
-            found.push(finding(&fault.at_s, message, "drift and jump are for localisation, occlusion for images"));
+            found.push(finding(
+                &fault.at_s,
+                message,
+                "drift, jump and time are for localisation, occlusion for images",
+            ));
         }
         let needs = fault.kind.numbers();
         match &fault.magnitude {

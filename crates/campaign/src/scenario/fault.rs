@@ -72,6 +72,10 @@ pub enum FaultKind {
     Drift,
     /// A sudden error of localisation: magnitude `[east, north]` in metres.
     Jump,
+    /// A sudden error of the receiver's time: magnitude `[forwards]` in seconds, negative for a roll-back.
+    TimeStep,
+    /// A growing error of the receiver's time: magnitude `[too fast]` in milliseconds a second.
+    TimeDrift,
 }
 
 impl FaultKind {
@@ -79,7 +83,7 @@ impl FaultKind {
     pub fn numbers(self) -> usize {
         match self {
             FaultKind::Dropout | FaultKind::Freeze => 0,
-            FaultKind::Noise | FaultKind::Occlusion => 1,
+            FaultKind::Noise | FaultKind::Occlusion | FaultKind::TimeStep | FaultKind::TimeDrift => 1,
             FaultKind::Drift | FaultKind::Jump => 2,
         }
     }
@@ -89,7 +93,9 @@ impl FaultKind {
         match self {
             FaultKind::Dropout | FaultKind::Freeze | FaultKind::Noise => true,
             FaultKind::Occlusion => !matches!(sensor, Sensor::Odometry | Sensor::Localisation),
-            FaultKind::Drift | FaultKind::Jump => sensor == Sensor::Localisation,
+            FaultKind::Drift | FaultKind::Jump | FaultKind::TimeStep | FaultKind::TimeDrift => {
+                sensor == Sensor::Localisation
+            }
         }
     }
 }

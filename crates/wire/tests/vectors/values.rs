@@ -20,7 +20,7 @@ use wire::refusal::{Reason, Refusal};
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::{
     Blob, Candidates, Class, Cluster, DepthSample, Detection, Fix, Frames, Modalities, Modality, Navigation, Odometry,
-    PixelBox, Pose, ProductMode,
+    PixelBox, Pose, ProductMode, ReceiverTime,
 };
 use wire::sign::{Key, Purpose, Signed};
 use wire::stream::{Deed, Sight};
@@ -263,7 +263,8 @@ fn candidates() -> Vec<Named> {
 }
 
 fn navigation() -> Vec<Named> {
-    let fix = Some(Fix { pose: Pose { x_mm: 1, y_mm: -2, yaw_mrad: 3141 }, sigma_mm: 50 });
+    let fix =
+        Some(Fix { pose: Pose { x_mm: 1, y_mm: -2, yaw_mrad: 3141 }, sigma_mm: 50, time: ReceiverTime(7_000_000) });
     let odometry = Some(Odometry { speed_mm_s: -200, yaw_rate_mrad_s: 100 });
     let stamp = Instant(1_250_000);
     vec![
@@ -386,8 +387,10 @@ fn outputs() -> Vec<Named> {
     ]
 }
 
-/// The numbers of the kinds of event.
-pub(crate) const EVENTS: [std::ops::Range<u8>; 2] = [0..30, 45..46];
+/// Numbers of the kinds of event.
+pub(crate) fn events() -> impl Iterator<Item = u8> {
+    (0..30).chain(45..46).chain(60..62)
+}
 
 fn entries() -> Vec<Named> {
     let entry = |(name, event): (&'static str, Event)| {
@@ -505,6 +508,19 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ("fault", Event::Fault { sensor: Sensor::Odometry, kind: FaultKind::Drift, active: true, frame: FrameId(40) }),
         ("frame-seen", Event::FrameSeen { frame: FrameId(41), present: Modalities(0b1011) }),
         ("navigation-seen", Event::NavigationSeen { fix: false, odometry: true }),
+        (
+            "located",
+            Event::Located {
+                stamp: Instant(1_250_000),
+                x_mm: 1000,
+                y_mm: -2000,
+                time: ReceiverTime(7_000_000),
+                pose_x_mm: 990,
+                pose_y_mm: -2010,
+                distrusted: true,
+            },
+        ),
+        ("imposed", Event::Imposed { stamp: Instant(1_250_000), east_mm: 300, north_mm: -4, time_us: -2_000_000 }),
         (
             "displayed",
             Event::Displayed {
