@@ -7,6 +7,7 @@
 mod commands;
 mod controls;
 mod handshake;
+mod host;
 mod link;
 mod peers;
 mod processes;

@@ -10,11 +10,13 @@ use wire::time::{Instant, Span};
 
 mod insider;
 mod relay;
+mod rogue;
 
 pub use insider::{
     Flaw, Form, Forward, InsiderCommandConfig, InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater,
 };
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
+pub use rogue::{RogueConfig, RogueMove, Says, Spot};
 
 /// Longest time in a plan, ms: an hour.
 pub const MAX_MS: u64 = 3_600_000;
@@ -39,6 +41,8 @@ pub enum AdversaryConfig {
     InsiderTeammate(InsiderTeammateConfig),
     /// A holder of access to the command plane.
     InsiderCommand(InsiderCommandConfig),
+    /// On a host's shared memory, in another's name.
+    Rogue(RogueConfig),
 }
 
 /// Why a plan is not carried out.

@@ -5,7 +5,7 @@ use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::Instant;
 
-use crate::insider::{InsiderCommand, InsiderTeammate};
+use crate::insider::{InsiderCommand, InsiderTeammate, Rogue};
 use crate::plan::{AdversaryConfig, PlanError};
 use crate::relay::{DatagramRelay, StreamRelay};
 
@@ -23,6 +23,8 @@ pub enum Adversary {
     InsiderTeammate(Box<InsiderTeammate>),
     /// A holder of access to the command plane.
     InsiderCommand(Box<InsiderCommand>),
+    /// On a host's shared memory, in another's name.
+    Rogue(Box<Rogue>),
 }
 
 impl Adversary {
@@ -42,6 +44,7 @@ impl Adversary {
             AdversaryConfig::InsiderCommand(plan) => {
                 Adversary::InsiderCommand(Box::new(InsiderCommand::new(setup, plan, now)?))
             }
+            AdversaryConfig::Rogue(plan) => Adversary::Rogue(Box::new(Rogue::new(setup, plan, now)?)),
         })
     }
 
@@ -53,6 +56,7 @@ impl Adversary {
             Adversary::StreamRelay(core) => Adversary::StreamRelay(Box::new(core.fork(world))),
             Adversary::InsiderTeammate(core) => Adversary::InsiderTeammate(Box::new(core.fork(world))),
             Adversary::InsiderCommand(core) => Adversary::InsiderCommand(Box::new(core.fork(world))),
+            Adversary::Rogue(core) => Adversary::Rogue(Box::new(core.fork(world))),
         }
     }
 
@@ -62,6 +66,7 @@ impl Adversary {
             Adversary::StreamRelay(core) => core.as_ref(),
             Adversary::InsiderTeammate(core) => core.as_ref(),
             Adversary::InsiderCommand(core) => core.as_ref(),
+            Adversary::Rogue(core) => core.as_ref(),
         }
     }
 
@@ -71,6 +76,7 @@ impl Adversary {
             Adversary::StreamRelay(core) => core.as_mut(),
             Adversary::InsiderTeammate(core) => core.as_mut(),
             Adversary::InsiderCommand(core) => core.as_mut(),
+            Adversary::Rogue(core) => core.as_mut(),
         }
     }
 }

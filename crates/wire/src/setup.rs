@@ -12,7 +12,7 @@ use crate::sign::{Key, Keyring, Verified};
 use crate::time::Span;
 use crate::trust::BusGate;
 
-/// One channel that a core sends or receives on.
+/// One channel that a core sends or receives on; a producer has one for each of its readers.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Channel {
     /// Which.
@@ -91,8 +91,9 @@ impl Setup {
 
     /// The sending end of `topic`, as its producer.
     pub fn sender(&self, topic: Topic) -> Result<Sender, NoChannel> {
-        let channel = self.channel(topic)?;
-        Ok(Sender::new(topic, self.node, self.boot, channel.key.clone()))
+        self.channel(topic)?;
+        let keys = self.channels.iter().filter(|c| c.topic == topic).map(|c| c.key.clone());
+        Ok(Sender::to_readers(topic, self.node, self.boot, keys.collect()))
     }
 
     /// The gate in front of `topic`; a message may be at most `freshness` old.

@@ -5,7 +5,8 @@
 //! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
 //! then compared with these.
 //!
-//! `timeline` sorts the events by what they are about, `receipt` and `stream` decide whether the fault provably arrived,
+//! `timeline` sorts the events by what they are about, `receipt`, `stream` and `mouth` decide whether the fault provably
+//! arrived,
 //! `conservation` adds up the accounts, `properties` holds P1 to P11, `demise` what is owed when a process is killed,
 //! `outcome` picks the one class.
 
@@ -13,6 +14,7 @@
 
 mod conservation;
 pub mod demise;
+mod mouth;
 mod outcome;
 mod properties;
 mod receipt;

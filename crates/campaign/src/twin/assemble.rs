@@ -1,6 +1,6 @@
 //! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
 
-use adversary::insider::{InsiderCommand, InsiderTeammate};
+use adversary::insider::{InsiderCommand, InsiderTeammate, Rogue};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -120,5 +120,8 @@ fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, AssemblyError> 
         Role::InsiderCommand(config) => Part::InsiderCommand(Box::new(
             InsiderCommand::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
         )),
+        Role::Rogue(config) => {
+            Part::Rogue(Box::new(Rogue::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
+        }
     })
 }

@@ -384,8 +384,10 @@ fn outputs() -> Vec<Named> {
     ]
 }
 
-/// How many kinds of event there are.
-pub(crate) const EVENTS: u8 = 30;
+/// The numbers of all kinds of event.
+pub(crate) fn events() -> Vec<u8> {
+    (0..30).chain([65]).collect()
+}
 
 fn entries() -> Vec<Named> {
     let entry = |(name, event): (&'static str, Event)| {
@@ -554,6 +556,10 @@ fn witnesses() -> Vec<(&'static str, Event)> {
             Event::StreamSaw { sight: Sight::Arrived, stream: 1 << 50, offset: 4_000, length: 340, hash: 1 << 40 },
         ),
         ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
+        (
+            "mouth-saw",
+            Event::MouthSaw { reader: NodeId::UNIT_A, at: Interface::Bus(Topic::Tracks), length: 340, hash: 1 << 40 },
+        ),
     ]
 }
 
