@@ -69,7 +69,7 @@ pub struct Ablation {
     pub scenario: String,
 }
 
-/// A core asked for a channel that its setup does not list.
+/// A core asked for a channel that its setup does not list, or not for each of the channel's readers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no key for channel `{}` in this setup", .0.name())]
 pub struct NoChannel(pub Topic);
@@ -91,9 +91,12 @@ impl Setup {
 
     /// The sending end of `topic`, as its producer.
     pub fn sender(&self, topic: Topic) -> Result<Sender, NoChannel> {
-        self.channel(topic)?;
         let keys = self.channels.iter().filter(|c| c.topic == topic).map(|c| c.key.clone());
-        Ok(Sender::to_readers(topic, self.node, self.boot, keys.collect()))
+        let keys: Vec<ChannelKey> = keys.collect();
+        if keys.len() != topic.readers() {
+            return Err(NoChannel(topic));
+        }
+        Ok(Sender::to_readers(topic, self.node, self.boot, keys))
     }
 
     /// The gate in front of `topic`; a message may be at most `freshness` old.

@@ -5,6 +5,7 @@
 
 use wire::event::{Action, Event, Interface};
 use wire::id::NodeId;
+use wire::refusal::Reason;
 
 use super::{Evidence, Micros};
 
@@ -28,6 +29,8 @@ pub(super) fn receipt(evidence: &Evidence, wanted: Action, sights: usize) -> Opt
 pub(super) fn refused_on_the_bus(evidence: &Evidence, zero: Micros) -> bool {
     let answers = |s: &Seen| {
         evidence.entries.iter().any(|w| match w.entry.event {
+            // Of an older boot is the one whose place a rogue took, not the rogue.
+            Event::Refused { reason: Reason::Epoch, .. } => false,
             Event::Refused { at, .. } => {
                 at == s.interface && w.entry.node == s.reader && w.at >= s.at && w.at - s.at <= VERDICT
             }
