@@ -8,6 +8,7 @@ mod broker;
 mod commands;
 mod controls;
 mod handshake;
+mod host;
 mod link;
 mod peers;
 mod processes;

@@ -11,10 +11,12 @@ use wire::time::{Instant, Span};
 mod broker;
 mod insider;
 mod relay;
+mod rogue;
 
 pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, OrderForgery};
 pub use insider::{Flaw, Form, Forward, InsiderTeammateConfig, Malformed, Place};
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
+pub use rogue::{RogueConfig, RogueMove, Says, Spot};
 
 /// Longest time in a plan, ms: an hour.
 pub const MAX_MS: u64 = 3_600_000;
@@ -39,6 +41,8 @@ pub enum AdversaryConfig {
     InsiderTeammate(InsiderTeammateConfig),
     /// The holder of the broker's credentials, in the broker's place.
     InsiderBroker(InsiderBrokerConfig),
+    /// On a host's shared memory, in another's name.
+    Rogue(RogueConfig),
 }
 
 /// Why a plan is not carried out.

@@ -5,7 +5,7 @@ use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::Instant;
 
-use crate::insider::{InsiderBroker, InsiderTeammate};
+use crate::insider::{InsiderBroker, InsiderTeammate, Rogue};
 use crate::plan::{AdversaryConfig, PlanError};
 use crate::relay::{DatagramRelay, StreamRelay};
 
@@ -23,6 +23,8 @@ pub enum Adversary {
     InsiderTeammate(Box<InsiderTeammate>),
     /// The holder of the broker's credentials.
     InsiderBroker(Box<InsiderBroker>),
+    /// On a host's shared memory, in another's name.
+    Rogue(Box<Rogue>),
 }
 
 impl Adversary {
@@ -42,6 +44,7 @@ impl Adversary {
             AdversaryConfig::InsiderBroker(plan) => {
                 Adversary::InsiderBroker(Box::new(InsiderBroker::new(setup, plan, now)?))
             }
+            AdversaryConfig::Rogue(plan) => Adversary::Rogue(Box::new(Rogue::new(setup, plan, now)?)),
         })
     }
 
@@ -53,6 +56,7 @@ impl Adversary {
             Adversary::StreamRelay(core) => Adversary::StreamRelay(Box::new(core.fork(world))),
             Adversary::InsiderTeammate(core) => Adversary::InsiderTeammate(Box::new(core.fork(world))),
             Adversary::InsiderBroker(core) => Adversary::InsiderBroker(Box::new(core.fork(world))),
+            Adversary::Rogue(core) => Adversary::Rogue(Box::new(core.fork(world))),
         }
     }
 
@@ -62,6 +66,7 @@ impl Adversary {
             Adversary::StreamRelay(core) => core.as_ref(),
             Adversary::InsiderTeammate(core) => core.as_ref(),
             Adversary::InsiderBroker(core) => core.as_ref(),
+            Adversary::Rogue(core) => core.as_ref(),
         }
     }
 
@@ -71,6 +76,7 @@ impl Adversary {
             Adversary::StreamRelay(core) => core.as_mut(),
             Adversary::InsiderTeammate(core) => core.as_mut(),
             Adversary::InsiderBroker(core) => core.as_mut(),
+            Adversary::Rogue(core) => core.as_mut(),
         }
     }
 }

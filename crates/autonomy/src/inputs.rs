@@ -8,9 +8,8 @@ use wire::core::{Subject, Topic};
 use wire::event::{Event, Interface};
 use wire::hop::{Hop, HopBody, Teammate};
 use wire::id::{NodeId, PeerId, RecordId, SessionId};
-use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
-use wire::sensor::{Navigation, ProductMode};
+use wire::sensor::Navigation;
 use wire::time::{Age, Instant, Span};
 use wire::track::Tracks;
 use wire::trust::Evidence;
@@ -76,16 +75,10 @@ impl Autonomy {
     }
 
     fn tracks(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
-        let policy = &self.identity.policy;
-        let (tracks, evidence) = self.gates.tracks.admit::<Tracks>(policy, now, bytes)?.into_parts();
-        let waived = match (tracks.mode, policy.check(Check::Product)) {
-            (ProductMode::Live, _) => evidence.waived,
-            (ProductMode::Synthetic | ProductMode::Replay, Requirement::Waived) => evidence.waived.with(Check::Product),
-            (got @ (ProductMode::Synthetic | ProductMode::Replay), Requirement::Required) => {
-                return Err(Refusal::Product { got });
-            }
-        };
-        self.picture.take(tracks, waived);
+        let accepted =
+            self.gates.tracks.admit_product(&self.identity.policy, now, bytes, |tracks: &Tracks| tracks.mode)?;
+        let (tracks, evidence) = accepted.into_parts();
+        self.picture.take(tracks, evidence.waived);
         Ok(())
     }
 

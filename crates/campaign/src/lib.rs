@@ -15,6 +15,7 @@ pub mod oracle;
 pub mod progress;
 pub mod report;
 pub mod scenario;
+pub mod sights;
 pub mod stack;
 pub mod stages;
 pub mod stats;

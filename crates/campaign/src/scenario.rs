@@ -21,6 +21,7 @@ mod read;
 mod scene;
 mod set;
 mod setup;
+mod shared;
 pub mod stack;
 mod stream;
 mod template;
@@ -48,6 +49,7 @@ pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene};
 pub use set::Settings;
 pub use setup::{Setup, find_root, load_policy, shipped};
+pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
 pub use template::{schema, template};
 pub use value::{
@@ -218,6 +220,15 @@ pub struct Scenario {
     /// Acknowledgements of its own making.
     #[serde(default)]
     pub broker_forge: List<BrokerForge, 16>,
+    /// A process on a host's shared memory makes messages in another's name.
+    #[serde(default)]
+    pub forge: List<Forge, 16>,
+    /// A process on a host's shared memory publishes recorded messages again.
+    #[serde(default)]
+    pub republish: List<Republish, 16>,
+    /// An insider in perception's place makes up where vehicles stand.
+    #[serde(default)]
+    pub alter: List<Alter, 4>,
 
     /// Variations, each with its own expected classes; without any the scenario is its only cell.
     #[serde(default)]

@@ -99,6 +99,13 @@ pub struct BusSpec {
     /// Channels written. A core's output on a topic goes to every channel of that topic.
     #[serde(default)]
     pub publish: Vec<ChannelSpec>,
+    /// Room for publishers in the channels that this process is the first to open.
+    #[serde(default = "one_publisher")]
+    pub publishers: usize,
+}
+
+fn one_publisher() -> usize {
+    1
 }
 
 /// One channel: a unit's or a domain's, and the topic.

@@ -63,6 +63,7 @@ impl Rig {
             channels: vec![
                 key(Topic::Candidates, NodeId::SIM),
                 key(Topic::Navigation, NodeId::SIM),
+                key(Topic::Navigation, NodeId::SIM),
                 key(Topic::Tracks, NodeId::PERCEPTION),
             ],
             ablation: None,

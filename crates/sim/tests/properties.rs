@@ -10,7 +10,7 @@ use sim::plant::STANDSTILL;
 use sim::scene::{Scene, Start};
 use sim::{ChannelKeys, Sim, SimConfig};
 use wire::audit::Entry;
-use wire::bus::{ChannelKey, HEADER_LEN, Sender, TAG_LEN};
+use wire::bus::{ChannelKey, Sender};
 use wire::codec::encode;
 use wire::core::{Core, Input, Output, Topic};
 use wire::drive::{Act, Drive};
@@ -195,7 +195,8 @@ struct Rig {
 impl Rig {
     fn new(config: SimConfig) -> Rig {
         let [frames, candidates, navigation, drive, act] = [0, 1, 2, 3, 4].map(|k| ChannelKey([k; 32]));
-        let keys = ChannelKeys { frames, candidates, navigation, drive: drive.clone(), act };
+        let keys =
+            ChannelKeys { frames, candidates, navigation: [navigation.clone(), navigation], drive: drive.clone(), act };
         let drive = Sender::new(Topic::Drive, NodeId::UNIT_A, Boot(1), drive);
         Rig { sim: Sim::new(&config, keys, None, START).unwrap(), drive, now: START, wake_every_ms: None }
     }
@@ -238,7 +239,7 @@ fn events(log: &[Output]) -> Vec<(Instant, Event)> {
 
 fn bodies(log: &[Output], wanted: Topic) -> Vec<&[u8]> {
     let messages = log.iter().filter_map(|o| match o {
-        Output::Bus { topic, bytes } if *topic == wanted => Some(&bytes[HEADER_LEN..bytes.len() - TAG_LEN]),
+        Output::Bus { topic, bytes } if *topic == wanted => wire::bus::body(bytes),
         _ => None,
     });
     messages.collect()

@@ -77,6 +77,22 @@ impl Topic {
         }
     }
 
+    /// How many readers of one unit its producer tags each message for, every one under a key that no other reader has: who
+    /// reads a channel must not be able to write it to another.
+    pub fn readers(self) -> usize {
+        match self {
+            Topic::Navigation => 2,
+            Topic::Frames
+            | Topic::Candidates
+            | Topic::Tracks
+            | Topic::Drive
+            | Topic::Act
+            | Topic::Feed
+            | Topic::Intents
+            | Topic::Seals => 1,
+        }
+    }
+
     /// The largest message, in bytes, a channel of this topic is made for.
     pub fn max_len(self) -> usize {
         match self {

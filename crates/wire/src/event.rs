@@ -178,6 +178,12 @@ pub enum Action {
     /// Ended a process.
     #[n(11)]
     Kill,
+    /// Published, on a shared-memory channel that is another's, a message of its own making.
+    #[n(45)]
+    Forge,
+    /// Published there again what that channel's producer had published.
+    #[n(46)]
+    Republish,
 }
 
 /// A sensor that a fault can befall.
@@ -681,6 +687,18 @@ pub enum Event {
         north_mm: i32,
         #[n(3)]
         time_us: i64,
+    },
+    /// The mouth of a core took in bytes that an insider says it sent there.
+    #[n(65)]
+    MouthSaw {
+        #[n(0)]
+        reader: NodeId,
+        #[n(1)]
+        at: Interface,
+        #[n(2)]
+        length: u32,
+        #[n(3)]
+        hash: u64,
     },
 }
 

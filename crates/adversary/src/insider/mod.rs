@@ -1,16 +1,20 @@
 //! Insiders: identities of their own that hold valid credentials and do what their role does not allow.
 //!
-//! `teammate` holds teammate B's certificate and signing key, `broker` the command broker's. All keep every rule of the
-//! protocol they speak; what they break is the meaning.
+//! `teammate` holds teammate B's certificate and signing key, `broker` the command broker's. They keep every rule of the
+//! protocol they speak; what they break is the meaning. `rogue` is a process on a host's shared memory that speaks in
+//! another's name, with that one's keys or without.
 
 mod broker;
 mod end;
 mod flaw;
+mod forged;
 mod forgery;
+mod rogue;
 mod teammate;
 #[cfg(test)]
 mod tests;
 mod voice;
 
 pub use broker::InsiderBroker;
+pub use rogue::Rogue;
 pub use teammate::InsiderTeammate;

@@ -161,14 +161,15 @@ impl InsiderTeammate {
             let Some((_, theirs)) = self.waiting.pop_front() else { break };
             let Some(forward) = self.config.forward else { continue };
             let Some(report) = self.voice.in_form(now, forward.form, &theirs) else { continue };
-            let length = u16::try_from(report.len()).unwrap_or(u16::MAX);
-            let hash = wire_hash(&report);
             for session in self.sessions(PeerId::GATEWAY) {
+                let Some(end) = self.ends.get_mut(&session) else { continue };
+                let record = end.say(now, HopBody::Report(report.as_slice().into()), &mut self.rng);
+                let length = u16::try_from(record.len()).unwrap_or(u16::MAX);
                 // Told first: the answer to what is said can be in the log within the same millisecond.
-                let delay = Span::ms(forward.lag_ms);
+                let (hash, delay) = (wire_hash(&record), Span::ms(forward.lag_ms));
                 let event = Event::Attack { action: Action::Forward, side: Side::Server, length, hash, delay };
                 self.journal.write(now, event, &mut self.out);
-                self.say(now, session, HopBody::Report(report.as_slice().into()));
+                self.send(session, record);
             }
         }
     }

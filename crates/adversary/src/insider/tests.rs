@@ -168,12 +168,12 @@ fn forwarded(form: Form) -> Vec<u8> {
     let record = Input::Record { session: UP, bytes: hop(HopBody::Teammate(envelope)) };
     let out = records(turn(&mut insider, at(1000), &record, &mut said), UP);
     let mut reports = out.iter().filter_map(|bytes| match codec::decode::<Hop<'_>>(bytes, MAX_HOP).unwrap().body {
-        HopBody::Report(report) => Some(report.to_vec()),
+        HopBody::Report(report) => Some((wire_hash(bytes), report.to_vec())),
         HopBody::Hello(_) | HopBody::Grant(_) | HopBody::Teammate(_) => None,
     });
-    let forwarded = reports.next().unwrap();
-    let told = |event: &Event| matches!(event, Event::Attack { hash, .. } if *hash == wire_hash(&forwarded));
-    assert!(said.iter().any(told));
+    let (record, forwarded) = reports.next().unwrap();
+    let told = |event: &Event| matches!(event, Event::Attack { hash, .. } if *hash == record);
+    assert!(said.iter().any(told), "told by the hash of the very record");
     forwarded
 }
 

@@ -5,6 +5,7 @@
 
 mod attack;
 mod keys;
+mod rogue;
 mod scene;
 mod script;
 
@@ -19,7 +20,9 @@ use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::setup::{Ablation, Setup};
 
-use adversary::plan::{DatagramRelayConfig, InsiderBrokerConfig, InsiderTeammateConfig, StreamRelayConfig};
+use adversary::plan::{
+    DatagramRelayConfig, InsiderBrokerConfig, InsiderTeammateConfig, RogueConfig, StreamRelayConfig,
+};
 
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
@@ -70,6 +73,8 @@ pub enum Role {
     InsiderTeammate(InsiderTeammateConfig),
     /// Holds the broker's credentials and stands in its place.
     InsiderBroker(InsiderBrokerConfig),
+    /// On a host's shared memory, in another's name.
+    Rogue(RogueConfig),
 }
 
 /// One process or core.
@@ -227,7 +232,7 @@ impl Company<'_> {
             bounds: self.with.bounds,
             secret: self.secret.of(keys::signer(node)),
             public_keys: self.public_keys.clone(),
-            channels: self.secret.channels(host, topics),
+            channels: self.secret.channels(host, node, topics),
             ablation,
             verified: None,
         }
@@ -338,6 +343,19 @@ impl Company<'_> {
             let member = self.add(Host::Control, Role::InsiderBroker(config), NodeId::INSIDER_BROKER, &[], &[]);
             member.peer = Some(PeerId::BROKER);
         }
+        if let Some(casting) = rogue::of(self.scenario, draw.phase_ms) {
+            self.rogue(casting);
+        }
+    }
+
+    /// A rogue hears and writes like anybody on its host; what it holds is its holder's, or nothing.
+    fn rogue(&mut self, casting: rogue::Casting) {
+        let rogue::Casting { host, node, holder, topics, config } = casting;
+        let held = self.members.iter().find(|m| Some(m.node()) == holder).map(|m| m.setup.channels.clone());
+        let member = self.add(host, Role::Rogue(config), node, &[], &[]);
+        member.setup.channels = held.unwrap_or_default();
+        member.subscribes.clone_from(&topics);
+        member.publishes = topics;
     }
 
     fn finish(self) -> Vec<Member> {
@@ -351,14 +369,15 @@ fn peer_of(node: NodeId) -> Option<PeerId> {
 
 /// The sim's channel keys out of its setup. A channel that the setup lacks gets a key that nobody else has.
 pub fn sim_keys(setup: &Setup) -> sim::ChannelKeys {
-    let key = |topic: Topic| {
-        let listed = setup.channels.iter().find(|c| c.topic == topic).map(|c| c.key.clone());
+    let of = |topic: Topic, reader: usize| {
+        let listed = setup.channels.iter().filter(|c| c.topic == topic).nth(reader).map(|c| c.key.clone());
         listed.unwrap_or(wire::bus::ChannelKey(setup.secret.0))
     };
+    let key = |topic: Topic| of(topic, 0);
     sim::ChannelKeys {
         frames: key(Topic::Frames),
         candidates: key(Topic::Candidates),
-        navigation: key(Topic::Navigation),
+        navigation: [of(Topic::Navigation, 0), of(Topic::Navigation, 1)],
         drive: key(Topic::Drive),
         act: key(Topic::Act),
     }

@@ -125,18 +125,15 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
         witness::recording(&places.run_dir, start_us)?
     };
     log.extend(witness::guards(cast, &places.run_dir, start_us, &company.stats));
-    for ending in &endings.0 {
-        witness::note(
-            &mut journal,
-            &mut log,
-            NodeId::CAMPAIGN,
-            ending.at,
-            Event::Ended { node: ending.node, killed: ending.killed },
-        );
-    }
-    witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, cast.duration, Event::Stalled { by: Span(endings.1) });
-    for event in witness::unsent(&company.stats) {
-        witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, cast.duration, event);
+    let ended = endings.0.iter().map(|e| (e.at, Event::Ended { node: e.node, killed: e.killed }));
+    let mut told: Vec<(u64, Event)> = ended.collect();
+    told.push((cast.duration, Event::Stalled { by: Span(endings.1) }));
+    told.extend(witness::unsent(&company.stats).into_iter().map(|event| (cast.duration, event)));
+    told.extend(witness::sights(cast, &places.run_dir, start_us, &log));
+    // One chain, whose order has to be that of the times in it.
+    told.sort_by_key(|(at, _)| *at);
+    for (at, event) in told {
+        witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, at, event);
     }
     drop(company);
     Ok(Aftermath { log, endings: endings.0 })
@@ -175,7 +172,10 @@ impl Company<'_> {
         janitor.write(format!("{remains}\n").as_bytes());
         self.janitor = Some(janitor);
         let member = |node: NodeId| cast.members.iter().find(|m| m.node() == node);
+        // A rogue is there before anybody whose channels it makes.
         let first = [
+            NodeId::INSIDER_PERCEPTION,
+            NodeId::IMPOSTOR,
             NodeId::RECORDER,
             cast.broker(),
             NodeId::GATEWAY,

@@ -182,7 +182,10 @@ impl Specs<'_> {
             return Vec::new();
         }
         let (prefix, root) = self.places.domain(member.host);
-        vec![BusSpec { root, prefix, subscribe: channels(&member.subscribes), publish: channels(&member.publishes) }]
+        // A rogue comes first and makes the channels of its own, with room for their producers beside it.
+        let publishers = if matches!(member.role, Role::Rogue(_)) { 2 } else { 1 };
+        let (subscribe, publish) = (channels(&member.subscribes), channels(&member.publishes));
+        vec![BusSpec { root, prefix, subscribe, publish, publishers }]
     }
 
     fn relay(&self, member: &Member) -> Result<Option<RelaySpec>, String> {
@@ -203,7 +206,8 @@ impl Specs<'_> {
             | Role::Console(_)
             | Role::Recorder
             | Role::InsiderTeammate(_)
-            | Role::InsiderBroker(_) => None,
+            | Role::InsiderBroker(_)
+            | Role::Rogue(_) => None,
         })
     }
 
@@ -241,6 +245,7 @@ fn config(member: &Member) -> Value {
         Role::StreamRelay(config) => json!({ "setup": setup, "config": { "stream_relay": config } }),
         Role::InsiderTeammate(config) => json!({ "setup": setup, "config": { "insider_teammate": config } }),
         Role::InsiderBroker(config) => json!({ "setup": setup, "config": { "insider_broker": config } }),
+        Role::Rogue(config) => json!({ "setup": setup, "config": { "rogue": config } }),
     }
 }
 
@@ -253,9 +258,11 @@ pub(super) fn service(role: &Role) -> &'static str {
         Role::Gateway(_) => "gateway",
         Role::Console(_) => "console",
         Role::Recorder => "recorder",
-        Role::DatagramRelay(_) | Role::StreamRelay(_) | Role::InsiderTeammate(_) | Role::InsiderBroker(_) => {
-            "adversary"
-        }
+        Role::DatagramRelay(_)
+        | Role::StreamRelay(_)
+        | Role::InsiderTeammate(_)
+        | Role::InsiderBroker(_)
+        | Role::Rogue(_) => "adversary",
     }
 }
 

@@ -5,7 +5,7 @@
 //! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
 //! then compared with these.
 //!
-//! `timeline` sorts the events by what they are about, `receipt`, `stream`, `planes` and `place` decide whether the fault
+//! `timeline` sorts the events by what they are about, `receipt`, `stream`, `planes`, `mouth` and `place` decide whether the fault
 //! provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `place` for where the unit takes
 //! itself to be, `stale` for the age of what was accepted), `demise` what is owed when a process is killed, `outcome` picks
 //! the one class.
@@ -14,6 +14,7 @@
 
 mod conservation;
 pub mod demise;
+mod mouth;
 mod outcome;
 mod place;
 mod planes;

@@ -3,10 +3,10 @@
 use wire::mode::{Cause, Mode};
 use wire::stream::Sight;
 
-use super::demise;
 use super::receipt::Receipt;
 use super::timeline::{Change, Timeline};
 use super::{Evidence, Finding, Micros, Property, Verdict, finding};
+use super::{demise, mouth};
 use crate::trial::{Latency, Outcome};
 
 /// Puts the verdict together.
@@ -71,7 +71,7 @@ fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
         Event::Count { account: Account::Discarded, n } => n > 0,
         _ => false,
     });
-    by_service || below
+    by_service || below || mouth::refused_on_the_bus(evidence, zero)
 }
 
 /// Losses of authority or restrictions before anything was injected, other than by the operator.

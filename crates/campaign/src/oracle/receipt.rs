@@ -4,7 +4,7 @@
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
 //! time; for one that was dropped, that it never showed them. For a sensor fault, perception or autonomy must have seen
 //! the readings go missing, or off by what was imposed (`place`). What was done to a byte stream is `stream`'s, to
-//! publications `planes`'.
+//! publications `planes`', what insiders sent `mouth`'s.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use wire::event::{Account, Action, Event, FaultKind, Sensor};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
 
-use super::{Evidence, Micros, Planned, place, planes, stream};
+use super::{Evidence, Micros, Planned, mouth, place, planes, stream};
 
 /// What was established about the injections.
 #[derive(Clone, Debug, Default)]
@@ -51,8 +51,10 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
     let mut zeros = Vec::new();
     for planned in &evidence.planned {
         let zero = match *planned {
-            Planned::Action(Action::Forward) => forwarded(evidence, Action::Forward),
-            Planned::Malformed => forwarded(evidence, Action::Inject),
+            Planned::Action(action @ (Action::Forward | Action::Forge | Action::Republish)) => {
+                mouth::receipt(evidence, action, 1)
+            }
+            Planned::Malformed => mouth::receipt(evidence, Action::Inject, 1),
             Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
             Planned::Action(action) => datagram(evidence, action),
             Planned::Stream(deed) => stream::receipt(evidence, deed),
@@ -83,7 +85,13 @@ fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
                 receipt.forged.insert(hash, w.at);
             }
             // The first sight of these bytes is the original; only that one counts as timely, whatever is repeated.
-            Action::Duplicate | Action::Replay | Action::Reoriginate | Action::Forward | Action::Kill => {}
+            Action::Duplicate
+            | Action::Replay
+            | Action::Reoriginate
+            | Action::Forward
+            | Action::Kill
+            | Action::Forge
+            | Action::Republish => {}
         }
     }
 }
@@ -111,26 +119,9 @@ fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
         Action::Delay | Action::Reorder => seen(evidence, hash).any(|s| s >= at + delay),
         Action::Duplicate | Action::Replay => seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1,
         Action::Corrupt | Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
-        Action::Forward | Action::Kill => false,
+        Action::Forward | Action::Kill | Action::Forge | Action::Republish => false,
     };
     entries.into_iter().find(|(at, hash, delay)| confirmed(*at, *hash, *delay)).map(|(at, _, _)| at)
-}
-
-/// An insider's record counts when the gateway judged a record of that session after it was sent.
-fn forwarded(evidence: &Evidence, wanted: Action) -> Option<Micros> {
-    let sent = evidence.entries.iter().find_map(|w| match w.entry.event {
-        Event::Attack { action, .. } if action == wanted && w.entry.node == NodeId::INSIDER_B => Some(w.at),
-        _ => None,
-    })?;
-    let judged = |w: &&super::Witnessed| {
-        w.at >= sent
-            && w.entry.node == NodeId::GATEWAY
-            && match w.entry.event {
-                Event::Accepted { peer, .. } | Event::Refused { peer: Some(peer), .. } => peer.name() == "unit-b",
-                _ => false,
-            }
-    };
-    evidence.entries.iter().find(judged).map(|_| sent)
 }
 
 fn killed(evidence: &Evidence, planned: &Planned) -> Option<Micros> {

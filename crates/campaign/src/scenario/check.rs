@@ -41,6 +41,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(times(s));
     found.extend(faults(s));
     found.extend(units(s));
+    found.extend(shared(s));
     found.extend(operator(s));
     found.extend(conditions(s));
     found.extend(stacks(s));
@@ -137,7 +138,8 @@ fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
     let broker = broker.chain(all(&s.broker_duplicate)).chain(all(&s.broker_replay)).chain(all(&s.broker_retain));
     let broker = broker.chain(all(&s.broker_invent)).chain(all(&s.broker_forge));
     let faults = all(&s.fault).chain(all(&s.kill)).chain(all(&s.malformed));
-    datagrams.chain(streams).chain(broker).chain(all(&s.teammate)).chain(faults).collect()
+    let shared = all(&s.forge).chain(all(&s.republish)).chain(all(&s.alter));
+    datagrams.chain(streams).chain(broker).chain(all(&s.teammate)).chain(faults).chain(shared).collect()
 }
 
 fn times(s: &Scenario) -> Vec<Finding> {
@@ -204,6 +206,37 @@ fn units(s: &Scenario) -> Vec<Finding> {
         && !has("unit-c", Role::Honest)
     {
         found.push(finding(at, "there is no unit C to forward", "add `[[unit]]` unit-c with role \"honest\""));
+    }
+    found
+}
+
+/// One rogue carries all of it out: it is on one host and holds one service's keys, or none's.
+fn shared(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let forged = s.forge.iter().map(|f| (&f.at_s, f.topic, f.holder));
+    let again = s.republish.iter().map(|r| (&r.at_s, r.topic, None));
+    let altered = s.alter.iter().map(|a| (&a.at_s, super::Channel::Tracks, a.holder));
+    let all: Vec<_> = forged.chain(again).chain(altered).collect();
+    let host = |topic: super::Channel| if topic.on_control() { "the control host" } else { "the vehicle's host" };
+    for (at, topic, holder) in &all {
+        if host(*topic) != host(all[0].1) {
+            found.push(finding(at, "channels of two hosts", "put each host's into a scenario of its own"));
+        }
+        if *holder != all[0].2 {
+            found.push(finding(at, "keys of two holders", "one process acts: give all tables the same `holder`"));
+        }
+        if holder.is_some_and(|holder| holder.on_control() != topic.on_control()) {
+            found.push(finding(at, "the holder is on another host", "name a service of the channel's host"));
+        }
+    }
+    for forge in &s.forge {
+        if !forge.says.fits(forge.topic) {
+            found.push(finding(&forge.at_s, "this cannot be said on that channel", "use `says = \"echo\"`"));
+        }
+        if forge.says.needs_place() != forge.place_m.is_some() {
+            let remedy = "give `place_m` where a vehicle or another position is claimed, and nowhere else";
+            found.push(finding(&forge.at_s, "a place is missing or too many", remedy));
+        }
     }
     found
 }

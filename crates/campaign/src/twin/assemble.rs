@@ -1,6 +1,6 @@
 //! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
 
-use adversary::insider::{InsiderBroker, InsiderTeammate};
+use adversary::insider::{InsiderBroker, InsiderTeammate, Rogue};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -119,5 +119,8 @@ fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, AssemblyError> 
         Role::InsiderBroker(config) => Part::InsiderBroker(Box::new(
             InsiderBroker::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
         )),
+        Role::Rogue(config) => {
+            Part::Rogue(Box::new(Rogue::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
+        }
     })
 }

@@ -38,6 +38,7 @@ use stopwatch::{Stage, Stopwatch};
 pub use guard::STRANGER;
 
 use crate::evidence::Logged;
+use crate::sights::Claims;
 
 /// When associations are set up.
 const OPENS_AT: Micros = 20_000;
@@ -112,6 +113,8 @@ pub struct Twin {
     latest: Vec<Micros>,
     log: Vec<Logged>,
     journal: Journal,
+    /// What insiders said that they sent.
+    claims: Claims,
     mouths: Option<Vec<Vec<Mouthful>>>,
     verified: Verified,
     stopwatch: Option<Stopwatch>,
@@ -164,6 +167,7 @@ impl Twin {
             delays: assembly.delays,
             log: Vec::new(),
             journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), None),
+            claims: Claims::default(),
             verified: assembly.verified,
             stopwatch: None,
         };
@@ -212,6 +216,7 @@ impl Twin {
             latest: self.latest.clone(),
             log: self.log.clone(),
             journal: self.journal.fork(),
+            claims: self.claims.clone(),
             mouths: self.mouths.clone(),
             verified: self.verified.clone(),
             stopwatch: None,
@@ -331,6 +336,9 @@ impl Twin {
     fn feed(&mut self, node: NodeIndex, input: Input) {
         if self.nodes[usize::from(node)].alive {
             let now = self.local(node);
+            if let Some(sight) = self.claims.sight(self.nodes[usize::from(node)].id, &input) {
+                self.note(sight);
+            }
             self.enter(Stage::of(&self.nodes[usize::from(node)].part));
             self.nodes[usize::from(node)].part.handle(now, &input);
             self.enter(Stage::Engine);
@@ -450,8 +458,13 @@ impl Twin {
     }
 
     fn note_killed(&mut self, node: NodeId) {
+        self.note(Event::Ended { node, killed: true });
+    }
+
+    /// Writes an event of the engine's own.
+    fn note(&mut self, event: Event) {
         let mut out = VecDeque::new();
-        self.journal.write(Instant(self.now), Event::Ended { node, killed: true }, &mut out);
+        self.journal.write(Instant(self.now), event, &mut out);
         self.record_all(NodeId::CAMPAIGN, out);
     }
 
@@ -471,6 +484,7 @@ impl Twin {
             let at = self.now + delay::INSTRUMENT;
             self.queue.push(at, recorder, Happening::Input(Input::Audit { bytes: bytes.clone() }));
         }
+        self.claims.note(id, &bytes);
         self.log.push(Logged { at: self.now, node: id, bytes });
     }
 }

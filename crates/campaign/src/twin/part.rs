@@ -1,6 +1,6 @@
 //! The cores that a twin can hold: exactly those of the live services, behind their common verbs.
 
-use adversary::insider::{InsiderBroker, InsiderTeammate};
+use adversary::insider::{InsiderBroker, InsiderTeammate, Rogue};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -39,6 +39,8 @@ pub enum Part {
     InsiderTeammate(Box<InsiderTeammate>),
     /// The hostile broker.
     InsiderBroker(Box<InsiderBroker>),
+    /// On a host's shared memory, in another's name.
+    Rogue(Box<Rogue>),
 }
 
 impl Part {
@@ -58,6 +60,7 @@ impl Part {
             Part::StreamRelay(core) => Part::StreamRelay(Box::new(core.fork(world))),
             Part::InsiderTeammate(core) => Part::InsiderTeammate(Box::new(core.fork(world))),
             Part::InsiderBroker(core) => Part::InsiderBroker(Box::new(core.fork(world))),
+            Part::Rogue(core) => Part::Rogue(Box::new(core.fork(world))),
         }
     }
 
@@ -73,6 +76,7 @@ impl Part {
             Part::StreamRelay(core) => core.as_ref(),
             Part::InsiderTeammate(core) => core.as_ref(),
             Part::InsiderBroker(core) => core.as_ref(),
+            Part::Rogue(core) => core.as_ref(),
         }
     }
 
@@ -89,6 +93,7 @@ impl Part {
             Part::StreamRelay(core) => core.as_mut(),
             Part::InsiderTeammate(core) => core.as_mut(),
             Part::InsiderBroker(core) => core.as_mut(),
+            Part::Rogue(core) => core.as_mut(),
         }
     }
 }

@@ -107,6 +107,7 @@ impl Outlets {
     fn open_bus(&mut self, spec: &ServiceSpec, senders: &Senders) -> Result<(), DriveError> {
         for bus in &spec.bus {
             let domain = Domain::new(&bus.root, &bus.prefix).map_err(|e| cannot("bus")(&e))?;
+            let domain = domain.with_publishers(bus.publishers);
             for channel in &bus.publish {
                 let publisher = domain.publisher(&channel.scope, channel.topic);
                 self.publishers.push(publisher.map_err(|e| cannot("bus publisher")(&e))?);

@@ -116,7 +116,13 @@ fn the_successor_of_a_killed_recorder_is_heard_by_those_who_heard_it() {
     for boot in 1..=3 {
         let mut spec = spec(directory.path(), Boot(boot));
         let publish = vec![ChannelSpec { scope: "vehicle".into(), topic: Topic::Seals }];
-        spec.bus.push(BusSpec { root: root.clone(), prefix: prefix.clone(), subscribe: Vec::new(), publish });
+        spec.bus.push(BusSpec {
+            root: root.clone(),
+            prefix: prefix.clone(),
+            subscribe: Vec::new(),
+            publish,
+            publishers: 1,
+        });
         let mut running = launch(spec);
         assert!(matches!(inbox.blocking_recv(), Some(Input::Bus { topic: Topic::Seals, .. })));
         running.child.kill().unwrap();

@@ -389,7 +389,7 @@ fn outputs() -> Vec<Named> {
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30).chain(45..46).chain(60..62)
+    (0..30).chain(45..46).chain(60..62).chain(65..66)
 }
 
 fn entries() -> Vec<Named> {
@@ -573,6 +573,10 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ),
         ("command-shown", Event::CommandShown { command: COMMAND, shown: ShownAs::NotAcknowledged }),
         ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
+        (
+            "mouth-saw",
+            Event::MouthSaw { reader: NodeId::UNIT_A, at: Interface::Bus(Topic::Tracks), length: 340, hash: 1 << 40 },
+        ),
     ]
 }
 
