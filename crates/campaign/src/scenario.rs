@@ -195,6 +195,9 @@ pub struct Scenario {
     /// On the real stacks: somebody without a key in the path of an association.
     #[serde(default)]
     pub handle: List<stack::Handle, 64>,
+    /// On the real stacks: strangers by the thousand.
+    #[serde(default)]
+    pub storm: List<stack::Storm, 64>,
 
     /// Variations, each with its own expected classes; without any the scenario is its only cell.
     #[serde(default)]

@@ -3,6 +3,7 @@
 //!
 //! What is done to the datagrams, and what that shows, is left to the one who holds it.
 
+pub mod hall;
 pub mod rogue;
 pub mod tls;
 
