@@ -13,6 +13,7 @@ mod failure;
 mod interrupt;
 mod kill;
 mod live;
+mod load;
 mod out;
 mod plan;
 mod reference;

@@ -131,15 +131,13 @@ fn open(gateway: &Credential, settings: Settings) -> Result<Hall, DtlsError> {
     let kept = strays.clone();
     tokio::spawn(async move {
         while let Some((to, bytes)) = answers.recv().await {
-            match doors.get(&to) {
-                Some(door) => {
-                    // Like UDP: what finds no room is lost.
-                    if door.try_send(bytes).is_err() {
-                        tracing::trace!("an answer in memory found no room");
-                    }
+            if let Some(door) = doors.get(&to) {
+                // Like UDP: what finds no room is lost.
+                if door.try_send(bytes).is_err() {
+                    tracing::trace!("an answer in memory found no room");
                 }
-                None if lock(&kept).len() < TOLD => lock(&kept).push((to, bytes)),
-                None => {}
+            } else if lock(&kept).len() < TOLD {
+                lock(&kept).push((to, bytes));
             }
         }
     });

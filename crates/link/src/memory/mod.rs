@@ -248,6 +248,28 @@ impl Pair {
         })
     }
 
+    /// Sends a record `n` times, one after the other, and carries each across; how many came out.
+    pub fn stream(&mut self, from: Side, record: &[u8], n: usize) -> usize {
+        *lock(&self.carrying) = true;
+        let out = match &self.ends {
+            [End::Stands(a), End::Stands(b)] => {
+                let (near, far) = if from == Side::Client { (a, b) } else { (b, a) };
+                self.runtime.block_on(async {
+                    let mut out = 0;
+                    for _ in 0..n {
+                        let sent = near.send(record).await.is_ok();
+                        out += usize::from(sent && matches!(tokio::time::timeout(QUIET, far.recv()).await, Ok(Ok(_))));
+                    }
+                    out
+                })
+            }
+            _ => 0,
+        };
+        *lock(&self.carrying) = false;
+        self.take(from);
+        out
+    }
+
     /// Time goes by.
     pub fn wait(&mut self, time: Duration) {
         self.runtime.block_on(async { tokio::time::sleep(time).await });
