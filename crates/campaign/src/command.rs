@@ -14,6 +14,7 @@ mod interrupt;
 mod kill;
 mod live;
 mod liveness;
+mod load;
 mod out;
 mod plan;
 mod reference;

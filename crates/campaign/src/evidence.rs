@@ -57,7 +57,7 @@ pub fn guard_verdict(verdict: Verdict) -> GuardVerdict {
         Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly | Verdict::Unsealed => GuardVerdict::Malformed,
         Verdict::Stranger => GuardVerdict::Stranger,
         Verdict::Unfinished => GuardVerdict::Unfinished,
-        Verdict::Shed => GuardVerdict::Shed,
+        Verdict::Shed | Verdict::Unproven => GuardVerdict::Shed,
     }
 }
 

@@ -196,6 +196,9 @@ pub struct Scenario {
     /// On the real stacks: somebody without a key in the path of an association.
     #[serde(default)]
     pub handle: List<stack::Handle, 64>,
+    /// On the real stacks: strangers by the thousand.
+    #[serde(default)]
+    pub storm: List<stack::Storm, 64>,
     /// Publications that a hostile broker does not pass on.
     #[serde(default)]
     pub broker_drop: List<BrokerDrop, 16>,

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, cost, kill, liveness, out, run, stages};
+use super::{Context, cost, kill, liveness, load, out, run, stages};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -30,6 +30,8 @@ pub(super) enum Bench {
     Liveness(liveness::Args),
     /// What the twin costs by stage, beside bare rapier on the same course.
     Twin(cost::Args),
+    /// Many sessions on the real accept loop, and a flood of what is no record beside a valid stream.
+    Load(load::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -68,6 +70,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Stages(args) => stages::run(context, args),
         Bench::Liveness(args) => liveness::run(context, args),
         Bench::Twin(args) => cost::run(context, args),
+        Bench::Load(args) => load::run(context, args),
     }
 }
 

@@ -161,17 +161,18 @@ fn accounts(stats: &Value, direct: bool) -> Vec<(Account, u64)> {
         .iter()
         .sum();
     let (records, application, delivered) = (guard("records"), guard("application"), get("delivered"));
-    let unguarded = ["overflowed", "abandoned", "strangers", "shed"].map(get).iter().sum();
-    let strangers = get("strangers") + get("shed");
+    let unguarded =
+        ["overflowed", "abandoned", "strangers", "shed", "unproven", "proved", "asked"].map(get).iter().sum();
+    let strangers = get("strangers") + get("shed") + get("unproven");
     vec![
         (Account::Datagrams, guard("datagrams")),
         (Account::Unguarded, unguarded),
         (Account::SentDirect, if direct { get("dialled") } else { 0 }),
-        (Account::GuardIn, records + strangers),
+        (Account::GuardIn, records + strangers + get("proved")),
         (Account::GuardRefused, refused + strangers),
         (Account::Delivered, delivered),
         (Account::Discarded, application.saturating_sub(delivered)),
-        (Account::Handshake, records.saturating_sub(refused).saturating_sub(application)),
+        (Account::Handshake, (records + get("proved")).saturating_sub(refused).saturating_sub(application)),
         (Account::KernelDropped, stats["links"]["dtls_kernel_drops"].as_u64().unwrap_or(0)),
     ]
 }
