@@ -11,5 +11,6 @@ mod link;
 mod peers;
 mod processes;
 mod sensing;
+mod timing;
 
 const SEEDS: std::ops::Range<u64> = 1..4;

@@ -10,6 +10,7 @@
 mod attack;
 mod cell;
 mod check;
+mod check_steps;
 mod curve;
 mod fault;
 mod insider;
@@ -21,6 +22,7 @@ mod scene;
 mod set;
 mod setup;
 pub mod stack;
+mod step;
 mod stream;
 mod template;
 mod value;
@@ -43,6 +45,7 @@ pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene};
 pub use set::Settings;
 pub use setup::{Setup, find_root, load_policy, shipped};
+pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
 pub use template::{schema, template};
 pub use value::{
@@ -80,6 +83,9 @@ pub struct Scenario {
     pub evidence: Evidence,
     /// What the scenario puts to the test.
     pub requirement: Requirement,
+    /// How much the adversary knows while the run is on; where nothing is said, what the kinds of attack need.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
     /// The outcome classes that are expected, committed before the run.
     pub expected: Located<List<Outcome, 9>>,
     /// Policy by name, a file of `policies/`.
@@ -211,6 +217,11 @@ impl Scenario {
     /// The scene; `read` refuses a scenario without one, but for those on the real stacks, which have no platform.
     pub fn scene(&self) -> &Scene {
         self.scene.as_ref().expect("invariant: a loaded scenario has its scene")
+    }
+
+    /// Everything with a time on the trial's clock.
+    pub fn windows(&self) -> Vec<&dyn Windowed> {
+        check::windows(self)
     }
 }
 
@@ -353,5 +364,7 @@ impl Varies {
     }
 }
 
+#[cfg(test)]
+mod step_tests;
 #[cfg(test)]
 mod tests;

@@ -251,7 +251,8 @@ impl Core for Perception {
             | Input::Published { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }
-            | Input::Audit { .. } => {}
+            | Input::Audit { .. }
+            | Input::Cue { .. } => {}
         }
     }
 

@@ -12,7 +12,8 @@ use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
-use crate::plan::{InsiderCommandConfig, PlanError};
+use crate::opening::{self, Opening};
+use crate::plan::{Direction, InsiderCommandConfig, PlanError, RepeatLater};
 use crate::schedule::Steps;
 
 /// Most orders remembered; the oldest goes first.
@@ -21,8 +22,8 @@ const MAX_ORDERS: usize = 256;
 /// See the module.
 #[derive(Debug)]
 pub struct InsiderCommand {
-    origin: Instant,
-    config: InsiderCommandConfig,
+    /// Each run of copies, with when it begins and ends.
+    at_once: Vec<(Opening, u32)>,
     seen: VecDeque<Order>,
     runs: Vec<Run>,
     sent: u64,
@@ -42,7 +43,10 @@ struct Order {
 /// A run of later repetitions.
 #[derive(Clone, Debug)]
 struct Run {
-    steps: Steps,
+    plan: RepeatLater,
+    opening: Opening,
+    /// Its times, once its beginning is settled.
+    steps: Option<Steps>,
     taken: usize,
 }
 
@@ -53,21 +57,26 @@ impl InsiderCommand {
     /// A magnitude of the plan outside its bounds.
     pub fn new(setup: Setup, config: InsiderCommandConfig, now: Instant) -> Result<Self, PlanError> {
         config.check()?;
-        let runs = config
-            .later
+        let later = config.later.iter().map(|run| {
+            let lasts = Span::ms(u64::from(run.count - 1) * run.every_ms);
+            let opening = Opening::new(run.step, Direction::Up, now, run.at_ms, lasts);
+            Run { plan: *run, opening, steps: None, taken: 0 }
+        });
+        let at_once = config
+            .at_once
             .iter()
-            .map(|run| Run { steps: Steps::new(now + Span::ms(run.at_ms), run.every_ms, run.count, None), taken: 0 });
+            .map(|run| (Opening::new(run.step, Direction::Up, now, run.at_ms, Span::ms(run.duration_ms)), run.copies));
         let mut insider = Self {
-            origin: now,
+            at_once: at_once.collect(),
             seen: VecDeque::new(),
-            runs: runs.collect(),
-            config,
+            runs: later.collect(),
             sent: 0,
             quiet: false,
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
             out: VecDeque::new(),
         };
         insider.journal.write(now, Event::Started, &mut insider.out);
+        insider.line_up();
         Ok(insider)
     }
 
@@ -75,8 +84,7 @@ impl InsiderCommand {
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
-            origin: self.origin,
-            config: self.config.clone(),
+            at_once: self.at_once.clone(),
             seen: self.seen.clone(),
             runs: self.runs.clone(),
             sent: self.sent,
@@ -103,17 +111,32 @@ impl InsiderCommand {
 
     /// How many copies an order seen at `now` gets.
     fn copies(&self, now: Instant) -> u32 {
-        let runs = self.config.at_once.iter().filter(|run| {
-            let from = self.origin + Span::ms(run.at_ms);
-            now >= from && now < from + Span::ms(run.duration_ms)
-        });
-        runs.map(|run| run.copies).sum()
+        self.at_once.iter().filter(|(opening, _)| opening.is_open(now)).map(|(_, copies)| copies).sum()
+    }
+
+    fn openings(&mut self) -> impl Iterator<Item = &mut Opening> {
+        self.runs.iter_mut().map(|run| &mut run.opening).chain(self.at_once.iter_mut().map(|(opening, _)| opening))
+    }
+
+    /// What began or ended by `now` is told, and what began gets its times.
+    fn settle(&mut self, now: Instant) {
+        let openings = self.runs.iter_mut().map(|run| &mut run.opening);
+        let openings = openings.chain(self.at_once.iter_mut().map(|(opening, _)| opening));
+        opening::settle(openings, now, &mut self.journal, &mut self.out);
+        self.line_up();
+    }
+
+    fn line_up(&mut self) {
+        for run in self.runs.iter_mut().filter(|run| run.steps.is_none()) {
+            let times = |opens| Steps::new(opens, run.plan.every_ms, run.plan.count, None);
+            run.steps = run.opening.opens().map(times);
+        }
     }
 
     /// Later repetitions that are due: the newest order first, then back in turn.
     fn act(&mut self, now: Instant) {
         for i in 0..self.runs.len() {
-            while self.runs[i].steps.take(now) {
+            while self.runs[i].steps.as_mut().is_some_and(|steps| steps.take(now)) {
                 let back = self.runs[i].taken % self.seen.len().max(1);
                 let Some(order) = self.seen.iter().rev().nth(back).cloned() else { continue };
                 self.runs[i].taken += 1;
@@ -134,6 +157,12 @@ impl InsiderCommand {
 
 impl Core for InsiderCommand {
     fn handle(&mut self, now: Instant, input: &Input) {
+        if !self.quiet {
+            if let Input::Cue { step } = input {
+                self.openings().for_each(|opening| opening.cue(now, *step));
+            }
+            self.settle(now);
+        }
         match input {
             Input::Published { subject, bytes } => self.see(now, *subject, bytes),
             Input::Quiesce => self.quiet = true,
@@ -149,7 +178,8 @@ impl Core for InsiderCommand {
             | Input::Closed { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }
-            | Input::Audit { .. } => {}
+            | Input::Audit { .. }
+            | Input::Cue { .. } => {}
         }
         if !self.quiet {
             self.act(now);
@@ -157,8 +187,10 @@ impl Core for InsiderCommand {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let due = self.runs.iter().filter_map(|run| run.steps.due());
-        due.min().filter(|_| !self.quiet)
+        let due = self.runs.iter().filter_map(|run| run.steps.as_ref().and_then(Steps::due));
+        let openings = self.runs.iter().map(|run| &run.opening);
+        let openings = openings.chain(self.at_once.iter().map(|(opening, _)| opening));
+        due.chain(openings.filter_map(Opening::due)).min().filter(|_| !self.quiet)
     }
 
     fn output(&mut self) -> Option<Output> {

@@ -122,7 +122,7 @@ fn broken_records_are_refused_for_the_flaw_they_have() {
     use Reason::{Canonical, Length, Schema};
     let flaws = [Flaw::Length, Flaw::Schema, Flaw::NonCanonical, Flaw::Range, Flaw::Count];
     let expected = [Length, Schema, Canonical, Schema, Schema];
-    let run = Malformed { at_ms: 150, flaws: flaws.to_vec(), count: 5, every_ms: 0 };
+    let run = Malformed { at_ms: 150, flaws: flaws.to_vec(), count: 5, every_ms: 0, step: None };
     let config = InsiderTeammateConfig { malformed: vec![run], ..InsiderTeammateConfig::default() };
     let mut insider = InsiderTeammate::new(setup(NodeId::INSIDER_B, 2), config, at(0)).unwrap();
     open(&mut insider, UP, PeerId::GATEWAY);
@@ -145,7 +145,7 @@ fn broken_records_are_refused_for_the_flaw_they_have() {
 
 #[test]
 fn a_captured_order_is_published_again_later_byte_for_byte() {
-    let later = vec![RepeatLater { at_ms: 1000, count: 3, every_ms: 100 }];
+    let later = vec![RepeatLater { at_ms: 1000, count: 3, every_ms: 100, step: None }];
     let mut insider = commander(InsiderCommandConfig { later, at_once: vec![] });
     let mut said = Vec::new();
     assert_eq!(turn(&mut insider, at(100), &order(1), &mut said), []);
@@ -162,7 +162,7 @@ fn a_captured_order_is_published_again_later_byte_for_byte() {
 
 #[test]
 fn a_duplicated_order_is_not_duplicated_again_when_it_comes_back() {
-    let at_once = vec![RepeatAtOnce { at_ms: 0, duration_ms: 1000, copies: 2 }];
+    let at_once = vec![RepeatAtOnce { at_ms: 0, duration_ms: 1000, copies: 2, step: None }];
     let mut insider = commander(InsiderCommandConfig { later: vec![], at_once });
     assert_eq!(turn(&mut insider, at(10), &order(1), &mut Vec::new()), [repeated(1), repeated(1)]);
     assert_eq!(turn(&mut insider, at(11), &order(1), &mut Vec::new()), []);
@@ -176,7 +176,7 @@ fn teammate(forward: Option<Forward>) -> InsiderTeammate {
 }
 
 fn forward(form: Form) -> Forward {
-    Forward { form, at_ms: 1000, duration_ms: 1000, lag_ms: 0, own_reports: true }
+    Forward { form, at_ms: 1000, duration_ms: 1000, lag_ms: 0, own_reports: true, step: None }
 }
 
 /// Opens a session and says hello to the insider in it.

@@ -7,11 +7,15 @@
 
 use std::collections::BTreeMap;
 
-use wire::event::{Account, Action, Event, Sensor};
+use wire::event::{Account, Action, Event, Sensor, Suspension};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
+use wire::step::StepName;
 
 use super::{Evidence, Micros, Planned, stream};
+
+/// How long after a process is stopped its last entry may still be written.
+const UNDER_WAY: Micros = 20_000;
 
 /// What was established about the injections.
 #[derive(Clone, Debug, Default)]
@@ -36,12 +40,21 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
     note_datagrams(evidence, &mut receipt);
     let mut zeros = Vec::new();
     for planned in &evidence.planned {
+        // That a step began is its actor's word; what it did needs its own receipt, and only that counts as the start.
+        if let Planned::Step(step) = planned {
+            if !begun(evidence, *step) {
+                receipt.missing.push(*planned);
+            }
+            continue;
+        }
         let zero = match *planned {
+            Planned::Step(_) => None,
             Planned::Action(Action::Forward) => forwarded(evidence, Action::Forward),
             Planned::Malformed => forwarded(evidence, Action::Inject),
             Planned::Action(Action::RepeatCommand) => repeated(evidence),
             Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
             Planned::Action(action) => datagram(evidence, action),
+            Planned::Suspend(node) => suspended(evidence, node),
             Planned::Stream(deed) => stream::receipt(evidence, deed),
             Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.0 == sensor).map(|f| f.1),
         };
@@ -144,6 +157,30 @@ fn killed(evidence: &Evidence, planned: &Planned) -> Option<Micros> {
         (Event::Ended { killed: true, .. }, Planned::Action(_)) => Some(w.at),
         _ => None,
     })
+}
+
+/// Whether the actor of `wanted` says that it began.
+fn begun(evidence: &Evidence, wanted: StepName) -> bool {
+    evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Step { step, begun: true } if step == wanted))
+}
+
+/// That a process was kept from running counts when it wrote nothing while it hung. A slow one goes on writing, so the
+/// word of who slowed it has to do: live, that is given once the kernel's process table shows the process stopped.
+fn suspended(evidence: &Evidence, wanted: NodeId) -> Option<Micros> {
+    let (mut hung, mut found) = (None, None);
+    for w in &evidence.entries {
+        match w.entry.event {
+            Event::Suspended { node, how, on: true } if node == wanted => {
+                found = found.or(Some(w.at));
+                hung = (how == Suspension::Hang).then_some(w.at);
+            }
+            Event::Suspended { node, on: false, .. } if node == wanted => hung = None,
+            // What was on its way when it was stopped may still come out.
+            _ if w.entry.node == wanted && hung.is_some_and(|from| w.at > from + UNDER_WAY) => return None,
+            _ => {}
+        }
+    }
+    found
 }
 
 /// Sensor faults that the sim applied and that the other side saw.

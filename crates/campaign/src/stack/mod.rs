@@ -46,7 +46,7 @@ pub fn trial(cell: &Scenario, seed: u64) -> Result<Trial, StackError> {
         ([], [], [one]) => records::handled(one, seed)?,
         _ => return Err(StackError::NotOneCell),
     };
-    Ok(judge::judge(seed, &showing))
+    Ok(Trial { knowledge: cell.level(), ..judge::judge(seed, &showing) })
 }
 
 #[cfg(test)]

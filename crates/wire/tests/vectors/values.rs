@@ -6,7 +6,9 @@ use wire::codec::{self, List, Malformed, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request};
 use wire::core::{Input, Output, Side, Subject, Topic};
 use wire::drive::{Act, Drive};
-use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor};
+use wire::event::{
+    Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor, Suspension,
+};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::hop::{HOP_VERSION, Hop, HopBody, Teammate};
 use wire::id::{
@@ -21,6 +23,7 @@ use wire::sensor::{
     PixelBox, Pose, ProductMode,
 };
 use wire::sign::{Key, Purpose, Signed};
+use wire::step::StepName;
 use wire::stream::{Deed, Sight};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 use wire::track::{StageProduct, Track, Tracks};
@@ -365,6 +368,7 @@ fn inputs() -> Vec<Named> {
         named!("audit", Input, Input::Audit { bytes }),
         named!("quiesce", Input, Input::Quiesce),
         named!("finish", Input, Input::Finish),
+        named!("cue", Input, Input::Cue { step: step("cut") }),
     ]
 }
 
@@ -384,8 +388,8 @@ fn outputs() -> Vec<Named> {
     ]
 }
 
-/// How many kinds of event there are.
-pub(crate) const EVENTS: u8 = 30;
+/// The numbers of the kinds of event: those of the first version, then each group's own.
+pub(crate) const EVENTS: [std::ops::Range<u8>; 2] = [0..30, 40..43];
 
 fn entries() -> Vec<Named> {
     let entry = |(name, event): (&'static str, Event)| {
@@ -557,9 +561,14 @@ fn witnesses() -> Vec<(&'static str, Event)> {
     ]
 }
 
+fn step(name: &str) -> StepName {
+    StepName::new(name).expect("a step's name")
+}
+
 /// What the instrument says of itself.
 fn instrument() -> Vec<(&'static str, Event)> {
     let refused = Account::Refused(Interface::Bus(Topic::Tracks), Reason::Stale);
+    let slow = Suspension::Slow { quota: 250, period: Span::ms(100) };
     vec![
         ("count-sent", Event::Count { account: Account::Sent, n: 90 }),
         ("count-refused", Event::Count { account: refused, n: 3 }),
@@ -569,5 +578,9 @@ fn instrument() -> Vec<(&'static str, Event)> {
         ("chain-broken", Event::ChainBroken { node: NodeId::SIM, counter: 12 }),
         ("ended", Event::Ended { node: NodeId::PERCEPTION, killed: true }),
         ("stalled", Event::Stalled { by: Span::ms(60) }),
+        ("step", Event::Step { step: step("cut"), begun: true }),
+        ("hung", Event::Suspended { node: NodeId::GATEWAY, how: Suspension::Hang, on: true }),
+        ("slowed", Event::Suspended { node: NodeId::GATEWAY, how: slow, on: false }),
+        ("restarted", Event::Restarted { node: NodeId::UNIT_A, boot: Boot(2) }),
     ]
 }
