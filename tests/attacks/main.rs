@@ -14,5 +14,6 @@ mod peers;
 mod processes;
 mod sensing;
 mod timebase;
+mod timing;
 
 const SEEDS: std::ops::Range<u64> = 1..4;

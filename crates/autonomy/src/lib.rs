@@ -235,7 +235,7 @@ impl Core for Autonomy {
             Input::Quiesce => self.quiet = true,
             Input::Finish => self.finish(now),
             // Of relays and the recorder.
-            Input::Datagram { .. } | Input::Stream { .. } | Input::Audit { .. } => {}
+            Input::Datagram { .. } | Input::Stream { .. } | Input::Audit { .. } | Input::Cue { .. } => {}
         }
     }
 

@@ -219,7 +219,7 @@ async fn the_model_and_the_live_broker_agree_on_who_receives() {
 
 #[tokio::test]
 async fn the_process_says_where_it_listens_and_ends_when_told_or_when_its_launcher_is_gone() {
-    for (goodbye, status) in [(Control::Finish.line(), 0), ("", ORPHANED)] {
+    for (goodbye, status) in [(Control::Finish.line(), 0), (String::new(), ORPHANED)] {
         let pki = RunPki::new();
         let directory = tempfile::tempdir().expect("a directory");
         let clock = HostClock { zero_us: 0, drift_ppm: 0 };

@@ -7,15 +7,18 @@ use wire::id::NodeId;
 
 use crate::evidence::hashes;
 use crate::oracle::{Evidence, Verdict};
-use crate::trial::Trial;
+use crate::scenario::Knowledge;
+use crate::trial::{StepRow, Trial};
 
-/// The row of one trial. `received`, `accepted` and `dropped` add up the two ends of the telemetry link of the unit
+/// The row of one trial, whose adversary had that much `knowledge`. `received`, `accepted` and `dropped` add up the two ends of the telemetry link of the unit
 /// under test: the gateway's uplink and the unit's downlink.
-pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
+pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Verdict) -> Trial {
     let (log_hash, decision_hash) = hashes(&evidence.entries);
     let mut trial = Trial {
         seed,
         cell: None,
+        knowledge,
+        steps: Vec::new(),
         outcome: verdict.outcome,
         findings: verdict
             .findings
@@ -40,6 +43,9 @@ pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
     for w in &evidence.entries {
         if let Event::Count { account, n } = w.entry.event {
             add(&mut trial, w.entry.node, account, n);
+        }
+        if let Event::Step { step, begun: true } = w.entry.event {
+            trial.steps.push(StepRow { step: step.to_string(), t_ms: w.at as f64 / 1000.0 });
         }
         if let Event::GuardSaw { verdict, .. } = w.entry.event
             && verdict != GuardVerdict::Passed

@@ -6,6 +6,7 @@
 
 pub mod cast;
 pub mod command;
+pub mod cue;
 pub mod evidence;
 pub mod judged;
 pub mod keep;

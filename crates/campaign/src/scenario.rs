@@ -11,6 +11,7 @@ mod attack;
 mod broker;
 mod cell;
 mod check;
+mod check_steps;
 mod curve;
 mod fault;
 mod insider;
@@ -23,6 +24,7 @@ mod set;
 mod setup;
 mod shared;
 pub mod stack;
+mod step;
 mod stream;
 mod template;
 mod value;
@@ -50,6 +52,7 @@ pub use scene::{Class, Ground, Object, Point, Pose, Scene};
 pub use set::Settings;
 pub use setup::{Setup, find_root, load_policy, shipped};
 pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
+pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
 pub use template::{schema, template};
 pub use value::{
@@ -87,6 +90,9 @@ pub struct Scenario {
     pub evidence: Evidence,
     /// What the scenario puts to the test.
     pub requirement: Requirement,
+    /// How much the adversary knows while the run is on; where nothing is said, what the kinds of attack need.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
     /// The outcome classes that are expected, committed before the run.
     pub expected: Located<List<Outcome, 9>>,
     /// Policy by name, a file of `policies/`.
@@ -249,6 +255,11 @@ impl Scenario {
     pub fn scene(&self) -> &Scene {
         self.scene.as_ref().expect("invariant: a loaded scenario has its scene")
     }
+
+    /// Everything with a time on the trial's clock.
+    pub fn windows(&self) -> Vec<&dyn Windowed> {
+        check::windows(self)
+    }
 }
 
 /// STRIDE, by letter or in full.
@@ -390,5 +401,7 @@ impl Varies {
     }
 }
 
+#[cfg(test)]
+mod step_tests;
 #[cfg(test)]
 mod tests;

@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::oracle::demise::Response;
+use crate::scenario::Knowledge;
 
 /// How a trial ended; the first class that matches, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -76,6 +77,15 @@ pub struct TransitionRow {
     pub cause: String,
 }
 
+/// The beginning of a step.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct StepRow {
+    /// Its name.
+    pub step: String,
+    /// Trace time from the start of the trial, in milliseconds.
+    pub t_ms: f64,
+}
+
 /// Times from the receipt of the injection to what it caused, in milliseconds; `None` where it did not happen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Latency {
@@ -95,6 +105,11 @@ pub struct Trial {
     /// The cell it belongs to, where the scenario has cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell: Option<String>,
+    /// How much the adversary knew.
+    pub knowledge: Knowledge,
+    /// When the named steps of the attack began, milliseconds of the run, in order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<StepRow>,
     /// The class that the oracle gave.
     pub outcome: Outcome,
     /// Why that class: the broken property, the missing receipt; empty where the class says it all.

@@ -296,6 +296,7 @@ impl Core for Sim {
         self.advance(now);
         match input {
             Input::Bus { topic, bytes } => self.obey(now, *topic, bytes),
+            Input::Cue { step } => self.faults.call(*step, now.since(self.start)),
             Input::Quiesce => self.stopped = true,
             Input::Finish => {
                 self.stopped = true;

@@ -135,6 +135,9 @@ impl Witness {
             let active = fault.active(run);
             if active != self.faults_active[index] {
                 self.faults_active[index] = active;
+                if let Some(step) = fault.step {
+                    self.write(now, Event::Step { step, begun: active }, out);
+                }
                 self.write(now, Event::Fault { sensor: fault.sensor, kind: fault.kind(), active, frame }, out);
             }
         }

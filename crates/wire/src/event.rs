@@ -10,11 +10,12 @@ use crate::codec::Text;
 use crate::command::CommandKind;
 use crate::core::{Side, Topic};
 use crate::feed::CommandStage;
-use crate::id::{CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, TrackId, UnitId, WorldId};
+use crate::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, TrackId, UnitId, WorldId};
 use crate::mode::{Because, Cause, Guards, Mode};
 use crate::policy::Waived;
 use crate::refusal::Reason;
 use crate::sensor::{Class, Modalities, ReceiverTime};
+use crate::step::StepName;
 use crate::stream::{Deed, Sight};
 use crate::time::{Instant, Span};
 
@@ -292,6 +293,24 @@ pub enum ShownAs {
     /// Not answered in time: an alarm.
     #[n(7)]
     NotAcknowledged,
+}
+
+/// How a process is kept from running while it lives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+pub enum Suspension {
+    /// It does nothing at all.
+    #[n(0)]
+    Hang,
+    /// It runs for a share of each period.
+    #[n(1)]
+    Slow {
+        /// The share, permille.
+        #[n(0)]
+        quota: u16,
+        /// The period.
+        #[n(1)]
+        period: Span,
+    },
 }
 
 /// One event.
@@ -647,6 +666,33 @@ pub enum Event {
         length: u32,
         #[n(4)]
         hash: u64,
+    },
+    /// A step of an attack began (true) or ended, by the word of who carries it out.
+    #[n(40)]
+    Step {
+        #[n(0)]
+        step: StepName,
+        #[n(1)]
+        begun: bool,
+    },
+    /// The launcher or twin keeps a process from running (true), or lets it run again. Live, it says so once the kernel's
+    /// process table does.
+    #[n(41)]
+    Suspended {
+        #[n(0)]
+        node: NodeId,
+        #[n(1)]
+        how: Suspension,
+        #[n(2)]
+        on: bool,
+    },
+    /// The launcher or twin started a process again that had ended.
+    #[n(42)]
+    Restarted {
+        #[n(0)]
+        node: NodeId,
+        #[n(1)]
+        boot: Boot,
     },
     /// What the display shows of a command of the operator's, when that changed.
     #[n(45)]

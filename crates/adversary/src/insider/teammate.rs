@@ -18,12 +18,14 @@ use wire::hop::HopBody;
 use wire::id::{Boot, Nonce, PeerId, SessionId, WorldId};
 use wire::setup::Setup;
 use wire::sign::Purpose;
+use wire::step::StepName;
 use wire::time::{Instant, Span};
 
 use super::end::End;
 use super::flaw;
-use super::voice::Voice;
-use crate::plan::{Flaw, InsiderTeammateConfig, PlanError};
+use super::voice::{self, Voice};
+use crate::opening::{self, Opening};
+use crate::plan::{Direction, Forward, InsiderTeammateConfig, Malformed, PlanError};
 use crate::schedule::{Steps, stream};
 
 /// Most sessions at once: one up to the gateway, one down to C, and as many again while they change over.
@@ -34,8 +36,9 @@ const MAX_WAITING: usize = 1024;
 /// See the module.
 #[derive(Debug)]
 pub struct InsiderTeammate {
-    origin: Instant,
     config: InsiderTeammateConfig,
+    /// When the forwarding begins and ends.
+    forward: Option<Opening>,
     boot: Boot,
     bounds: Bounds,
     voice: Voice,
@@ -54,8 +57,10 @@ pub struct InsiderTeammate {
 /// A run of broken records.
 #[derive(Clone, Debug)]
 struct Run {
-    steps: Steps,
-    flaws: Vec<Flaw>,
+    plan: Malformed,
+    opening: Opening,
+    /// Its times, once its beginning is settled.
+    steps: Option<Steps>,
     taken: usize,
 }
 
@@ -66,13 +71,14 @@ impl InsiderTeammate {
     /// A magnitude of the plan outside its bounds.
     pub fn new(setup: Setup, config: InsiderTeammateConfig, now: Instant) -> Result<Self, PlanError> {
         config.check()?;
-        let runs = config.malformed.iter().map(|run| Run {
-            steps: Steps::new(now + Span::ms(run.at_ms), run.every_ms, run.count, None),
-            flaws: run.flaws.clone(),
-            taken: 0,
+        let runs = config.malformed.iter().map(|run| {
+            let lasts = Span::ms(u64::from(run.count - 1) * run.every_ms);
+            let opening = Opening::new(run.step, Direction::Up, now, run.at_ms, lasts);
+            Run { plan: run.clone(), opening, steps: None, taken: 0 }
         });
+        let forward = |f: &Forward| Opening::new(f.step, Direction::Up, now, f.at_ms, Span::ms(f.duration_ms));
         let mut insider = Self {
-            origin: now,
+            forward: config.forward.as_ref().map(forward),
             boot: setup.boot,
             bounds: setup.bounds,
             voice: Voice::new(setup.key(), setup.boot, config.place, now),
@@ -89,6 +95,7 @@ impl InsiderTeammate {
             out: VecDeque::new(),
         };
         insider.journal.write(now, Event::Started, &mut insider.out);
+        insider.line_up();
         Ok(insider)
     }
 
@@ -96,8 +103,8 @@ impl InsiderTeammate {
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
-            origin: self.origin,
             config: self.config.clone(),
+            forward: self.forward.clone(),
             boot: self.boot,
             bounds: self.bounds,
             voice: self.voice.fork(),
@@ -136,6 +143,13 @@ impl InsiderTeammate {
     fn hear(&mut self, now: Instant, session: SessionId, bytes: &[u8]) {
         let Some(end) = self.ends.get_mut(&session) else { return };
         let Some(body) = end.hear(now, bytes) else { return };
+        if let HopBody::Teammate(teammate) = &body
+            && teammate.via == PeerId::UNIT_A
+            && let Some(mode) = voice::mode_in(teammate.report)
+        {
+            let openings = self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening));
+            openings.for_each(|opening| opening.hears(now, mode));
+        }
         let report: &[u8] = match body {
             HopBody::Report(report) if end.peer == PeerId::UNIT_C => report,
             HopBody::Teammate(teammate) if teammate.via == PeerId::UNIT_C => teammate.report,
@@ -150,9 +164,7 @@ impl InsiderTeammate {
     /// The lag, while C's telemetry is being forwarded.
     fn forwarding(&self, now: Instant) -> Option<Span> {
         let forward = self.config.forward.as_ref()?;
-        let from = self.origin + Span::ms(forward.at_ms);
-        let open = now >= from && now < from + Span::ms(forward.duration_ms);
-        open.then_some(Span::ms(forward.lag_ms))
+        self.forward.as_ref().filter(|opening| opening.is_open(now)).map(|_| Span::ms(forward.lag_ms))
     }
 
     /// Sends on what has waited long enough.
@@ -201,9 +213,9 @@ impl InsiderTeammate {
     /// Broken records that are due.
     fn misspeak(&mut self, now: Instant) {
         for i in 0..self.runs.len() {
-            while self.runs[i].steps.take(now) {
+            while self.runs[i].steps.as_mut().is_some_and(|steps| steps.take(now)) {
                 let run = &mut self.runs[i];
-                let flaw = run.flaws[run.taken % run.flaws.len()];
+                let flaw = run.plan.flaws[run.taken % run.plan.flaws.len()];
                 run.taken += 1;
                 let report = self.voice.own(now, Nonce(self.rng.next_u64()));
                 for session in self.sessions(PeerId::GATEWAY) {
@@ -217,6 +229,26 @@ impl InsiderTeammate {
                 }
             }
         }
+    }
+
+    /// What began or ended by `now` is told, and what began gets its times.
+    fn settle(&mut self, now: Instant) {
+        let openings = self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening));
+        opening::settle(openings, now, &mut self.journal, &mut self.out);
+        self.line_up();
+    }
+
+    fn line_up(&mut self) {
+        for run in self.runs.iter_mut().filter(|run| run.steps.is_none()) {
+            let times = |opens| Steps::new(opens, run.plan.every_ms, run.plan.count, None);
+            run.steps = run.opening.opens().map(times);
+        }
+    }
+
+    /// A step is called.
+    fn cue(&mut self, now: Instant, step: StepName) {
+        let openings = self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening));
+        openings.for_each(|opening| opening.cue(now, step));
     }
 
     /// Sessions with `peer` in which something can be said.
@@ -275,6 +307,7 @@ impl Core for InsiderTeammate {
             Input::Opened { session, peer } => self.open(now, *session, *peer),
             Input::Record { session, bytes } => self.hear(now, *session, bytes),
             Input::Closed { session } => self.close(now, *session),
+            Input::Cue { step } => self.cue(now, *step),
             Input::Quiesce => self.quiet = true,
             Input::Finish => {
                 self.quiet = true;
@@ -289,6 +322,7 @@ impl Core for InsiderTeammate {
             | Input::Audit { .. } => {}
         }
         if !self.quiet {
+            self.settle(now);
             self.act(now);
         }
     }
@@ -298,8 +332,10 @@ impl Core for InsiderTeammate {
             return None;
         }
         let waiting = self.waiting.front().map(|(due, _)| *due);
-        let runs = self.runs.iter().filter_map(|run| run.steps.due());
-        [self.next_report, self.next_grant].into_iter().chain(waiting).chain(runs).min()
+        let runs = self.runs.iter().filter_map(|run| run.steps.as_ref().and_then(Steps::due));
+        let openings = self.forward.iter().chain(self.runs.iter().map(|run| &run.opening));
+        let begins = openings.filter_map(Opening::due);
+        [self.next_report, self.next_grant].into_iter().chain(waiting).chain(runs).chain(begins).min()
     }
 
     fn output(&mut self) -> Option<Output> {

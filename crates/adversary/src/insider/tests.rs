@@ -120,7 +120,7 @@ fn broken_records_are_refused_for_the_flaw_they_have() {
     use Reason::{Canonical, Length, Schema};
     let flaws = [Flaw::Length, Flaw::Schema, Flaw::NonCanonical, Flaw::Range, Flaw::Count];
     let expected = [Length, Schema, Canonical, Schema, Schema];
-    let run = Malformed { at_ms: 150, flaws: flaws.to_vec(), count: 5, every_ms: 0 };
+    let run = Malformed { at_ms: 150, flaws: flaws.to_vec(), count: 5, every_ms: 0, step: None };
     let config = InsiderTeammateConfig { malformed: vec![run], ..InsiderTeammateConfig::default() };
     let mut insider = InsiderTeammate::new(setup(NodeId::INSIDER_B, 2), config, at(0)).unwrap();
     open(&mut insider, UP, PeerId::GATEWAY);
@@ -148,7 +148,7 @@ fn teammate(forward: Option<Forward>) -> InsiderTeammate {
 }
 
 fn forward(form: Form) -> Forward {
-    Forward { form, at_ms: 1000, duration_ms: 1000, lag_ms: 0, own_reports: true }
+    Forward { form, at_ms: 1000, duration_ms: 1000, lag_ms: 0, own_reports: true, step: None }
 }
 
 /// Opens a session and says hello to the insider in it.

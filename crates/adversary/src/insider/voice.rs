@@ -88,6 +88,13 @@ impl Voice {
     }
 }
 
+/// The mode in a signed report that the unit under test made; `None` for another's or an unreadable one.
+pub(super) fn mode_in(signed: &[u8]) -> Option<Mode> {
+    let signed = Signed::parse(signed, MAX_REPORT).ok()?;
+    let report: Report = codec::decode(signed.payload, MAX_REPORT).ok()?;
+    (report.origin == NodeId::UNIT_A).then_some(report.mode)
+}
+
 /// Where B claims to be after `elapsed`.
 fn pose(place: &Place, elapsed: Span) -> Pose {
     let along = |from: i32, per_s: i32| {

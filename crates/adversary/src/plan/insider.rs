@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::step::{self, Step};
 use super::{MAX_HOLD_MS, MAX_MS, PlanError, at_most, repeats, within};
 
 /// Largest coordinate or speed of a claimed place, mm or mm/s.
@@ -53,6 +54,9 @@ pub struct Forward {
     /// Whether B's own reports go on beside the forwarded ones.
     #[serde(default = "yes")]
     pub own_reports: bool,
+    /// The step it is a part of, where that has a name.
+    #[serde(default)]
+    pub step: Option<Step>,
 }
 
 fn yes() -> bool {
@@ -83,6 +87,9 @@ pub struct Malformed {
     pub count: u32,
     /// Time between them.
     pub every_ms: u64,
+    /// The step it is a part of, where that has a name.
+    #[serde(default)]
+    pub step: Option<Step>,
 }
 
 /// What is wrong with a record.
@@ -114,11 +121,13 @@ impl InsiderTeammateConfig {
             within("at_ms", forward.at_ms, 0, MAX_MS)?;
             within("duration_ms", forward.duration_ms, 1, MAX_MS)?;
             within("lag_ms", forward.lag_ms, 0, MAX_HOLD_MS)?;
+            step::check(forward.step)?;
         }
         at_most(self.malformed.len())?;
         self.malformed.iter().try_for_each(|run| {
             within("at_ms", run.at_ms, 0, MAX_MS)?;
             within("flaws", run.flaws.len() as u64, 1, 8)?;
+            step::check(run.step)?;
             repeats(run.count, run.every_ms)
         })
     }

@@ -44,6 +44,10 @@ impl Passing {
 }
 
 impl Actor {
+    pub(super) fn new(rng: ChaCha8Rng) -> Self {
+        Self { rng, bad: [false; 2], steps: None }
+    }
+
     /// Applies an open action to a datagram towards `towards`; false when it is lost.
     pub(super) fn apply(
         &mut self,

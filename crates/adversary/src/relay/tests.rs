@@ -309,7 +309,7 @@ fn any_stream_action() -> impl Strategy<Value = Timed<StreamAction>> {
 }
 
 fn timed<A>(start_ms: u64, duration_ms: u64, action: A) -> Timed<A> {
-    Timed { start_ms, duration_ms, direction: Direction::Both, action }
+    Timed { start_ms, duration_ms, direction: Direction::Both, step: None, action }
 }
 
 fn datagrams(actions: Vec<Timed<DatagramAction>>) -> DatagramRelay {

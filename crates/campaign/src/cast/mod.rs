@@ -5,6 +5,7 @@
 
 mod attack;
 mod keys;
+mod process;
 mod rogue;
 mod scene;
 mod script;
@@ -24,11 +25,12 @@ use adversary::plan::{
     DatagramRelayConfig, InsiderBrokerConfig, InsiderTeammateConfig, RogueConfig, StreamRelayConfig,
 };
 
+use crate::cue::Cue;
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
 
-pub use attack::node_of;
 pub use keys::RunSecret;
+pub use process::{Ordeal, OrdealKind, Turn, next_turn, node_of};
 
 /// A host: its nodes share a clock and shared memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -103,6 +105,18 @@ impl Member {
     }
 }
 
+impl Role {
+    /// Whether its core has steps that can be called: the adversaries', and the sensor faults of the sim.
+    pub fn takes_cues(&self) -> bool {
+        match self {
+            Role::Sim(config) => config.faults.iter().any(|fault| fault.waits_ms.is_some()),
+            Role::DatagramRelay(_) | Role::StreamRelay(_) | Role::InsiderTeammate(_) | Role::InsiderBroker(_) => true,
+            Role::Rogue(_) => false,
+            Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => false,
+        }
+    }
+}
+
 /// A secure session between two members.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Link {
@@ -132,8 +146,10 @@ pub struct Cast {
     pub links: Vec<Link>,
     /// One clock a host, in the order of [`Host::ALL`].
     pub clocks: Vec<ClockDraw>,
-    /// Processes that are to end: (microseconds, who).
-    pub kills: Vec<(u64, NodeId)>,
+    /// Processes that are to end, or to be kept from running.
+    pub ordeals: Vec<Ordeal>,
+    /// Steps that wait for what the instrument plane tells.
+    pub cues: Vec<Cue>,
     /// What the oracle needs receipts for.
     pub planned: Vec<Planned>,
     /// Length of the trial, microseconds.
@@ -147,6 +163,12 @@ impl Cast {
     pub fn broker(&self) -> NodeId {
         let hostile = self.members.iter().any(|m| m.node() == NodeId::INSIDER_BROKER);
         if hostile { NodeId::INSIDER_BROKER } else { NodeId::BROKER }
+    }
+
+    /// Processes that are to end, and so owe no closing account.
+    pub fn killed(&self) -> Vec<NodeId> {
+        let ends = |ordeal: &&Ordeal| matches!(ordeal.kind, OrdealKind::Kill { .. });
+        self.ordeals.iter().filter(ends).map(|ordeal| ordeal.node).collect()
     }
 }
 
@@ -189,7 +211,8 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
     Cast {
         links: links(scenario, &members),
         clocks: draw.clocks,
-        kills: attack::kills(scenario, draw.phase_ms),
+        ordeals: process::ordeals(scenario, draw.phase_ms),
+        cues: attack::cues(scenario, draw.phase_ms),
         planned: attack::planned(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,

@@ -147,7 +147,8 @@ impl Specs<'_> {
         if matches!(member.role, Role::Recorder) {
             spec.instrument = None;
             let directory = self.places.run_dir.join("recording");
-            spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory });
+            let tell = !self.cast.cues.is_empty();
+            spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory, tell });
         }
         for link in &self.cast.links {
             if link.server == node {

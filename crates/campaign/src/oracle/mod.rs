@@ -61,6 +61,10 @@ pub enum Planned {
     Fault(Sensor),
     /// A process was to end.
     Kill(wire::id::NodeId),
+    /// A process was to be kept from running.
+    Suspend(wire::id::NodeId),
+    /// A named step was to begin.
+    Step(wire::step::StepName),
 }
 
 /// Everything the judge gets to see.

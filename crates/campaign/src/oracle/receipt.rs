@@ -8,11 +8,15 @@
 
 use std::collections::BTreeMap;
 
-use wire::event::{Account, Action, Event, FaultKind, Sensor};
+use wire::event::{Account, Action, Event, FaultKind, Sensor, Suspension};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
+use wire::step::StepName;
 
 use super::{Evidence, Micros, Planned, mouth, place, planes, stream};
+
+/// How long after a process is stopped its last entry may still be written.
+const UNDER_WAY: Micros = 20_000;
 
 /// What was established about the injections.
 #[derive(Clone, Debug, Default)]
@@ -50,13 +54,22 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
     note_datagrams(evidence, &mut receipt);
     let mut zeros = Vec::new();
     for planned in &evidence.planned {
+        // That a step began is its actor's word; what it did needs its own receipt, and only that counts as the start.
+        if let Planned::Step(step) = planned {
+            if !begun(evidence, *step) {
+                receipt.missing.push(*planned);
+            }
+            continue;
+        }
         let zero = match *planned {
+            Planned::Step(_) => None,
             Planned::Action(action @ (Action::Forward | Action::Forge | Action::Republish)) => {
                 mouth::receipt(evidence, action, 1)
             }
             Planned::Malformed => mouth::receipt(evidence, Action::Inject, 1),
             Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
             Planned::Action(action) => datagram(evidence, action),
+            Planned::Suspend(node) => suspended(evidence, node),
             Planned::Stream(deed) => stream::receipt(evidence, deed),
             Planned::Broker(action) => planes::broker(evidence, action),
             Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.sensor == sensor).map(|f| f.start),
@@ -130,6 +143,30 @@ fn killed(evidence: &Evidence, planned: &Planned) -> Option<Micros> {
         (Event::Ended { killed: true, .. }, Planned::Action(_)) => Some(w.at),
         _ => None,
     })
+}
+
+/// Whether the actor of `wanted` says that it began.
+fn begun(evidence: &Evidence, wanted: StepName) -> bool {
+    evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Step { step, begun: true } if step == wanted))
+}
+
+/// That a process was kept from running counts when it wrote nothing while it hung. A slow one goes on writing, so the
+/// word of who slowed it has to do: live, that is given once the kernel's process table shows the process stopped.
+fn suspended(evidence: &Evidence, wanted: NodeId) -> Option<Micros> {
+    let (mut hung, mut found) = (None, None);
+    for w in &evidence.entries {
+        match w.entry.event {
+            Event::Suspended { node, how, on: true } if node == wanted => {
+                found = found.or(Some(w.at));
+                hung = (how == Suspension::Hang).then_some(w.at);
+            }
+            Event::Suspended { node, on: false, .. } if node == wanted => hung = None,
+            // What was on its way when it was stopped may still come out.
+            _ if w.entry.node == wanted && hung.is_some_and(|from| w.at > from + UNDER_WAY) => return None,
+            _ => {}
+        }
+    }
+    found
 }
 
 /// Sensor faults that the sim applied and that the other side saw.

@@ -187,6 +187,8 @@ pub(crate) mod tests {
         Trial {
             seed,
             cell: None,
+            knowledge: crate::scenario::Knowledge::Blind,
+            steps: Vec::new(),
             outcome,
             findings: Vec::new(),
             receipt: true,
@@ -219,7 +221,7 @@ pub(crate) mod tests {
         has(&object, "schema_version scenario mode seed trials summary");
         has(
             &object["trials"][0],
-            "seed outcome receipt log_hash decision_hash received accepted dropped transitions latency_ms sim_seconds",
+            "seed knowledge outcome receipt log_hash decision_hash received accepted dropped transitions latency_ms sim_seconds",
         );
         has(&object["trials"][0]["latency_ms"], "to_degraded to_hold_safe to_authority_revoked");
         has(

@@ -96,7 +96,7 @@ impl Scenario {
         scenario.name = Located::nowhere(Name::constant("kill"));
         scenario.duration_s = Located::nowhere(Real::nearest(KILL_DURATION_S));
         scenario.varies.injection_phase_s = Located::nowhere(List::of(KILL_PHASE_S.map(Real::nearest)));
-        scenario.kill = List::of([Kill { process, ending: Ending::Kill, at_s: at(KILL_AT_S) }]);
+        scenario.kill = List::of([Kill { process, at_s: at(KILL_AT_S), ..Kill::of(process, Ending::Kill) }]);
         let hold = Step {
             at_s: at(HOLD_AT_S),
             within_s: Real::nearest(1.0),

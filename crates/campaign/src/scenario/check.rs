@@ -9,8 +9,9 @@ use std::ops::Range;
 use wire::id::UnitId;
 
 use super::attack::Windowed;
+use super::check_steps;
 use super::stack::{Certificate, Hand, Link};
-use super::{Evidence, Located, Name, Outcome, Platform, Role, Scenario, Scene, ThirdUnit};
+use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
 
 /// Something that does not fit.
 pub(super) struct Finding {
@@ -22,7 +23,7 @@ pub(super) struct Finding {
     pub(super) remedy: String,
 }
 
-fn finding<T>(at: &Located<T>, message: impl Into<String>, remedy: impl Into<String>) -> Finding {
+pub(super) fn finding<T>(at: &Located<T>, message: impl Into<String>, remedy: impl Into<String>) -> Finding {
     Finding { bytes: at.bytes(), message: message.into(), remedy: remedy.into() }
 }
 
@@ -45,14 +46,47 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(operator(s));
     found.extend(conditions(s));
     found.extend(stacks(s));
-    if s.evidence == Evidence::Model && !s.kill.is_empty() && s.kill.iter().any(|k| k.ending == super::Ending::Hang) {
-        let at = &s.kill[0].at_s;
-        found.push(finding(at, "the link model has no hang", "set `evidence = \"live\"` or `ending = \"kill\"`"));
-    }
+    found.extend(check_steps::steps(s));
+    found.extend(kills(s));
     // What does not fit without any cell is told once.
     if found.is_empty() {
         found.extend(cells(s));
         found.extend(curve(s));
+    }
+    found
+}
+
+/// What goes with which ending of a process.
+fn kills(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for kill in &s.kill {
+        let lasts = kill.duration_s.get() > 0.0;
+        match kill.ending {
+            Ending::Kill if lasts => {
+                found.push(finding(&kill.at_s, "a kill has no duration", "take `duration_s` out, or say hang or slow"));
+            }
+            Ending::Hang | Ending::Slow if !lasts => {
+                found.push(finding(&kill.at_s, "this ends again, and nothing says when", "add `duration_s`"));
+            }
+            Ending::Kill | Ending::Hang | Ending::Slow => {}
+        }
+        match (&kill.quota, kill.ending) {
+            (None, Ending::Slow) => {
+                found.push(finding(&kill.at_s, "a slow process needs a quota", "add `quota`, such as 0.5"));
+            }
+            (Some(quota), Ending::Slow) if quota.get() <= 0.0 || quota.get() >= 1.0 => {
+                found.push(finding(quota, "not a share of the time", "use a number above 0 and below 1"));
+            }
+            (Some(quota), Ending::Kill | Ending::Hang) => {
+                found.push(finding(quota, "a quota is for a slow process", "take it out, or say `ending = \"slow\"`"));
+            }
+            (Some(_), Ending::Slow) | (None, Ending::Kill | Ending::Hang) => {}
+        }
+        if let Some(restart) = &kill.restart_after_s
+            && (kill.ending != Ending::Kill || kill.process != Process::Autonomy)
+        {
+            found.push(finding(restart, "only autonomy is started again, and only after its end", "take it out"));
+        }
     }
     found
 }
@@ -125,7 +159,7 @@ fn phase(s: &Scenario) -> Option<Finding> {
 }
 
 /// Everything with a time on the trial's clock.
-fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
+pub(super) fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
     fn all<T: Windowed>(list: &[T]) -> impl Iterator<Item = &dyn Windowed> {
         list.iter().map(|w| w as &dyn Windowed)
     }
@@ -145,7 +179,7 @@ fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
 fn times(s: &Scenario) -> Vec<Finding> {
     let (_, latest) = s.varies.phase_s();
     let end = s.duration_s.get();
-    let late = windows(s).into_iter().filter(|w| w.at_s().get() + latest >= end);
+    let late = s.windows().into_iter().filter(|w| w.at_s().get() + latest >= end);
     late.map(|w| {
         let message =
             format!("starts at {} s, up to {latest} s later by its phase; the trial ends at {end} s", w.at_s().get());

@@ -48,7 +48,7 @@ pub fn trial(cell: &Scenario, seed: u64) -> Result<Trial, StackError> {
         ([], [], [], [one]) => storm::stormed(one, seed)?,
         _ => return Err(StackError::NotOneCell),
     };
-    Ok(judge::judge(seed, &showing))
+    Ok(Trial { knowledge: cell.level(), ..judge::judge(seed, &showing) })
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request};
 use wire::core::{Input, Output, Side, Subject, Topic};
 use wire::drive::{Act, Drive};
 use wire::event::{
-    Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor, ShownAs,
+    Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor, ShownAs, Suspension,
 };
 use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::hop::{HOP_VERSION, Hop, HopBody, Teammate};
@@ -23,6 +23,7 @@ use wire::sensor::{
     PixelBox, Pose, ProductMode, ReceiverTime,
 };
 use wire::sign::{Key, Purpose, Signed};
+use wire::step::StepName;
 use wire::stream::{Deed, Sight};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 use wire::track::{StageProduct, Track, Tracks};
@@ -368,6 +369,7 @@ fn inputs() -> Vec<Named> {
         named!("audit", Input, Input::Audit { bytes }),
         named!("quiesce", Input, Input::Quiesce),
         named!("finish", Input, Input::Finish),
+        named!("cue", Input, Input::Cue { step: step("cut") }),
     ]
 }
 
@@ -389,7 +391,7 @@ fn outputs() -> Vec<Named> {
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30).chain(45..46).chain(60..62).chain(65..66)
+    (0..30).chain(40..43).chain(45..46).chain(60..62).chain(65..66)
 }
 
 fn entries() -> Vec<Named> {
@@ -580,9 +582,14 @@ fn witnesses() -> Vec<(&'static str, Event)> {
     ]
 }
 
+fn step(name: &str) -> StepName {
+    StepName::new(name).expect("a step's name")
+}
+
 /// What the instrument says of itself.
 fn instrument() -> Vec<(&'static str, Event)> {
     let refused = Account::Refused(Interface::Bus(Topic::Tracks), Reason::Stale);
+    let slow = Suspension::Slow { quota: 250, period: Span::ms(100) };
     vec![
         ("count-sent", Event::Count { account: Account::Sent, n: 90 }),
         ("count-refused", Event::Count { account: refused, n: 3 }),
@@ -592,5 +599,9 @@ fn instrument() -> Vec<(&'static str, Event)> {
         ("chain-broken", Event::ChainBroken { node: NodeId::SIM, counter: 12 }),
         ("ended", Event::Ended { node: NodeId::PERCEPTION, killed: true }),
         ("stalled", Event::Stalled { by: Span::ms(60) }),
+        ("step", Event::Step { step: step("cut"), begun: true }),
+        ("hung", Event::Suspended { node: NodeId::GATEWAY, how: Suspension::Hang, on: true }),
+        ("slowed", Event::Suspended { node: NodeId::GATEWAY, how: slow, on: false }),
+        ("restarted", Event::Restarted { node: NodeId::UNIT_A, boot: Boot(2) }),
     ]
 }
