@@ -20,6 +20,7 @@ mod replay;
 mod run;
 mod scenario;
 mod stages;
+mod transitions;
 mod verify;
 
 use std::ffi::OsString;
