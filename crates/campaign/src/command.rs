@@ -22,6 +22,7 @@ mod replay;
 mod run;
 mod scenario;
 mod stages;
+mod transitions;
 mod verify;
 
 use std::ffi::OsString;

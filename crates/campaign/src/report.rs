@@ -11,6 +11,7 @@ mod plot;
 mod reference;
 mod run;
 mod table;
+mod transitions;
 
 pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
@@ -20,6 +21,7 @@ pub use plot::svg;
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, LatencySummary, Mode, RunObject, Summary};
 pub use table::{latency_table, reference_table, run_table};
+pub use transitions::{TransitionCell, TransitionRow, transition_table};
 
 /// Version of every JSON object that this build prints.
 pub const SCHEMA_VERSION: u32 = 1;
