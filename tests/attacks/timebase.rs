@@ -5,8 +5,10 @@ use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
 use holdsafe_tests::shipped;
 use wire::event::{Action, Event};
+use wire::id::Nonce;
 use wire::mode::Guard;
 use wire::policy::{Check, Requirement};
+use wire::time::{AgeBound, Echo, Instant, MAX_DRIFT_PPM, PeerStamp, Span};
 
 use crate::SEEDS;
 
@@ -84,4 +86,33 @@ fn without_freshness_stale_records_are_accepted_and_the_oracle_says_so() {
     let mut evidence = run.evidence;
     evidence.entries.retain(|w| !matches!(w.entry.event, Event::Attack { action: Action::Delay, .. }));
     assert!(!stale(&judge(&evidence).findings));
+}
+
+/// Ages that a peer's records get whose clock runs `ppm` too fast, with `way` microseconds from one to the other: each with
+/// the time since the challenge went out.
+fn ages(ppm: i64, way: u64) -> Vec<(u64, Option<u64>)> {
+    let ours = |true_us: u64| Instant(1_000_000_000 + true_us);
+    let theirs =
+        |true_us: u64| PeerStamp(5_000_000_000 + true_us.saturating_add_signed(true_us as i64 * ppm / 1_000_000));
+    let mut bound = AgeBound::new(Span::s(3));
+    bound.issue(Nonce(7), ours(0));
+    assert!(bound.prove(Echo { nonce: Nonce(7), seen: theirs(way) }));
+    let written = (way..3_000_000 - way).step_by(9_973);
+    written.map(|t| (t, bound.age(theirs(t), ours(t + way)).map(|age| age.upper().0))).collect()
+}
+
+#[test]
+fn a_host_whose_clock_runs_wrong_ages_its_records_or_hides_little_or_loses_supervision() {
+    for way in [300, 3_000, 30_000] {
+        for ppm in [-100_000, -1_000, 0, MAX_DRIFT_PPM as i64] {
+            assert!(ages(ppm, way).iter().all(|(_, age)| age.is_some_and(|age| age + 1 >= way)), "{ppm} {way}");
+        }
+        for ppm in [500, 1_000, 10_000, 100_000] {
+            let hidden = 3 * (ppm as u64 - MAX_DRIFT_PPM);
+            let believed = ages(ppm, way).into_iter().filter_map(|(_, age)| age);
+            assert!(believed.into_iter().all(|age| age + hidden + 1 >= way), "{ppm} {way}");
+        }
+    }
+    let refused = ages(1_000, 300).into_iter().find(|(_, age)| age.is_none());
+    assert!(refused.is_some_and(|(since, _)| since < 1_500_000), "{refused:?}: its stamps are ahead of what can be");
 }

@@ -178,7 +178,8 @@ impl Localisation {
         self.drift.take(innovation, elapsed, self.speed(), unobserved);
         let usable = !self.distrusted();
         if let Some(estimates) = self.track.as_mut().filter(|_| usable) {
-            estimates.follow(&seen, elapsed);
+            let share = estimates.follow(&seen, elapsed);
+            self.drift.forget(share);
         }
     }
 }
@@ -192,14 +193,16 @@ fn beyond_gate(seen: &Estimate, anchor: &Estimate, sigma_mm: u16, unobserved: f6
 }
 
 impl Estimates {
-    /// Lets a trusted fix correct both.
-    fn follow(&mut self, seen: &Estimate, elapsed: f64) {
+    /// Lets a trusted fix correct both. Gives the share of it that the anchor took over.
+    fn follow(&mut self, seen: &Estimate, elapsed: f64) -> f64 {
         let regained = self.unobserved > 0.0;
         self.followed = if regained { 0.0 } else { (self.followed + elapsed).min(ANCHOR_S) };
         let share = if self.followed > 0.0 { elapsed / (self.followed + elapsed).min(ANCHOR_S) } else { 1.0 };
+        let share = share.min(1.0);
         self.unobserved = 0.0;
-        self.anchor.approach(seen, share.min(1.0));
+        self.anchor.approach(seen, share);
         self.pose.approach(seen, if regained { 1.0 } else { POSE_GAIN });
+        share
     }
 }
 
