@@ -5,15 +5,18 @@
 
 mod batch;
 mod bench;
+mod catalogue;
 mod cost;
 mod curve;
 mod doctor;
 mod engine;
 mod failure;
 mod interrupt;
+mod kept;
 mod kill;
 mod live;
 mod liveness;
+mod matrix;
 mod out;
 mod plan;
 mod reference;
@@ -92,6 +95,10 @@ enum Verb {
     /// Scenario files.
     #[command(subcommand)]
     Scenario(scenario::Verb),
+    /// Run every row of the threat catalogue and print the threat matrix.
+    Matrix(matrix::Args),
+    /// Print the threat catalogue: docs/threats.md, or its rows with --json.
+    Catalogue,
     /// Say whether everything that a run needs is here.
     Doctor,
 }
@@ -150,6 +157,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Replay(args)) => replay::run(&context, &args),
         Some(Verb::Verify(args)) => verify::run(&context, &args),
         Some(Verb::Scenario(verb)) => scenario::run(&context, &verb),
+        Some(Verb::Matrix(args)) => matrix::run(&context, &args),
+        Some(Verb::Catalogue) => catalogue::run(&context),
         Some(Verb::Doctor) => doctor::run(&context),
     };
     result.unwrap_or_else(|failure| failure.tell(context.json))

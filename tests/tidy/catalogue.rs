@@ -1,0 +1,60 @@
+//! The threat catalogue against scenarios, tests, documents and code: nothing untested, nothing that nothing justifies.
+
+use std::fs;
+
+use campaign::catalogue::Catalogue;
+use campaign::scenario::{self, Scenario};
+
+use crate::{root, sources};
+
+fn scenarios() -> Vec<Scenario> {
+    let files = scenario::shipped(&root()).expect("scenarios/");
+    files.iter().map(|file| scenario::load(file).expect("a shipped scenario loads")).collect()
+}
+
+fn read(file: &str) -> String {
+    fs::read_to_string(root().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
+}
+
+fn catalogue() -> Catalogue {
+    Catalogue::load().expect("docs/catalogue.toml loads")
+}
+
+#[test]
+fn every_row_has_a_scenario_and_a_test_or_says_why_and_every_scenario_fits_its_rows() {
+    assert_eq!(catalogue().disagreements(&scenarios()), Vec::<String>::new());
+}
+
+#[test]
+fn the_page_of_threats_is_the_one_that_the_catalogue_gives() {
+    assert!(
+        read("docs/threats.md") == catalogue().page(&scenarios()),
+        "docs/threats.md is not what docs/catalogue.toml and scenarios/ give: \
+         run `target/debug/holdsafe catalogue > docs/threats.md`"
+    );
+}
+
+#[test]
+fn every_test_that_a_row_names_exists() {
+    for row in &catalogue().row {
+        for test in &row.tests {
+            let (file, name) = test.split_once("::").expect("`file::name`");
+            let there = read(file).contains(&format!("#[test]\nfn {name}()"));
+            assert!(there, "{} names {test}: there is no such test", row.id.as_str());
+        }
+    }
+}
+
+/// A file of tests/attacks that no row knows tests something that nobody asked for, or was forgotten.
+#[test]
+fn every_test_named_after_an_attack_belongs_to_a_row() {
+    let catalogue = catalogue();
+    let known: Vec<&String> = catalogue.row.iter().flat_map(|row| &row.tests).collect();
+    for (file, text) in sources("tests/attacks") {
+        let named = text.contains("#[test]");
+        assert!(
+            !named || known.iter().any(|test| test.starts_with(&format!("{file}::"))),
+            "{file} has tests and docs/catalogue.toml names none of them: add them to the rows that they test"
+        );
+    }
+}
