@@ -2,8 +2,10 @@
 
 use std::fs;
 
+use campaign::ablation::Switch;
 use campaign::catalogue::Catalogue;
 use campaign::scenario::{self, Scenario};
+use wire::mode::Mode;
 
 use crate::{root, sources};
 
@@ -56,5 +58,37 @@ fn every_test_named_after_an_attack_belongs_to_a_row() {
             !named || known.iter().any(|test| test.starts_with(&format!("{file}::"))),
             "{file} has tests and docs/catalogue.toml names none of them: add them to the rows that they test"
         );
+    }
+}
+
+/// The cells of the table rows of `file` that begin with `name` in code quotes.
+fn row_of(file: &str, name: &str) -> Vec<String> {
+    let text = read(file);
+    let begins = format!("| `{name}` |");
+    let row = text.lines().find(|line| line.starts_with(&begins));
+    let row = row.unwrap_or_else(|| panic!("{file} has no row for `{name}`: say what it is for, or take it out"));
+    row.split('|').map(|cell| cell.trim().to_owned()).collect()
+}
+
+#[test]
+fn every_check_and_every_mode_is_justified_by_rows_that_exist() {
+    let catalogue = catalogue();
+    let switches = Switch::all().into_iter().map(|switch| switch.name());
+    let modes = Mode::ALL.into_iter().map(|mode| mode.name().to_owned());
+    for name in switches.chain(modes) {
+        let cells = row_of("docs/checks.md", &name);
+        let rows: Vec<&str> = cells[3].split(' ').collect();
+        for id in &rows {
+            assert!(catalogue.row(id).is_some(), "docs/checks.md: `{name}` names {id}: there is no such row");
+        }
+    }
+}
+
+#[test]
+fn every_component_is_on_the_code_map() {
+    let map = read("ARCHITECTURE.md");
+    for entry in fs::read_dir(root().join("crates")).expect("crates/") {
+        let name = entry.expect("a readable entry").file_name().to_string_lossy().into_owned();
+        assert!(map.contains(&format!("**`{name}`**")), "ARCHITECTURE.md does not say what `{name}` is");
     }
 }

@@ -3,6 +3,7 @@
 //! Results go to stdout, progress, logs and failures to stderr. What runs a trial is `twin` and `live`; what a trial is
 //! worth is `oracle`; the only files here that name them are `engine` and, to measure them, `cost`.
 
+mod ablate;
 mod batch;
 mod bench;
 mod catalogue;
@@ -97,6 +98,8 @@ enum Verb {
     Scenario(scenario::Verb),
     /// Run every row of the threat catalogue and print the threat matrix.
     Matrix(matrix::Args),
+    /// Run every attack with each check waived in turn: what each is worth, and what it costs.
+    Ablate(ablate::Args),
     /// Print the threat catalogue: docs/threats.md, or its rows with --json.
     Catalogue,
     /// Say whether everything that a run needs is here.
@@ -158,6 +161,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Verify(args)) => verify::run(&context, &args),
         Some(Verb::Scenario(verb)) => scenario::run(&context, &verb),
         Some(Verb::Matrix(args)) => matrix::run(&context, &args),
+        Some(Verb::Ablate(args)) => ablate::run(&context, &args),
         Some(Verb::Catalogue) => catalogue::run(&context),
         Some(Verb::Doctor) => doctor::run(&context),
     };

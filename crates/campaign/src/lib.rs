@@ -5,6 +5,7 @@
 //! put numbers on many trials, `ablation` on what a check is worth, `command` is the `holdsafe` program. How a service
 //! decides is none of its business.
 
+pub mod ablation;
 pub mod cast;
 pub mod catalogue;
 pub mod command;

@@ -3,6 +3,7 @@
 //! Twin n and live n are never added; INVALID trials are never dropped: each bound is given once over the valid trials
 //! and once with INVALID counted as failure. Nothing here judges a trial.
 
+mod ablate;
 mod cost;
 mod curve;
 mod kill;
@@ -13,6 +14,7 @@ mod reference;
 mod run;
 mod table;
 
+pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
 pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub use kill::{KillRow, Times, kill_table};

@@ -107,6 +107,11 @@ impl Shelf {
         self.done.get(&seed)
     }
 
+    /// How many of the seeds from `first` are not finished.
+    pub(super) fn missing(&self, first: u64, n: u64) -> usize {
+        (0..n).filter(|i| !self.done.contains_key(&first.wrapping_add(*i))).count()
+    }
+
     /// Keeps a trial that has just been judged.
     pub(super) fn put(&self, trial: &Trial) -> Result<(), Failure> {
         let line = serde_json::to_string(&Line::of(trial)).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;

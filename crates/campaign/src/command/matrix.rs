@@ -87,8 +87,9 @@ fn parts(context: &Context, args: &Args, scenarios: Vec<Scenario>) -> Result<Vec
     let mut parts = Vec::new();
     for scenario in scenarios {
         let planned = plan::of_scenario(context, &scenario, &Wanted::default())?;
-        parts.push(Part { scenario: scenario.clone(), mode: Mode::Twin, n: args.trials, planned });
-        if args.live > 0 {
+        let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
+        parts.push(Part { scenario: scenario.clone(), mode, n: args.trials, planned });
+        if args.live > 0 && mode == Mode::Twin {
             let rendered = Wanted { rendered: true, ..Wanted::default() };
             let planned = plan::of_scenario(context, &scenario, &rendered)?;
             parts.push(Part { scenario, mode: Mode::Live, n: args.live, planned });
@@ -114,8 +115,7 @@ fn all(
     let shelves = |part: &Part| part.planned.iter().map(|p| kept.shelf(part.mode, p)).collect::<Result<Vec<_>, _>>();
     let shelves: Vec<Vec<Shelf>> = parts.iter().map(shelves).collect::<Result<_, _>>()?;
     let missing = |(part, shelves): (&Part, &Vec<Shelf>)| {
-        let of = |shelf: &Shelf| seeds(context, part.n).filter(|seed| shelf.get(*seed).is_none()).count();
-        shelves.iter().map(of).sum::<usize>()
+        shelves.iter().map(|shelf| shelf.missing(context.seed, part.n)).sum::<usize>()
     };
     let progress = Progress::new("matrix", parts.iter().zip(&shelves).map(missing).sum(), context.talk);
     let (mut exit, mut runs) = (Exit::Fine, BTreeMap::new());
@@ -133,11 +133,6 @@ fn all(
     }
     progress.finish();
     Ok((exit, runs))
-}
-
-fn seeds(context: &Context, n: u64) -> impl Iterator<Item = u64> {
-    let seed = context.seed;
-    (0..n).map(move |i| seed.wrapping_add(i))
 }
 
 /// The runs of a row.
