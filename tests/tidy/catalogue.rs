@@ -5,7 +5,9 @@ use std::fs;
 use campaign::ablation::Switch;
 use campaign::catalogue::Catalogue;
 use campaign::scenario::{self, Scenario};
+use wire::id::{NODES, NodeId};
 use wire::mode::Mode;
+use wire::refusal::Reason;
 
 use crate::{root, sources};
 
@@ -90,5 +92,41 @@ fn every_component_is_on_the_code_map() {
     for entry in fs::read_dir(root().join("crates")).expect("crates/") {
         let name = entry.expect("a readable entry").file_name().to_string_lossy().into_owned();
         assert!(map.contains(&format!("**`{name}`**")), "ARCHITECTURE.md does not say what `{name}` is");
+    }
+}
+
+#[test]
+fn every_identity_is_accounted_for_with_rows_that_exist_or_not_covered() {
+    let catalogue = catalogue();
+    for number in 0..NODES as u8 {
+        let bytes = minicbor::to_vec(number).expect("a number");
+        let node: NodeId = minicbor::decode(&bytes).expect("an identity of the closed set");
+        let cells = row_of("docs/assumptions.md", node.name());
+        let covered = !cells[4].starts_with("not covered: ");
+        for id in cells[4].split(' ').filter(|_| covered) {
+            assert!(catalogue.row(id).is_some(), "docs/assumptions.md: `{node}` names {id}: there is no such row");
+        }
+    }
+}
+
+#[test]
+fn every_check_and_every_reason_has_its_place_at_a_boundary() {
+    let page = read("docs/trust-boundaries.md");
+    for switch in Switch::all() {
+        let name = switch.name();
+        let (table, check) = name.split_once('.').unwrap_or(("boundary", &name));
+        let placed = table == "guards" || page.contains(&format!("`{check}`"));
+        assert!(placed, "docs/trust-boundaries.md does not say where `{name}` is judged");
+    }
+    for reason in Reason::ALL {
+        let name = reason.name();
+        assert!(page.contains(&format!("`{name}`")), "docs/trust-boundaries.md does not say who refuses `{name}`");
+    }
+}
+
+#[test]
+fn every_stop_of_the_audit_exists() {
+    for place in read("docs/audit.md").split('`').filter(|text| text.starts_with("crates/") || text.starts_with("docs/")) {
+        assert!(root().join(place).exists(), "docs/audit.md sends its reader to {place}: there is no such place");
     }
 }
