@@ -332,6 +332,17 @@ pub enum Evidence {
     Live,
 }
 
+impl Evidence {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Evidence::Model => "model",
+            Evidence::Stack => "stack",
+            Evidence::Live => "live",
+        }
+    }
+}
+
 /// What a scenario puts to the test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -342,6 +353,17 @@ pub enum Requirement {
     CommunicationTrust,
     /// Loss of trust is noticed and acted upon in time.
     RuntimeAssurance,
+}
+
+impl Requirement {
+    /// Its name, in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Requirement::PerceptionIntegrity => "perception integrity",
+            Requirement::CommunicationTrust => "communication trust",
+            Requirement::RuntimeAssurance => "runtime assurance",
+        }
+    }
 }
 
 /// What the telemetry link is like all along, both ways, from the first datagram to the last. It is no attack: nothing is

@@ -65,7 +65,7 @@ impl Outcome {
 }
 
 /// A change of mode of the platform under test.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TransitionRow {
     /// Trace time from the start of the trial, in milliseconds.
     pub t_ms: f64,
@@ -87,7 +87,7 @@ pub struct StepRow {
 }
 
 /// Times from the receipt of the injection to what it caused, in milliseconds; `None` where it did not happen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Latency {
     /// To DEGRADED (or straight to HOLD_SAFE).
     pub to_degraded: Option<f64>,
@@ -98,7 +98,7 @@ pub struct Latency {
 }
 
 /// One trial.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// The seed that reproduces it.
     pub seed: u64,
@@ -113,7 +113,7 @@ pub struct Trial {
     /// The class that the oracle gave.
     pub outcome: Outcome,
     /// Why that class: the broken property, the missing receipt; empty where the class says it all.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<String>,
     /// Whether every injection was seen at its target by a second witness (true where nothing is injected).
     pub receipt: bool,
@@ -129,14 +129,14 @@ pub struct Trial {
     pub dropped: BTreeMap<String, u64>,
     /// What the record filters in front of the sessions of gateway and unit refused, and handshakes that came to
     /// nothing, by reason.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub guard_refused: BTreeMap<String, u64>,
     /// Changes of mode, in order.
     pub transitions: Vec<TransitionRow>,
     /// Times from the injection.
     pub latency_ms: Latency,
     /// What came of each process that was killed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty", skip_deserializing)]
     pub responses: Vec<Response>,
     /// Simulated (twin) or real (live) seconds.
     pub sim_seconds: f64,

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
+use crate::scenario::Evidence;
 use crate::stats::{LEVEL, Sample, events_upper, rate_upper};
 use crate::trial::{Latency, Outcome, Trial};
 
@@ -28,6 +29,20 @@ impl Mode {
             Mode::Live => "live",
             Mode::Stack => "stack",
         }
+    }
+
+    /// Where the evidence of a trial in this mode comes from.
+    pub fn evidence(self) -> Evidence {
+        match self {
+            Mode::Twin => Evidence::Model,
+            Mode::Live => Evidence::Live,
+            Mode::Stack => Evidence::Stack,
+        }
+    }
+
+    /// Whether the mechanism of a scenario runs in this mode, when its real place is `place`.
+    pub fn counts_for(self, place: Evidence) -> bool {
+        self.evidence() != Evidence::Model || place == Evidence::Model
     }
 }
 
