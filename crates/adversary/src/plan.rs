@@ -10,11 +10,13 @@ use wire::time::{Instant, Span};
 
 mod broker;
 mod insider;
+mod peer;
 mod relay;
 mod rogue;
 
 pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, OrderForgery};
 pub use insider::{Flaw, Form, Forward, InsiderTeammateConfig, Malformed, Place};
+pub use peer::{Confusion, Falsehood, Motion, Product, Resend};
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
 pub use rogue::{RogueConfig, RogueMove, Says, Spot};
 

@@ -22,6 +22,7 @@ mod run;
 mod scenario;
 mod stages;
 mod verify;
+mod window;
 
 use std::ffi::OsString;
 use std::path::PathBuf;

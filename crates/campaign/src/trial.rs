@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::oracle::demise::Response;
+use crate::oracle::peers::Claims;
 
 /// How a trial ended; the first class that matches, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -116,6 +117,9 @@ pub struct Trial {
     /// nothing, by reason.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub guard_refused: BTreeMap<String, u64>,
+    /// What an admitted teammate said in bad faith, where one did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub claims: Option<Claims>,
     /// Changes of mode, in order.
     pub transitions: Vec<TransitionRow>,
     /// Times from the injection.

@@ -156,7 +156,10 @@ pub(super) fn teammate(s: &Scenario, phase: u64) -> Option<InsiderTeammateConfig
         count: m.count.unsigned() as u32,
         every_ms: m.every_ms.unsigned(),
     });
-    Some(InsiderTeammateConfig { place, forward, malformed: malformed.collect() })
+    let mut config =
+        InsiderTeammateConfig { place, forward, malformed: malformed.collect(), ..InsiderTeammateConfig::default() };
+    super::peer::plan(s, phase, &mut config);
+    Some(config)
 }
 
 fn flaw(flaw: scenario::Flaw) -> Flaw {
@@ -249,6 +252,7 @@ pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
     add(!s.reoriginate.is_empty(), Action::Reoriginate);
     add(!s.inject.is_empty(), Action::Inject);
     add(!s.teammate.is_empty(), Action::Forward);
+    planned.extend(super::peer::planned(s));
     planned.extend(tampered(s).map(Planned::Stream));
     planned.extend(broker::planned(s).map(Planned::Broker));
     planned.extend((!s.malformed.is_empty()).then_some(Planned::Malformed));

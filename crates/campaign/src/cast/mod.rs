@@ -5,6 +5,7 @@
 
 mod attack;
 mod keys;
+mod peer;
 mod rogue;
 mod scene;
 mod script;
