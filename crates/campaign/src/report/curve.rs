@@ -160,10 +160,7 @@ impl Reading {
             smallest_detected_before_harm: first.map(|p| p.value),
             detected_there_lower_95: first.map(|p| p.detected.lower_95),
             always_detected_from: points.get(missed.map_or(0, |at| at + 1)).map(|p| p.value),
-            largest_undetected: points
-                .iter()
-                .rfind(|p| p.detected.hits < p.detected.n)
-                .map(|p| p.value),
+            largest_undetected: points.iter().rfind(|p| p.detected.hits < p.detected.n).map(|p| p.value),
             smallest_harmful: points.iter().find(|p| p.harmed.hits > 0).map(|p| p.value),
         }
     }
