@@ -126,7 +126,9 @@ fn every_check_and_every_reason_has_its_place_at_a_boundary() {
 
 #[test]
 fn every_stop_of_the_audit_exists() {
-    for place in read("docs/audit.md").split('`').filter(|text| text.starts_with("crates/") || text.starts_with("docs/")) {
+    for place in
+        read("docs/audit.md").split('`').filter(|text| text.starts_with("crates/") || text.starts_with("docs/"))
+    {
         assert!(root().join(place).exists(), "docs/audit.md sends its reader to {place}: there is no such place");
     }
 }

@@ -10,12 +10,14 @@ use wire::core::Side;
 
 mod broker;
 mod insider;
+mod peer;
 mod relay;
 mod rogue;
 mod step;
 
 pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, OrderForgery};
 pub use insider::{Flaw, Form, Forward, InsiderTeammateConfig, Malformed, Place};
+pub use peer::{Confusion, Falsehood, Motion, Product, Resend};
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
 pub use rogue::{RogueConfig, RogueMove, Says, Spot};
 pub use step::{MAX_PASSES, On, Step, Wait};

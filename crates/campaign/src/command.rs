@@ -28,6 +28,7 @@ mod scenario;
 mod stages;
 mod transitions;
 mod verify;
+mod window;
 
 use std::ffi::OsString;
 use std::path::PathBuf;

@@ -6,7 +6,8 @@ use wire::event::{Account, Event, GuardVerdict, Interface};
 use wire::id::NodeId;
 
 use crate::evidence::hashes;
-use crate::oracle::{Evidence, Verdict};
+use crate::oracle::peers::{self, Claims};
+use crate::oracle::{Evidence, Micros, Verdict};
 use crate::scenario::Knowledge;
 use crate::trial::{StepRow, Trial};
 
@@ -32,6 +33,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         accepted: 0,
         dropped: BTreeMap::new(),
         guard_refused: BTreeMap::new(),
+        claims: claims(evidence, verdict),
         transitions: verdict.transitions.clone(),
         latency_ms: verdict.latency,
         responses: verdict.responses.clone(),
@@ -54,6 +56,13 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         }
     }
     trial
+}
+
+/// A teammate's claims up to the unit's first restriction after the first of them.
+fn claims(evidence: &Evidence, verdict: &Verdict) -> Option<Claims> {
+    let degraded = verdict.latency.to_degraded.map(|ms| (ms * 1000.0) as Micros);
+    let reaction = verdict.zero.zip(degraded).map(|(zero, after)| zero + after);
+    Some(peers::claims(evidence, reaction)).filter(|claims| claims.said > 0)
 }
 
 fn add(trial: &mut Trial, node: NodeId, account: Account, n: u64) {

@@ -16,6 +16,7 @@ mod curve;
 mod fault;
 mod insider;
 mod operator;
+mod peer;
 mod platform;
 mod problem;
 mod read;
@@ -45,6 +46,7 @@ pub use curve::Curve;
 pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
 pub use insider::{Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
 pub use operator::{DisplayedState, Operator, Step, Verb};
+pub use peer::{Falsehood, ModeConfusion, Motion, Product, SessionReplay};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use problem::{Problem, ProblemRow, Problems};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
@@ -238,6 +240,15 @@ pub struct Scenario {
     /// An insider in perception's place makes up where vehicles stand.
     #[serde(default)]
     pub alter: List<Alter, 4>,
+    /// An admitted teammate sends what it said in an earlier session again.
+    #[serde(default)]
+    pub session_replay: List<SessionReplay, 1>,
+    /// An admitted teammate claims a place or a motion that is not its own.
+    #[serde(default)]
+    pub falsehood: List<Falsehood, 16>,
+    /// An admitted teammate's reports are no live product, or in another time base.
+    #[serde(default)]
+    pub mode_confusion: List<ModeConfusion, 16>,
 
     /// Variations, each with its own expected classes; without any the scenario is its only cell.
     #[serde(default)]

@@ -200,6 +200,7 @@ fn said(at: u64, node: NodeId, output: &Output) -> Option<Word> {
         Output::Datagram { .. }
         | Output::Stream { .. }
         | Output::Reset { .. }
+        | Output::Close { .. }
         | Output::Audit { .. }
         | Output::Stranger { .. }
         | Output::Text { .. } => return None,

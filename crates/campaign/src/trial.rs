@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::oracle::demise::Response;
+use crate::oracle::peers::Claims;
 use crate::scenario::Knowledge;
 
 /// How a trial ended; the first class that matches, in this order.
@@ -78,7 +79,7 @@ pub struct TransitionRow {
 }
 
 /// The beginning of a step.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepRow {
     /// Its name.
     pub step: String,
@@ -108,7 +109,7 @@ pub struct Trial {
     /// How much the adversary knew.
     pub knowledge: Knowledge,
     /// When the named steps of the attack began, milliseconds of the run, in order.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub steps: Vec<StepRow>,
     /// The class that the oracle gave.
     pub outcome: Outcome,
@@ -131,6 +132,9 @@ pub struct Trial {
     /// nothing, by reason.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub guard_refused: BTreeMap<String, u64>,
+    /// What an admitted teammate said in bad faith, where one did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub claims: Option<Claims>,
     /// Changes of mode, in order.
     pub transitions: Vec<TransitionRow>,
     /// Times from the injection.

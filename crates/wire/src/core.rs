@@ -334,6 +334,13 @@ pub enum Output {
         #[n(0)]
         text: String,
     },
+    /// End a secure session; whoever dialled it dials again.
+    #[n(55)]
+    Close {
+        /// Local handle of the session.
+        #[n(0)]
+        session: SessionId,
+    },
     /// Emit a datagram towards the server from a source address of the relay's own, which no session knows and no
     /// credential covers (relay only).
     #[n(8)]

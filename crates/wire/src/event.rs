@@ -185,6 +185,15 @@ pub enum Action {
     /// Published there again what that channel's producer had published.
     #[n(46)]
     Republish,
+    /// Sent a record of an earlier session again, under its own credentials.
+    #[n(35)]
+    Resend,
+    /// Reported of itself what is not so.
+    #[n(36)]
+    Lie,
+    /// Reported as a live product, in this time base, what is neither or not both.
+    #[n(37)]
+    Confuse,
 }
 
 /// A sensor that a fault can befall.
@@ -746,6 +755,15 @@ pub enum Event {
         #[n(3)]
         hash: u64,
     },
+    /// An insider sends the report with this identity: which of a session's records are its deeds.
+    #[n(55)]
+    Claimed {
+        #[n(0)]
+        record: RecordId,
+        /// How far the place in it is from the true one, mm.
+        #[n(1)]
+        off_mm: u32,
+    },
 }
 
 /// The short hash of bytes on a wire, as [`Event::Attack`] and [`Event::GuardSaw`] carry it: the first eight bytes of
@@ -768,4 +786,7 @@ pub enum Inconsistency {
     /// Its own sequence or stamps run backwards, or two sources claim the same report sequence.
     #[n(2)]
     TimeBase,
+    /// Over many claims its place does not go where its speed and heading lead.
+    #[n(55)]
+    Residual,
 }

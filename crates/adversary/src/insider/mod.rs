@@ -10,6 +10,8 @@ mod flaw;
 mod forged;
 mod forgery;
 mod rogue;
+mod story;
+mod tape;
 mod teammate;
 #[cfg(test)]
 mod tests;

@@ -12,10 +12,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
 use wire::audit::Journal;
 use wire::bounds::Bounds;
+use wire::codec;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::{Account, Action, Event, wire_hash};
 use wire::hop::HopBody;
-use wire::id::{Boot, Nonce, PeerId, SessionId, WorldId};
+use wire::id::{Boot, Nonce, PeerId, RecordId, SessionId, WorldId};
 use wire::setup::Setup;
 use wire::sign::Purpose;
 use wire::step::StepName;
@@ -23,6 +24,8 @@ use wire::time::{Instant, Span};
 
 use super::end::End;
 use super::flaw;
+use super::story;
+use super::tape::{Tape, Taped};
 use super::voice::{self, Voice};
 use crate::opening::{self, Opening};
 use crate::plan::{Direction, Forward, InsiderTeammateConfig, Malformed, PlanError};
@@ -36,6 +39,7 @@ const MAX_WAITING: usize = 1024;
 /// See the module.
 #[derive(Debug)]
 pub struct InsiderTeammate {
+    origin: Instant,
     config: InsiderTeammateConfig,
     /// When the forwarding begins and ends.
     forward: Option<Opening>,
@@ -46,6 +50,7 @@ pub struct InsiderTeammate {
     ends: BTreeMap<SessionId, End>,
     waiting: VecDeque<(Instant, Vec<u8>)>,
     runs: Vec<Run>,
+    tape: Option<Tape>,
     next_report: Instant,
     next_grant: Instant,
     sent: u64,
@@ -78,6 +83,7 @@ impl InsiderTeammate {
         });
         let forward = |f: &Forward| Opening::new(f.step, Direction::Up, now, f.at_ms, Span::ms(f.duration_ms));
         let mut insider = Self {
+            origin: now,
             forward: config.forward.as_ref().map(forward),
             boot: setup.boot,
             bounds: setup.bounds,
@@ -86,6 +92,7 @@ impl InsiderTeammate {
             ends: BTreeMap::new(),
             waiting: VecDeque::new(),
             runs: runs.collect(),
+            tape: config.resend.map(|plan| Tape::new(plan, now)),
             config,
             next_report: now,
             next_grant: now,
@@ -103,6 +110,7 @@ impl InsiderTeammate {
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
+            origin: self.origin,
             config: self.config.clone(),
             forward: self.forward.clone(),
             boot: self.boot,
@@ -112,6 +120,7 @@ impl InsiderTeammate {
             ends: self.ends.clone(),
             waiting: self.waiting.clone(),
             runs: self.runs.clone(),
+            tape: self.tape.clone(),
             next_report: self.next_report,
             next_grant: self.next_grant,
             sent: self.sent,
@@ -173,6 +182,7 @@ impl InsiderTeammate {
             let Some((_, theirs)) = self.waiting.pop_front() else { break };
             let Some(forward) = self.config.forward else { continue };
             let Some(report) = self.voice.in_form(now, forward.form, &theirs) else { continue };
+            let claimed = voice::id(&report);
             for session in self.sessions(PeerId::GATEWAY) {
                 let Some(end) = self.ends.get_mut(&session) else { continue };
                 let record = end.say(now, HopBody::Report(report.as_slice().into()), &mut self.rng);
@@ -181,6 +191,9 @@ impl InsiderTeammate {
                 let (hash, delay) = (wire_hash(&record), Span::ms(forward.lag_ms));
                 let event = Event::Attack { action: Action::Forward, side: Side::Server, length, hash, delay };
                 self.journal.write(now, event, &mut self.out);
+                if let Some(record) = claimed {
+                    self.journal.write(now, Event::Claimed { record, off_mm: 0 }, &mut self.out);
+                }
                 self.send(session, record);
             }
         }
@@ -195,9 +208,53 @@ impl InsiderTeammate {
         }
         let up = self.sessions(PeerId::GATEWAY);
         if own && !up.is_empty() {
-            let report = self.voice.own(now, Nonce(self.rng.next_u64()));
-            let signed = self.voice.key.sign(Purpose::Report, &report);
-            up.into_iter().for_each(|session| self.say(now, session, HopBody::Report(signed.as_slice().into())));
+            let mut report = self.voice.own(now, Nonce(self.rng.next_u64()));
+            let told = story::tell(&self.config, now.since(self.origin), &mut report);
+            let signed = self.voice.key.sign(Purpose::Report, &codec::encode(&report));
+            for session in up {
+                let Some(end) = self.ends.get_mut(&session) else { continue };
+                let whole = end.say(now, HopBody::Report(signed.as_slice().into()), &mut self.rng);
+                if let Some(action) = told.action {
+                    self.own_up(now, action, (report.id(), told.off_mm), &whole, Span::ZERO);
+                }
+                if let Some(tape) = &mut self.tape {
+                    tape.note(Taped { at: now, id: report.id(), whole: whole.clone(), report: signed.clone() });
+                }
+                self.send(session, whole);
+            }
+        }
+    }
+
+    /// Tells what is about to be said, and which report it is.
+    fn own_up(&mut self, now: Instant, action: Action, (record, off_mm): (RecordId, u32), bytes: &[u8], delay: Span) {
+        let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
+        let event = Event::Attack { action, side: Side::Server, length, hash: wire_hash(bytes), delay };
+        self.journal.write(now, event, &mut self.out);
+        self.journal.write(now, Event::Claimed { record, off_mm }, &mut self.out);
+    }
+
+    /// Ends the session when that is due, and says again in the next what was said in it.
+    fn resend(&mut self, now: Instant) {
+        if self.tape.as_mut().is_some_and(|tape| tape.hangs_up(now)) {
+            let up: Vec<SessionId> =
+                self.ends.iter().filter(|(_, end)| end.peer == PeerId::GATEWAY).map(|(session, _)| *session).collect();
+            for session in up {
+                self.close(now, session);
+                self.out.push_back(Output::Close { session });
+            }
+            if self.tape.as_ref().is_some_and(Tape::restarts) {
+                self.boot = Boot(self.boot.0 + 1);
+                self.voice.restart(self.boot);
+            }
+        }
+        let Some(session) = self.sessions(PeerId::GATEWAY).first().copied() else { return };
+        while let Some((taped, whole)) = self.tape.as_mut().and_then(|tape| tape.take(now)) {
+            let delay = now.since(taped.at);
+            let Some(end) = self.ends.get_mut(&session) else { return };
+            let body = HopBody::Report(taped.report.as_slice().into());
+            let record = if whole { taped.whole } else { end.say(now, body, &mut self.rng) };
+            self.own_up(now, Action::Resend, (taped.id, 0), &record, delay);
+            self.send(session, record);
         }
     }
 
@@ -217,7 +274,7 @@ impl InsiderTeammate {
                 let run = &mut self.runs[i];
                 let flaw = run.plan.flaws[run.taken % run.plan.flaws.len()];
                 run.taken += 1;
-                let report = self.voice.own(now, Nonce(self.rng.next_u64()));
+                let report = codec::encode(&self.voice.own(now, Nonce(self.rng.next_u64())));
                 for session in self.sessions(PeerId::GATEWAY) {
                     let Some(end) = self.ends.get_mut(&session) else { continue };
                     let bytes = flaw::record(flaw, now, end, &self.voice.key, &report, &mut self.rng);
@@ -291,6 +348,7 @@ impl InsiderTeammate {
             self.next_grant = next(self.next_grant, self.bounds.grant_period_ms, now);
         }
         self.misspeak(now);
+        self.resend(now);
     }
 }
 
@@ -335,7 +393,9 @@ impl Core for InsiderTeammate {
         let runs = self.runs.iter().filter_map(|run| run.steps.as_ref().and_then(Steps::due));
         let openings = self.forward.iter().chain(self.runs.iter().map(|run| &run.opening));
         let begins = openings.filter_map(Opening::due);
-        [self.next_report, self.next_grant].into_iter().chain(waiting).chain(runs).chain(begins).min()
+        let ready = self.ends.values().any(|end| end.peer == PeerId::GATEWAY && end.ready());
+        let tape = self.tape.as_ref().and_then(|tape| tape.due(ready));
+        [self.next_report, self.next_grant].into_iter().chain(waiting).chain(runs).chain(begins).chain(tape).min()
     }
 
     fn output(&mut self) -> Option<Output> {

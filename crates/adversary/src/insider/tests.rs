@@ -143,7 +143,7 @@ fn broken_records_are_refused_for_the_flaw_they_have() {
 
 fn teammate(forward: Option<Forward>) -> InsiderTeammate {
     let place = Place { x_mm: 1000, y_mm: 2000, vx_mm_s: 300, vy_mm_s: -400 };
-    let config = InsiderTeammateConfig { place, forward, malformed: vec![] };
+    let config = InsiderTeammateConfig { place, forward, ..InsiderTeammateConfig::default() };
     InsiderTeammate::new(setup(NodeId::INSIDER_B, 2), config, at(0)).unwrap()
 }
 

@@ -184,6 +184,15 @@ impl Bench {
         self.downlink(HopBody::Teammate(body));
     }
 
+    /// The same with a speed and a heading, mm/s and mrad.
+    pub(crate) fn moving(&mut self, unit: UnitId, via: PeerId, sequence: u64, at: (i32, i32), motion: (i32, i16)) {
+        let mut report = self.report_of(unit, sequence, at);
+        (report.speed_mm_s, report.pose.yaw_mrad) = motion;
+        let signed = key_of(unit.node()).sign(Purpose::Report, &codec::encode(&report));
+        let body = Teammate { via, age: Span::ms(20), report: <&ByteSlice>::from(signed.as_slice()) };
+        self.downlink(HopBody::Teammate(body));
+    }
+
     /// The transitions so far: from, to, cause.
     pub(crate) fn transitions(&self) -> Vec<(Mode, Mode, Cause)> {
         let of = |event: &Event| match event {

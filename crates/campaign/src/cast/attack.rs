@@ -196,7 +196,10 @@ pub(super) fn teammate(s: &Scenario, phase: u64) -> Option<InsiderTeammateConfig
         every_ms: m.every_ms.unsigned(),
         step: step(m),
     });
-    Some(InsiderTeammateConfig { place, forward, malformed: malformed.collect() })
+    let mut config =
+        InsiderTeammateConfig { place, forward, malformed: malformed.collect(), ..InsiderTeammateConfig::default() };
+    super::peer::plan(s, phase, &mut config);
+    Some(config)
 }
 
 fn flaw(flaw: scenario::Flaw) -> Flaw {
@@ -272,6 +275,7 @@ pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
     add(!s.reoriginate.is_empty(), Action::Reoriginate);
     add(!s.inject.is_empty(), Action::Inject);
     add(!s.teammate.is_empty(), Action::Forward);
+    planned.extend(super::peer::planned(s));
     planned.extend(tampered(s).map(Planned::Stream));
     planned.extend(broker::planned(s).map(Planned::Broker));
     planned.extend((!s.malformed.is_empty()).then_some(Planned::Malformed));

@@ -5,6 +5,7 @@
 
 mod attack;
 mod keys;
+mod peer;
 mod process;
 mod rogue;
 mod scene;

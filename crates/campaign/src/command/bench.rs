@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, cost, kill, liveness, load, out, run, stages};
+use super::{Context, cost, kill, liveness, load, out, run, stages, window};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -32,6 +32,8 @@ pub(super) enum Bench {
     Twin(cost::Args),
     /// Many sessions on the real accept loop, and a flood of what is no record beside a valid stream.
     Load(load::Args),
+    /// The anti-replay window: late records that it refuses against what it lets in again, by width, loss and lateness.
+    Window(window::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -69,6 +71,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Kill(args) => kill::run(context, args),
         Bench::Stages(args) => stages::run(context, args),
         Bench::Liveness(args) => liveness::run(context, args),
+        Bench::Window(args) => window::run(context, args),
         Bench::Twin(args) => cost::run(context, args),
         Bench::Load(args) => load::run(context, args),
     }

@@ -16,6 +16,7 @@ mod conservation;
 pub mod demise;
 mod mouth;
 mod outcome;
+pub mod peers;
 mod place;
 mod planes;
 mod properties;

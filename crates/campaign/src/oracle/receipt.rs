@@ -66,6 +66,9 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
             Planned::Action(action @ (Action::Forward | Action::Forge | Action::Republish)) => {
                 mouth::receipt(evidence, action, 1)
             }
+            Planned::Action(action @ (Action::Resend | Action::Lie | Action::Confuse)) => {
+                mouth::receipt(evidence, action, 1)
+            }
             Planned::Malformed => mouth::receipt(evidence, Action::Inject, 1),
             Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
             Planned::Action(action) => datagram(evidence, action),
@@ -104,7 +107,10 @@ fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
             | Action::Forward
             | Action::Kill
             | Action::Forge
-            | Action::Republish => {}
+            | Action::Republish
+            | Action::Resend
+            | Action::Lie
+            | Action::Confuse => {}
         }
     }
 }
@@ -133,6 +139,7 @@ fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
         Action::Duplicate | Action::Replay => seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1,
         Action::Corrupt | Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
         Action::Forward | Action::Kill | Action::Forge | Action::Republish => false,
+        Action::Resend | Action::Lie | Action::Confuse => false,
     };
     entries.into_iter().find(|(at, hash, delay)| confirmed(*at, *hash, *delay)).map(|(at, _, _)| at)
 }

@@ -213,6 +213,7 @@ pub(crate) mod tests {
             accepted: 90,
             dropped: BTreeMap::from([("stale".to_owned(), 10)]),
             guard_refused: BTreeMap::new(),
+            claims: None,
             transitions: Vec::new(),
             latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },
             responses: Vec::new(),

@@ -173,7 +173,9 @@ pub(super) fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
     let broker = broker.chain(all(&s.broker_invent)).chain(all(&s.broker_forge));
     let faults = all(&s.fault).chain(all(&s.kill)).chain(all(&s.malformed));
     let shared = all(&s.forge).chain(all(&s.republish)).chain(all(&s.alter));
-    datagrams.chain(streams).chain(broker).chain(all(&s.teammate)).chain(faults).chain(shared).collect()
+    let peers = all(&s.session_replay).chain(all(&s.falsehood)).chain(all(&s.mode_confusion));
+    let insiders = broker.chain(all(&s.teammate)).chain(peers).chain(shared);
+    datagrams.chain(streams).chain(insiders).chain(faults).collect()
 }
 
 fn times(s: &Scenario) -> Vec<Finding> {
@@ -230,7 +232,9 @@ fn units(s: &Scenario) -> Vec<Finding> {
     let has = |name: &str, role: Role| s.unit.iter().any(|u| u.name.as_str() == name && u.role == role);
     let forwards = s.teammate.first().map(|t| &t.at_s);
     let breaks = s.malformed.first().map(|m| &m.at_s);
-    if let Some(at) = forwards.or(breaks)
+    let says = s.session_replay.first().map(|r| &r.at_s).or(s.falsehood.first().map(|f| &f.at_s));
+    let says = says.or(s.mode_confusion.first().map(|c| &c.at_s));
+    if let Some(at) = forwards.or(breaks).or(says)
         && !has("unit-b", Role::Insider)
     {
         found.push(finding(at, "an insider acts and there is none", "add `[[unit]]` unit-b with role \"insider\""));

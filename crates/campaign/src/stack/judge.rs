@@ -120,6 +120,7 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         accepted: showing.delivered,
         dropped: showing.refused.clone(),
         guard_refused: showing.guard_refused.clone(),
+        claims: None,
         transitions: Vec::new(),
         latency_ms: Latency::default(),
         responses: Vec::new(),

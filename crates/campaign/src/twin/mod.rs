@@ -92,6 +92,7 @@ enum Happening {
     Open(u8),
     Along(Along),
     Complete { association: u8, number: u32 },
+    HangUp { association: u8, generation: u32 },
     Unfinished { bytes: Vec<u8> },
     Distribute { subject: Subject, bytes: Vec<u8> },
     Ordeal(usize, Turn),
@@ -340,6 +341,7 @@ impl Twin {
                 self.enter(Stage::Engine);
             }
             Happening::Complete { association, number } => self.complete(association, number),
+            Happening::HangUp { association, generation } => self.end_session(usize::from(association), generation),
             Happening::Unfinished { bytes } => self.note_stranger(node, &bytes, GuardVerdict::Unfinished),
             Happening::Distribute { subject, bytes } => self.distribute(node, self.now, subject, bytes),
             Happening::Ordeal(ordeal, turn) => self.ordeal(ordeal, turn),
@@ -409,6 +411,15 @@ impl Twin {
                 let found = self.associations.iter().enumerate().find_map(|(i, a)| end(a).map(|e| (i, e)));
                 if let Some((association, from)) = found {
                     self.send(association, from, at, &bytes);
+                }
+            }
+            Output::Close { session } => {
+                let ours = |a: &Association| a.ends.iter().any(|e| e.node == node && e.session == session);
+                if let Some(association) = self.associations.iter().position(ours) {
+                    let at = at + self.delays.datagram();
+                    let generation = self.associations[association].generation();
+                    let hang_up = Happening::HangUp { association: association as u8, generation };
+                    self.queue.push(at, node, hang_up);
                 }
             }
             Output::Publish { subject, bytes } => {

@@ -255,6 +255,8 @@ impl Outlets {
                 Some(relay) => relay.reset(connection),
                 None => self.undeliverable += 1,
             },
+            // Without its sending end a session ends; its dialler opens the next.
+            Output::Close { session } => self.closed(session),
             Output::Audit { bytes } => self.audit(bytes),
             Output::Stranger { bytes } => match &self.datagrams {
                 Some(relay) => relay.emit_stranger(&bytes),
