@@ -191,7 +191,7 @@ impl Twin {
             Happening::Input(_) | Happening::Timer(_) | Happening::Unfinished { .. } => halted(id(node)),
             Happening::Datagram { association, end: at, .. } => halted(end(*association, usize::from(*at))),
             Happening::Stranger { association, .. } => halted(end(*association, 1)),
-            Happening::Open(association) => halted(end(*association, 0)),
+            Happening::Open(association) | Happening::HangUp { association, .. } => halted(end(*association, 0)),
             Happening::Complete { association, .. } => {
                 halted(end(*association, 0)).or_else(|| halted(end(*association, 1)))
             }
