@@ -43,8 +43,8 @@ fn refused(bench: &Bench, peer: PeerId) -> Vec<Reason> {
 fn claims_that_agree_change_nothing() {
     let mut bench = Bench::in_mode(Mode::Ready);
     for n in 1..20 {
-        bench.claim(B.0, B.1, n, (100 * n as i32, 12_000));
-        bench.claim(C.0, C.1, n, (-100 * n as i32, -12_000));
+        bench.moving(B.0, B.1, n, (100 * n as i32, 12_000), (1000, 0));
+        bench.moving(C.0, C.1, n, (-100 * n as i32, -12_000), (1000, 3141));
         bench.run(100);
     }
     assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready));

@@ -174,7 +174,9 @@ mod tests {
         let rows: Vec<Row> = WIDTHS.iter().map(|width| of(*width)).collect();
         assert!(rows.iter().all(|row| row.replays_accepted == 0 && row.replays > 1_000));
         assert!(rows.windows(2).all(|pair| pair[0].refused > pair[1].refused));
-        assert!(rows.windows(2).all(|pair| pair[0].withheld_oldest_ms < pair[1].withheld_oldest_ms));
+        assert!(rows.windows(2).all(|pair| pair[0].withheld_accepted < pair[1].withheld_accepted));
+        // The oldest of a sample: a wider window lets in none that is younger, and may let in the same one.
+        assert!(rows.windows(2).all(|pair| pair[0].withheld_oldest_ms <= pair[1].withheld_oldest_ms));
         let fresh: Vec<u64> = rows.iter().map(|row| row.fresh_refused).collect();
         assert!(fresh[0] > 0 && fresh[1..].iter().all(|refused| *refused == 0), "{fresh:?}");
     }

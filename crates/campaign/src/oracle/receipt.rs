@@ -13,7 +13,7 @@ use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
 use wire::step::StepName;
 
-use super::{Evidence, Micros, Planned, mouth, place, planes, stream};
+use super::{Evidence, Micros, Planned, Witnessed, mouth, place, planes, stream};
 
 /// How long after a process is stopped its last entry may still be written.
 const UNDER_WAY: Micros = 20_000;
@@ -160,20 +160,28 @@ fn begun(evidence: &Evidence, wanted: StepName) -> bool {
 /// That a process was kept from running counts when it wrote nothing while it hung. A slow one goes on writing, so the
 /// word of who slowed it has to do: live, that is given once the kernel's process table shows the process stopped.
 fn suspended(evidence: &Evidence, wanted: NodeId) -> Option<Micros> {
-    let (mut hung, mut found) = (None, None);
-    for w in &evidence.entries {
-        match w.entry.event {
-            Event::Suspended { node, how, on: true } if node == wanted => {
-                found = found.or(Some(w.at));
-                hung = (how == Suspension::Hang).then_some(w.at);
-            }
-            Event::Suspended { node, on: false, .. } if node == wanted => hung = None,
-            // What was on its way when it was stopped may still come out.
-            _ if w.entry.node == wanted && hung.is_some_and(|from| w.at > from + UNDER_WAY) => return None,
-            _ => {}
-        }
+    let begins = |w: &Witnessed| match w.entry.event {
+        Event::Suspended { node, how, on: true } if node == wanted => Some((w.at, how)),
+        _ => None,
+    };
+    let ends = |from: Micros| {
+        let over = |w: &&Witnessed| {
+            w.at > from && matches!(w.entry.event, Event::Suspended { node, on: false, .. } if node == wanted)
+        };
+        evidence.entries.iter().find(over).map_or(Micros::MAX, |w| w.at)
+    };
+    // What was on its way when it was stopped may still come out; what comes as it goes on is its own again.
+    let silent = |from: Micros| {
+        let to = ends(from);
+        let wrote = |w: &Witnessed| w.entry.node == wanted && w.at > from + UNDER_WAY && w.at < to;
+        !evidence.entries.iter().any(wrote)
+    };
+    let suspensions: Vec<(Micros, Suspension)> = evidence.entries.iter().filter_map(begins).collect();
+    let hangs = suspensions.iter().filter(|(_, how)| *how == Suspension::Hang);
+    if hangs.into_iter().any(|(from, _)| !silent(*from)) {
+        return None;
     }
-    found
+    suspensions.first().map(|(from, _)| *from)
 }
 
 /// Sensor faults that the sim applied and that the other side saw.

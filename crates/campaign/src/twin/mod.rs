@@ -326,12 +326,7 @@ impl Twin {
                     self.feed(node, Input::Timeout);
                 }
             }
-            Happening::Input(input) => {
-                if let Input::Published { bytes, .. } = &input {
-                    self.note_delivered(node, bytes);
-                }
-                self.feed(node, input);
-            }
+            Happening::Input(input) => self.take(node, input),
             Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
             Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
             Happening::Open(association) => self.open(association),
@@ -350,6 +345,15 @@ impl Twin {
 
     fn local(&self, node: NodeIndex) -> Instant {
         self.clocks[usize::from(self.nodes[usize::from(node)].host)].read(self.now)
+    }
+
+    /// Something comes to a node, which takes it at once, or when it runs again.
+    fn take(&mut self, node: NodeIndex, input: Input) {
+        let Some(Happening::Input(input)) = self.keep(node, Happening::Input(input)) else { return };
+        if let Input::Published { bytes, .. } = &input {
+            self.note_delivered(node, bytes);
+        }
+        self.feed(node, input);
     }
 
     /// Feeds one input to a core and carries its outputs away.
