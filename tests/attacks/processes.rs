@@ -71,28 +71,7 @@ fn a_gateway_that_hangs_at_arming_takes_its_grants_with_it_and_brings_nothing_ba
     for run in shipped("process_ends").expect(SEEDS) {
         let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
         assert!(response.kept && response.fate == Fate::Hang, "{response:?} {:?}", run.verdict.findings);
-        assert!(response.settled_ms.is_some_and(|ms| ms <= 1000.0), "{response:?}");
-    }
-}
-
-#[test]
-fn every_process_that_hangs_or_is_slow_at_arming_leaves_what_it_owes() {
-    for process in [
-        Process::Sim,
-        Process::Perception,
-        Process::Autonomy,
-        Process::Gateway,
-        Process::Adversary,
-        Process::Broker,
-        Process::Recorder,
-        Process::Console,
-    ] {
-        for ending in [Ending::Kill, Ending::Hang, Ending::Slow] {
-            for run in ending_at(process, ending, ARMING).expect(1..2) {
-                let kept = run.verdict.responses.iter().all(|r| r.kept) && !run.verdict.responses.is_empty();
-                assert!(kept, "{process:?} {ending:?}: {:?}", run.verdict.findings);
-            }
-        }
+        assert!(response.restricted_ms.is_some_and(|ms| ms <= 1000.0), "{response:?}");
     }
 }
 
