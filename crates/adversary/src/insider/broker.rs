@@ -4,6 +4,8 @@
 //! another order, more often, or others. It reads what it carries, for nothing on the command plane is secret from the
 //! broker, and holds no operator's and no unit's key. Making orders and acknowledgements is left to `forgery`.
 
+#![allow(clippy::wildcard_enum_match_arm, reason = "asks about one kind of action and skips the rest")]
+
 #[cfg(test)]
 mod tests;
 

@@ -64,6 +64,7 @@ fn a_teammate_that_jumps_holds_until_an_operator_consents() {
 }
 
 #[test]
+#[allow(clippy::disallowed_methods, reason = "the world of a test, not a core")]
 fn a_teammate_that_drives_and_turns_as_it_says_is_consistent() {
     let mut bench = Bench::in_mode(Mode::Ready);
     // A circle of 10 m about (0, 30) at 3 m/s, said to be half a percent faster, with 60 mm of noise to and fro.
