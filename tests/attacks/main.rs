@@ -8,10 +8,13 @@ mod broker;
 mod commands;
 mod controls;
 mod handshake;
+mod host;
 mod link;
 mod peers;
 mod processes;
 mod sensing;
+mod timebase;
+mod timing;
 mod views;
 
 const SEEDS: std::ops::Range<u64> = 1..4;

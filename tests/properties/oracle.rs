@@ -12,7 +12,7 @@ use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, In
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::Waived;
-use wire::sensor::{Class, Modalities, Modality};
+use wire::sensor::{Class, Modalities, Modality, ReceiverTime};
 use wire::stream::{Deed, Sight};
 use wire::time::{Instant, Span};
 
@@ -250,7 +250,38 @@ fn p3_records_held_back_too_long_are_not_timely() {
         log.add(t - 400, NodeId::RELAY_TELEMETRY, event);
     }
     log.planned.push(Planned::Action(Action::Delay));
-    assert_eq!(log.breaks(), [Property::P3]);
+    // What came so late is accepted in this log, which is P7's to say.
+    assert_eq!(log.breaks(), [Property::P3, Property::P7]);
+}
+
+#[test]
+fn p3_a_unit_that_is_not_where_it_takes_itself_to_be() {
+    let located = |pose_x_mm: i32| {
+        let mut log = Log::whole();
+        for t in (5000..7000).step_by(200) {
+            let (stamp, time) = (Instant(t * 1000), ReceiverTime(t * 1000));
+            let event = Event::Located { stamp, x_mm: 0, y_mm: 0, time, pose_x_mm, pose_y_mm: 0, distrusted: false };
+            log.add(t, NodeId::UNIT_A, event);
+        }
+        log.breaks()
+    };
+    assert_eq!(located(900), []);
+    assert_eq!(located(1100), [Property::P3]);
+}
+
+#[test]
+fn p7_a_record_accepted_after_it_was_held_back_too_long() {
+    let held = |ms: u64| {
+        let mut log = Log::whole();
+        let hash = 5000 << 8 | NodeId::GATEWAY.index() as u64;
+        let delay = Span::ms(ms);
+        let event = Event::Attack { action: Action::Delay, side: Side::Server, length: 100, hash, delay };
+        log.add(5000 - ms, NodeId::RELAY_TELEMETRY, event);
+        log.planned.push(Planned::Action(Action::Delay));
+        log.breaks()
+    };
+    assert_eq!(held(250), []);
+    assert_eq!(held(350), [Property::P7]);
 }
 
 #[test]

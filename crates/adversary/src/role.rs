@@ -5,7 +5,7 @@ use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::Instant;
 
-use crate::insider::{InsiderBroker, InsiderGateway, InsiderTeammate};
+use crate::insider::{InsiderBroker, InsiderGateway, InsiderTeammate, Rogue};
 use crate::plan::{AdversaryConfig, PlanError};
 use crate::relay::{DatagramRelay, StreamRelay};
 
@@ -25,6 +25,8 @@ pub enum Adversary {
     InsiderBroker(Box<InsiderBroker>),
     /// The holder of the gateway's keys.
     InsiderGateway(Box<InsiderGateway>),
+    /// On a host's shared memory, in another's name.
+    Rogue(Box<Rogue>),
 }
 
 impl Adversary {
@@ -47,6 +49,7 @@ impl Adversary {
             AdversaryConfig::InsiderGateway(plan) => {
                 Adversary::InsiderGateway(Box::new(InsiderGateway::new(setup, plan, now)?))
             }
+            AdversaryConfig::Rogue(plan) => Adversary::Rogue(Box::new(Rogue::new(setup, plan, now)?)),
         })
     }
 
@@ -59,6 +62,7 @@ impl Adversary {
             Adversary::InsiderTeammate(core) => Adversary::InsiderTeammate(Box::new(core.fork(world))),
             Adversary::InsiderBroker(core) => Adversary::InsiderBroker(Box::new(core.fork(world))),
             Adversary::InsiderGateway(core) => Adversary::InsiderGateway(Box::new(core.fork(world))),
+            Adversary::Rogue(core) => Adversary::Rogue(Box::new(core.fork(world))),
         }
     }
 
@@ -69,6 +73,7 @@ impl Adversary {
             Adversary::InsiderTeammate(core) => core.as_ref(),
             Adversary::InsiderBroker(core) => core.as_ref(),
             Adversary::InsiderGateway(core) => core.as_ref(),
+            Adversary::Rogue(core) => core.as_ref(),
         }
     }
 
@@ -79,6 +84,7 @@ impl Adversary {
             Adversary::InsiderTeammate(core) => core.as_mut(),
             Adversary::InsiderBroker(core) => core.as_mut(),
             Adversary::InsiderGateway(core) => core.as_mut(),
+            Adversary::Rogue(core) => core.as_mut(),
         }
     }
 }

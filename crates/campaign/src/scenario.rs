@@ -11,18 +11,22 @@ mod attack;
 mod broker;
 mod cell;
 mod check;
+mod check_steps;
 mod curve;
 mod fault;
 mod gateway;
 mod insider;
 mod operator;
+mod peer;
 mod platform;
 mod problem;
 mod read;
 mod scene;
 mod set;
 mod setup;
+mod shared;
 pub mod stack;
+mod step;
 mod stream;
 mod template;
 mod value;
@@ -44,12 +48,15 @@ pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
 pub use gateway::{FeedDelay, FeedForge, FeedForgery, FeedReplay, FeedWithhold, IntentDrop};
 pub use insider::{Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
 pub use operator::{DisplayedState, Operator, Step, Verb};
+pub use peer::{Falsehood, ModeConfusion, Motion, Product, SessionReplay};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use problem::{Problem, ProblemRow, Problems};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene};
 pub use set::Settings;
 pub use setup::{Setup, find_root, load_policy, shipped};
+pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
+pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
 pub use template::{schema, template};
 pub use value::{
@@ -87,6 +94,9 @@ pub struct Scenario {
     pub evidence: Evidence,
     /// What the scenario puts to the test.
     pub requirement: Requirement,
+    /// How much the adversary knows while the run is on; where nothing is said, what the kinds of attack need.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
     /// The outcome classes that are expected, committed before the run.
     pub expected: Located<List<Outcome, 9>>,
     /// Policy by name, a file of `policies/`.
@@ -196,6 +206,9 @@ pub struct Scenario {
     /// On the real stacks: somebody without a key in the path of an association.
     #[serde(default)]
     pub handle: List<stack::Handle, 64>,
+    /// On the real stacks: strangers by the thousand.
+    #[serde(default)]
+    pub storm: List<stack::Storm, 64>,
     /// Publications that a hostile broker does not pass on.
     #[serde(default)]
     pub broker_drop: List<BrokerDrop, 16>,
@@ -220,6 +233,24 @@ pub struct Scenario {
     /// Acknowledgements of its own making.
     #[serde(default)]
     pub broker_forge: List<BrokerForge, 16>,
+    /// A process on a host's shared memory makes messages in another's name.
+    #[serde(default)]
+    pub forge: List<Forge, 16>,
+    /// A process on a host's shared memory publishes recorded messages again.
+    #[serde(default)]
+    pub republish: List<Republish, 16>,
+    /// An insider in perception's place makes up where vehicles stand.
+    #[serde(default)]
+    pub alter: List<Alter, 4>,
+    /// An admitted teammate sends what it said in an earlier session again.
+    #[serde(default)]
+    pub session_replay: List<SessionReplay, 1>,
+    /// An admitted teammate claims a place or a motion that is not its own.
+    #[serde(default)]
+    pub falsehood: List<Falsehood, 16>,
+    /// An admitted teammate's reports are no live product, or in another time base.
+    #[serde(default)]
+    pub mode_confusion: List<ModeConfusion, 16>,
 
     /// Reports that a gateway insider keeps from the display.
     #[serde(default)]
@@ -252,6 +283,11 @@ impl Scenario {
     /// The scene; `read` refuses a scenario without one, but for those on the real stacks, which have no platform.
     pub fn scene(&self) -> &Scene {
         self.scene.as_ref().expect("invariant: a loaded scenario has its scene")
+    }
+
+    /// Everything with a time on the trial's clock.
+    pub fn windows(&self) -> Vec<&dyn Windowed> {
+        check::windows(self)
     }
 }
 
@@ -327,6 +363,17 @@ pub enum Evidence {
     Live,
 }
 
+impl Evidence {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Evidence::Model => "model",
+            Evidence::Stack => "stack",
+            Evidence::Live => "live",
+        }
+    }
+}
+
 /// What a scenario puts to the test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -337,6 +384,17 @@ pub enum Requirement {
     CommunicationTrust,
     /// Loss of trust is noticed and acted upon in time.
     RuntimeAssurance,
+}
+
+impl Requirement {
+    /// Its name, in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Requirement::PerceptionIntegrity => "perception integrity",
+            Requirement::CommunicationTrust => "communication trust",
+            Requirement::RuntimeAssurance => "runtime assurance",
+        }
+    }
 }
 
 /// What the telemetry link is like all along, both ways, from the first datagram to the last. It is no attack: nothing is
@@ -396,5 +454,7 @@ impl Varies {
     }
 }
 
+#[cfg(test)]
+mod step_tests;
 #[cfg(test)]
 mod tests;

@@ -285,7 +285,8 @@ impl Core for Console {
             | Input::Published { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }
-            | Input::Audit { .. } => return,
+            | Input::Audit { .. }
+            | Input::Cue { .. } => return,
         }
         self.refresh(now);
     }

@@ -159,6 +159,12 @@ impl NodeId {
     pub const INSIDER_BROKER: NodeId = NodeId(25);
     /// The insider who holds the gateway's keys.
     pub const INSIDER_GATEWAY: NodeId = NodeId(26);
+    /// The insider who holds what perception holds.
+    pub const INSIDER_PERCEPTION: NodeId = NodeId(27);
+    /// The insider whose hands the recorder is in.
+    pub const INSIDER_RECORDER: NodeId = NodeId(28);
+    /// A process of the same user, on a host's shared memory, that no launcher started.
+    pub const IMPOSTOR: NodeId = NodeId(30);
 
     /// What stands at the mouth of this node's secure sessions and logs what arrives, when the node has it: the record
     /// filter of datagrams; at the broker, which has streams only, what sees their bytes.
@@ -171,6 +177,12 @@ impl NodeId {
             NodeId::UNIT_C => Some(NodeId(19)),
             NodeId(_) => None,
         }
+    }
+
+    /// Whether it holds a place or credentials in the platform and misuses them: what it says it sent, the mouth of whoever
+    /// it was for has to confirm.
+    pub fn is_insider(self) -> bool {
+        matches!(self.0, 12 | 22 | 24..=28 | 30)
     }
 
     /// The unit this node speaks for, when it is one.

@@ -83,6 +83,20 @@ pub enum DisplayRule {
     Watch,
 }
 
+impl DisplayRule {
+    /// Every rule, in order.
+    pub const ALL: [DisplayRule; 3] = [DisplayRule::AgeOut, DisplayRule::Signature, DisplayRule::Watch];
+
+    /// Name in policy files.
+    pub fn name(self) -> &'static str {
+        match self {
+            DisplayRule::AgeOut => "age_out",
+            DisplayRule::Signature => "signature",
+            DisplayRule::Watch => "watch",
+        }
+    }
+}
+
 /// Whether a check stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -4,6 +4,8 @@
 //! another order, more often, or others. It reads what it carries, for nothing on the command plane is secret from the
 //! broker, and holds no operator's and no unit's key. Making orders and acknowledgements is left to `forgery`.
 
+#![allow(clippy::wildcard_enum_match_arm, reason = "asks about one kind of action and skips the rest")]
+
 #[cfg(test)]
 mod tests;
 
@@ -17,6 +19,7 @@ use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::forgery::Forger;
+use crate::opening::{self, Opening};
 use crate::plan::{BrokerAction, Direction, InsiderBrokerConfig, Kind, PlanError, Timed};
 use crate::schedule::Steps;
 
@@ -28,8 +31,9 @@ const MAX_HELD: usize = 256;
 /// See the module.
 #[derive(Debug)]
 pub struct InsiderBroker {
-    origin: Instant,
     actions: Vec<Timed<BrokerAction>>,
+    /// When each action begins and ends.
+    openings: Vec<Opening>,
     seen: VecDeque<Publication>,
     held: Vec<Held>,
     runs: Vec<Run>,
@@ -58,9 +62,12 @@ struct Held {
 /// A run of publications by itself.
 #[derive(Clone, Debug)]
 struct Run {
+    /// Which of the actions.
+    index: usize,
     action: BrokerAction,
     direction: Direction,
-    steps: Steps,
+    /// Its times, once its beginning is settled.
+    steps: Option<Steps>,
     taken: usize,
 }
 
@@ -71,16 +78,16 @@ impl InsiderBroker {
     /// A magnitude of the plan outside its bounds.
     pub fn new(setup: Setup, config: InsiderBrokerConfig, now: Instant) -> Result<Self, PlanError> {
         config.check()?;
-        let run = |timed: &Timed<BrokerAction>| {
-            let (count, every_ms) = timed.action.counted()?;
-            let steps = Steps::new(timed.opens(now), every_ms, count, None);
-            Some(Run { action: timed.action, direction: timed.direction, steps, taken: 0 })
+        let run = |(index, timed): (usize, &Timed<BrokerAction>)| {
+            timed.action.counted()?;
+            Some(Run { index, action: timed.action, direction: timed.direction, steps: None, taken: 0 })
         };
+        let opening = |timed: &Timed<BrokerAction>| Opening::of(timed, now, timed.action.counted());
         let mut broker = Self {
-            origin: now,
+            openings: config.actions.iter().map(opening).collect(),
             seen: VecDeque::new(),
             held: Vec::new(),
-            runs: config.actions.iter().filter_map(run).collect(),
+            runs: config.actions.iter().enumerate().filter_map(run).collect(),
             actions: config.actions,
             forger: Forger::new(setup.key()),
             sent: 0,
@@ -89,6 +96,7 @@ impl InsiderBroker {
             out: VecDeque::new(),
         };
         broker.journal.write(now, Event::Started, &mut broker.out);
+        broker.line_up();
         Ok(broker)
     }
 
@@ -96,8 +104,8 @@ impl InsiderBroker {
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
-            origin: self.origin,
             actions: self.actions.clone(),
+            openings: self.openings.clone(),
             seen: self.seen.clone(),
             held: self.held.clone(),
             runs: self.runs.clone(),
@@ -118,8 +126,7 @@ impl InsiderBroker {
         if let (false, Subject::Command(unit)) = (self.quiet, subject) {
             self.acknowledge(now, unit, bytes);
         }
-        let open: Vec<BrokerAction> =
-            self.actions.iter().filter(|a| !self.quiet && a.open(self.origin, now, side)).map(|a| a.action).collect();
+        let open: Vec<BrokerAction> = if self.quiet { Vec::new() } else { self.open(now, side).collect() };
         let about = |only: Option<Kind>| only.is_none() || only == kind;
         if open.iter().any(|action| matches!(action, BrokerAction::Drop { only } if about(*only))) {
             return self.told(now, Action::Drop, &publication, Span::ZERO);
@@ -153,6 +160,33 @@ impl InsiderBroker {
         }
     }
 
+    /// The actions that are open for what goes towards `side`.
+    fn open(&self, now: Instant, side: Side) -> impl Iterator<Item = BrokerAction> {
+        let actions = self.actions.iter().zip(&self.openings);
+        actions.filter(move |(_, opening)| opening.open(now, side)).map(|(timed, _)| timed.action)
+    }
+
+    /// Runs whose beginning is settled get their times.
+    fn line_up(&mut self) {
+        for run in self.runs.iter_mut().filter(|run| run.steps.is_none()) {
+            let (count, every_ms) = run.action.counted().unwrap_or_default();
+            run.steps = self.openings[run.index].opens().map(|opens| Steps::new(opens, every_ms, count, None));
+        }
+    }
+
+    /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
+    fn settle(&mut self, now: Instant, input: &Input) {
+        for opening in &mut self.openings {
+            match input {
+                Input::Published { subject, .. } => opening.passes(now, towards(*subject)),
+                Input::Cue { step } => opening.cue(now, *step),
+                _ => {}
+            }
+        }
+        opening::settle(self.openings.iter_mut(), now, &mut self.journal, &mut self.out);
+        self.line_up();
+    }
+
     fn remember(&mut self, publication: Publication) {
         if self.seen.len() == MAX_SEEN {
             self.seen.pop_front();
@@ -184,10 +218,8 @@ impl InsiderBroker {
     /// Forged acknowledgements of an order that came.
     fn acknowledge(&mut self, now: Instant, unit: UnitId, order: &[u8]) {
         let forged: Vec<Vec<u8>> = self
-            .actions
-            .iter()
-            .filter(|a| a.open(self.origin, now, Side::Server))
-            .filter_map(|a| match a.action {
+            .open(now, Side::Server)
+            .filter_map(|action| match action {
                 BrokerAction::Forge { forgery } => self.forger.acknowledgement(forgery, order),
                 _ => None,
             })
@@ -201,10 +233,7 @@ impl InsiderBroker {
 
     /// A subscriber's session stands.
     fn connected(&mut self, now: Instant, peer: PeerId) {
-        let retains = |side: Side| {
-            let open = |a: &&Timed<BrokerAction>| a.open(self.origin, now, side);
-            self.actions.iter().filter(open).any(|a| a.action == BrokerAction::Retain)
-        };
+        let retains = |side: Side| self.open(now, side).any(|action| action == BrokerAction::Retain);
         let of_peer = |p: &&Publication| match p.subject {
             Subject::Command(unit) => unit.name() == peer.name(),
             Subject::Ack(_) => peer == PeerId::GATEWAY,
@@ -220,7 +249,7 @@ impl InsiderBroker {
     fn act(&mut self, now: Instant) {
         self.release(now, |held| held.due <= now);
         for i in 0..self.runs.len() {
-            while self.runs[i].steps.take(now) {
+            while self.runs[i].steps.as_mut().is_some_and(|steps| steps.take(now)) {
                 let taken = self.runs[i].taken;
                 self.runs[i].taken += 1;
                 match self.runs[i].action {
@@ -268,6 +297,9 @@ fn towards(subject: Subject) -> Side {
 
 impl Core for InsiderBroker {
     fn handle(&mut self, now: Instant, input: &Input) {
+        if !self.quiet {
+            self.settle(now, input);
+        }
         match input {
             Input::Published { subject, bytes } => self.take(now, *subject, bytes),
             Input::Opened { session: _, peer } => self.connected(now, *peer),
@@ -286,6 +318,7 @@ impl Core for InsiderBroker {
             | Input::Closed { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }
+            | Input::Cue { .. }
             | Input::Audit { .. } => {}
         }
         if !self.quiet {
@@ -294,8 +327,9 @@ impl Core for InsiderBroker {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let runs = self.runs.iter().filter_map(|run| run.steps.due());
-        runs.chain(self.held.iter().map(|held| held.due)).min().filter(|_| !self.quiet)
+        let runs = self.runs.iter().filter_map(|run| run.steps.as_ref().and_then(Steps::due));
+        let begins = self.openings.iter().filter_map(Opening::due);
+        runs.chain(begins).chain(self.held.iter().map(|held| held.due)).min().filter(|_| !self.quiet)
     }
 
     fn output(&mut self) -> Option<Output> {

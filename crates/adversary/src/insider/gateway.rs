@@ -25,6 +25,7 @@ use wire::time::{Instant, Span};
 
 use super::forgery::kind_of;
 use super::voice::under_signature;
+use crate::opening::{self, Opening};
 use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, PlanError, Timed};
 
 /// Most messages of the feed held back at once; what comes beyond is withheld.
@@ -35,8 +36,9 @@ const YOUNG: Span = Span::ms(5);
 /// See the module.
 #[derive(Debug)]
 pub struct InsiderGateway {
-    origin: Instant,
     actions: Vec<Timed<FeedAction>>,
+    /// When each action begins and ends.
+    openings: Vec<Opening>,
     feed: Option<Sender>,
     key: Key,
     held: VecDeque<Held>,
@@ -63,7 +65,7 @@ impl InsiderGateway {
         config.check()?;
         let key = setup.channels.iter().find(|c| c.topic == Topic::Feed).map(|c| c.key.clone());
         let mut insider = Self {
-            origin: now,
+            openings: config.actions.iter().map(|timed| Opening::of(timed, now, None)).collect(),
             actions: config.actions,
             feed: key.map(|key| Sender::new(Topic::Feed, NodeId::GATEWAY, setup.boot, key)),
             key: setup.key(),
@@ -81,8 +83,8 @@ impl InsiderGateway {
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
-            origin: self.origin,
             actions: self.actions.clone(),
+            openings: self.openings.clone(),
             feed: self.feed.clone(),
             key: self.key.fork(),
             held: self.held.clone(),
@@ -94,8 +96,16 @@ impl InsiderGateway {
     }
 
     fn open(&self, now: Instant) -> Vec<FeedAction> {
-        let open = |a: &&Timed<FeedAction>| now >= a.opens(self.origin) && now < a.closes(self.origin);
-        self.actions.iter().filter(open).filter(|_| !self.quiet).map(|a| a.action).collect()
+        let open = self.actions.iter().zip(&self.openings).filter(|(_, opening)| opening.is_open(now) && !self.quiet);
+        open.map(|(timed, _)| timed.action).collect()
+    }
+
+    /// Steps are called; what began or ended is told.
+    fn settle(&mut self, now: Instant, input: &Input) {
+        if let Input::Cue { step } = input {
+            self.openings.iter_mut().for_each(|opening| opening.cue(now, *step));
+        }
+        opening::settle(self.openings.iter_mut(), now, &mut self.journal, &mut self.out);
     }
 
     /// A message of the honest half.
@@ -246,6 +256,9 @@ fn rejuvenated(accepted: AcceptedReport<'_>, now: Instant) -> AcceptedReport<'_>
 
 impl Core for InsiderGateway {
     fn handle(&mut self, now: Instant, input: &Input) {
+        if !self.quiet {
+            self.settle(now, input);
+        }
         match input {
             Input::Bus { topic: Topic::Feed, bytes } => self.fed(now, bytes),
             Input::Bus { topic: Topic::Intents, bytes } => self.asked(now, bytes),
@@ -259,13 +272,15 @@ impl Core for InsiderGateway {
             | Input::Published { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }
+            | Input::Cue { .. }
             | Input::Audit { .. } => {}
         }
         self.release(now);
     }
 
     fn deadline(&self) -> Option<Instant> {
-        self.held.front().map(|held| held.due)
+        let begins = self.openings.iter().filter(|_| !self.quiet).filter_map(Opening::due);
+        begins.chain(self.held.front().map(|held| held.due)).min()
     }
 
     fn output(&mut self) -> Option<Output> {

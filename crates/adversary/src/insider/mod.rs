@@ -1,13 +1,18 @@
 //! Insiders: identities of their own that hold valid credentials and do what their role does not allow.
 //!
-//! `teammate` holds teammate B's certificate and signing key, `broker` the command broker's, `gateway` the gateway's. All keep every rule of the
-//! protocol they speak; what they break is the meaning.
+//! `teammate` holds teammate B's certificate and signing key, `broker` the command broker's, `gateway` the gateway's. They
+//! keep every rule of the protocol they speak; what they break is the meaning. `rogue` is a process on a host's shared memory
+//! that speaks in another's name, with that one's keys or without.
 
 mod broker;
 mod end;
 mod flaw;
+mod forged;
 mod forgery;
 mod gateway;
+mod rogue;
+mod story;
+mod tape;
 mod teammate;
 #[cfg(test)]
 mod tests;
@@ -15,4 +20,5 @@ mod voice;
 
 pub use broker::InsiderBroker;
 pub use gateway::InsiderGateway;
+pub use rogue::Rogue;
 pub use teammate::InsiderTeammate;

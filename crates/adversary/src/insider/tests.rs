@@ -120,7 +120,7 @@ fn broken_records_are_refused_for_the_flaw_they_have() {
     use Reason::{Canonical, Length, Schema};
     let flaws = [Flaw::Length, Flaw::Schema, Flaw::NonCanonical, Flaw::Range, Flaw::Count];
     let expected = [Length, Schema, Canonical, Schema, Schema];
-    let run = Malformed { at_ms: 150, flaws: flaws.to_vec(), count: 5, every_ms: 0 };
+    let run = Malformed { at_ms: 150, flaws: flaws.to_vec(), count: 5, every_ms: 0, step: None };
     let config = InsiderTeammateConfig { malformed: vec![run], ..InsiderTeammateConfig::default() };
     let mut insider = InsiderTeammate::new(setup(NodeId::INSIDER_B, 2), config, at(0)).unwrap();
     open(&mut insider, UP, PeerId::GATEWAY);
@@ -143,12 +143,12 @@ fn broken_records_are_refused_for_the_flaw_they_have() {
 
 fn teammate(forward: Option<Forward>) -> InsiderTeammate {
     let place = Place { x_mm: 1000, y_mm: 2000, vx_mm_s: 300, vy_mm_s: -400 };
-    let config = InsiderTeammateConfig { place, forward, malformed: vec![] };
+    let config = InsiderTeammateConfig { place, forward, ..InsiderTeammateConfig::default() };
     InsiderTeammate::new(setup(NodeId::INSIDER_B, 2), config, at(0)).unwrap()
 }
 
 fn forward(form: Form) -> Forward {
-    Forward { form, at_ms: 1000, duration_ms: 1000, lag_ms: 0, own_reports: true }
+    Forward { form, at_ms: 1000, duration_ms: 1000, lag_ms: 0, own_reports: true, step: None }
 }
 
 /// Opens a session and says hello to the insider in it.
@@ -168,12 +168,12 @@ fn forwarded(form: Form) -> Vec<u8> {
     let record = Input::Record { session: UP, bytes: hop(HopBody::Teammate(envelope)) };
     let out = records(turn(&mut insider, at(1000), &record, &mut said), UP);
     let mut reports = out.iter().filter_map(|bytes| match codec::decode::<Hop<'_>>(bytes, MAX_HOP).unwrap().body {
-        HopBody::Report(report) => Some(report.to_vec()),
+        HopBody::Report(report) => Some((wire_hash(bytes), report.to_vec())),
         HopBody::Hello(_) | HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) => None,
     });
-    let forwarded = reports.next().unwrap();
-    let told = |event: &Event| matches!(event, Event::Attack { hash, .. } if *hash == wire_hash(&forwarded));
-    assert!(said.iter().any(told));
+    let (record, forwarded) = reports.next().unwrap();
+    let told = |event: &Event| matches!(event, Event::Attack { hash, .. } if *hash == record);
+    assert!(said.iter().any(told), "told by the hash of the very record");
     forwarded
 }
 

@@ -2,12 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::peer::{Confusion, Falsehood, Resend};
+use super::step::{self, Step};
 use super::{MAX_HOLD_MS, MAX_MS, PlanError, at_most, repeats, within};
 
 /// Largest coordinate or speed of a claimed place, mm or mm/s.
 const MAX_PLACE: u64 = 1_000_000;
 
-/// Plan of the insider who holds teammate B's credentials. Without `forward` and `malformed` it is an honest B.
+/// Plan of the insider who holds teammate B's credentials. With nothing but a place it is an honest B.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InsiderTeammateConfig {
@@ -19,6 +21,15 @@ pub struct InsiderTeammateConfig {
     /// Records that are authenticated and broken.
     #[serde(default)]
     pub malformed: Vec<Malformed>,
+    /// Records of one session sent again in the next.
+    #[serde(default)]
+    pub resend: Option<Resend>,
+    /// Untrue claims of its own place and motion.
+    #[serde(default)]
+    pub falsehoods: Vec<Falsehood>,
+    /// Reports of another product mode or time base.
+    #[serde(default)]
+    pub confusions: Vec<Confusion>,
 }
 
 /// A claimed place and constant velocity, world frame.
@@ -53,6 +64,9 @@ pub struct Forward {
     /// Whether B's own reports go on beside the forwarded ones.
     #[serde(default = "yes")]
     pub own_reports: bool,
+    /// The step it is a part of, where that has a name.
+    #[serde(default)]
+    pub step: Option<Step>,
 }
 
 fn yes() -> bool {
@@ -83,6 +97,9 @@ pub struct Malformed {
     pub count: u32,
     /// Time between them.
     pub every_ms: u64,
+    /// The step it is a part of, where that has a name.
+    #[serde(default)]
+    pub step: Option<Step>,
 }
 
 /// What is wrong with a record.
@@ -114,11 +131,16 @@ impl InsiderTeammateConfig {
             within("at_ms", forward.at_ms, 0, MAX_MS)?;
             within("duration_ms", forward.duration_ms, 1, MAX_MS)?;
             within("lag_ms", forward.lag_ms, 0, MAX_HOLD_MS)?;
+            step::check(forward.step)?;
         }
-        at_most(self.malformed.len())?;
+        self.resend.iter().try_for_each(Resend::check)?;
+        at_most(self.malformed.len() + self.falsehoods.len() + self.confusions.len())?;
+        self.falsehoods.iter().try_for_each(Falsehood::check)?;
+        self.confusions.iter().try_for_each(Confusion::check)?;
         self.malformed.iter().try_for_each(|run| {
             within("at_ms", run.at_ms, 0, MAX_MS)?;
             within("flaws", run.flaws.len() as u64, 1, 8)?;
+            step::check(run.step)?;
             repeats(run.count, run.every_ms)
         })
     }

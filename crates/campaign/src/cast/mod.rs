@@ -5,6 +5,9 @@
 
 mod attack;
 mod keys;
+mod peer;
+mod process;
+mod rogue;
 mod scene;
 mod script;
 
@@ -20,14 +23,16 @@ use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::setup::{Ablation, Setup};
 
 use adversary::plan::{
-    DatagramRelayConfig, InsiderBrokerConfig, InsiderGatewayConfig, InsiderTeammateConfig, StreamRelayConfig,
+    DatagramRelayConfig, InsiderBrokerConfig, InsiderGatewayConfig, InsiderTeammateConfig, RogueConfig,
+    StreamRelayConfig,
 };
 
+use crate::cue::Cue;
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
 
-pub use attack::node_of;
 pub use keys::RunSecret;
+pub use process::{Ordeal, OrdealKind, Turn, next_turn, node_of};
 
 /// A host: its nodes share a clock and shared memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -74,6 +79,8 @@ pub enum Role {
     InsiderBroker(InsiderBrokerConfig),
     /// Holds the gateway's keys and sits between it and the console.
     InsiderGateway(InsiderGatewayConfig),
+    /// On a host's shared memory, in another's name.
+    Rogue(RogueConfig),
 }
 
 /// Where a member sits on the shared memory of its host. Where a gateway insider takes part, what leaves the gateway and
@@ -129,6 +136,22 @@ impl Member {
     }
 }
 
+impl Role {
+    /// Whether its core has steps that can be called: the adversaries', and the sensor faults of the sim.
+    pub fn takes_cues(&self) -> bool {
+        match self {
+            Role::Sim(config) => config.faults.iter().any(|fault| fault.waits_ms.is_some()),
+            Role::DatagramRelay(_)
+            | Role::StreamRelay(_)
+            | Role::InsiderTeammate(_)
+            | Role::InsiderBroker(_)
+            | Role::InsiderGateway(_) => true,
+            Role::Rogue(_) => false,
+            Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => false,
+        }
+    }
+}
+
 /// A secure session between two members.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Link {
@@ -158,8 +181,10 @@ pub struct Cast {
     pub links: Vec<Link>,
     /// One clock a host, in the order of [`Host::ALL`].
     pub clocks: Vec<ClockDraw>,
-    /// Processes that are to end: (microseconds, who).
-    pub kills: Vec<(u64, NodeId)>,
+    /// Processes that are to end, or to be kept from running.
+    pub ordeals: Vec<Ordeal>,
+    /// Steps that wait for what the instrument plane tells.
+    pub cues: Vec<Cue>,
     /// What the oracle needs receipts for.
     pub planned: Vec<Planned>,
     /// Length of the trial, microseconds.
@@ -173,6 +198,12 @@ impl Cast {
     pub fn broker(&self) -> NodeId {
         let hostile = self.members.iter().any(|m| m.node() == NodeId::INSIDER_BROKER);
         if hostile { NodeId::INSIDER_BROKER } else { NodeId::BROKER }
+    }
+
+    /// Processes that are to end, and so owe no closing account.
+    pub fn killed(&self) -> Vec<NodeId> {
+        let ends = |ordeal: &&Ordeal| matches!(ordeal.kind, OrdealKind::Kill { .. });
+        self.ordeals.iter().filter(ends).map(|ordeal| ordeal.node).collect()
     }
 }
 
@@ -215,7 +246,8 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
     Cast {
         links: links(scenario, &members),
         clocks: draw.clocks,
-        kills: attack::kills(scenario, draw.phase_ms),
+        ordeals: process::ordeals(scenario, draw.phase_ms),
+        cues: attack::cues(scenario, draw.phase_ms),
         planned: attack::planned(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
@@ -258,7 +290,7 @@ impl Company<'_> {
             bounds: self.with.bounds,
             secret: self.secret.of(keys::signer(node)),
             public_keys: self.public_keys.clone(),
-            channels: self.secret.channels(host, topics),
+            channels: self.secret.channels(host, node, topics),
             ablation,
             verified: None,
         }
@@ -315,6 +347,7 @@ impl Company<'_> {
             scene: world.clone(),
             faults,
             noise: sim::NoiseModel::default(),
+            clock_ppm: draw.clocks[host as usize].drift_ppm as i32,
         };
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
         self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
@@ -387,6 +420,19 @@ impl Company<'_> {
             member.publishes = vec![Topic::Feed, Topic::Intents];
             member.seat = Seat::Between;
         }
+        if let Some(casting) = rogue::of(self.scenario, draw.phase_ms) {
+            self.rogue(casting);
+        }
+    }
+
+    /// A rogue hears and writes like anybody on its host; what it holds is its holder's, or nothing.
+    fn rogue(&mut self, casting: rogue::Casting) {
+        let rogue::Casting { host, node, holder, topics, config } = casting;
+        let held = self.members.iter().find(|m| Some(m.node()) == holder).map(|m| m.setup.channels.clone());
+        let member = self.add(host, Role::Rogue(config), node, &[], &[]);
+        member.setup.channels = held.unwrap_or_default();
+        member.subscribes.clone_from(&topics);
+        member.publishes = topics;
     }
 
     fn finish(self) -> Vec<Member> {
@@ -400,14 +446,15 @@ fn peer_of(node: NodeId) -> Option<PeerId> {
 
 /// The sim's channel keys out of its setup. A channel that the setup lacks gets a key that nobody else has.
 pub fn sim_keys(setup: &Setup) -> sim::ChannelKeys {
-    let key = |topic: Topic| {
-        let listed = setup.channels.iter().find(|c| c.topic == topic).map(|c| c.key.clone());
+    let of = |topic: Topic, reader: usize| {
+        let listed = setup.channels.iter().filter(|c| c.topic == topic).nth(reader).map(|c| c.key.clone());
         listed.unwrap_or(wire::bus::ChannelKey(setup.secret.0))
     };
+    let key = |topic: Topic| of(topic, 0);
     sim::ChannelKeys {
         frames: key(Topic::Frames),
         candidates: key(Topic::Candidates),
-        navigation: key(Topic::Navigation),
+        navigation: [of(Topic::Navigation, 0), of(Topic::Navigation, 1)],
         drive: key(Topic::Drive),
         act: key(Topic::Act),
     }

@@ -147,7 +147,8 @@ impl Specs<'_> {
         if matches!(member.role, Role::Recorder) {
             spec.instrument = None;
             let directory = self.places.run_dir.join("recording");
-            spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory });
+            let tell = !self.cast.cues.is_empty();
+            spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory, tell });
         }
         for link in &self.cast.links {
             if link.server == node {
@@ -186,7 +187,9 @@ impl Specs<'_> {
             return Vec::new();
         }
         let (prefix, root) = self.places.domain(member.host);
-        vec![BusSpec { root, prefix, subscribe, publish }]
+        // A rogue comes first and makes the channels of its own, with room for their producers beside it.
+        let publishers = if matches!(member.role, Role::Rogue(_)) { 2 } else { 1 };
+        vec![BusSpec { root, prefix, subscribe, publish, publishers }]
     }
 
     fn relay(&self, member: &Member) -> Result<Option<RelaySpec>, String> {
@@ -208,7 +211,8 @@ impl Specs<'_> {
             | Role::Recorder
             | Role::InsiderTeammate(_)
             | Role::InsiderBroker(_)
-            | Role::InsiderGateway(_) => None,
+            | Role::InsiderGateway(_)
+            | Role::Rogue(_) => None,
         })
     }
 
@@ -247,6 +251,7 @@ fn config(member: &Member) -> Value {
         Role::InsiderTeammate(config) => json!({ "setup": setup, "config": { "insider_teammate": config } }),
         Role::InsiderBroker(config) => json!({ "setup": setup, "config": { "insider_broker": config } }),
         Role::InsiderGateway(config) => json!({ "setup": setup, "config": { "insider_gateway": config } }),
+        Role::Rogue(config) => json!({ "setup": setup, "config": { "rogue": config } }),
     }
 }
 
@@ -263,7 +268,8 @@ pub(super) fn service(role: &Role) -> &'static str {
         | Role::StreamRelay(_)
         | Role::InsiderTeammate(_)
         | Role::InsiderBroker(_)
-        | Role::InsiderGateway(_) => "adversary",
+        | Role::InsiderGateway(_)
+        | Role::Rogue(_) => "adversary",
     }
 }
 

@@ -3,10 +3,10 @@
 use wire::mode::{Cause, Mode};
 use wire::stream::Sight;
 
-use super::demise;
 use super::receipt::Receipt;
 use super::timeline::{Change, Timeline};
 use super::{Evidence, Finding, Micros, Property, Verdict, finding};
+use super::{demise, mouth, view};
 use crate::trial::{Latency, Outcome};
 
 /// Puts the verdict together.
@@ -69,11 +69,14 @@ fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
         Event::GuardSaw { verdict, .. } => w.at >= zero && verdict != GuardVerdict::Passed,
         Event::StreamSaw { sight: Sight::Refused, .. } => w.at >= zero,
         Event::CommandShown { shown: ShownAs::NotAcknowledged, .. } => w.at >= zero,
-        Event::Displayed { unit: UnitId::A, freshness: Freshness::Stale | Freshness::Lost, .. } => w.at >= zero,
+        // After the end everything falls silent, and the display says so.
+        Event::Displayed { unit: UnitId::A, freshness: Freshness::Stale | Freshness::Lost, .. } => {
+            (zero..evidence.duration).contains(&w.at)
+        }
         Event::Count { account: Account::Discarded, n } => n > 0,
         _ => false,
     });
-    by_service || below
+    by_service || below || mouth::refused_on_the_bus(evidence, zero) || view::answered(evidence, zero)
 }
 
 /// Losses of authority or restrictions before anything was injected, other than by the operator.

@@ -73,6 +73,17 @@ fn shown(evidence: &Evidence, wanted: Option<RecordId>) -> impl Iterator<Item = 
     })
 }
 
+/// Whether the console refused, from `zero` on, what the insider had just told it.
+pub(super) fn answered(evidence: &Evidence, zero: Micros) -> bool {
+    evidence.entries.iter().any(|w| match w.entry.event {
+        Event::Meddled { delay, .. } if w.entry.node == NodeId::INSIDER_GATEWAY => {
+            let due = w.at + delay.0 - delay.0 / DRIFT;
+            due >= zero && refused(evidence, due, due + delay.0 / DRIFT + AT_ONCE)
+        }
+        _ => false,
+    })
+}
+
 /// Whether the console refused a message of the feed between `from` and `to`.
 fn refused(evidence: &Evidence, from: Micros, to: Micros) -> bool {
     evidence.entries.iter().any(|w| {

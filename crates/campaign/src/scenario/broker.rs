@@ -6,20 +6,21 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::attack::{Direction, Windowed, attacks};
+use super::attack::{Direction, attacks, windowed};
 use super::operator::Verb;
-use super::value::{Count, Located, Millis, Seconds, Whole};
+use super::step::{Knowledge, Timing, When};
+use super::value::{Count, Located, Millis, Name, Seconds, Whole};
 
 attacks! {
     /// Publications are not passed on.
-    BrokerDrop {
+    BrokerDrop needs Insider {
         /// Only those about an order that asks this.
         #[serde(default)]
         only: Option<Verb>,
     }
 
     /// Publications are passed on later.
-    BrokerDelay {
+    BrokerDelay needs Insider {
         /// By how much.
         by_ms: Millis,
         /// Only those about an order that asks this.
@@ -28,19 +29,19 @@ attacks! {
     }
 
     /// Each publication is held until the next of its direction has passed.
-    BrokerReorder {
+    BrokerReorder needs Insider {
         /// Longest hold.
         hold_ms: Whole<1, 60_000>,
     }
 
     /// Each publication is delivered more than once.
-    BrokerDuplicate {
+    BrokerDuplicate needs Insider {
         /// Copies beside the original.
         copies: Whole<1, 64>,
     }
 
     /// The newest publication of a subject is delivered again to each subscriber that connects.
-    BrokerRetain {}
+    BrokerRetain needs Insider {}
 }
 
 /// Captured publications are delivered again, the newest first and then back in turn.
@@ -56,6 +57,15 @@ pub struct BrokerReplay {
     pub count: Count,
     /// Time between them.
     pub every_ms: Millis,
+    /// Name of the step that this is a part of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Located<Name>>,
+    /// What it waits for; `at_s` is then the earliest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<Located<When>>,
+    /// What may be known here, where that is less than the scenario's level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
 }
 
 /// Orders of the broker's own making.
@@ -73,6 +83,15 @@ pub struct BrokerInvent {
     pub count: Count,
     /// Time between them.
     pub every_ms: Millis,
+    /// Name of the step that this is a part of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Located<Name>>,
+    /// What it waits for; `at_s` is then the earliest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<Located<When>>,
+    /// What may be known here, where that is less than the scenario's level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
 }
 
 /// For each order that is seen, an acknowledgement of the broker's own making: it was executed.
@@ -85,6 +104,15 @@ pub struct BrokerForge {
     pub duration_s: Seconds,
     /// What it is made of.
     pub forgery: AckForgery,
+    /// Name of the step that this is a part of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Located<Name>>,
+    /// What it waits for; `at_s` is then the earliest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<Located<When>>,
+    /// What may be known here, where that is less than the scenario's level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
 }
 
 /// What an invented order is made of.
@@ -111,22 +139,8 @@ pub enum AckForgery {
     Replayed,
 }
 
-macro_rules! windowed {
-    ($($name:ident $length:expr;)+) => {$(
-        impl Windowed for $name {
-            fn at_s(&self) -> &Located<Seconds> {
-                &self.at_s
-            }
-            fn duration_s(&self) -> Seconds {
-                let length: fn(&Self) -> Seconds = $length;
-                length(self)
-            }
-        }
-    )+};
-}
-
 windowed! {
-    BrokerReplay |_| Seconds::default();
-    BrokerInvent |_| Seconds::default();
-    BrokerForge |x| x.duration_s;
+    BrokerReplay |_| Seconds::default(), Insider, Some(Knowledge::OnPath);
+    BrokerInvent |_| Seconds::default(), Insider, Some(Knowledge::OnPath);
+    BrokerForge |x| x.duration_s, Insider, Some(Knowledge::OnPath);
 }

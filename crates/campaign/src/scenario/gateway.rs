@@ -6,33 +6,37 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::attack::Windowed;
+use super::attack::windowed;
 use super::operator::{DisplayedState, Verb};
-use super::value::{Located, Millis, Seconds};
+use super::step::{Knowledge, When};
+use super::value::{Located, Millis, Name, Seconds};
 
 /// Declares tables with a window, which go one way only.
 macro_rules! tables {
-    ($( $(#[$doc:meta])* $name:ident { $( $(#[$field_doc:meta])* $field:ident : $kind:ty ),* $(,)? } )+) => {$(
-        $(#[$doc])*
-        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-        #[serde(deny_unknown_fields)]
-        pub struct $name {
-            /// Start on the trial's clock; the trial's phase is added.
-            pub at_s: Located<Seconds>,
-            /// Length of the window.
-            pub duration_s: Seconds,
-            $( $(#[$field_doc])* pub $field: $kind, )*
-        }
-
-        impl Windowed for $name {
-            fn at_s(&self) -> &Located<Seconds> {
-                &self.at_s
+    ($( $(#[$doc:meta])* $name:ident { $( $(#[$field_doc:meta])* $field:ident : $kind:ty ),* $(,)? } )+) => {
+        $(
+            $(#[$doc])*
+            #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+            #[serde(deny_unknown_fields)]
+            pub struct $name {
+                /// Start on the trial's clock; the trial's phase is added.
+                pub at_s: Located<Seconds>,
+                /// Length of the window.
+                pub duration_s: Seconds,
+                $( $(#[$field_doc])* pub $field: $kind, )*
+                /// Name of the step that this is a part of.
+                #[serde(default, skip_serializing_if = "Option::is_none")]
+                pub step: Option<Located<Name>>,
+                /// What it waits for; `at_s` is then the earliest.
+                #[serde(default, skip_serializing_if = "Option::is_none")]
+                pub when: Option<Located<When>>,
+                /// What may be known here, where that is less than the scenario's level.
+                #[serde(default, skip_serializing_if = "Option::is_none")]
+                pub knowledge: Option<Located<Knowledge>>,
             }
-            fn duration_s(&self) -> Seconds {
-                self.duration_s
-            }
-        }
-    )+};
+        )+
+        windowed! { $( $name |x| x.duration_s, Insider, None; )+ }
+    };
 }
 
 tables! {

@@ -5,8 +5,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::attack::Windowed;
+use super::attack::windowed;
 use super::scene::Pose;
+use super::step::{Knowledge, When};
 use super::value::{Count, List, Located, Millis, Name, Seconds};
 
 /// A teammate.
@@ -46,6 +47,15 @@ pub struct Teammate {
     /// Age of C's telemetry when it is forwarded.
     #[serde(default)]
     pub lag_ms: Millis,
+    /// Name of the step that this is a part of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Located<Name>>,
+    /// What it waits for; `at_s` is then the earliest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<Located<When>>,
+    /// What may be known here, where that is less than the scenario's level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
 }
 
 /// How B forwards C's telemetry.
@@ -82,6 +92,15 @@ pub struct Malformed {
     pub count: Count,
     /// Time between them.
     pub every_ms: Millis,
+    /// Name of the step that this is a part of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Located<Name>>,
+    /// What it waits for; `at_s` is then the earliest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<Located<When>>,
+    /// What may be known here, where that is less than the scenario's level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
 }
 
 /// What is wrong with a malformed record.
@@ -102,21 +121,7 @@ pub enum Flaw {
     Noise,
 }
 
-macro_rules! windowed {
-    ($($name:ident $length:expr;)+) => {$(
-        impl Windowed for $name {
-            fn at_s(&self) -> &Located<Seconds> {
-                &self.at_s
-            }
-            fn duration_s(&self) -> Seconds {
-                let length: fn(&Self) -> Seconds = $length;
-                length(self)
-            }
-        }
-    )+};
-}
-
 windowed! {
-    Teammate |x| x.duration_s;
-    Malformed |_| Seconds::default();
+    Teammate |x| x.duration_s, Insider, Some(Knowledge::Insider);
+    Malformed |_| Seconds::default(), Insider, Some(Knowledge::Insider);
 }

@@ -93,12 +93,20 @@ impl Twin {
                     self.write(Side::Client, at, sealed);
                 }
             }
-            None => self.distribute(node, at, subject, bytes),
+            None => self.hand_in(node, at, subject, bytes),
+        }
+    }
+
+    /// A publication of `node` reaches the broker, which takes it at once, or when it runs again.
+    fn hand_in(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
+        let here = Happening::Distribute { subject, bytes };
+        if let Some(Happening::Distribute { subject, bytes }) = self.keep(node, here) {
+            self.distribute(node, at, subject, bytes);
         }
     }
 
     /// The broker takes a publication of `node` and hands it on; a hostile one is handed it, and does as it likes.
-    fn distribute(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
+    pub(super) fn distribute(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
         let Some(publisher) = self.nodes[usize::from(node)].commands else { return };
         if let Some(hostile) = self.index(NodeId::INSIDER_BROKER) {
             let hop = self.delays.datagram();

@@ -1,6 +1,6 @@
 //! The cores that a twin can hold: exactly those of the live services, behind their common verbs.
 
-use adversary::insider::{InsiderBroker, InsiderGateway, InsiderTeammate};
+use adversary::insider::{InsiderBroker, InsiderGateway, InsiderTeammate, Rogue};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -41,6 +41,8 @@ pub enum Part {
     InsiderBroker(Box<InsiderBroker>),
     /// The gateway insider.
     InsiderGateway(Box<InsiderGateway>),
+    /// On a host's shared memory, in another's name.
+    Rogue(Box<Rogue>),
 }
 
 impl Part {
@@ -61,6 +63,7 @@ impl Part {
             Part::InsiderTeammate(core) => Part::InsiderTeammate(Box::new(core.fork(world))),
             Part::InsiderBroker(core) => Part::InsiderBroker(Box::new(core.fork(world))),
             Part::InsiderGateway(core) => Part::InsiderGateway(Box::new(core.fork(world))),
+            Part::Rogue(core) => Part::Rogue(Box::new(core.fork(world))),
         }
     }
 
@@ -77,6 +80,7 @@ impl Part {
             Part::InsiderTeammate(core) => core.as_ref(),
             Part::InsiderBroker(core) => core.as_ref(),
             Part::InsiderGateway(core) => core.as_ref(),
+            Part::Rogue(core) => core.as_ref(),
         }
     }
 
@@ -94,6 +98,7 @@ impl Part {
             Part::InsiderTeammate(core) => core.as_mut(),
             Part::InsiderBroker(core) => core.as_mut(),
             Part::InsiderGateway(core) => core.as_mut(),
+            Part::Rogue(core) => core.as_mut(),
         }
     }
 }

@@ -62,7 +62,8 @@ impl Stage {
             | Part::StreamRelay(_)
             | Part::InsiderTeammate(_)
             | Part::InsiderBroker(_)
-            | Part::InsiderGateway(_) => Stage::Adversary,
+            | Part::InsiderGateway(_)
+            | Part::Rogue(_) => Stage::Adversary,
         }
     }
 

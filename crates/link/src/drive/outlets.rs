@@ -107,6 +107,7 @@ impl Outlets {
     fn open_bus(&mut self, spec: &ServiceSpec, senders: &Senders) -> Result<(), DriveError> {
         for bus in &spec.bus {
             let domain = Domain::new(&bus.root, &bus.prefix).map_err(|e| cannot("bus")(&e))?;
+            let domain = domain.with_publishers(bus.publishers);
             for channel in &bus.publish {
                 let publisher = domain.publisher(&channel.scope, channel.topic);
                 self.publishers.push(publisher.map_err(|e| cannot("bus publisher")(&e))?);
@@ -254,6 +255,8 @@ impl Outlets {
                 Some(relay) => relay.reset(connection),
                 None => self.undeliverable += 1,
             },
+            // Without its sending end a session ends; its dialler opens the next.
+            Output::Close { session } => self.closed(session),
             Output::Audit { bytes } => self.audit(bytes),
             Output::Stranger { bytes } => match &self.datagrams {
                 Some(relay) => relay.emit_stranger(&bytes),

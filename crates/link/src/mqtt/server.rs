@@ -4,6 +4,8 @@
 //! what the core publishes to those who subscribed to exactly that subject. It keeps no rights, no order but arrival's,
 //! and nothing for those who are away: the honest broker is the `broker` crate, which shares no code with this.
 
+#![allow(clippy::wildcard_enum_match_arm, reason = "asks about one kind and skips the rest")]
+
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};

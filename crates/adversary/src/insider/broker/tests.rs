@@ -123,7 +123,7 @@ fn broker(actions: Vec<Timed<BrokerAction>>) -> InsiderBroker {
 }
 
 fn action(direction: Direction, action: BrokerAction) -> Timed<BrokerAction> {
-    Timed { start_ms: 0, duration_ms: 1_000, direction, action }
+    Timed { step: None, start_ms: 0, duration_ms: 1_000, direction, action }
 }
 
 fn say(broker: &mut InsiderBroker, ms: u64, subject: Subject, bytes: &[u8]) -> Vec<(Subject, Vec<u8>)> {

@@ -103,7 +103,7 @@ fn what_it_does_is_told_before_it_is_done() {
 fn insider(actions: Vec<FeedAction>) -> InsiderGateway {
     let mut setup = setup(NodeId::INSIDER_GATEWAY, 6);
     setup.channels = vec![Channel { topic: Topic::Feed, producer: NodeId::GATEWAY, key: FEED }];
-    let timed = |action| Timed { start_ms: 0, duration_ms: 10_000, direction: Direction::Both, action };
+    let timed = |action| Timed { start_ms: 0, duration_ms: 10_000, direction: Direction::Both, step: None, action };
     let actions = actions.into_iter().map(timed).collect();
     InsiderGateway::new(setup, InsiderGatewayConfig { actions }, at(0)).unwrap()
 }

@@ -1,19 +1,15 @@
 //! The plan of the gateway insider, and what of it needs a receipt.
 
-use adversary::plan::{Direction, FeedAction, FeedForgery, InsiderGatewayConfig, Timed};
+use adversary::plan::{FeedAction, FeedForgery, InsiderGatewayConfig};
 use wire::event::Action;
-use wire::mode::Mode;
 
-use super::{broker, start_ms};
-use crate::scenario::{self, DisplayedState, Scenario, Windowed};
+use super::{broker, mode, timed};
+use crate::scenario::{self, Direction, Scenario, Windowed};
 
 /// The plan, when the scenario has one.
 pub(in crate::cast) fn plan(s: &Scenario, phase: u64) -> Option<InsiderGatewayConfig> {
     let mut actions = Vec::new();
-    let mut add = |of: &dyn Windowed, action| {
-        let duration_ms = (of.duration_s().get() * 1000.0) as u64;
-        actions.push(Timed { start_ms: start_ms(of, phase), duration_ms, direction: Direction::Both, action });
-    };
+    let mut add = |of: &dyn Windowed, action| actions.push(timed(of, Direction::Both, phase, action));
     s.feed_withhold.iter().for_each(|a| add(a, FeedAction::Withhold { keep: a.keep.map(mode) }));
     s.feed_delay.iter().for_each(|a| add(a, FeedAction::Delay { ms: a.by_ms.unsigned(), young: a.young }));
     for a in s.feed_forge.iter() {
@@ -41,14 +37,4 @@ pub(super) fn planned(s: &Scenario) -> impl Iterator<Item = Action> {
         (!s.feed_replay.is_empty(), Action::Replay),
     ];
     actions.into_iter().filter_map(|(any, action)| any.then_some(action))
-}
-
-fn mode(state: DisplayedState) -> Mode {
-    match state {
-        DisplayedState::Idle => Mode::Idle,
-        DisplayedState::Ready => Mode::Ready,
-        DisplayedState::PrepareToAct => Mode::PrepareToAct,
-        DisplayedState::Degraded => Mode::Degraded,
-        DisplayedState::HoldSafe => Mode::HoldSafe,
-    }
 }
