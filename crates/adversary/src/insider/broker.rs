@@ -4,8 +4,6 @@
 //! another order, more often, or others. It reads what it carries, for nothing on the command plane is secret from the
 //! broker, and holds no operator's and no unit's key. Making orders and acknowledgements is left to `forgery`.
 
-#![allow(clippy::wildcard_enum_match_arm, reason = "asks about one kind of action and skips the rest")]
-
 #[cfg(test)]
 mod tests;
 
@@ -133,9 +131,14 @@ impl InsiderBroker {
         }
         let delay: u64 = open
             .iter()
-            .map(|action| match action {
-                BrokerAction::Delay { ms, only } if about(*only) => *ms,
-                _ => 0,
+            .map(|action| {
+                if let BrokerAction::Delay { ms, only } = action
+                    && about(*only)
+                {
+                    *ms
+                } else {
+                    0
+                }
             })
             .sum();
         if delay > 0 {
@@ -143,9 +146,8 @@ impl InsiderBroker {
             return self.hold(now, Held { due: now + Span::ms(delay), overtaken: false, publication });
         }
         let waits = self.held.iter().any(|held| held.overtaken && towards(held.publication.subject) == side);
-        let reorder = open.iter().find_map(|action| match action {
-            BrokerAction::Reorder { hold_ms } => Some(Span::ms(*hold_ms)),
-            _ => None,
+        let reorder = open.iter().find_map(|action| {
+            if let BrokerAction::Reorder { hold_ms } = action { Some(Span::ms(*hold_ms)) } else { None }
         });
         if let Some(hold) = reorder.filter(|_| !waits) {
             return self.hold(now, Held { due: now + hold, overtaken: true, publication });
@@ -180,7 +182,16 @@ impl InsiderBroker {
             match input {
                 Input::Published { subject, .. } => opening.passes(now, towards(*subject)),
                 Input::Cue { step } => opening.cue(now, *step),
-                _ => {}
+                Input::Timeout
+                | Input::Bus { .. }
+                | Input::Opened { .. }
+                | Input::Record { .. }
+                | Input::Closed { .. }
+                | Input::Datagram { .. }
+                | Input::Stream { .. }
+                | Input::Audit { .. }
+                | Input::Quiesce
+                | Input::Finish => {}
             }
         }
         opening::settle(self.openings.iter_mut(), now, &mut self.journal, &mut self.out);
@@ -219,10 +230,8 @@ impl InsiderBroker {
     fn acknowledge(&mut self, now: Instant, unit: UnitId, order: &[u8]) {
         let forged: Vec<Vec<u8>> = self
             .open(now, Side::Server)
-            .filter_map(|action| match action {
-                BrokerAction::Forge { forgery } => self.forger.acknowledgement(forgery, order),
-                _ => None,
-            })
+            .filter_map(|action| if let BrokerAction::Forge { forgery } = action { Some(forgery) } else { None })
+            .filter_map(|forgery| self.forger.acknowledgement(forgery, order))
             .collect();
         for bytes in forged {
             let publication = Publication { at: now, subject: Subject::Ack(unit), bytes };
@@ -260,7 +269,13 @@ impl InsiderBroker {
                         self.told(now, Action::Inject, &publication, Span::ZERO);
                         self.deliver(publication);
                     }
-                    _ => {}
+                    // Done to what passes, and in no run.
+                    BrokerAction::Drop { .. }
+                    | BrokerAction::Delay { .. }
+                    | BrokerAction::Reorder { .. }
+                    | BrokerAction::Duplicate { .. }
+                    | BrokerAction::Retain
+                    | BrokerAction::Forge { .. } => {}
                 }
             }
         }
