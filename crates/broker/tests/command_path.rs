@@ -126,7 +126,7 @@ async fn a_forbidden_subscription_is_refused_and_hears_nothing() {
 
 #[tokio::test]
 async fn a_silent_peer_holds_up_nobody_and_connections_are_capped() {
-    let limits = Limits { connections: 2, handshake: Duration::from_secs(600) };
+    let limits = Limits { connections: 2, handshake: Duration::from_secs(600), ..Limits::default() };
     let (pki, mut server) = start(limits).await;
     let silent = TcpStream::connect(server.address().socket()).await.expect("accepted");
     let gateway = pki.connect(server.address(), PeerId::GATEWAY).await;

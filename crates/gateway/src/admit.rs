@@ -106,7 +106,9 @@ impl Boundary {
             HopBody::Hello(_) => Content::Exchange(without_report(session, &hop)),
             HopBody::Report(report) => Content::Report(self.report(session, evidence, report)?),
             // Supervision and teammates' reports are the gateway's to give, not a unit's.
-            HopBody::Grant(_) | HopBody::Teammate(_) => return Err(Refusal::Role { got: session.unit().node() }),
+            HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Revoked(_) => {
+                return Err(Refusal::Role { got: session.unit().node() });
+            }
         };
         Ok(Admitted { hop: evidence, content })
     }

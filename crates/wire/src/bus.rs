@@ -81,6 +81,11 @@ pub(crate) fn tag(key: &ChannelKey, bytes: &[u8]) -> [u8; TAG_LEN] {
     tag
 }
 
+/// Who a message says made it: for finding the gate that is to judge it.
+pub fn claimed_producer(bytes: &[u8]) -> Option<usize> {
+    split(bytes).map(|(header, ..)| usize::from(header.producer))
+}
+
 /// Splits a message into header, body and tag; `None` when it is too short or of no known topic.
 pub(crate) fn split(bytes: &[u8]) -> Option<(Header, &[u8], &[u8; TAG_LEN])> {
     let (signed, tag) = bytes.split_last_chunk::<TAG_LEN>()?;

@@ -59,6 +59,9 @@ pub enum HopBody<'b> {
     /// A teammate's report, verbatim, in the gateway's envelope.
     #[n(3)]
     Teammate(#[b(0)] Teammate<'b>),
+    /// A signed revocation ([`crate::trust::Revocation`]), as the authority made it. Repeated while the session lasts.
+    #[n(50)]
+    Revoked(#[b(0)] &'b ByteSlice),
 }
 
 /// The gateway's envelope around a teammate's report.

@@ -149,14 +149,20 @@ impl NodeId {
     pub const INSIDER_B: NodeId = NodeId(12);
     /// The first operator.
     pub const OPERATOR: NodeId = NodeId(13);
+    /// The second operator: admitted in every run; in those of some scenarios a rogue holds its key.
+    pub const OPERATOR_2: NodeId = NodeId(14);
     /// The campaign engine or launcher itself.
     pub const CAMPAIGN: NodeId = NodeId(15);
+    /// Whose key signs revocations: the launcher's, used once before the first service starts.
+    pub const AUTHORITY: NodeId = NodeId::CAMPAIGN;
     /// Perception of the third unit.
     pub const PERCEPTION_C: NodeId = NodeId(20);
     /// The third unit's simulation.
     pub const SIM_C: NodeId = NodeId(21);
     /// The insider on the command plane.
     pub const INSIDER_COMMAND: NodeId = NodeId(22);
+    /// The rogue station: whoever gives orders under a key that is not its own.
+    pub const INSIDER_OPERATOR: NodeId = NodeId(24);
 
     /// What stands at the mouth of this node's secure sessions and logs what arrives, when the node has it: the record
     /// filter of datagrams; at the broker, which has streams only, what sees their bytes.

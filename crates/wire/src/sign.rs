@@ -36,6 +36,8 @@ pub enum Purpose {
     Ack,
     /// The head of an audit chain.
     Head,
+    /// The authority's revocation of an identity.
+    Revocation,
 }
 
 impl Purpose {
@@ -46,6 +48,7 @@ impl Purpose {
             Purpose::Confirmation => b"holdsafe confirmation v1",
             Purpose::Ack => b"holdsafe ack v1",
             Purpose::Head => b"holdsafe head v1",
+            Purpose::Revocation => b"holdsafe revocation v1",
         }
     }
 }

@@ -34,6 +34,7 @@ pub(crate) fn key_of(node: NodeId) -> Key {
 pub(crate) enum Asked {
     Stage(Intent, Vec<u8>),
     Release(Confirmation),
+    Revoke(Vec<u8>),
 }
 
 pub(crate) struct Bench {
@@ -70,6 +71,7 @@ impl Bench {
             operator: NodeId::OPERATOR,
             operator_secret: Secret([NodeId::OPERATOR.index() as u8 + 1; 32]),
             script,
+            revocations: Vec::new(),
             text: true,
         };
         let now = Instant(5_000_000);
@@ -164,7 +166,7 @@ impl Bench {
     pub(crate) fn intents(&self) -> Vec<(Intent, Vec<u8>)> {
         let stage = |asked: &Asked| match asked {
             Asked::Stage(intent, bytes) => Some((*intent, bytes.clone())),
-            Asked::Release(_) => None,
+            Asked::Release(_) | Asked::Revoke(_) => None,
         };
         self.asked.iter().filter_map(stage).collect()
     }
@@ -243,5 +245,6 @@ fn read(bytes: &[u8]) -> Asked {
             let signed = Signed::parse(confirmation, 1024).unwrap();
             Asked::Release(codec::decode(signed.payload, 1024).unwrap())
         }
+        Request::Revoke(revocation) => Asked::Revoke(revocation.to_vec()),
     }
 }

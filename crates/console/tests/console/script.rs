@@ -155,6 +155,7 @@ proptest! {
             match asked {
                 Asked::Stage(intent, _) => prop_assert!(staged.insert(intent.id), "{} staged twice", intent.id),
                 Asked::Release(c) => prop_assert!(released.insert(c.id), "{} released twice", c.id),
+                Asked::Revoke(_) => prop_assert!(false, "the script revokes nobody"),
             }
         }
         prop_assert!(staged.len() <= 4);

@@ -20,10 +20,12 @@ use wire::sensor::{
     Blob, Candidates, Class, Cluster, DepthSample, Detection, Fix, Frames, Modalities, Modality, Navigation, Odometry,
     PixelBox, Pose, ProductMode,
 };
+use wire::settings::Settings;
 use wire::sign::{Key, Purpose, Signed};
 use wire::stream::{Deed, Sight};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 use wire::track::{StageProduct, Track, Tracks};
+use wire::trust::Revocation;
 
 /// A decoder of one message: bytes and the longest length allowed in, whether it is the named value out.
 pub(crate) type Decode = Box<dyn Fn(&[u8], usize) -> Result<bool, Malformed>>;
@@ -68,6 +70,7 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
         ("act", vec![named!("confirmed", Act, act())]),
         ("entry", entries()),
         ("seal", seals()),
+        ("revocation", vec![named!("of-operator-2", Revocation, Revocation { of: NodeId::OPERATOR_2 })]),
         ("head", vec![named!("unit-a", Head, head())]),
         ("sign1", signed()),
         ("input", inputs()),
@@ -77,6 +80,8 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
 
 pub(crate) const COMMAND: CommandId = CommandId { operator: NodeId::OPERATOR, boot: Boot(2), sequence: Sequence(7) };
 const RECORD: RecordId = RecordId { node: NodeId::UNIT_C, boot: Boot(3), sequence: Sequence(1000) };
+
+const VALUES: Settings = Settings { speed_mm_s: 2500, margin_mm: 1000, arm_permille: 600, keep_permille: 450 };
 
 fn opaque(bytes: &'static [u8]) -> &'static ByteSlice {
     bytes.into()
@@ -152,6 +157,7 @@ fn hops() -> Vec<Named> {
         named!("report", Hop<'_>, hop(HopBody::Report(opaque(b"signed")))),
         named!("grant", Hop<'_>, hop(HopBody::Grant(Span::ms(500)))),
         named!("teammate", Hop<'_>, hop(HopBody::Teammate(teammate))),
+        named!("revoked", Hop<'_>, hop(HopBody::Revoked(opaque(b"signed")))),
     ]
 }
 
@@ -167,6 +173,7 @@ fn intents() -> Vec<Named> {
         named!("resume", Intent, intent(CommandKind::Resume, "cause understood")),
         named!("arm", Intent, intent(CommandKind::Arm(TrackId(3)), "vehicle in view")),
         named!("confirm", Intent, intent(CommandKind::Confirm(TrackId(3)), "still in view")),
+        named!("configure", Intent, intent(CommandKind::Configure(VALUES), "wet ground")),
     ]
 }
 
@@ -188,6 +195,7 @@ fn requests() -> Vec<Named> {
     vec![
         named!("stage", Request<'_>, Request::Stage(opaque(b"intent"))),
         named!("release", Request<'_>, Request::Release(opaque(b"confirmation"))),
+        named!("revoke", Request<'_>, Request::Revoke(opaque(b"revocation"))),
     ]
 }
 
@@ -384,8 +392,10 @@ fn outputs() -> Vec<Named> {
     ]
 }
 
-/// How many kinds of event there are.
-pub(crate) const EVENTS: u8 = 30;
+/// The numbers of the kinds of event there are.
+pub(crate) fn kinds_of_event() -> impl Iterator<Item = u8> {
+    (0..30).chain(50..52)
+}
 
 fn entries() -> Vec<Named> {
     let entry = |(name, event): (&'static str, Event)| {
@@ -554,6 +564,20 @@ fn witnesses() -> Vec<(&'static str, Event)> {
             Event::StreamSaw { sight: Sight::Arrived, stream: 1 << 50, offset: 4_000, length: 340, hash: 1 << 40 },
         ),
         ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
+        (
+            "rogue-at-the-broker",
+            Event::Rogue {
+                command: COMMAND,
+                kind: CommandKind::Configure(VALUES),
+                key: NodeId::OPERATOR_2,
+                certificate: Some(PeerId::UNIT_B),
+            },
+        ),
+        (
+            "rogue-at-the-gateway",
+            Event::Rogue { command: COMMAND, kind: CommandKind::Hold, key: NodeId::OPERATOR_2, certificate: None },
+        ),
+        ("struck", Event::Struck { who: NodeId::OPERATOR_2 }),
     ]
 }
 
