@@ -6,15 +6,18 @@
 
 use serde::{Deserialize, Serialize};
 use wire::core::Side;
+use wire::setup::NoChannel;
 use wire::time::{Instant, Span};
 
 mod insider;
 mod relay;
+mod rogue;
 
 pub use insider::{
     Flaw, Form, Forward, InsiderCommandConfig, InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater,
 };
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
+pub use rogue::{Demand, InsiderOperatorConfig, RogueOrders};
 
 /// Longest time in a plan, ms: an hour.
 pub const MAX_MS: u64 = 3_600_000;
@@ -39,6 +42,8 @@ pub enum AdversaryConfig {
     InsiderTeammate(InsiderTeammateConfig),
     /// A holder of access to the command plane.
     InsiderCommand(InsiderCommandConfig),
+    /// The holder of a signing key that is not its own.
+    InsiderOperator(InsiderOperatorConfig),
 }
 
 /// Why a plan is not carried out.
@@ -70,6 +75,9 @@ pub enum PlanError {
         /// Which action.
         what: &'static str,
     },
+    /// The setup lacks a channel that the plan needs.
+    #[error(transparent)]
+    Channel(#[from] NoChannel),
 }
 
 /// Which way datagrams or bytes go.

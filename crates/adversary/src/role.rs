@@ -5,7 +5,7 @@ use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::Instant;
 
-use crate::insider::{InsiderCommand, InsiderTeammate};
+use crate::insider::{InsiderCommand, InsiderOperator, InsiderTeammate};
 use crate::plan::{AdversaryConfig, PlanError};
 use crate::relay::{DatagramRelay, StreamRelay};
 
@@ -23,6 +23,8 @@ pub enum Adversary {
     InsiderTeammate(Box<InsiderTeammate>),
     /// A holder of access to the command plane.
     InsiderCommand(Box<InsiderCommand>),
+    /// The holder of a signing key that is not its own.
+    InsiderOperator(Box<InsiderOperator>),
 }
 
 impl Adversary {
@@ -42,6 +44,9 @@ impl Adversary {
             AdversaryConfig::InsiderCommand(plan) => {
                 Adversary::InsiderCommand(Box::new(InsiderCommand::new(setup, plan, now)?))
             }
+            AdversaryConfig::InsiderOperator(plan) => {
+                Adversary::InsiderOperator(Box::new(InsiderOperator::new(setup, plan, now)?))
+            }
         })
     }
 
@@ -53,6 +58,7 @@ impl Adversary {
             Adversary::StreamRelay(core) => Adversary::StreamRelay(Box::new(core.fork(world))),
             Adversary::InsiderTeammate(core) => Adversary::InsiderTeammate(Box::new(core.fork(world))),
             Adversary::InsiderCommand(core) => Adversary::InsiderCommand(Box::new(core.fork(world))),
+            Adversary::InsiderOperator(core) => Adversary::InsiderOperator(Box::new(core.fork(world))),
         }
     }
 
@@ -62,6 +68,7 @@ impl Adversary {
             Adversary::StreamRelay(core) => core.as_ref(),
             Adversary::InsiderTeammate(core) => core.as_ref(),
             Adversary::InsiderCommand(core) => core.as_ref(),
+            Adversary::InsiderOperator(core) => core.as_ref(),
         }
     }
 
@@ -71,6 +78,7 @@ impl Adversary {
             Adversary::StreamRelay(core) => core.as_mut(),
             Adversary::InsiderTeammate(core) => core.as_mut(),
             Adversary::InsiderCommand(core) => core.as_mut(),
+            Adversary::InsiderOperator(core) => core.as_mut(),
         }
     }
 }

@@ -17,6 +17,7 @@ mod operator;
 mod platform;
 mod problem;
 mod read;
+mod rogue;
 mod scene;
 mod set;
 mod setup;
@@ -40,6 +41,7 @@ pub use operator::{DisplayedState, Operator, Step, Verb};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use problem::{Problem, ProblemRow, Problems};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
+pub use rogue::{Mandate, Order, Rogue, Values, Way};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene};
 pub use set::Settings;
 pub use setup::{Setup, find_root, load_policy, shipped};
@@ -185,6 +187,12 @@ pub struct Scenario {
     /// An admitted teammate sends records that are authenticated and broken.
     #[serde(default)]
     pub malformed: List<Malformed, 16>,
+    /// A rogue station gives orders under a key that is not its own.
+    #[serde(default)]
+    pub rogue: List<Rogue, 16>,
+    /// Identities that are admitted for a time only.
+    #[serde(default)]
+    pub mandate: List<Mandate, 8>,
 
     /// On the real stacks: somebody with a certificate that is no good.
     #[serde(default)]

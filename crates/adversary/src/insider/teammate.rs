@@ -139,7 +139,9 @@ impl InsiderTeammate {
         let report: &[u8] = match body {
             HopBody::Report(report) if end.peer == PeerId::UNIT_C => report,
             HopBody::Teammate(teammate) if teammate.via == PeerId::UNIT_C => teammate.report,
-            HopBody::Report(_) | HopBody::Teammate(_) | HopBody::Hello(_) | HopBody::Grant(_) => return,
+            HopBody::Report(_) | HopBody::Teammate(_) | HopBody::Hello(_) | HopBody::Grant(_) | HopBody::Revoked(_) => {
+                return;
+            }
         };
         let Some(lag) = self.forwarding(now) else { return };
         if self.waiting.len() < MAX_WAITING {

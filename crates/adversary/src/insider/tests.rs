@@ -197,7 +197,7 @@ fn forwarded(form: Form) -> Vec<u8> {
     let out = records(turn(&mut insider, at(1000), &record, &mut said), UP);
     let mut reports = out.iter().filter_map(|bytes| match codec::decode::<Hop<'_>>(bytes, MAX_HOP).unwrap().body {
         HopBody::Report(report) => Some(report.to_vec()),
-        HopBody::Hello(_) | HopBody::Grant(_) | HopBody::Teammate(_) => None,
+        HopBody::Hello(_) | HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Revoked(_) => None,
     });
     let forwarded = reports.next().unwrap();
     let told = |event: &Event| matches!(event, Event::Attack { hash, .. } if *hash == wire_hash(&forwarded));

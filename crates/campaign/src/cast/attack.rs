@@ -12,7 +12,7 @@ use wire::stream::Deed;
 use crate::oracle::Planned;
 use crate::scenario::{self, Forwarding, Magnitude, Process, Scenario, ThirdUnit, Windowed};
 
-fn start_ms(of: &dyn Windowed, phase_ms: u64) -> u64 {
+pub(super) fn start_ms(of: &dyn Windowed, phase_ms: u64) -> u64 {
     (of.at_s().get() * 1000.0) as u64 + phase_ms
 }
 
@@ -262,6 +262,7 @@ pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
     add(!s.teammate.is_empty(), Action::Forward);
     add(!s.command_replay.is_empty() || !s.command_duplicate.is_empty(), Action::RepeatCommand);
     planned.extend(tampered(s).map(Planned::Stream));
+    planned.extend((!s.rogue.is_empty()).then_some(Planned::Rogue));
     planned.extend((!s.malformed.is_empty()).then_some(Planned::Malformed));
     planned.extend(s.fault.iter().map(|f| Planned::Fault(sensor(f.sensor))));
     planned.extend(s.kill.iter().map(|k| Planned::Kill(node_of(k.process))));

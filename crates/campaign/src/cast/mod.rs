@@ -5,6 +5,7 @@
 
 mod attack;
 mod keys;
+mod rogue;
 mod scene;
 mod script;
 
@@ -17,15 +18,21 @@ use rand_core::{RngCore, SeedableRng};
 use sim::SimConfig;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
+use wire::policy::{Check, Requirement};
 use wire::setup::{Ablation, Setup};
 
-use adversary::plan::{DatagramRelayConfig, InsiderCommandConfig, InsiderTeammateConfig, StreamRelayConfig};
+use adversary::plan::{
+    DatagramRelayConfig, InsiderCommandConfig, InsiderOperatorConfig, InsiderTeammateConfig, StreamRelayConfig,
+};
 
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
 
 pub use attack::node_of;
 pub use keys::RunSecret;
+
+/// Who may give commands, in every run. Nobody holds the second one's key but the rogue of some scenarios.
+const OPERATORS: [NodeId; 2] = [NodeId::OPERATOR, NodeId::OPERATOR_2];
 
 /// A host: its nodes share a clock and shared memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -70,6 +77,8 @@ pub enum Role {
     InsiderTeammate(InsiderTeammateConfig),
     /// Sits on the command plane.
     InsiderCommand(InsiderCommandConfig),
+    /// Gives orders under a key that is not its own.
+    InsiderOperator(InsiderOperatorConfig),
 }
 
 /// One process or core.
@@ -135,6 +144,13 @@ pub struct Cast {
     pub duration: u64,
     /// Whether link and stage delays vary with the seed.
     pub varied_delays: bool,
+}
+
+impl Cast {
+    /// Whether the broker's table of rights stands: the policy's word, which is the same for everybody.
+    pub fn rights(&self) -> Requirement {
+        self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))
+    }
 }
 
 /// What one seed draws.
@@ -235,7 +251,8 @@ impl Company<'_> {
     ) -> &mut Member {
         let topics: Vec<_> = reads.iter().copied().chain(writes.iter().map(|t| (*t, node))).collect();
         let setup = self.setup(node, host, &topics);
-        let subscribes = reads.iter().map(|(t, _)| *t).collect();
+        let mut subscribes: Vec<Topic> = reads.iter().map(|(t, _)| *t).collect();
+        subscribes.dedup(); // A topic with several producers is still one topic.
         let member = Member { host, role, setup, subscribes, publishes: writes.to_vec(), peer: None, commands: false };
         self.members.push(member);
         self.members.last_mut().expect("just pushed")
@@ -295,20 +312,28 @@ impl Company<'_> {
             geofence: world.geofence.iter().map(|p| scene::millimetres(*p)).collect(),
             obstacles: scene::map(world),
             teammates: others.collect(),
-            operators: vec![NodeId::OPERATOR],
+            operators: OPERATORS.to_vec(),
+            mandates: rogue::mandates(self.scenario),
             supervisor: if silent { PeerId::UNIT_B } else { PeerId::GATEWAY },
         }
     }
 
     fn control(&mut self) {
         let units = vec![UnitId::A, UnitId::B, UnitId::C];
-        let config = GatewayConfig { units: units.clone(), fanout: units, operators: vec![NodeId::OPERATOR] };
+        let config = GatewayConfig {
+            units: units.clone(),
+            fanout: units,
+            operators: OPERATORS.to_vec(),
+            mandates: rogue::mandates(self.scenario),
+        };
         let (gateway, console) = (NodeId::GATEWAY, NodeId::CONSOLE);
-        let reads = [(Topic::Intents, console)];
+        let stations = std::iter::once(console).chain(rogue::station(self.scenario));
+        let reads: Vec<_> = stations.map(|station| (Topic::Intents, station)).collect();
         let member = self.add(Host::Control, Role::Gateway(config), gateway, &reads, &[Topic::Feed]);
         member.peer = peer_of(gateway);
         member.commands = true;
-        let config = script::console(self.scenario, self.secret.of(NodeId::OPERATOR));
+        let (secret, revocations) = (self.secret.of(NodeId::OPERATOR), self.secret.revocations());
+        let config = script::console(self.scenario, secret, revocations);
         self.add(Host::Control, Role::Console(config), console, &[(Topic::Feed, gateway)], &[Topic::Intents]);
     }
 
@@ -329,6 +354,14 @@ impl Company<'_> {
             let member = self.add(Host::Control, Role::InsiderCommand(config), NodeId::INSIDER_COMMAND, &[], &[]);
             member.peer = Some(PeerId::GATEWAY);
             member.commands = true;
+        }
+        if let Some(config) = rogue::station_plan(self.scenario, draw.phase_ms, self.secret) {
+            let peer = config.certificate;
+            let writes: &[Topic] = if peer.is_none() { &[Topic::Intents] } else { &[] };
+            let (rogue, reads) = (NodeId::INSIDER_OPERATOR, [(Topic::Feed, NodeId::GATEWAY)]);
+            let member = self.add(Host::Control, Role::InsiderOperator(config), rogue, &reads, writes);
+            member.peer = peer;
+            member.commands = peer.is_some();
         }
     }
 

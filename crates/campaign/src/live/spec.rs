@@ -11,7 +11,7 @@ use link::spec::{
     BrokerListen, BusSpec, ChannelSpec, DtlsDial, DtlsListen, MqttDial, RecorderSpec, RelayLeg, RelaySpec, ServiceSpec,
 };
 use serde_json::{Value, json};
-use wire::core::Subject;
+use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::policy::Requirement;
 
@@ -52,6 +52,9 @@ impl Places {
         self.temporary.join("instrument.sock")
     }
 }
+
+/// Where the channel of a second station is, beside its host's own.
+const SECOND_STATION: &str = "station-2";
 
 fn scope(host: Host) -> &'static str {
     match host {
@@ -134,7 +137,7 @@ impl Specs<'_> {
     pub(super) fn broker(&self, secret: &wire::setup::Secret) -> Result<ServiceSpec, String> {
         let mut spec = self.plain(NodeId::BROKER, Host::Control, 0);
         spec.broker = Some(BrokerListen { at: LoopbackAddr::on_port(0), credential: self.credential(NodeId::BROKER)? });
-        spec.config = json!({ "secret": secret });
+        spec.config = json!({ "secret": secret, "rights": self.cast.rights() });
         Ok(spec)
     }
 
@@ -172,14 +175,22 @@ impl Specs<'_> {
 
     fn bus(&self, member: &Member) -> Vec<BusSpec> {
         let scope = scope(member.host).to_owned();
-        let channels = |topics: &[wire::core::Topic]| {
-            topics.iter().map(|topic| ChannelSpec { scope: scope.clone(), topic: *topic }).collect::<Vec<_>>()
+        let channels = |scope: &str, topics: &[Topic]| {
+            topics.iter().map(|topic| ChannelSpec { scope: scope.to_owned(), topic: *topic }).collect::<Vec<_>>()
         };
         if member.subscribes.is_empty() && member.publishes.is_empty() {
             return Vec::new();
         }
         let (prefix, root) = self.places.domain(member.host);
-        vec![BusSpec { root, prefix, subscribe: channels(&member.subscribes), publish: channels(&member.publishes) }]
+        // A channel has one producer: the second station's is beside the console's, and the gateway reads both.
+        let second = matches!(member.role, Role::InsiderOperator(_));
+        let publish = channels(if second { SECOND_STATION } else { &scope }, &member.publishes);
+        let mut subscribe = channels(&scope, &member.subscribes);
+        let rogue = |m: &&Member| matches!(m.role, Role::InsiderOperator(_)) && m.publishes.contains(&Topic::Intents);
+        if matches!(member.role, Role::Gateway(_)) && self.cast.members.iter().any(|m| rogue(&m)) {
+            subscribe.extend(channels(SECOND_STATION, &[Topic::Intents]));
+        }
+        vec![BusSpec { root, prefix, subscribe, publish }]
     }
 
     fn relay(&self, member: &Member) -> Result<Option<RelaySpec>, String> {
@@ -200,7 +211,8 @@ impl Specs<'_> {
             | Role::Console(_)
             | Role::Recorder
             | Role::InsiderTeammate(_)
-            | Role::InsiderCommand(_) => None,
+            | Role::InsiderCommand(_)
+            | Role::InsiderOperator(_) => None,
         })
     }
 
@@ -213,8 +225,9 @@ impl Specs<'_> {
         } else {
             self.address(NodeId::BROKER, "mqtt")?
         };
-        let subscribe = match node.unit() {
+        let subscribe = match UnitId::from_name(own.name()).filter(|unit| unit.node().unit().is_some()) {
             Some(unit) => vec![Subject::Command(unit)],
+            None if own != PeerId::GATEWAY => Vec::new(),
             None => [UnitId::A, UnitId::B, UnitId::C].map(Subject::Ack).to_vec(),
         };
         let expect = PeerId::from_name(NodeId::BROKER.name()).ok_or("the broker has no name")?;
@@ -238,6 +251,7 @@ fn config(member: &Member) -> Value {
         Role::StreamRelay(config) => json!({ "setup": setup, "config": { "stream_relay": config } }),
         Role::InsiderTeammate(config) => json!({ "setup": setup, "config": { "insider_teammate": config } }),
         Role::InsiderCommand(config) => json!({ "setup": setup, "config": { "insider_command": config } }),
+        Role::InsiderOperator(config) => json!({ "setup": setup, "config": { "insider_operator": config } }),
     }
 }
 
@@ -250,9 +264,11 @@ pub(super) fn service(role: &Role) -> &'static str {
         Role::Gateway(_) => "gateway",
         Role::Console(_) => "console",
         Role::Recorder => "recorder",
-        Role::DatagramRelay(_) | Role::StreamRelay(_) | Role::InsiderTeammate(_) | Role::InsiderCommand(_) => {
-            "adversary"
-        }
+        Role::DatagramRelay(_)
+        | Role::StreamRelay(_)
+        | Role::InsiderTeammate(_)
+        | Role::InsiderCommand(_)
+        | Role::InsiderOperator(_) => "adversary",
     }
 }
 

@@ -5,7 +5,7 @@
 //! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
 //! then compared with these.
 //!
-//! `timeline` sorts the events by what they are about, `receipt` and `stream` decide whether the fault provably arrived,
+//! `orders` holds what is owed to an operator and what a rogue may not get. `timeline` sorts the events by what they are about, `receipt` and `stream` decide whether the fault provably arrived,
 //! `conservation` adds up the accounts, `properties` holds P1 to P11, `demise` what is owed when a process is killed,
 //! `outcome` picks the one class.
 
@@ -13,6 +13,7 @@
 
 mod conservation;
 pub mod demise;
+mod orders;
 mod outcome;
 mod properties;
 mod receipt;
@@ -52,6 +53,8 @@ pub enum Planned {
     Malformed,
     /// A fault of a sensor.
     Fault(Sensor),
+    /// Orders of a rogue station.
+    Rogue,
     /// A process was to end.
     Kill(wire::id::NodeId),
 }
@@ -142,6 +145,7 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     let receipt = receipt::find(evidence);
     let mut findings = properties::check(evidence, &timeline, &receipt);
     findings.extend(conservation::check(evidence));
+    findings.extend(orders::check(evidence, &timeline));
     let (responses, owed) = demise::judge(evidence, &timeline);
     findings.extend(owed);
     findings.sort_by_key(|f| (f.at_us, f.property));

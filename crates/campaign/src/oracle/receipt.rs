@@ -11,7 +11,7 @@ use wire::event::{Account, Action, Event, Sensor};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
 
-use super::{Evidence, Micros, Planned, stream};
+use super::{Evidence, Micros, Planned, orders, stream};
 
 /// What was established about the injections.
 #[derive(Clone, Debug, Default)]
@@ -42,6 +42,7 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
             Planned::Action(Action::RepeatCommand) => repeated(evidence),
             Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
             Planned::Action(action) => datagram(evidence, action),
+            Planned::Rogue => orders::receipt(evidence),
             Planned::Stream(deed) => stream::receipt(evidence, deed),
             Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.0 == sensor).map(|f| f.1),
         };

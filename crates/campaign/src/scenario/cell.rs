@@ -103,6 +103,8 @@ impl Scenario {
             when_state: None,
             when_track: None,
             verb: Located::nowhere(Verb::Hold),
+            values: None,
+            who: None,
             reason: None,
         };
         let hold = (process == Process::Broker).then_some(hold);

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use wire::id::UnitId;
+use wire::id::{NodeId, UnitId};
 
 use super::attack::Windowed;
 use super::stack::{Certificate, Hand, Link};
@@ -42,6 +42,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(faults(s));
     found.extend(units(s));
     found.extend(operator(s));
+    found.extend(rogue(s));
     found.extend(conditions(s));
     found.extend(stacks(s));
     if s.evidence == Evidence::Model && !s.kill.is_empty() && s.kill.iter().any(|k| k.ending == super::Ending::Hang) {
@@ -133,7 +134,7 @@ fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
     let datagrams = datagrams.chain(all(&s.corrupt)).chain(all(&s.reoriginate)).chain(all(&s.inject));
     let streams = all(&s.stream_delay).chain(all(&s.stall)).chain(all(&s.throttle)).chain(all(&s.half_close));
     let streams = streams.chain(all(&s.reset)).chain(all(&s.cut)).chain(all(&s.stream_corrupt));
-    let insiders = all(&s.teammate).chain(all(&s.command_replay)).chain(all(&s.command_duplicate));
+    let insiders = all(&s.rogue).chain(all(&s.teammate)).chain(all(&s.command_replay)).chain(all(&s.command_duplicate));
     let faults = all(&s.fault).chain(all(&s.kill)).chain(all(&s.malformed));
     datagrams.chain(streams).chain(insiders).chain(faults).collect()
 }
@@ -208,6 +209,13 @@ fn operator(s: &Scenario) -> Vec<Finding> {
         if step.verb.leads_away_from_safe() && step.reason.is_none() {
             found.push(finding(&step.verb, "a step away from safe needs a reason", "add `reason`"));
         }
+        if *step.verb == super::Verb::Revoke && step.who.as_ref().and_then(|n| NodeId::from_name(n.as_str())).is_none()
+        {
+            found.push(finding(&step.verb, "nobody is named to be revoked", "add `who`, such as \"operator-2\""));
+        }
+        if *step.verb == super::Verb::Configure && step.values.is_none() {
+            found.push(finding(&step.verb, "no values to set", "add `values`"));
+        }
         if *step.verb == super::Verb::Arm && step.when_track.is_none() {
             found.push(finding(&step.verb, "arming needs a track", "add `when_track` with the class"));
         }
@@ -218,6 +226,33 @@ fn operator(s: &Scenario) -> Vec<Finding> {
     for pair in s.operator.step.windows(2) {
         if pair[1].at_s.get() < pair[0].at_s.get() {
             found.push(finding(&pair[1].at_s, "earlier than the step before", "put the steps in order of time"));
+        }
+    }
+    found
+}
+
+/// One rogue: one key, one way, one certificate. And everybody named has a key.
+fn rogue(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let known = |name: &Name| NodeId::from_name(name.as_str()).is_some();
+    let certificates = s.rogue.iter().filter_map(|r| r.certificate.as_ref());
+    let names = s.rogue.iter().map(|r| &r.holds).chain(s.rogue.iter().filter_map(|r| r.claims.as_ref()));
+    for name in names.chain(certificates).chain(s.mandate.iter().map(|m| &m.who)) {
+        if !known(name) {
+            found.push(finding(name, "no such identity", "name one of the closed set, such as `operator-2`"));
+        }
+    }
+    for bare in s.rogue.iter().filter(|r| r.order == super::Order::Configure && r.values.is_none()) {
+        found.push(finding(&bare.at_s, "no values to set", "add `values`"));
+    }
+    let Some(first) = s.rogue.first() else { return found };
+    for other in s.rogue.iter().skip(1) {
+        let same = other.way == first.way
+            && other.holds.as_str() == first.holds.as_str()
+            && other.certificate.as_deref().map(Name::as_str) == first.certificate.as_deref().map(Name::as_str);
+        if !same {
+            let message = "another key, way or certificate than the table before";
+            found.push(finding(&other.holds, message, "a scenario has one rogue station"));
         }
     }
     found

@@ -64,7 +64,7 @@ reason = "designated vehicle in view"
 
 # The attack. Other tables: delay, jitter, burst_loss, duplicate, reorder, replay, corrupt, reoriginate, inject on
 # datagrams; stream_delay, stall, throttle, half_close, reset, cut, stream_corrupt on the command plane; fault, kill;
-# teammate, malformed, command_replay, command_duplicate by insiders.
+# teammate, malformed, command_replay, command_duplicate, rogue by insiders.
 [[loss]]
 at_s = 4.0
 duration_s = 5.0

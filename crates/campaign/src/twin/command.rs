@@ -5,6 +5,7 @@
 
 use std::collections::VecDeque;
 
+use broker::gate::{Denial, Event as Denied};
 use wire::audit::Journal;
 use wire::core::{Input, Side, Subject};
 use wire::event::{Event, wire_hash};
@@ -96,7 +97,15 @@ impl Twin {
     /// The broker takes a publication of `node` and hands it on.
     fn distribute(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
         let (Some(broker), Some(publisher)) = (&self.broker, self.nodes[usize::from(node)].commands) else { return };
-        let Ok(receivers) = broker.publish(publisher, subject) else { return };
+        let receivers = match broker.publish(publisher, subject) {
+            Ok(receivers) => receivers,
+            Err(refusal) => {
+                let mut out = VecDeque::new();
+                let denied = Denied::Denied(Denial::Access { peer: publisher, refusal });
+                self.refusals.write(Instant(self.now), broker::audit::audited(&denied), &mut out);
+                return self.record_all(NodeId::BROKER, out);
+            }
+        };
         let insider = matches!(self.nodes[usize::from(node)].part, Part::InsiderCommand(_));
         for reader in 0..self.nodes.len() {
             let n = &self.nodes[reader];

@@ -23,6 +23,7 @@ use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Topic};
 use wire::event::{Event, GuardVerdict};
 use wire::id::{NodeId, PeerId, WorldId};
+use wire::policy::Requirement;
 use wire::sign::{Asked, Verified};
 use wire::time::Instant;
 
@@ -124,6 +125,8 @@ pub struct Twin {
     latest: Vec<Micros>,
     log: Vec<Logged>,
     journal: Journal,
+    /// What the broker says of what it refuses.
+    refusals: Journal,
     mouths: Option<Vec<Vec<Mouthful>>>,
     verified: Verified,
     stopwatch: Option<Stopwatch>,
@@ -139,6 +142,8 @@ pub struct Assembly {
     pub associations: Vec<Association>,
     /// The client whose way to the broker leads through a stream relay, that relay, and the secret of the model's keys.
     pub commands: Option<(NodeIndex, NodeIndex, [u8; 32])>,
+    /// Whether the broker's table of rights stands.
+    pub rights: Requirement,
     /// Delays.
     pub delays: Delays,
     /// Processes that end on their own: (when, which).
@@ -152,7 +157,7 @@ pub struct Assembly {
 impl Twin {
     /// A twin at time zero.
     pub fn new(assembly: Assembly) -> Twin {
-        let mut broker = broker::Broker::new();
+        let mut broker = broker::Broker::under(assembly.rights);
         for peer in assembly.nodes.iter().filter_map(|n| n.commands) {
             // A refusal here is the broker's answer; such a peer then hears nothing.
             let filter =
@@ -176,6 +181,7 @@ impl Twin {
             delays: assembly.delays,
             log: Vec::new(),
             journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), None),
+            refusals: Journal::new(NodeId::BROKER, wire::id::Boot(1), None),
             verified: assembly.verified,
             stopwatch: None,
         };
@@ -225,6 +231,7 @@ impl Twin {
             latest: self.latest.clone(),
             log: self.log.clone(),
             journal: self.journal.fork(),
+            refusals: self.refusals.fork(),
             mouths: self.mouths.clone(),
             verified: self.verified.clone(),
             stopwatch: None,

@@ -1,6 +1,6 @@
 //! The cores that a twin can hold: exactly those of the live services, behind their common verbs.
 
-use adversary::insider::{InsiderCommand, InsiderTeammate};
+use adversary::insider::{InsiderCommand, InsiderOperator, InsiderTeammate};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -39,6 +39,8 @@ pub enum Part {
     InsiderTeammate(Box<InsiderTeammate>),
     /// An insider on the command plane.
     InsiderCommand(Box<InsiderCommand>),
+    /// A holder of a signing key that is not its own.
+    InsiderOperator(Box<InsiderOperator>),
 }
 
 impl Part {
@@ -58,6 +60,7 @@ impl Part {
             Part::StreamRelay(core) => Part::StreamRelay(Box::new(core.fork(world))),
             Part::InsiderTeammate(core) => Part::InsiderTeammate(Box::new(core.fork(world))),
             Part::InsiderCommand(core) => Part::InsiderCommand(Box::new(core.fork(world))),
+            Part::InsiderOperator(core) => Part::InsiderOperator(Box::new(core.fork(world))),
         }
     }
 
@@ -73,6 +76,7 @@ impl Part {
             Part::StreamRelay(core) => core.as_ref(),
             Part::InsiderTeammate(core) => core.as_ref(),
             Part::InsiderCommand(core) => core.as_ref(),
+            Part::InsiderOperator(core) => core.as_ref(),
         }
     }
 
@@ -89,6 +93,7 @@ impl Part {
             Part::StreamRelay(core) => core.as_mut(),
             Part::InsiderTeammate(core) => core.as_mut(),
             Part::InsiderCommand(core) => core.as_mut(),
+            Part::InsiderOperator(core) => core.as_mut(),
         }
     }
 }

@@ -58,9 +58,11 @@ impl Stage {
             Part::Gateway(_) => Stage::Gateway,
             Part::Console(_) => Stage::Console,
             Part::Recorder(_) => Stage::Recorder,
-            Part::DatagramRelay(_) | Part::StreamRelay(_) | Part::InsiderTeammate(_) | Part::InsiderCommand(_) => {
-                Stage::Adversary
-            }
+            Part::DatagramRelay(_)
+            | Part::StreamRelay(_)
+            | Part::InsiderTeammate(_)
+            | Part::InsiderCommand(_)
+            | Part::InsiderOperator(_) => Stage::Adversary,
         }
     }
 
