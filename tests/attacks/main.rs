@@ -8,6 +8,7 @@ mod commands;
 mod controls;
 mod handshake;
 mod link;
+mod orders;
 mod peers;
 mod processes;
 mod sensing;
