@@ -11,13 +11,13 @@ use wire::time::{Instant, Span};
 
 mod insider;
 mod relay;
-mod rogue;
+mod station;
 
 pub use insider::{
     Flaw, Form, Forward, InsiderCommandConfig, InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater,
 };
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
-pub use rogue::{Demand, InsiderOperatorConfig, RogueOrders};
+pub use station::{Demand, InsiderOperatorConfig, RogueOrders};
 
 /// Longest time in a plan, ms: an hour.
 pub const MAX_MS: u64 = 3_600_000;

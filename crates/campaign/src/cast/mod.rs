@@ -5,9 +5,9 @@
 
 mod attack;
 mod keys;
-mod rogue;
 mod scene;
 mod script;
+mod station;
 
 use autonomy::AutonomyConfig;
 use console::ConsoleConfig;
@@ -313,7 +313,7 @@ impl Company<'_> {
             obstacles: scene::map(world),
             teammates: others.collect(),
             operators: OPERATORS.to_vec(),
-            mandates: rogue::mandates(self.scenario),
+            mandates: station::mandates(self.scenario),
             supervisor: if silent { PeerId::UNIT_B } else { PeerId::GATEWAY },
         }
     }
@@ -324,10 +324,10 @@ impl Company<'_> {
             units: units.clone(),
             fanout: units,
             operators: OPERATORS.to_vec(),
-            mandates: rogue::mandates(self.scenario),
+            mandates: station::mandates(self.scenario),
         };
         let (gateway, console) = (NodeId::GATEWAY, NodeId::CONSOLE);
-        let stations = std::iter::once(console).chain(rogue::station(self.scenario));
+        let stations = std::iter::once(console).chain(station::channel(self.scenario));
         let reads: Vec<_> = stations.map(|station| (Topic::Intents, station)).collect();
         let member = self.add(Host::Control, Role::Gateway(config), gateway, &reads, &[Topic::Feed]);
         member.peer = peer_of(gateway);
@@ -355,7 +355,7 @@ impl Company<'_> {
             member.peer = Some(PeerId::GATEWAY);
             member.commands = true;
         }
-        if let Some(config) = rogue::station_plan(self.scenario, draw.phase_ms, self.secret) {
+        if let Some(config) = station::plan(self.scenario, draw.phase_ms, self.secret) {
             let peer = config.certificate;
             let writes: &[Topic] = if peer.is_none() { &[Topic::Intents] } else { &[] };
             let (rogue, reads) = (NodeId::INSIDER_OPERATOR, [(Topic::Feed, NodeId::GATEWAY)]);

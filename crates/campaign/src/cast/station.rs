@@ -10,7 +10,7 @@ use crate::scenario::{self, Name, Scenario, Way};
 
 /// The rogue's plan, when the scenario has one. Its key and its way are those of the first table; the loader holds the
 /// others equal to it.
-pub(super) fn station_plan(s: &Scenario, phase: u64, secret: &RunSecret) -> Option<InsiderOperatorConfig> {
+pub(super) fn plan(s: &Scenario, phase: u64, secret: &RunSecret) -> Option<InsiderOperatorConfig> {
     let first = s.rogue.first()?;
     let holds = node(&first.holds)?;
     let orders = s.rogue.iter().filter_map(|r| {
@@ -33,7 +33,7 @@ pub(super) fn station_plan(s: &Scenario, phase: u64, secret: &RunSecret) -> Opti
 }
 
 /// The rogue's station at the gateway, when it has one.
-pub(super) fn station(s: &Scenario) -> Option<NodeId> {
+pub(super) fn channel(s: &Scenario) -> Option<NodeId> {
     let first = s.rogue.first()?;
     (first.way == Way::Station).then_some(NodeId::INSIDER_OPERATOR)
 }
