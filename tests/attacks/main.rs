@@ -4,13 +4,17 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
+mod broker;
 mod commands;
 mod controls;
 mod handshake;
+mod host;
 mod link;
 mod orders;
 mod peers;
 mod processes;
 mod sensing;
+mod timebase;
+mod timing;
 
 const SEEDS: std::ops::Range<u64> = 1..4;

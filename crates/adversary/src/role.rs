@@ -5,7 +5,7 @@ use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::Instant;
 
-use crate::insider::{InsiderCommand, InsiderOperator, InsiderTeammate};
+use crate::insider::{InsiderBroker, InsiderOperator, InsiderTeammate, Rogue};
 use crate::plan::{AdversaryConfig, PlanError};
 use crate::relay::{DatagramRelay, StreamRelay};
 
@@ -21,10 +21,12 @@ pub enum Adversary {
     StreamRelay(Box<StreamRelay>),
     /// The holder of teammate B's credentials.
     InsiderTeammate(Box<InsiderTeammate>),
-    /// A holder of access to the command plane.
-    InsiderCommand(Box<InsiderCommand>),
     /// The holder of a signing key that is not its own.
     InsiderOperator(Box<InsiderOperator>),
+    /// The holder of the broker's credentials.
+    InsiderBroker(Box<InsiderBroker>),
+    /// On a host's shared memory, in another's name.
+    Rogue(Box<Rogue>),
 }
 
 impl Adversary {
@@ -41,12 +43,13 @@ impl Adversary {
             AdversaryConfig::InsiderTeammate(plan) => {
                 Adversary::InsiderTeammate(Box::new(InsiderTeammate::new(setup, plan, now)?))
             }
-            AdversaryConfig::InsiderCommand(plan) => {
-                Adversary::InsiderCommand(Box::new(InsiderCommand::new(setup, plan, now)?))
+            AdversaryConfig::InsiderBroker(plan) => {
+                Adversary::InsiderBroker(Box::new(InsiderBroker::new(setup, plan, now)?))
             }
             AdversaryConfig::InsiderOperator(plan) => {
                 Adversary::InsiderOperator(Box::new(InsiderOperator::new(setup, plan, now)?))
             }
+            AdversaryConfig::Rogue(plan) => Adversary::Rogue(Box::new(Rogue::new(setup, plan, now)?)),
         })
     }
 
@@ -57,8 +60,9 @@ impl Adversary {
             Adversary::DatagramRelay(core) => Adversary::DatagramRelay(Box::new(core.fork(world))),
             Adversary::StreamRelay(core) => Adversary::StreamRelay(Box::new(core.fork(world))),
             Adversary::InsiderTeammate(core) => Adversary::InsiderTeammate(Box::new(core.fork(world))),
-            Adversary::InsiderCommand(core) => Adversary::InsiderCommand(Box::new(core.fork(world))),
             Adversary::InsiderOperator(core) => Adversary::InsiderOperator(Box::new(core.fork(world))),
+            Adversary::InsiderBroker(core) => Adversary::InsiderBroker(Box::new(core.fork(world))),
+            Adversary::Rogue(core) => Adversary::Rogue(Box::new(core.fork(world))),
         }
     }
 
@@ -67,8 +71,9 @@ impl Adversary {
             Adversary::DatagramRelay(core) => core.as_ref(),
             Adversary::StreamRelay(core) => core.as_ref(),
             Adversary::InsiderTeammate(core) => core.as_ref(),
-            Adversary::InsiderCommand(core) => core.as_ref(),
             Adversary::InsiderOperator(core) => core.as_ref(),
+            Adversary::InsiderBroker(core) => core.as_ref(),
+            Adversary::Rogue(core) => core.as_ref(),
         }
     }
 
@@ -77,8 +82,9 @@ impl Adversary {
             Adversary::DatagramRelay(core) => core.as_mut(),
             Adversary::StreamRelay(core) => core.as_mut(),
             Adversary::InsiderTeammate(core) => core.as_mut(),
-            Adversary::InsiderCommand(core) => core.as_mut(),
             Adversary::InsiderOperator(core) => core.as_mut(),
+            Adversary::InsiderBroker(core) => core.as_mut(),
+            Adversary::Rogue(core) => core.as_mut(),
         }
     }
 }

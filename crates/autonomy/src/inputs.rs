@@ -10,7 +10,7 @@ use wire::hop::{Hop, HopBody, Teammate};
 use wire::id::{NodeId, PeerId, RecordId, SessionId};
 use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
-use wire::sensor::{Navigation, ProductMode};
+use wire::sensor::Navigation;
 use wire::time::{Age, Instant, Span};
 use wire::track::Tracks;
 use wire::trust::Evidence;
@@ -18,6 +18,9 @@ use wire::trust::Evidence;
 use crate::command::{Claimed, Ordered, Rejected};
 use crate::intake::{self, Session};
 use crate::{Autonomy, command};
+
+/// How often a fix is written down: every fourth.
+const LOCATED_PERIOD: Span = Span::ms(190);
 
 impl Autonomy {
     /// A message on a shared-memory channel.
@@ -48,20 +51,35 @@ impl Autonomy {
         if self.present.replace(present) != Some(present) {
             self.write(now, Event::NavigationSeen { fix: present.0, odometry: present.1 });
         }
+        self.witness(now, &reading);
         Ok(())
     }
 
+    /// Writes what a fix said and what was made of it: a few times a second, and whenever trust in fixes changes.
+    fn witness(&mut self, now: Instant, reading: &Navigation) {
+        let (Some(fix), Some((pose, _))) = (reading.fix, self.localisation.reported(now)) else { return };
+        let distrusted = self.localisation.distrusted();
+        let due = self.located.is_none_or(|(at, before)| now.since(at) >= LOCATED_PERIOD || before != distrusted);
+        if due {
+            self.located = Some((now, distrusted));
+            let event = Event::Located {
+                stamp: reading.stamp,
+                x_mm: fix.pose.x_mm,
+                y_mm: fix.pose.y_mm,
+                time: fix.time,
+                pose_x_mm: pose.x_mm,
+                pose_y_mm: pose.y_mm,
+                distrusted,
+            };
+            self.write(now, event);
+        }
+    }
+
     fn tracks(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
-        let policy = &self.identity.policy;
-        let (tracks, evidence) = self.gates.tracks.admit::<Tracks>(policy, now, bytes)?.into_parts();
-        let waived = match (tracks.mode, policy.check(Check::Product)) {
-            (ProductMode::Live, _) => evidence.waived,
-            (ProductMode::Synthetic | ProductMode::Replay, Requirement::Waived) => evidence.waived.with(Check::Product),
-            (got @ (ProductMode::Synthetic | ProductMode::Replay), Requirement::Required) => {
-                return Err(Refusal::Product { got });
-            }
-        };
-        self.picture.take(tracks, waived);
+        let accepted =
+            self.gates.tracks.admit_product(&self.identity.policy, now, bytes, |tracks: &Tracks| tracks.mode)?;
+        let (tracks, evidence) = accepted.into_parts();
+        self.picture.take(tracks, evidence.waived);
         Ok(())
     }
 

@@ -2,7 +2,7 @@
 //!
 //! `log_hash`: SHA-256 over the canonical events in (time, node, counter) order; no path, run id or file bytes, no
 //! world, and none of the chain's own links (hashes, signatures, seals), which follow from the events.
-//! `decision_hash`: the same over decisions alone: modes, verdicts, reasons, and when.
+//! `decision_hash`: the same over decisions alone: modes, verdicts, reasons, and when, whatever the policy waives.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -12,6 +12,7 @@ use wire::audit::Chains;
 use wire::codec;
 use wire::event::{Event, GuardVerdict};
 use wire::id::{NodeId, WorldId};
+use wire::policy::Waived;
 
 use crate::oracle::Witnessed;
 
@@ -57,7 +58,7 @@ pub fn guard_verdict(verdict: Verdict) -> GuardVerdict {
         Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly | Verdict::Unsealed => GuardVerdict::Malformed,
         Verdict::Stranger => GuardVerdict::Stranger,
         Verdict::Unfinished => GuardVerdict::Unfinished,
-        Verdict::Shed => GuardVerdict::Shed,
+        Verdict::Shed | Verdict::Unproven => GuardVerdict::Shed,
     }
 }
 
@@ -69,7 +70,8 @@ pub fn hashes(entries: &[Witnessed]) -> (String, String) {
         let bytes = codec::encode(&Canonical { at: w.at, node: w.entry.node, event });
         log.update(&bytes);
         if is_decision(&event) {
-            decisions.update(&bytes);
+            let event = unwaived(event);
+            decisions.update(codec::encode(&Canonical { at: w.at, node: w.entry.node, event }));
         }
     }
     (hex(&log.finalize()), hex(&decisions.finalize()))
@@ -101,6 +103,19 @@ fn canonical(event: Event) -> Option<Event> {
             Some(Event::Acted { world: WorldId(0), authority, track, command, failing })
         }
         other => Some(other),
+    }
+}
+
+/// The event without the checks that were waived: that is the policy, and no decision.
+fn unwaived(event: Event) -> Event {
+    match event {
+        Event::Accepted { at, record, peer, age, waived: _ } => {
+            Event::Accepted { at, record, peer, age, waived: Waived::default() }
+        }
+        Event::Minted { world, authority, track, command, waived: _ } => {
+            Event::Minted { world, authority, track, command, waived: Waived::default() }
+        }
+        other => other,
     }
 }
 

@@ -8,12 +8,15 @@
 //! in, `check` says what must fit together, `problem` shows an error in its file.
 
 mod attack;
+mod broker;
 mod cell;
 mod check;
+mod check_steps;
 mod curve;
 mod fault;
 mod insider;
 mod operator;
+mod peer;
 mod platform;
 mod problem;
 mod read;
@@ -21,7 +24,9 @@ mod rogue;
 mod scene;
 mod set;
 mod setup;
+mod shared;
 pub mod stack;
+mod step;
 mod stream;
 mod template;
 mod value;
@@ -33,11 +38,16 @@ pub use attack::{
     BurstLoss, Content, Corrupt, Damage, Delay, Direction, Duplicate, Inject, Jitter, Loss, Reorder, Reoriginate,
     Replay, Windowed,
 };
+pub use broker::{
+    AckForgery, BrokerDelay, BrokerDrop, BrokerDuplicate, BrokerForge, BrokerInvent, BrokerReorder, BrokerReplay,
+    BrokerRetain, OrderForgery,
+};
 pub use cell::{Cell, Under, Variation};
 pub use curve::Curve;
 pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
-pub use insider::{CommandDuplicate, CommandReplay, Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
+pub use insider::{Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
 pub use operator::{DisplayedState, Operator, Step, Verb};
+pub use peer::{Falsehood, ModeConfusion, Motion, Product, SessionReplay};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use problem::{Problem, ProblemRow, Problems};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
@@ -45,6 +55,8 @@ pub use rogue::{Mandate, Order, Rogue, Values, Way};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene};
 pub use set::Settings;
 pub use setup::{Setup, find_root, load_policy, shipped};
+pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
+pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
 pub use template::{schema, template};
 pub use value::{
@@ -82,6 +94,9 @@ pub struct Scenario {
     pub evidence: Evidence,
     /// What the scenario puts to the test.
     pub requirement: Requirement,
+    /// How much the adversary knows while the run is on; where nothing is said, what the kinds of attack need.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
     /// The outcome classes that are expected, committed before the run.
     pub expected: Located<List<Outcome, 9>>,
     /// Policy by name, a file of `policies/`.
@@ -178,12 +193,6 @@ pub struct Scenario {
     /// An admitted teammate forwards a third unit's telemetry.
     #[serde(default)]
     pub teammate: List<Teammate, 4>,
-    /// An insider of the command plane publishes captured commands again.
-    #[serde(default)]
-    pub command_replay: List<CommandReplay, 16>,
-    /// An insider of the command plane doubles commands.
-    #[serde(default)]
-    pub command_duplicate: List<CommandDuplicate, 16>,
     /// An admitted teammate sends records that are authenticated and broken.
     #[serde(default)]
     pub malformed: List<Malformed, 16>,
@@ -203,6 +212,51 @@ pub struct Scenario {
     /// On the real stacks: somebody without a key in the path of an association.
     #[serde(default)]
     pub handle: List<stack::Handle, 64>,
+    /// On the real stacks: strangers by the thousand.
+    #[serde(default)]
+    pub storm: List<stack::Storm, 64>,
+    /// Publications that a hostile broker does not pass on.
+    #[serde(default)]
+    pub broker_drop: List<BrokerDrop, 16>,
+    /// Publications that it passes on later.
+    #[serde(default)]
+    pub broker_delay: List<BrokerDelay, 16>,
+    /// Publications that it lets others overtake.
+    #[serde(default)]
+    pub broker_reorder: List<BrokerReorder, 16>,
+    /// Publications that it delivers more than once.
+    #[serde(default)]
+    pub broker_duplicate: List<BrokerDuplicate, 16>,
+    /// Captured publications that it delivers again.
+    #[serde(default)]
+    pub broker_replay: List<BrokerReplay, 16>,
+    /// Publications that it delivers again to whoever connects.
+    #[serde(default)]
+    pub broker_retain: List<BrokerRetain, 16>,
+    /// Orders of its own making.
+    #[serde(default)]
+    pub broker_invent: List<BrokerInvent, 16>,
+    /// Acknowledgements of its own making.
+    #[serde(default)]
+    pub broker_forge: List<BrokerForge, 16>,
+    /// A process on a host's shared memory makes messages in another's name.
+    #[serde(default)]
+    pub forge: List<Forge, 16>,
+    /// A process on a host's shared memory publishes recorded messages again.
+    #[serde(default)]
+    pub republish: List<Republish, 16>,
+    /// An insider in perception's place makes up where vehicles stand.
+    #[serde(default)]
+    pub alter: List<Alter, 4>,
+    /// An admitted teammate sends what it said in an earlier session again.
+    #[serde(default)]
+    pub session_replay: List<SessionReplay, 1>,
+    /// An admitted teammate claims a place or a motion that is not its own.
+    #[serde(default)]
+    pub falsehood: List<Falsehood, 16>,
+    /// An admitted teammate's reports are no live product, or in another time base.
+    #[serde(default)]
+    pub mode_confusion: List<ModeConfusion, 16>,
 
     /// Variations, each with its own expected classes; without any the scenario is its only cell.
     #[serde(default)]
@@ -219,6 +273,11 @@ impl Scenario {
     /// The scene; `read` refuses a scenario without one, but for those on the real stacks, which have no platform.
     pub fn scene(&self) -> &Scene {
         self.scene.as_ref().expect("invariant: a loaded scenario has its scene")
+    }
+
+    /// Everything with a time on the trial's clock.
+    pub fn windows(&self) -> Vec<&dyn Windowed> {
+        check::windows(self)
     }
 }
 
@@ -292,6 +351,17 @@ pub enum Evidence {
     Live,
 }
 
+impl Evidence {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Evidence::Model => "model",
+            Evidence::Stack => "stack",
+            Evidence::Live => "live",
+        }
+    }
+}
+
 /// What a scenario puts to the test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -302,6 +372,17 @@ pub enum Requirement {
     CommunicationTrust,
     /// Loss of trust is noticed and acted upon in time.
     RuntimeAssurance,
+}
+
+impl Requirement {
+    /// Its name, in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Requirement::PerceptionIntegrity => "perception integrity",
+            Requirement::CommunicationTrust => "communication trust",
+            Requirement::RuntimeAssurance => "runtime assurance",
+        }
+    }
 }
 
 /// What the telemetry link is like all along, both ways, from the first datagram to the last. It is no attack: nothing is
@@ -361,5 +442,7 @@ impl Varies {
     }
 }
 
+#[cfg(test)]
+mod step_tests;
 #[cfg(test)]
 mod tests;

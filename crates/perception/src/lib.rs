@@ -202,9 +202,11 @@ impl Perception {
                 let accepted = self.observations.admit::<Frames<'_>>(policy, now, bytes)?;
                 stages.candidates(accepted.message(), self.config.limits.score)
             }
-            None => self.observations.admit::<Candidates>(policy, now, bytes)?.into_parts().0,
+            None => {
+                let mode = |candidates: &Candidates| candidates.mode;
+                self.observations.admit_product(policy, now, bytes, mode)?.into_parts().0
+            }
         };
-        provenance::admit(policy, candidates.mode)?;
         self.process(now, &candidates);
         Ok(())
     }
@@ -251,7 +253,8 @@ impl Core for Perception {
             | Input::Published { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }
-            | Input::Audit { .. } => {}
+            | Input::Audit { .. }
+            | Input::Cue { .. } => {}
         }
     }
 

@@ -1,11 +1,9 @@
-//! Where products come from: which stage gave what last, and whether the mode may be believed.
+//! Where products come from: which stage gave what last.
 //!
 //! Liveness downstream rests on these products; a stage that gave nothing keeps its old stamp and so grows old.
 
 use wire::id::FrameId;
-use wire::policy::{Check, Policy, Requirement};
-use wire::refusal::Refusal;
-use wire::sensor::{Candidates, Modalities, Modality, ProductMode};
+use wire::sensor::{Candidates, Modalities, Modality};
 use wire::time::Instant;
 use wire::track::StageProduct;
 
@@ -42,12 +40,4 @@ pub fn present(candidates: &Candidates) -> Modalities {
         (Modality::Lidar, candidates.lidar.is_some()),
     ];
     given.into_iter().filter(|(_, is)| *is).fold(Modalities::default(), |set, (m, _)| set.with(m))
-}
-
-/// Only live products enter the tracker: what it accumulates would otherwise pass as live in a later frame.
-pub fn admit(policy: &Policy, got: ProductMode) -> Result<(), Refusal> {
-    match (policy.check(Check::Product), got) {
-        (Requirement::Waived, _) | (Requirement::Required, ProductMode::Live) => Ok(()),
-        (Requirement::Required, ProductMode::Synthetic | ProductMode::Replay) => Err(Refusal::Product { got }),
-    }
 }

@@ -77,7 +77,7 @@ fn drive(mut sim: Sim, seconds: u64) -> f64 {
 
 fn keys() -> ChannelKeys {
     let [frames, candidates, navigation, drive, act] = [0, 1, 2, 3, 4].map(|k| ChannelKey([k; 32]));
-    ChannelKeys { frames, candidates, navigation, drive, act }
+    ChannelKeys { frames, candidates, navigation: [navigation.clone(), navigation], drive, act }
 }
 
 /// CPU seconds of this process, in user and kernel mode.

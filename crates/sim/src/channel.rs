@@ -30,8 +30,8 @@ pub struct ChannelKeys {
     pub frames: ChannelKey,
     /// Sim to perception, unrendered.
     pub candidates: ChannelKey,
-    /// Sim to perception and autonomy.
-    pub navigation: ChannelKey,
+    /// Sim to perception, and to autonomy.
+    pub navigation: [ChannelKey; 2],
     /// Autonomy to sim.
     pub drive: ChannelKey,
     /// Autonomy to sim.
@@ -59,7 +59,7 @@ impl Channels {
         Channels {
             frames: sender(Topic::Frames, keys.frames),
             candidates: sender(Topic::Candidates, keys.candidates),
-            navigation: sender(Topic::Navigation, keys.navigation),
+            navigation: Sender::to_readers(Topic::Navigation, own, boot, keys.navigation.to_vec()),
             policy: Policy::default(),
             drive: BusGate::new(Topic::Drive, driver, keys.drive, FRESHNESS),
             act: BusGate::new(Topic::Act, driver, keys.act, FRESHNESS),

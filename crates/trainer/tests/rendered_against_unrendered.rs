@@ -5,7 +5,7 @@ use perception::{Perception, PerceptionConfig};
 use sim::scene::{Object, Scene, Start};
 use sim::{ChannelKeys, Sim, SimConfig};
 use wire::bounds::Bounds;
-use wire::bus::{ChannelKey, HEADER_LEN, TAG_LEN};
+use wire::bus::ChannelKey;
 use wire::core::{Core, Input, Output, Topic};
 use wire::id::{Boot, NodeId, WorldId};
 use wire::policy::Policy;
@@ -62,7 +62,7 @@ fn run(rendered: bool, length: Span) -> Vec<Track> {
     let keys = ChannelKeys {
         frames: key(Topic::Frames),
         candidates: key(Topic::Candidates),
-        navigation: key(Topic::Navigation),
+        navigation: [key(Topic::Navigation), key(Topic::Navigation)],
         drive: key(Topic::Drive),
         act: key(Topic::Act),
     };
@@ -82,7 +82,7 @@ fn run(rendered: bool, length: Span) -> Vec<Track> {
         }
         while let Some(output) = perception.output() {
             if let Output::Bus { topic: Topic::Tracks, bytes } = output {
-                let body = &bytes[HEADER_LEN..bytes.len() - TAG_LEN];
+                let body = wire::bus::body(bytes).unwrap();
                 let message: Tracks = wire::codec::decode(body, 4096).expect("its own message");
                 last = message.tracks.to_vec();
             }

@@ -1,6 +1,7 @@
 //! Messages over shared memory: header, body, keyed tag.
 //!
-//! Any process of the same user can write shared memory, so a tag under a per-channel key says who made a message.
+//! Any process of the same user can write shared memory, so a tag says who made a message: one for each reader of the
+//! channel ([`Topic::readers`]), under a key that only its producer and that reader have.
 //! Reading goes through the same trust stages as a record from a network (`crate::trust`).
 
 use crate::core::Topic;
@@ -9,10 +10,10 @@ use crate::time::Instant;
 
 /// Bytes before the body: topic, producer, boot, sequence, stamp.
 pub const HEADER_LEN: usize = 1 + 1 + 4 + 8 + 8;
-/// Bytes after the body: BLAKE3 in keyed mode, truncated to 128 bits.
+/// Bytes of one tag, behind the body: BLAKE3 in keyed mode, truncated to 128 bits.
 pub const TAG_LEN: usize = 16;
 
-/// The key of one channel, shared by its one producer and its consumers.
+/// The key of one channel, shared by its one producer and one reader.
 #[derive(Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct ChannelKey(pub [u8; 32]);
 
@@ -44,34 +45,52 @@ pub struct Sender {
     producer: NodeId,
     boot: Boot,
     sequence: Sequence,
-    key: ChannelKey,
+    keys: Vec<ChannelKey>,
 }
 
 impl Sender {
-    /// `producer`'s end of the channel.
+    /// `producer`'s end of the channel; all its readers share `key`.
     pub fn new(topic: Topic, producer: NodeId, boot: Boot, key: ChannelKey) -> Self {
-        Self { topic, producer, boot, sequence: Sequence(0), key }
+        Self::to_readers(topic, producer, boot, vec![key; topic.readers()])
     }
 
-    /// Header, `body` and tag, ready to publish.
+    /// `producer`'s end of the channel, with each reader's key.
+    pub fn to_readers(topic: Topic, producer: NodeId, boot: Boot, keys: Vec<ChannelKey>) -> Self {
+        Self { topic, producer, boot, sequence: Sequence(0), keys }
+    }
+
+    /// Header, `body` and tags, ready to publish.
     pub fn seal(&mut self, now: Instant, body: &[u8]) -> Vec<u8> {
         self.sequence = self.sequence.next();
-        let mut bytes = Vec::with_capacity(HEADER_LEN + body.len() + TAG_LEN);
+        let mut bytes = Vec::with_capacity(HEADER_LEN + body.len() + self.keys.len() * TAG_LEN);
         bytes.push(self.topic as u8);
         bytes.push(self.producer.index() as u8);
         bytes.extend_from_slice(&self.boot.0.to_le_bytes());
         bytes.extend_from_slice(&self.sequence.0.to_le_bytes());
         bytes.extend_from_slice(&now.0.to_le_bytes());
         bytes.extend_from_slice(body);
-        let tag = tag(&self.key, &bytes);
-        bytes.extend_from_slice(&tag);
+        let signed = bytes.len();
+        for key in &self.keys {
+            let tag = tag(key, &bytes[..signed]);
+            bytes.extend_from_slice(&tag);
+        }
         bytes
+    }
+
+    /// The boot that its messages are of.
+    pub fn boot(&self) -> Boot {
+        self.boot
     }
 
     /// How many messages have been sealed.
     pub fn sent(&self) -> u64 {
         self.sequence.0
     }
+}
+
+/// What stands between header and tags: believed by nobody, judged by nobody. The trust boundary does not read it here.
+pub fn body(bytes: &[u8]) -> Option<&[u8]> {
+    split(bytes).map(|parts| parts.body)
 }
 
 /// The tag over header and body.
@@ -83,18 +102,90 @@ pub(crate) fn tag(key: &ChannelKey, bytes: &[u8]) -> [u8; TAG_LEN] {
 
 /// Who a message says made it: for finding the gate that is to judge it.
 pub fn claimed_producer(bytes: &[u8]) -> Option<usize> {
-    split(bytes).map(|(header, ..)| usize::from(header.producer))
+    split(bytes).map(|parts| usize::from(parts.header.producer))
 }
 
-/// Splits a message into header, body and tag; `None` when it is too short or of no known topic.
-pub(crate) fn split(bytes: &[u8]) -> Option<(Header, &[u8], &[u8; TAG_LEN])> {
-    let (signed, tag) = bytes.split_last_chunk::<TAG_LEN>()?;
-    let (header, body) = signed.split_first_chunk::<HEADER_LEN>()?;
+/// A message taken apart.
+#[derive(Debug)]
+pub(crate) struct Parts<'b> {
+    pub(crate) header: Header,
+    /// What the tags are over: header and body.
+    pub(crate) signed: &'b [u8],
+    pub(crate) body: &'b [u8],
+    /// One tag after the other.
+    pub(crate) tags: &'b [u8],
+}
+
+/// Takes a message apart; `None` when it is too short or of no known topic.
+pub(crate) fn split(bytes: &[u8]) -> Option<Parts<'_>> {
+    let header = bytes.first_chunk::<HEADER_LEN>()?;
     let topic = Topic::ALL.get(usize::from(header[0])).copied()?;
+    let (signed, tags) = bytes.split_at_checked(bytes.len().checked_sub(topic.readers() * TAG_LEN)?)?;
+    let body = signed.get(HEADER_LEN..)?;
     let boot = u32::from_le_bytes(header[2..6].try_into().ok()?);
     let sequence = u64::from_le_bytes(header[6..14].try_into().ok()?);
     let stamp = u64::from_le_bytes(header[14..22].try_into().ok()?);
     let header =
         Header { topic, producer: header[1], boot: Boot(boot), sequence: Sequence(sequence), stamp: Instant(stamp) };
-    Some((header, body, tag))
+    Some(Parts { header, signed, body, tags })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec;
+    use crate::policy::Policy;
+    use crate::refusal::Refusal;
+    use crate::sensor::{Navigation, ProductMode};
+    use crate::time::Span;
+    use crate::track::Tracks;
+    use crate::trust::BusGate;
+
+    const NOW: Instant = Instant(5_000_000);
+
+    fn tracks(mode: ProductMode) -> Vec<u8> {
+        let (frame, stamp) = (crate::id::FrameId(1), NOW);
+        codec::encode(&Tracks { frame, stamp, mode, products: [None; 4], tracks: codec::List::default() })
+    }
+
+    #[test]
+    fn who_reads_a_channel_cannot_write_it_to_its_other_reader() {
+        let [first, second] = [1, 2].map(|k| ChannelKey([k; 32]));
+        let body = codec::encode(&Navigation { stamp: NOW, fix: None, odometry: None });
+        let gate = |key: &ChannelKey| BusGate::new(Topic::Navigation, NodeId::SIM, key.clone(), Span::ms(300));
+        let admits =
+            |gate: &mut BusGate, bytes: &[u8]| gate.admit::<Navigation>(&Policy::default(), NOW, bytes).map(|_| ());
+        let both = vec![first.clone(), second.clone()];
+        let genuine = Sender::to_readers(Topic::Navigation, NodeId::SIM, Boot(1), both).seal(NOW, &body);
+        assert_eq!(admits(&mut gate(&first), &genuine), Ok(()));
+        assert_eq!(admits(&mut gate(&second), &genuine), Ok(()));
+        let forged = Sender::new(Topic::Navigation, NodeId::SIM, Boot(2), first.clone()).seal(NOW, &body);
+        assert_eq!(admits(&mut gate(&first), &forged), Ok(()), "to itself it can say anything");
+        assert_eq!(admits(&mut gate(&second), &forged), Err(Refusal::Tag { expected: NodeId::SIM }));
+    }
+
+    #[test]
+    fn a_product_that_is_not_live_leaves_nothing_behind_in_the_window() {
+        let key = ChannelKey([1; 32]);
+        let mut gate = BusGate::new(Topic::Tracks, NodeId::PERCEPTION, key.clone(), Span::ms(300));
+        let mut admit = |bytes: &[u8]| {
+            gate.admit_product(&Policy::default(), NOW, bytes, |tracks: &Tracks| tracks.mode).map(|_| ())
+        };
+        let mut genuine = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(1), key.clone());
+        let mut other = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(2), key);
+        assert_eq!(admit(&genuine.seal(NOW, &tracks(ProductMode::Live))), Ok(()));
+        let refused = admit(&other.seal(NOW, &tracks(ProductMode::Synthetic)));
+        assert_eq!(refused, Err(Refusal::Product { got: ProductMode::Synthetic }));
+        assert_eq!(admit(&genuine.seal(NOW, &tracks(ProductMode::Live))), Ok(()), "its boot is still the newest");
+    }
+
+    #[test]
+    fn what_is_too_short_or_of_no_topic_comes_apart_into_nothing() {
+        let whole = Sender::new(Topic::Navigation, NodeId::SIM, Boot(1), ChannelKey([1; 32])).seal(NOW, &[7]);
+        assert_eq!(body(&whole), Some(&[7][..]));
+        for length in 0..whole.len() - 1 {
+            assert_eq!(body(&whole[..length]), None, "{length}");
+        }
+        assert_eq!(body(&[99; 80]), None);
+    }
 }

@@ -159,10 +159,16 @@ impl NodeId {
     pub const PERCEPTION_C: NodeId = NodeId(20);
     /// The third unit's simulation.
     pub const SIM_C: NodeId = NodeId(21);
-    /// The insider on the command plane.
-    pub const INSIDER_COMMAND: NodeId = NodeId(22);
     /// The rogue station: whoever gives orders under a key that is not its own.
     pub const INSIDER_OPERATOR: NodeId = NodeId(24);
+    /// The insider who holds the broker's credentials.
+    pub const INSIDER_BROKER: NodeId = NodeId(25);
+    /// The insider who holds what perception holds.
+    pub const INSIDER_PERCEPTION: NodeId = NodeId(27);
+    /// The insider whose hands the recorder is in.
+    pub const INSIDER_RECORDER: NodeId = NodeId(28);
+    /// A process of the same user, on a host's shared memory, that no launcher started.
+    pub const IMPOSTOR: NodeId = NodeId(30);
 
     /// What stands at the mouth of this node's secure sessions and logs what arrives, when the node has it: the record
     /// filter of datagrams; at the broker, which has streams only, what sees their bytes.
@@ -177,6 +183,12 @@ impl NodeId {
         }
     }
 
+    /// Whether it holds a place or credentials in the platform and misuses them: what it says it sent, the mouth of whoever
+    /// it was for has to confirm.
+    pub fn is_insider(self) -> bool {
+        matches!(self.0, 12 | 22 | 24..=28 | 30)
+    }
+
     /// The unit this node speaks for, when it is one.
     pub fn unit(self) -> Option<UnitId> {
         (self.0 < 4).then_some(UnitId(self.0))
@@ -186,6 +198,8 @@ impl NodeId {
 impl PeerId {
     /// The gateway's certificate.
     pub const GATEWAY: PeerId = PeerId(6);
+    /// The command broker's certificate.
+    pub const BROKER: PeerId = PeerId(7);
     /// Unit A's certificate.
     pub const UNIT_A: PeerId = PeerId(0);
     /// Unit B's certificate.

@@ -39,6 +39,7 @@ pub mod sensor;
 pub mod settings;
 pub mod setup;
 pub mod sign;
+pub mod step;
 pub mod stream;
 pub mod time;
 pub mod track;

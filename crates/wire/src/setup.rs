@@ -12,7 +12,7 @@ use crate::sign::{Key, Keyring, Verified};
 use crate::time::Span;
 use crate::trust::BusGate;
 
-/// One channel that a core sends or receives on.
+/// One channel that a core sends or receives on; a producer has one for each of its readers.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Channel {
     /// Which.
@@ -69,7 +69,7 @@ pub struct Ablation {
     pub scenario: String,
 }
 
-/// A core asked for a channel that its setup does not list.
+/// A core asked for a channel that its setup does not list, or not for each of the channel's readers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("no key for channel `{}` in this setup", .0.name())]
 pub struct NoChannel(pub Topic);
@@ -91,8 +91,12 @@ impl Setup {
 
     /// The sending end of `topic`, as its producer.
     pub fn sender(&self, topic: Topic) -> Result<Sender, NoChannel> {
-        let channel = self.channel(topic)?;
-        Ok(Sender::new(topic, self.node, self.boot, channel.key.clone()))
+        let keys = self.channels.iter().filter(|c| c.topic == topic).map(|c| c.key.clone());
+        let keys: Vec<ChannelKey> = keys.collect();
+        if keys.len() != topic.readers() {
+            return Err(NoChannel(topic));
+        }
+        Ok(Sender::to_readers(topic, self.node, self.boot, keys))
     }
 
     /// The gate in front of `topic`; a message may be at most `freshness` old.

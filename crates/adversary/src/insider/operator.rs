@@ -22,7 +22,8 @@ use wire::setup::Setup;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Instant, Span};
 
-use crate::plan::{InsiderOperatorConfig, PlanError, RogueOrders};
+use crate::opening::{self, Opening};
+use crate::plan::{Direction, InsiderOperatorConfig, PlanError, RogueOrders};
 use crate::schedule::Steps;
 
 /// See the module.
@@ -31,7 +32,7 @@ pub struct InsiderOperator {
     config: InsiderOperatorConfig,
     key: Key,
     station: Option<Sender>,
-    runs: Vec<(RogueOrders, Steps)>,
+    runs: Vec<Run>,
     /// The newest report of the unit.
     report: Option<Report>,
     /// How far each identity's counter has come, as far as it knows.
@@ -39,6 +40,25 @@ pub struct InsiderOperator {
     quiet: bool,
     journal: Journal,
     out: VecDeque<Output>,
+}
+
+/// A run of orders: when it opens, and then the times of its orders.
+#[derive(Clone, Debug)]
+struct Run {
+    orders: RogueOrders,
+    opening: Opening,
+    steps: Option<Steps>,
+}
+
+impl Run {
+    /// Takes one order if it is due at `now`.
+    fn take(&mut self, now: Instant) -> bool {
+        if self.steps.is_none() {
+            let times = |opens| Steps::new(opens, self.orders.every_ms, self.orders.count, None);
+            self.steps = self.opening.opens().map(times);
+        }
+        self.steps.as_mut().is_some_and(|steps| steps.take(now))
+    }
 }
 
 impl InsiderOperator {
@@ -52,11 +72,15 @@ impl InsiderOperator {
             Some(_) => None,
             None => Some(setup.sender(Topic::Intents)?),
         };
-        let steps = |run: &RogueOrders| Steps::new(now + Span::ms(run.at_ms), run.every_ms, run.count, None);
+        let run = |orders: &RogueOrders| {
+            let lasts = Span::ms(u64::from(orders.count - 1) * orders.every_ms);
+            let opening = Opening::new(orders.step, Direction::Up, now, orders.at_ms, lasts);
+            Run { orders: *orders, opening, steps: None }
+        };
         let mut rogue = Self {
             key: Key::from_bytes(&config.secret.0),
             station,
-            runs: config.orders.iter().map(|run| (*run, steps(run))).collect(),
+            runs: config.orders.iter().map(run).collect(),
             config,
             report: None,
             counters: [(Boot(1), Sequence(0)); NODES],
@@ -101,10 +125,11 @@ impl InsiderOperator {
     }
 
     fn act(&mut self, now: Instant) {
+        opening::settle(self.runs.iter_mut().map(|run| &mut run.opening), now, &mut self.journal, &mut self.out);
         for i in 0..self.runs.len() {
-            while self.runs[i].1.take(now) {
-                let run = self.runs[i].0;
-                self.order(now, &run);
+            while self.runs[i].take(now) {
+                let orders = self.runs[i].orders;
+                self.order(now, &orders);
             }
         }
     }
@@ -159,6 +184,7 @@ impl Core for InsiderOperator {
     fn handle(&mut self, now: Instant, input: &Input) {
         match input {
             Input::Bus { topic: Topic::Feed, bytes } => self.see(bytes),
+            Input::Cue { step } => self.runs.iter_mut().for_each(|run| run.opening.cue(now, *step)),
             Input::Quiesce => self.quiet = true,
             Input::Finish => {
                 self.quiet = true;
@@ -180,8 +206,9 @@ impl Core for InsiderOperator {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let due = self.runs.iter().filter_map(|(_, steps)| steps.due());
-        due.min().filter(|_| !self.quiet)
+        let orders = self.runs.iter().filter_map(|run| run.steps.as_ref().and_then(Steps::due));
+        let begins = self.runs.iter().filter_map(|run| run.opening.due());
+        orders.chain(begins).min().filter(|_| !self.quiet)
     }
 
     fn output(&mut self) -> Option<Output> {

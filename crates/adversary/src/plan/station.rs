@@ -6,7 +6,7 @@ use wire::id::{NodeId, PeerId, UnitId};
 use wire::settings::Settings;
 use wire::setup::Secret;
 
-use super::{MAX_MS, PlanError, at_most, repeats, within};
+use super::{MAX_MS, PlanError, Step, at_most, repeats, step, within};
 
 /// Plan of the rogue station.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -42,6 +42,9 @@ pub struct RogueOrders {
     /// How far the counter is run ahead with each.
     #[serde(default)]
     pub ahead: u64,
+    /// The step it is, when it waits for something or is waited for.
+    #[serde(default)]
+    pub step: Option<Step>,
 }
 
 /// What a rogue station asks for; the track is what it sees on the feed.
@@ -85,6 +88,7 @@ impl InsiderOperatorConfig {
         at_most(self.orders.len())?;
         self.orders.iter().try_for_each(|run| {
             within("at_ms", run.at_ms, 0, MAX_MS)?;
+            step::check(run.step)?;
             repeats(run.count, run.every_ms)
         })
     }

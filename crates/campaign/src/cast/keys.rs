@@ -54,16 +54,19 @@ impl RunSecret {
         signers.map(|node| (node, Key::from_bytes(&self.of(node).0).public())).to_vec()
     }
 
-    /// The keys of these channels on `host`.
-    pub fn channels(&self, host: Host, topics: &[(Topic, NodeId)]) -> Vec<Channel> {
-        let channel = |(topic, producer): &(Topic, NodeId)| Channel {
-            topic: *topic,
-            producer: *producer,
-            key: ChannelKey(
-                self.derive("holdsafe channel key v2", &[host as u8, *topic as u8, producer.index() as u8]),
-            ),
+    /// The keys of these channels on `host` that `node` gets: of each that it writes, every reader's; of each that it reads,
+    /// its own.
+    pub fn channels(&self, host: Host, node: NodeId, topics: &[(Topic, NodeId)]) -> Vec<Channel> {
+        let channel = |(topic, producer): (Topic, NodeId), reader: usize| {
+            let of = [host as u8, topic as u8, producer.index() as u8, reader as u8];
+            Channel { topic, producer, key: ChannelKey(self.derive("holdsafe channel key v3", &of)) }
         };
-        topics.iter().map(channel).collect()
+        let of = |(topic, producer): (Topic, NodeId)| {
+            let readers =
+                if producer == node { 0..topic.readers() } else { reader(topic, node)..reader(topic, node) + 1 };
+            readers.map(move |reader| channel((topic, producer), reader))
+        };
+        topics.iter().copied().flat_map(of).collect()
     }
 
     fn derive(&self, context: &str, of: &[u8]) -> [u8; 32] {
@@ -73,7 +76,16 @@ impl RunSecret {
     }
 }
 
-/// Whose signing key a node holds: the insider holds unit B's.
+/// Which of a topic's readers a node is. Only navigation has two: perception, and the unit itself.
+fn reader(topic: Topic, node: NodeId) -> usize {
+    usize::from(topic.readers() > 1 && node.unit().is_some())
+}
+
+/// Whose signing key a node holds: an insider holds that of the one in whose place it stands.
 pub(super) fn signer(node: NodeId) -> NodeId {
-    if node == NodeId::INSIDER_B { NodeId::UNIT_B } else { node }
+    match node {
+        NodeId::INSIDER_B => NodeId::UNIT_B,
+        NodeId::INSIDER_BROKER => NodeId::BROKER,
+        node => node,
+    }
 }

@@ -5,6 +5,9 @@
 
 mod attack;
 mod keys;
+mod peer;
+mod process;
+mod rogue;
 mod scene;
 mod script;
 mod station;
@@ -22,14 +25,16 @@ use wire::policy::{Check, Requirement};
 use wire::setup::{Ablation, Setup};
 
 use adversary::plan::{
-    DatagramRelayConfig, InsiderCommandConfig, InsiderOperatorConfig, InsiderTeammateConfig, StreamRelayConfig,
+    DatagramRelayConfig, InsiderBrokerConfig, InsiderOperatorConfig, InsiderTeammateConfig, RogueConfig,
+    StreamRelayConfig,
 };
 
+use crate::cue::Cue;
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
 
-pub use attack::node_of;
 pub use keys::RunSecret;
+pub use process::{Ordeal, OrdealKind, Turn, next_turn, node_of};
 
 /// Who may give commands, in every run. Nobody holds the second one's key but the rogue of some scenarios.
 const OPERATORS: [NodeId; 2] = [NodeId::OPERATOR, NodeId::OPERATOR_2];
@@ -75,10 +80,12 @@ pub enum Role {
     StreamRelay(StreamRelayConfig),
     /// Holds unit B's credentials.
     InsiderTeammate(InsiderTeammateConfig),
-    /// Sits on the command plane.
-    InsiderCommand(InsiderCommandConfig),
     /// Gives orders under a key that is not its own.
     InsiderOperator(InsiderOperatorConfig),
+    /// Holds the broker's credentials and stands in its place.
+    InsiderBroker(InsiderBrokerConfig),
+    /// On a host's shared memory, in another's name.
+    Rogue(RogueConfig),
 }
 
 /// One process or core.
@@ -104,6 +111,22 @@ impl Member {
     /// Who it is.
     pub fn node(&self) -> NodeId {
         self.setup.node
+    }
+}
+
+impl Role {
+    /// Whether its core has steps that can be called: the adversaries', and the sensor faults of the sim.
+    pub fn takes_cues(&self) -> bool {
+        match self {
+            Role::Sim(config) => config.faults.iter().any(|fault| fault.waits_ms.is_some()),
+            Role::DatagramRelay(_)
+            | Role::StreamRelay(_)
+            | Role::InsiderTeammate(_)
+            | Role::InsiderOperator(_)
+            | Role::InsiderBroker(_) => true,
+            Role::Rogue(_) => false,
+            Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => false,
+        }
     }
 }
 
@@ -136,8 +159,10 @@ pub struct Cast {
     pub links: Vec<Link>,
     /// One clock a host, in the order of [`Host::ALL`].
     pub clocks: Vec<ClockDraw>,
-    /// Processes that are to end: (microseconds, who).
-    pub kills: Vec<(u64, NodeId)>,
+    /// Processes that are to end, or to be kept from running.
+    pub ordeals: Vec<Ordeal>,
+    /// Steps that wait for what the instrument plane tells.
+    pub cues: Vec<Cue>,
     /// What the oracle needs receipts for.
     pub planned: Vec<Planned>,
     /// Length of the trial, microseconds.
@@ -150,6 +175,18 @@ impl Cast {
     /// Whether the broker's table of rights stands: the policy's word, which is the same for everybody.
     pub fn rights(&self) -> Requirement {
         self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))
+    }
+
+    /// Who routes the command plane: the broker, or the one who stands in its place.
+    pub fn broker(&self) -> NodeId {
+        let hostile = self.members.iter().any(|m| m.node() == NodeId::INSIDER_BROKER);
+        if hostile { NodeId::INSIDER_BROKER } else { NodeId::BROKER }
+    }
+
+    /// Processes that are to end, and so owe no closing account.
+    pub fn killed(&self) -> Vec<NodeId> {
+        let ends = |ordeal: &&Ordeal| matches!(ordeal.kind, OrdealKind::Kill { .. });
+        self.ordeals.iter().filter(ends).map(|ordeal| ordeal.node).collect()
     }
 }
 
@@ -192,7 +229,8 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
     Cast {
         links: links(scenario, &members),
         clocks: draw.clocks,
-        kills: attack::kills(scenario, draw.phase_ms),
+        ordeals: process::ordeals(scenario, draw.phase_ms),
+        cues: attack::cues(scenario, draw.phase_ms),
         planned: attack::planned(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
@@ -235,7 +273,7 @@ impl Company<'_> {
             bounds: self.with.bounds,
             secret: self.secret.of(keys::signer(node)),
             public_keys: self.public_keys.clone(),
-            channels: self.secret.channels(host, topics),
+            channels: self.secret.channels(host, node, topics),
             ablation,
             verified: None,
         }
@@ -284,6 +322,7 @@ impl Company<'_> {
             scene: world.clone(),
             faults,
             noise: sim::NoiseModel::default(),
+            clock_ppm: draw.clocks[host as usize].drift_ppm as i32,
         };
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
         self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
@@ -350,10 +389,9 @@ impl Company<'_> {
             let start = third.start;
             self.vehicle(Host::VehicleC, UnitId::C, draw, Some(&start));
         }
-        if let Some(config) = attack::repeater(self.scenario, draw.phase_ms) {
-            let member = self.add(Host::Control, Role::InsiderCommand(config), NodeId::INSIDER_COMMAND, &[], &[]);
-            member.peer = Some(PeerId::GATEWAY);
-            member.commands = true;
+        if let Some(config) = attack::broker::plan(self.scenario, draw.phase_ms) {
+            let member = self.add(Host::Control, Role::InsiderBroker(config), NodeId::INSIDER_BROKER, &[], &[]);
+            member.peer = Some(PeerId::BROKER);
         }
         if let Some(config) = station::plan(self.scenario, draw.phase_ms, self.secret) {
             let peer = config.certificate;
@@ -363,6 +401,19 @@ impl Company<'_> {
             member.peer = peer;
             member.commands = peer.is_some();
         }
+        if let Some(casting) = rogue::of(self.scenario, draw.phase_ms) {
+            self.rogue(casting);
+        }
+    }
+
+    /// A rogue hears and writes like anybody on its host; what it holds is its holder's, or nothing.
+    fn rogue(&mut self, casting: rogue::Casting) {
+        let rogue::Casting { host, node, holder, topics, config } = casting;
+        let held = self.members.iter().find(|m| Some(m.node()) == holder).map(|m| m.setup.channels.clone());
+        let member = self.add(host, Role::Rogue(config), node, &[], &[]);
+        member.setup.channels = held.unwrap_or_default();
+        member.subscribes.clone_from(&topics);
+        member.publishes = topics;
     }
 
     fn finish(self) -> Vec<Member> {
@@ -376,14 +427,15 @@ fn peer_of(node: NodeId) -> Option<PeerId> {
 
 /// The sim's channel keys out of its setup. A channel that the setup lacks gets a key that nobody else has.
 pub fn sim_keys(setup: &Setup) -> sim::ChannelKeys {
-    let key = |topic: Topic| {
-        let listed = setup.channels.iter().find(|c| c.topic == topic).map(|c| c.key.clone());
+    let of = |topic: Topic, reader: usize| {
+        let listed = setup.channels.iter().filter(|c| c.topic == topic).nth(reader).map(|c| c.key.clone());
         listed.unwrap_or(wire::bus::ChannelKey(setup.secret.0))
     };
+    let key = |topic: Topic| of(topic, 0);
     sim::ChannelKeys {
         frames: key(Topic::Frames),
         candidates: key(Topic::Candidates),
-        navigation: key(Topic::Navigation),
+        navigation: [of(Topic::Navigation, 0), of(Topic::Navigation, 1)],
         drive: key(Topic::Drive),
         act: key(Topic::Act),
     }

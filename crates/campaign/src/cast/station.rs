@@ -5,7 +5,7 @@ use wire::id::{NodeId, PeerId, UnitId};
 use wire::trust::Mandate;
 
 use super::RunSecret;
-use super::attack::start_ms;
+use super::attack::{start_ms, step};
 use crate::scenario::{self, Name, Scenario, Way};
 
 /// The rogue's plan, when the scenario has one. Its key and its way are those of the first table; the loader holds the
@@ -21,6 +21,7 @@ pub(super) fn plan(s: &Scenario, phase: u64, secret: &RunSecret) -> Option<Insid
             claim: r.claims.as_ref().map_or(Some(holds), |name| node(name))?,
             demand: demand(r)?,
             ahead: r.ahead.unsigned(),
+            step: step(r),
         })
     });
     Some(InsiderOperatorConfig {

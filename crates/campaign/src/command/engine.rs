@@ -87,7 +87,7 @@ pub(super) fn trial(
                 keep::recording(directory, &run.log).map_err(failed)?;
                 keep::events(directory, &run.evidence.entries).map_err(failed)?;
             }
-            Ok(judged::trial(seed, &run.evidence, &run.verdict))
+            Ok(judged::trial(seed, scenario.level(), &run.evidence, &run.verdict))
         }
         Mode::Stack => stack::trial(scenario, seed).map_err(failed),
         Mode::Live => live_trial(scenario, setup, seed, stop, &mut |_| {}),
@@ -125,7 +125,7 @@ fn live_trial(
     };
     let run = run?;
     kept?;
-    let mut trial = judged::trial(seed, &run.evidence, &run.verdict);
+    let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
     let differing = run.replays.iter().filter_map(|r| Some(format!("mouth of {}: {}", r.node, r.difference.as_ref()?)));
     trial.findings.extend(differing);
     Ok(trial)

@@ -20,6 +20,7 @@ use wire::time::Instant;
 use super::LiveError;
 use crate::cast::{Cast, Member};
 use crate::evidence::{Logged, guard_verdict};
+use crate::sights::Claims;
 
 /// The recording, on the run's time; what was written before the start counts as written at the start.
 pub(super) fn recording(run_dir: &Path, start_us: u64) -> Result<Vec<Logged>, LiveError> {
@@ -35,22 +36,44 @@ pub(super) fn mouths(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<Logged> 
     let mut log = Vec::new();
     for member in &cast.members {
         let node = member.node();
-        let file = std::fs::File::open(run_dir.join("mouth").join(format!("{node}.cbor")));
-        let Some(mouth) = file.ok().and_then(|file| mouth::Reader::new(BufReader::new(file)).ok()) else { continue };
-        let clock = super::spec::clock(cast, member.host);
-        let mut now = mouth.header().started;
-        // A cut at the end is what a killed writer leaves; a missing entry before it breaks the chain.
-        for entry in mouth.map_while(Result::ok) {
-            match entry {
-                mouth::Entry::Input { now: fed, .. } => now = fed,
-                mouth::Entry::Output(Output::Audit { bytes }) => {
-                    log.push(Logged { at: clock.trace_at(now).saturating_sub(start_us), node, bytes });
-                }
-                mouth::Entry::Output(_) => {}
+        passed(cast, member, run_dir, start_us, |at, entry| {
+            if let mouth::Entry::Output(Output::Audit { bytes }) = entry {
+                log.push(Logged { at, node, bytes });
             }
-        }
+        });
     }
     log
+}
+
+/// What the mouths of the cores took in of what insiders say in `log` that they sent. The launcher's word, read from what
+/// the process of each reader kept.
+pub(super) fn sights(cast: &Cast, run_dir: &Path, start_us: u64, log: &[Logged]) -> Vec<(u64, Event)> {
+    let mut claims = Claims::default();
+    log.iter().for_each(|logged| claims.note(logged.node, &logged.bytes));
+    let mut seen = Vec::new();
+    for member in cast.members.iter().filter(|_| !claims.is_empty()) {
+        passed(cast, member, run_dir, start_us, |at, entry| {
+            if let mouth::Entry::Input { input, .. } = &entry {
+                seen.extend(claims.sight(member.node(), input).map(|event| (at, event)));
+            }
+        });
+    }
+    seen
+}
+
+/// Everything that passed the mouth of `member`, each with the time of the run at which its core was fed.
+fn passed(cast: &Cast, member: &Member, run_dir: &Path, start_us: u64, mut each: impl FnMut(u64, mouth::Entry)) {
+    let file = std::fs::File::open(run_dir.join("mouth").join(format!("{}.cbor", member.node())));
+    let Some(mouth) = file.ok().and_then(|file| mouth::Reader::new(BufReader::new(file)).ok()) else { return };
+    let clock = super::spec::clock(cast, member.host);
+    let mut now = mouth.header().started;
+    // A cut at the end is what a killed writer leaves; a missing entry before it breaks the chain.
+    for entry in mouth.map_while(Result::ok) {
+        if let mouth::Entry::Input { now: fed, .. } = &entry {
+            now = *fed;
+        }
+        each(clock.trace_at(now).saturating_sub(start_us), entry);
+    }
 }
 
 /// What the telemetry relay's sockets did not take, as entries of the relay's: its core cannot know.
@@ -69,8 +92,9 @@ pub(super) fn unsent(stats: &[(NodeId, Value)]) -> Vec<Event> {
 pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeId, Value)]) -> Vec<Logged> {
     let mut log = Vec::new();
     let members = cast.members.iter().filter(|m| m.peer.is_some()).map(Member::node);
-    for node in members.chain(std::iter::once(NodeId::BROKER)) {
-        let Some(guard) = node.guard() else { continue };
+    let ends = members.map(|node| (node, node.guard())).chain(std::iter::once((cast.broker(), NodeId::BROKER.guard())));
+    for (node, guard) in ends {
+        let Some(guard) = guard else { continue };
         let mut journal = Journal::new(guard, Boot(1), None);
         let mut events = Vec::new();
         let path = run_dir.join("guard").join(format!("{node}.cbor"));
@@ -137,17 +161,18 @@ fn accounts(stats: &Value, direct: bool) -> Vec<(Account, u64)> {
         .iter()
         .sum();
     let (records, application, delivered) = (guard("records"), guard("application"), get("delivered"));
-    let unguarded = ["overflowed", "abandoned", "strangers", "shed"].map(get).iter().sum();
-    let strangers = get("strangers") + get("shed");
+    let unguarded =
+        ["overflowed", "abandoned", "strangers", "shed", "unproven", "proved", "asked"].map(get).iter().sum();
+    let strangers = get("strangers") + get("shed") + get("unproven");
     vec![
         (Account::Datagrams, guard("datagrams")),
         (Account::Unguarded, unguarded),
         (Account::SentDirect, if direct { get("dialled") } else { 0 }),
-        (Account::GuardIn, records + strangers),
+        (Account::GuardIn, records + strangers + get("proved")),
         (Account::GuardRefused, refused + strangers),
         (Account::Delivered, delivered),
         (Account::Discarded, application.saturating_sub(delivered)),
-        (Account::Handshake, records.saturating_sub(refused).saturating_sub(application)),
+        (Account::Handshake, (records + get("proved")).saturating_sub(refused).saturating_sub(application)),
         (Account::KernelDropped, stats["links"]["dtls_kernel_drops"].as_u64().unwrap_or(0)),
     ]
 }

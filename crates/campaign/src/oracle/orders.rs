@@ -1,32 +1,20 @@
-//! Orders: what is owed to an operator who holds, and the receipt of a rogue's.
+//! Orders: what no unit may have been set to, and the receipt of a rogue's.
 //!
-//! That nothing is executed that no operator gave is P5's and P8's (`properties`). Here: a HOLD that an operator gave is
-//! obeyed within *Th* whatever else is asked for at the same time, by executing it or by the lease that the gateway then
-//! withholds. And a rogue's order counts when another process than the rogue judged that very command.
+//! That nothing is executed that no operator gave is P5's and P8's (`properties`), that an operator's HOLD is obeyed within
+//! *Th* whatever else is asked for is P3's (`planes`). A rogue's order counts when another process than the rogue judged
+//! that very command.
 
 use wire::command::CommandKind;
 use wire::event::{Event, Interface};
 use wire::id::{CommandId, NodeId, PeerId};
-use wire::mode::Mode;
 
-use super::timeline::Timeline;
 use super::{Evidence, Finding, Micros, Property, finding};
-
-/// What a HOLD may take longer live than by its bound: the way from the operator to the gateway, and to the log.
-const SLACK: Micros = 50_000;
 
 /// From a decision to the brakes, milliseconds: what the fence guard has already taken off (`docs/bounds.md`).
 const REACTION_MS: u64 = 150;
 
-/// What is owed to an operator who holds, and what no unit may have been set to.
-pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let mut found = holds(evidence, line);
-    found.extend(values(evidence));
-    found
-}
-
 /// P4 for settings: under no values that were accepted may a unit that loses its place at the margin leave the fence.
-fn values(evidence: &Evidence) -> Vec<Finding> {
+pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
     let bounds = &evidence.bounds;
     let blind_ms = (bounds.product_limit_ms + bounds.control_period_ms).saturating_sub(REACTION_MS);
     let set = evidence.entries.iter().filter_map(|w| match w.entry.event {
@@ -36,24 +24,6 @@ fn values(evidence: &Evidence) -> Vec<Finding> {
     let unsafe_values = set.filter(|(_, v)| u64::from(v.speed_mm_s) * blind_ms / 1000 > u64::from(v.margin_mm));
     unsafe_values
         .map(|(at, v)| finding(Property::P4, at, format!("set to leave the fence when blind: {v:?}")))
-        .collect()
-}
-
-/// P3 for orders: an operator who holds is obeyed in time.
-fn holds(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let th = evidence.bounds.to_hold_safe_ms * 1000 + SLACK;
-    if evidence.killed.contains(&NodeId::UNIT_A) {
-        // A dead unit changes no mode; what its plant does is `demise`'s to judge.
-        return Vec::new();
-    }
-    let holds =
-        line.intended.iter().filter(|(at, _, kind)| *kind == CommandKind::Hold.name() && at + th <= evidence.duration);
-    let missed = holds.filter(|(at, ..)| !line.was_in(Mode::HoldSafe, *at, at + th) && line.mode_at(*at) != Mode::Idle);
-    missed
-        .map(|(at, id, _)| {
-            let mode = line.mode_at(at + th).name();
-            finding(Property::P3, at + th, format!("hold {id} was given {} ms ago and still {mode}", th / 1000))
-        })
         .collect()
 }
 

@@ -7,7 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::settings::Settings;
 
-use super::attack::Windowed;
+use super::attack::windowed;
+use super::step::{Knowledge, When};
 use super::value::{Count, Located, Millis, Name, Seconds, Whole};
 
 /// A run of orders of the rogue station. All tables of a scenario are one rogue's: one key, one way, one certificate.
@@ -38,6 +39,15 @@ pub struct Rogue {
     /// The values, where it orders to configure.
     #[serde(default)]
     pub values: Option<Values>,
+    /// Name of the step it is part of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Located<Name>>,
+    /// What the step waits for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<Located<When>>,
+    /// How much it may know of; the scenario's level where nothing is said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
 }
 
 /// What an operator sets before a mission, each value within its range (`wire::settings`).
@@ -76,7 +86,7 @@ pub enum Way {
     Broker,
 }
 
-/// What a rogue orders; the track is what it sees.
+/// What somebody orders who is no operator; the track is what is seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {
@@ -106,11 +116,6 @@ pub struct Mandate {
     pub until_s: Seconds,
 }
 
-impl Windowed for Rogue {
-    fn at_s(&self) -> &Located<Seconds> {
-        &self.at_s
-    }
-    fn duration_s(&self) -> Seconds {
-        Seconds::default()
-    }
+windowed! {
+    Rogue |_| Seconds::default(), Insider, None;
 }

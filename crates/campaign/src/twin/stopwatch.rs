@@ -61,8 +61,9 @@ impl Stage {
             Part::DatagramRelay(_)
             | Part::StreamRelay(_)
             | Part::InsiderTeammate(_)
-            | Part::InsiderCommand(_)
-            | Part::InsiderOperator(_) => Stage::Adversary,
+            | Part::InsiderBroker(_)
+            | Part::InsiderOperator(_)
+            | Part::Rogue(_) => Stage::Adversary,
         }
     }
 

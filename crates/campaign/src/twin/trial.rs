@@ -61,6 +61,6 @@ fn evidence(cast: &Cast, setup: &Setup, log: &[Logged]) -> Evidence {
         planned: cast.planned.clone(),
         duration: cast.duration,
         stall_limit: Micros::MAX,
-        killed: cast.kills.iter().map(|(_, node)| *node).collect(),
+        killed: cast.killed(),
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! A [`Domain`] is a root directory and a file prefix; the vehicle's and the control room's are different, and a process
 //! opens only those it is told. Payloads are bytes, copied out once; whether to believe them is the core's business
-//! (`wire::bus`). A channel has one publisher at a time; a slow reader loses the oldest messages, never blocks.
+//! (`wire::bus`). A channel has one publisher at a time, unless one who made it first left room for more; a slow reader loses
+//! the oldest messages of each publisher, never blocks.
 
 pub mod sweep;
 
@@ -82,6 +83,7 @@ pub const MAX_PLACE: usize = 107 - 1 - 39 - 6;
 #[derive(Clone, Debug)]
 pub struct Domain {
     config: Config,
+    publishers: usize,
 }
 
 impl Domain {
@@ -101,7 +103,14 @@ impl Domain {
         config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|_| name(prefix))?;
         let root = iceoryx2::prelude::Path::new(root_text.as_bytes()).map_err(|_| name(root_text))?;
         config.global.set_root_path(&root);
-        Ok(Self { config })
+        Ok(Self { config, publishers: 1 })
+    }
+
+    /// The same domain; channels that are made by way of it, by whoever comes first, have room for so many publishers at
+    /// once. Who opens a channel that is there already takes it as it is.
+    #[must_use]
+    pub fn with_publishers(self, publishers: usize) -> Self {
+        Self { publishers, ..self }
     }
 
     /// Opens the writing end of a channel. Not to be moved to another thread.
@@ -173,7 +182,7 @@ impl Domain {
         let samples = persist(&node, || {
             node.service_builder(&name)
                 .publish_subscribe::<[u8]>()
-                .max_publishers(1)
+                .max_publishers(self.publishers)
                 .max_subscribers(depth.subscribers)
                 .max_nodes(16)
                 .subscriber_max_buffer_size(depth.buffer)
@@ -214,6 +223,11 @@ fn persist<T>(node: &Node<Ipc>, mut attempt: impl FnMut() -> Result<T, BusError>
 struct Depth {
     buffer: usize,
     subscribers: usize,
+}
+
+/// How many messages of a topic are kept for a reader that is behind; the oldest goes first.
+pub fn kept(topic: Topic) -> usize {
+    depth(topic).buffer
 }
 
 fn depth(topic: Topic) -> Depth {

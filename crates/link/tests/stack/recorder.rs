@@ -30,7 +30,8 @@ fn start(directory: &Path) -> Running {
 fn spec(directory: &Path, boot: Boot) -> ServiceSpec {
     let clock = HostClock { zero_us: 1_000, drift_ppm: 0 };
     let mut spec = ServiceSpec::new(NodeId::RECORDER, boot, 1, clock, directory.to_owned());
-    spec.recorder = Some(RecorderSpec { socket: directory.join("audit"), directory: directory.join("record") });
+    spec.recorder =
+        Some(RecorderSpec { socket: directory.join("audit"), directory: directory.join("record"), tell: false });
     spec.config = serde_json::json!({
         "boot": boot,
         "secret": vec![7; 32],
@@ -116,7 +117,13 @@ fn the_successor_of_a_killed_recorder_is_heard_by_those_who_heard_it() {
     for boot in 1..=3 {
         let mut spec = spec(directory.path(), Boot(boot));
         let publish = vec![ChannelSpec { scope: "vehicle".into(), topic: Topic::Seals }];
-        spec.bus.push(BusSpec { root: root.clone(), prefix: prefix.clone(), subscribe: Vec::new(), publish });
+        spec.bus.push(BusSpec {
+            root: root.clone(),
+            prefix: prefix.clone(),
+            subscribe: Vec::new(),
+            publish,
+            publishers: 1,
+        });
         let mut running = launch(spec);
         assert!(matches!(inbox.blocking_recv(), Some(Input::Bus { topic: Topic::Seals, .. })));
         running.child.kill().unwrap();

@@ -16,6 +16,7 @@ fn spec() -> ServiceSpec {
         prefix: "hs_abc_v_".into(),
         subscribe: vec![ChannelSpec { scope: "unit-a".into(), topic: Topic::Tracks }],
         publish: Vec::new(),
+        publishers: 2,
     });
     let remote = LoopbackAddr::on_port(5684);
     spec.dial = Some(DtlsDial { remote, expect: PeerId::GATEWAY, credential: credential.clone(), idle_ms: 2_000 });

@@ -75,7 +75,7 @@ impl<'b> Fresh<SignedReport<'b>> {
 }
 
 impl<'b, M> Fresh<BusMessage<'b, M>> {
-    /// The message is `producer`'s, by the tag under the channel's key.
+    /// The message is `producer`'s, by one of its tags under the key that this reader shares with it.
     pub fn by_tag(
         self,
         policy: &Policy,
@@ -83,7 +83,9 @@ impl<'b, M> Fresh<BusMessage<'b, M>> {
         key: &ChannelKey,
     ) -> Result<Attributed<BusMessage<'b, M>>, Refusal> {
         self.check(policy, Check::Tag, |m, _| {
-            let same = usize::from(m.header.producer) == producer.index() && bus::tag(key, m.signed) == *m.tag;
+            let ours = bus::tag(key, m.signed);
+            let tagged = m.tags.chunks_exact(bus::TAG_LEN).any(|tag| tag == ours);
+            let same = usize::from(m.header.producer) == producer.index() && tagged;
             if same { Ok(()) } else { Err(Refusal::Tag { expected: producer }) }
         })
     }

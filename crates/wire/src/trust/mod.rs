@@ -127,9 +127,9 @@ impl<'a> Framed<'a> {
         Ok(hop)
     }
 
-    /// Schema of a shared-memory message on `topic`: header, body of type `M`, tag (kept for attribution).
+    /// Schema of a shared-memory message on `topic`: header, body of type `M`, tags (kept for attribution).
     pub fn decode_bus<M: Decode<'a, ()>>(self, topic: Topic) -> Result<Decoded<BusMessage<'a, M>>, Refusal> {
-        let (header, body, tag) = bus::split(self.message).ok_or(Refusal::Schema { at: 0 })?;
+        let bus::Parts { header, signed, body, tags } = bus::split(self.message).ok_or(Refusal::Schema { at: 0 })?;
         if header.topic != topic {
             return Err(Refusal::Schema { at: 0 });
         }
@@ -138,8 +138,7 @@ impl<'a> Framed<'a> {
         if decoder.position() != body.len() {
             return Err(Refusal::Canonical { at: bus::HEADER_LEN + decoder.position() });
         }
-        let signed = &self.message[..bus::HEADER_LEN + body.len()];
-        let message = BusMessage { header, message, signed, tag };
+        let message = BusMessage { header, message, signed, tags };
         Ok(Record { message, evidence: self.evidence, stage: core::marker::PhantomData })
     }
 }
@@ -150,7 +149,7 @@ pub struct BusMessage<'a, M> {
     pub(crate) header: bus::Header,
     pub(crate) message: M,
     signed: &'a [u8],
-    tag: &'a [u8; bus::TAG_LEN],
+    tags: &'a [u8],
 }
 
 /// What the session layer exchanges before any of its records can be accepted: challenges, echoes, session nonces.
@@ -202,6 +201,16 @@ impl<S, M> Record<S, M> {
             Requirement::Waived => self.evidence.waived = self.evidence.waived.with(check),
         }
         Ok(self.pass())
+    }
+}
+
+impl<'b, M> Attributed<BusMessage<'b, M>> {
+    /// Provenance: only a live product may influence a live platform.
+    fn live(self, policy: &Policy, product: impl FnOnce(&M) -> ProductMode) -> Result<Self, Refusal> {
+        self.check(policy, Check::Product, |bus, _| match product(&bus.message) {
+            ProductMode::Live => Ok(()),
+            got @ (ProductMode::Synthetic | ProductMode::Replay) => Err(Refusal::Product { got }),
+        })
     }
 }
 
@@ -305,13 +314,34 @@ impl BusGate {
         now: Instant,
         bytes: &'b [u8],
     ) -> Result<Accepted<M>, Refusal> {
-        let max = self.topic.max_len() + bus::HEADER_LEN + bus::TAG_LEN;
+        let attributed = self.attribute(policy, now, bytes)?;
+        Ok(attributed.on_channel(policy, &mut self.window)?.accept_body())
+    }
+
+    /// The same for a sensor product, which also has to be a live one. That is judged before the order is, so that one which
+    /// is not leaves nothing behind in the window.
+    pub fn admit_product<'b, M: Decode<'b, ()>>(
+        &mut self,
+        policy: &Policy,
+        now: Instant,
+        bytes: &'b [u8],
+        product: impl FnOnce(&M) -> ProductMode,
+    ) -> Result<Accepted<M>, Refusal> {
+        let live = self.attribute(policy, now, bytes)?.live(policy, product)?;
+        Ok(live.on_channel(policy, &mut self.window)?.accept_body())
+    }
+
+    fn attribute<'b, M: Decode<'b, ()>>(
+        &self,
+        policy: &Policy,
+        now: Instant,
+        bytes: &'b [u8],
+    ) -> Result<Attributed<BusMessage<'b, M>>, Refusal> {
+        let max = self.topic.max_len() + bus::HEADER_LEN + self.topic.readers() * bus::TAG_LEN;
         let decoded = Received::new(now, bytes).frame(max)?.decode_bus::<M>(self.topic)?;
         let age = Age::on_one_host(decoded.message.header.stamp, now);
         let fresh = decoded.fresh(policy, Some(age), self.freshness, Span::ZERO)?;
-        let attributed = fresh.by_tag(policy, self.producer, &self.key)?;
-        let ordered = attributed.on_channel(policy, &mut self.window)?;
-        Ok(ordered.accept_body())
+        fresh.by_tag(policy, self.producer, &self.key)
     }
 }
 

@@ -1,0 +1,287 @@
+//! A rogue on a host's shared memory: it hears every channel that it cares about and writes in another's name.
+//!
+//! Any process of the same user can do so. An impostor holds no channel's key and tags what it says under one of its own;
+//! an insider in a service's place holds that service's keys, and tags under the right one wherever that service could.
+//! It says that it is the producer started anew, one boot later, as one who took its place would. What it heard it keeps,
+//! bounded, up to its first act on that channel. What a message has to say is `forged`'s.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use wire::audit::Journal;
+use wire::bus::{ChannelKey, Sender};
+use wire::core::{Core, Input, Output, Side, Topic};
+use wire::event::{Account, Action, Event, wire_hash};
+use wire::id::{Boot, WorldId};
+use wire::setup::Setup;
+use wire::time::{Instant, Span};
+
+use super::forged::{self, Heard};
+use crate::plan::{PlanError, RogueConfig, RogueMove, Says};
+use crate::schedule::Steps;
+
+/// Most messages of one channel kept; the oldest goes first.
+const MAX_KEPT: usize = 256;
+
+/// See the module.
+#[derive(Debug)]
+pub struct Rogue {
+    origin: Instant,
+    runs: Vec<Run>,
+    heard: BTreeMap<Topic, VecDeque<(Instant, Vec<u8>)>>,
+    sent: u64,
+    quiet: bool,
+    journal: Journal,
+    out: VecDeque<Output>,
+}
+
+/// A move under way.
+#[derive(Clone, Debug)]
+struct Run {
+    plan: RogueMove,
+    steps: Steps,
+    sender: Sender,
+    taken: usize,
+}
+
+impl Rogue {
+    /// A rogue that starts at `now` with the channel keys of its setup.
+    ///
+    /// # Errors
+    /// A magnitude of the plan outside its bounds.
+    pub fn new(setup: Setup, config: RogueConfig, now: Instant) -> Result<Self, PlanError> {
+        config.check()?;
+        let run = |plan: &RogueMove| {
+            let held = setup.channels.iter().find(|c| c.topic == plan.topic).map(|c| c.key.clone());
+            let key = held.unwrap_or(ChannelKey(setup.secret.0));
+            let count = u32::try_from(plan.count()).unwrap_or(u32::MAX);
+            Run {
+                plan: *plan,
+                steps: Steps::new(now + Span::ms(plan.at_ms), plan.every_ms, count, None),
+                sender: Sender::new(plan.topic, plan.producer, Boot(setup.boot.0 + 1), key),
+                taken: 0,
+            }
+        };
+        let mut rogue = Self {
+            origin: now,
+            runs: config.moves.iter().map(run).collect(),
+            heard: BTreeMap::new(),
+            sent: 0,
+            quiet: false,
+            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
+            out: VecDeque::new(),
+        };
+        rogue.journal.write(now, Event::Started, &mut rogue.out);
+        Ok(rogue)
+    }
+
+    /// The same rogue in a forked world.
+    #[must_use]
+    pub fn fork(&self, _world: WorldId) -> Self {
+        Self {
+            origin: self.origin,
+            runs: self.runs.clone(),
+            heard: self.heard.clone(),
+            sent: self.sent,
+            quiet: self.quiet,
+            journal: self.journal.fork(),
+            out: self.out.clone(),
+        }
+    }
+
+    fn hear(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {
+        let acts = |run: &Run| run.plan.topic == topic && now >= self.origin + Span::ms(run.plan.at_ms);
+        if !self.runs.iter().any(acts) {
+            let kept = self.heard.entry(topic).or_default();
+            if kept.len() == MAX_KEPT {
+                kept.pop_front();
+            }
+            kept.push_back((now, bytes.to_vec()));
+        }
+        for i in 0..self.runs.len() {
+            let Run { plan, sender, .. } = &self.runs[i];
+            let until = self.origin + Span::ms(plan.at_ms + plan.duration_ms);
+            let open = plan.topic == topic && now >= self.origin + Span::ms(plan.at_ms) && now < until;
+            // Its own words come back to it; the genuine ones are of an earlier boot.
+            if let Says::Altered(spot) = plan.says
+                && open
+                && !self.quiet
+                && sender.boot() > forged::boot(bytes)
+                && let Some(body) = forged::altered(bytes, spot)
+            {
+                self.say(now, i, &body);
+            }
+        }
+    }
+
+    /// Messages that are due.
+    fn act(&mut self, now: Instant) {
+        for i in 0..self.runs.len() {
+            while !matches!(self.runs[i].plan.says, Says::Altered(_)) && self.runs[i].steps.take(now) {
+                self.once(now, i);
+            }
+        }
+    }
+
+    fn once(&mut self, now: Instant, i: usize) {
+        let RogueMove { topic, says, .. } = self.runs[i].plan;
+        let kept = self.heard.entry(topic).or_default();
+        if let Says::Recorded { lag_ms } = says {
+            let old: Vec<&(Instant, Vec<u8>)> =
+                kept.iter().filter(|(at, _)| now.since(*at) >= Span::ms(lag_ms)).collect();
+            if old.is_empty() {
+                return;
+            }
+            let (at, bytes) = old[self.runs[i].taken % old.len()];
+            let (delay, bytes) = (now.since(*at), bytes.clone());
+            self.runs[i].taken += 1;
+            return self.publish(now, topic, Action::Republish, delay, bytes);
+        }
+        let last = kept.back().map(|(at, bytes)| Heard { at: *at, bytes });
+        if let Some(body) = forged::body(now, topic, says, last) {
+            self.say(now, i, &body);
+        }
+    }
+
+    fn say(&mut self, now: Instant, i: usize, body: &[u8]) {
+        let bytes = self.runs[i].sender.seal(now, body);
+        self.publish(now, self.runs[i].plan.topic, Action::Forge, Span::ZERO, bytes);
+    }
+
+    fn publish(&mut self, now: Instant, topic: Topic, action: Action, delay: Span, bytes: Vec<u8>) {
+        let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
+        let hash = wire_hash(&bytes);
+        self.journal.write(now, Event::Attack { action, side: Side::Server, length, hash, delay }, &mut self.out);
+        self.sent += 1;
+        self.out.push_back(Output::Bus { topic, bytes });
+    }
+}
+
+impl Core for Rogue {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        match input {
+            Input::Bus { topic, bytes } => self.hear(now, *topic, bytes),
+            Input::Quiesce => self.quiet = true,
+            Input::Finish => {
+                self.quiet = true;
+                self.journal.write(now, Event::Count { account: Account::Sent, n: self.sent }, &mut self.out);
+                return self.journal.sign(now, &mut self.out);
+            }
+            Input::Timeout
+            | Input::Opened { .. }
+            | Input::Record { .. }
+            | Input::Closed { .. }
+            | Input::Published { .. }
+            | Input::Datagram { .. }
+            | Input::Stream { .. }
+            | Input::Cue { .. }
+            | Input::Audit { .. } => {}
+        }
+        if !self.quiet {
+            self.act(now);
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        let timed = self.runs.iter().filter(|run| !matches!(run.plan.says, Says::Altered(_)));
+        timed.filter_map(|run| run.steps.due()).min().filter(|_| !self.quiet)
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::Spot;
+    use crate::testing::{at, setup, times, turn};
+    use wire::codec;
+    use wire::id::{FrameId, NodeId};
+    use wire::policy::Policy;
+    use wire::sensor::ProductMode;
+    use wire::setup::Channel;
+    use wire::track::Tracks;
+    use wire::trust::BusGate;
+
+    const KEY: ChannelKey = ChannelKey([9; 32]);
+
+    fn rogue(key: Option<ChannelKey>, says: Says) -> Rogue {
+        let mut setup = setup(NodeId::IMPOSTOR, 5);
+        let channel = |key| Channel { topic: Topic::Tracks, producer: NodeId::PERCEPTION, key };
+        setup.channels = key.map(channel).into_iter().collect();
+        let producer = NodeId::PERCEPTION;
+        let plan = RogueMove { topic: Topic::Tracks, producer, at_ms: 100, duration_ms: 300, every_ms: 100, says };
+        Rogue::new(setup, RogueConfig { moves: vec![plan] }, at(0)).unwrap()
+    }
+
+    fn genuine(ms: u64) -> Input {
+        let mut sender = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(1), KEY);
+        let (frame, mode) = (FrameId(7), ProductMode::Live);
+        let tracks = Tracks { frame, stamp: at(ms), mode, products: [None; 4], tracks: codec::List::default() };
+        Input::Bus { topic: Topic::Tracks, bytes: sender.seal(at(ms), &codec::encode(&tracks)) }
+    }
+
+    /// What it publishes when it has heard one genuine message and its time has come.
+    fn said(rogue: &mut Rogue) -> (Vec<Vec<u8>>, Vec<Event>) {
+        let (mut events, mut bytes) = (Vec::new(), Vec::new());
+        turn(rogue, at(50), &genuine(50), &mut events);
+        for ms in [100, 200, 300, 400, 500] {
+            for output in turn(rogue, at(ms), &Input::Timeout, &mut events) {
+                let Output::Bus { bytes: one, .. } = output else { panic!("{output:?}") };
+                bytes.push(one);
+            }
+        }
+        (bytes, events)
+    }
+
+    fn admitted(bytes: &[u8], ms: u64) -> bool {
+        let mut gate = BusGate::new(Topic::Tracks, NodeId::PERCEPTION, KEY, Span::ms(300));
+        gate.admit::<Tracks>(&Policy::default(), at(ms), bytes).is_ok()
+    }
+
+    #[test]
+    fn without_the_key_nothing_that_it_makes_is_admitted_and_with_it_all_is() {
+        let vehicle = Says::Vehicle(Spot { x_mm: 1, y_mm: 2 });
+        let (bytes, events) = said(&mut rogue(None, vehicle));
+        assert_eq!((bytes.len(), times(&events, Action::Forge)), (3, 3));
+        assert!(bytes.iter().all(|b| !admitted(b, 300)));
+        let (bytes, _) = said(&mut rogue(Some(KEY), vehicle));
+        assert!(bytes.len() == 3 && bytes.iter().all(|b| admitted(b, 300)));
+    }
+
+    #[test]
+    fn a_beat_has_a_new_header_and_the_old_frame() {
+        let (bytes, _) = said(&mut rogue(Some(KEY), Says::Beat));
+        let tracks: Tracks = minicbor::decode(wire::bus::body(&bytes[2]).unwrap()).unwrap();
+        assert_eq!((tracks.frame, tracks.stamp), (FrameId(7), at(50)));
+        assert!(admitted(&bytes[2], 300));
+    }
+
+    #[test]
+    fn what_is_recorded_comes_again_byte_for_byte_once_it_is_old_enough() {
+        let (bytes, events) = said(&mut rogue(None, Says::Recorded { lag_ms: 200 }));
+        let Input::Bus { bytes: heard, .. } = genuine(50) else { panic!("a message") };
+        assert_eq!(bytes, [heard], "at 300 ms, and not before");
+        assert_eq!(times(&events, Action::Republish), 1);
+    }
+
+    #[test]
+    fn magnitudes_outside_their_bounds_are_refused() {
+        let plan = |every_ms, duration_ms, says| RogueConfig {
+            moves: vec![RogueMove {
+                topic: Topic::Tracks,
+                producer: NodeId::PERCEPTION,
+                at_ms: 0,
+                duration_ms,
+                every_ms,
+                says,
+            }],
+        };
+        assert!(plan(1, 10_000, Says::Echo).check().is_ok());
+        assert!(plan(0, 100, Says::Echo).check().is_err());
+        assert!(plan(1, 10_001, Says::Echo).check().is_err(), "too many messages");
+        assert!(plan(100, 100, Says::Elsewhere(Spot { x_mm: i32::MIN, y_mm: 0 })).check().is_err());
+        assert!(plan(100, 100, Says::Recorded { lag_ms: 60_001 }).check().is_err());
+    }
+}

@@ -1,0 +1,106 @@
+//! Plan of a rogue on a host's shared memory: what it says on channels that are others'.
+
+use serde::{Deserialize, Serialize};
+use wire::core::Topic;
+use wire::id::NodeId;
+
+use super::{MAX_COUNT, MAX_HOLD_MS, MAX_MS, PlanError, at_most, within};
+
+/// Largest coordinate or shift of a fabricated place, mm.
+const MAX_PLACE: u64 = 1_000_000;
+
+/// Plan of a process on a host's shared memory that is not the one it says it is. Without moves it only listens.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RogueConfig {
+    /// What it does.
+    #[serde(default)]
+    pub moves: Vec<RogueMove>,
+}
+
+/// One run of messages on one channel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RogueMove {
+    /// The channel.
+    pub topic: Topic,
+    /// Whose it is: in whose name it speaks.
+    pub producer: NodeId,
+    /// From when.
+    pub at_ms: u64,
+    /// For how long.
+    pub duration_ms: u64,
+    /// Time between messages; of no effect where each genuine message sets one off.
+    pub every_ms: u64,
+    /// What it says.
+    pub says: Says,
+}
+
+/// What a rogue says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Says {
+    /// What the producer said last, under a new header; where the rogue knows the message, with its time made new.
+    Echo,
+    /// A producer that lives and does no work: no track, and the last frame with its old stamps.
+    Beat,
+    /// A corroborated vehicle where there is none, every stage at work.
+    Vehicle(Spot),
+    /// The same as a synthetic product.
+    Synthetic(Spot),
+    /// The same as a product that is played back.
+    PlayedBack(Spot),
+    /// The last position heard, shifted.
+    Elsewhere(Spot),
+    /// Messages recorded at least so many milliseconds ago, byte for byte.
+    Recorded {
+        /// How long ago.
+        lag_ms: u64,
+    },
+    /// Each genuine tracks message at once again, with a vehicle that is not there in place of those that are.
+    Altered(Spot),
+}
+
+/// A place, or a shift, in the world frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spot {
+    /// East, mm.
+    pub x_mm: i32,
+    /// North, mm.
+    pub y_mm: i32,
+}
+
+impl RogueConfig {
+    /// Every magnitude within its bounds.
+    pub fn check(&self) -> Result<(), PlanError> {
+        at_most(self.moves.len())?;
+        self.moves.iter().try_for_each(RogueMove::check)
+    }
+}
+
+impl RogueMove {
+    fn check(&self) -> Result<(), PlanError> {
+        within("at_ms", self.at_ms, 0, MAX_MS)?;
+        within("duration_ms", self.duration_ms, 1, MAX_MS)?;
+        within("every_ms", self.every_ms, 1, MAX_HOLD_MS)?;
+        within("messages", self.count(), 1, u64::from(MAX_COUNT))?;
+        match self.says {
+            Says::Vehicle(at)
+            | Says::Synthetic(at)
+            | Says::PlayedBack(at)
+            | Says::Elsewhere(at)
+            | Says::Altered(at) => {
+                within("x_mm", u64::from(at.x_mm.unsigned_abs()), 0, MAX_PLACE)?;
+                within("y_mm", u64::from(at.y_mm.unsigned_abs()), 0, MAX_PLACE)
+            }
+            Says::Recorded { lag_ms } => within("lag_ms", lag_ms, 0, MAX_HOLD_MS),
+            Says::Echo | Says::Beat => Ok(()),
+        }
+    }
+
+    /// How many messages fit into its window.
+    pub(crate) fn count(&self) -> u64 {
+        self.duration_ms.div_ceil(self.every_ms.max(1))
+    }
+}

@@ -1,0 +1,58 @@
+//! The second witness of what an insider says it sent: the mouth of the core that it was for.
+//!
+//! An insider's bytes are those of the protocol, so no guard can tell them from others. What every core is fed is known
+//! outside it: live its process keeps a mouth log, in the twin the engine feeds it. Here the two are read by one rule: an
+//! input whose bytes have the hash that an insider named is a sight. A core's own word is not asked.
+
+use std::collections::BTreeSet;
+
+use wire::audit::Entry;
+use wire::core::{Input, Subject};
+use wire::event::{Event, Interface, wire_hash};
+use wire::id::NodeId;
+
+/// The hashes that insiders have named so far.
+#[derive(Clone, Debug, Default)]
+pub struct Claims(BTreeSet<u64>);
+
+impl Claims {
+    /// Takes note of an entry of `node`'s, when it is an insider's claim.
+    pub fn note(&mut self, node: NodeId, entry: &[u8]) {
+        if node.is_insider()
+            && let Ok(Entry { event: Event::Attack { hash, .. }, .. }) = Entry::decode(entry)
+        {
+            self.0.insert(hash);
+        }
+    }
+
+    /// Whether nobody claims anything.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// What the mouth of `reader` saw in `input`, when that was claimed by an insider and `reader` is none.
+    pub fn sight(&self, reader: NodeId, input: &Input) -> Option<Event> {
+        if self.0.is_empty() || reader.is_insider() {
+            return None;
+        }
+        let (at, bytes) = match input {
+            Input::Bus { topic, bytes } => (Interface::Bus(*topic), bytes),
+            Input::Record { bytes, .. } if reader == NodeId::GATEWAY => (Interface::Uplink, bytes),
+            Input::Record { bytes, .. } => (Interface::Downlink, bytes),
+            Input::Published { subject: Subject::Command(_), bytes } => (Interface::Commands, bytes),
+            Input::Published { subject: Subject::Ack(_), bytes } => (Interface::Acks, bytes),
+            Input::Timeout
+            | Input::Opened { .. }
+            | Input::Closed { .. }
+            | Input::Datagram { .. }
+            | Input::Stream { .. }
+            | Input::Audit { .. }
+            | Input::Cue { .. }
+            | Input::Quiesce
+            | Input::Finish => return None,
+        };
+        let hash = wire_hash(bytes);
+        let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+        self.0.contains(&hash).then_some(Event::MouthSaw { reader, at, length, hash })
+    }
+}

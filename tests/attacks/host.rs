@@ -1,0 +1,215 @@
+//! Attacks on a host's shared memory: impostors of dead services, rogues beside living ones, perception's own keys misused.
+
+use campaign::oracle::Witnessed;
+use campaign::scenario::{self, Setup};
+use campaign::trial::Outcome;
+use campaign::twin::trial::Run;
+use holdsafe_tests::{Ready, root, shipped};
+use wire::core::Topic;
+use wire::event::{Action, Event, Interface};
+use wire::id::NodeId;
+use wire::mode::Guard;
+use wire::policy::{Check, Requirement};
+use wire::refusal::Reason;
+
+use crate::SEEDS;
+
+/// Refusals by `node` on `topic`, by reason.
+fn refused(run: &Run, node: NodeId, topic: Topic) -> Vec<Reason> {
+    let on = |w: &Witnessed| match w.entry.event {
+        Event::Refused { at, reason, .. } if at == Interface::Bus(topic) && w.entry.node == node => Some(reason),
+        _ => None,
+    };
+    run.evidence.entries.iter().filter_map(on).collect()
+}
+
+/// How often a rogue says that it did `wanted`.
+fn did(run: &Run, wanted: Action) -> usize {
+    let one = |w: &&Witnessed| matches!(w.entry.event, Event::Attack { action, .. } if action == wanted);
+    run.evidence.entries.iter().filter(one).count()
+}
+
+fn waiving(name: &str, checks: &[Check], guards: &[Guard]) -> Ready {
+    let mut ready = shipped(name);
+    ready.setup.policy.boundary.extend(checks.iter().map(|c| (*c, Requirement::Waived)));
+    ready.setup.policy.guards.extend(guards.iter().map(|g| (*g, Requirement::Waived)));
+    ready
+}
+
+#[test]
+fn tracks_that_are_forged_for_a_dead_perception_are_refused_by_their_tag() {
+    for run in shipped("masquerade_forged").expect(SEEDS) {
+        let refused = refused(&run, NodeId::UNIT_A, Topic::Tracks);
+        assert_eq!(refused.iter().filter(|r| **r == Reason::Tag).count(), did(&run, Action::Forge));
+    }
+    let run = waiving("masquerade_forged", &[Check::Tag], &[]).run(1);
+    assert_eq!(
+        run.verdict.outcome,
+        Outcome::Late,
+        "without the tag the dead look alive: {:?}",
+        run.verdict.transitions
+    );
+}
+
+#[test]
+fn genuine_tracks_of_a_dead_perception_published_again_are_refused_as_old() {
+    for run in shipped("masquerade_replay").expect(SEEDS) {
+        let refused = refused(&run, NodeId::UNIT_A, Topic::Tracks);
+        assert!(did(&run, Action::Republish) > 0 && refused.iter().all(|r| *r == Reason::Stale), "{refused:?}");
+        assert_eq!(refused.len(), did(&run, Action::Republish));
+    }
+    let run = waiving("masquerade_replay", &[Check::Freshness], &[]).run(1);
+    assert!(refused(&run, NodeId::UNIT_A, Topic::Tracks).iter().all(|r| *r == Reason::Replayed));
+    assert_eq!(run.verdict.outcome, Outcome::HoldSafe);
+    let run = waiving("masquerade_replay", &[Check::Freshness, Check::Sequence], &[]).run(1);
+    assert!(refused(&run, NodeId::UNIT_A, Topic::Tracks).is_empty());
+    assert_eq!(run.verdict.outcome, Outcome::HoldSafe, "the frames in them are still old");
+}
+
+#[test]
+fn a_heartbeat_under_perceptions_own_key_without_its_work_keeps_nothing_alive() {
+    for run in shipped("masquerade_beat").expect(SEEDS) {
+        assert!(did(&run, Action::Forge) > 0 && refused(&run, NodeId::UNIT_A, Topic::Tracks).is_empty());
+    }
+    let stages = [Guard::Tracks, Guard::Rgb, Guard::Depth, Guard::Thermal, Guard::Lidar];
+    let run = waiving("masquerade_beat", &[], &stages).run(1);
+    assert_eq!(
+        run.verdict.outcome,
+        Outcome::Late,
+        "the stamps of the products are what tells: {:?}",
+        run.verdict.transitions
+    );
+}
+
+#[test]
+fn grants_of_a_dead_gateway_sent_again_renew_no_lease() {
+    shipped("masquerade_gateway").expect(SEEDS);
+}
+
+#[test]
+fn seals_that_are_forged_for_a_dead_recorder_seal_nothing() {
+    for run in shipped("masquerade_recorder").expect(SEEDS) {
+        let refused = refused(&run, NodeId::UNIT_A, Topic::Seals);
+        assert!(!refused.is_empty() && refused.iter().all(|r| *r == Reason::Tag));
+    }
+}
+
+#[test]
+fn a_rogue_without_a_key_is_refused_by_its_tag_on_every_channel() {
+    for run in shipped("rogue_ipc").expect(SEEDS) {
+        let readers = [
+            (NodeId::PERCEPTION, Topic::Candidates),
+            (NodeId::PERCEPTION, Topic::Navigation),
+            (NodeId::UNIT_A, Topic::Navigation),
+            (NodeId::UNIT_A, Topic::Tracks),
+            (NodeId::UNIT_A, Topic::Seals),
+            (NodeId::SIM, Topic::Drive),
+            (NodeId::SIM, Topic::Act),
+        ];
+        for (node, topic) in readers {
+            assert!(refused(&run, node, topic).contains(&Reason::Tag), "{node} {topic:?}");
+        }
+    }
+    for run in shipped("rogue_ipc_control").expect(SEEDS) {
+        assert!(refused(&run, NodeId::CONSOLE, Topic::Feed).contains(&Reason::Tag));
+        assert!(refused(&run, NodeId::GATEWAY, Topic::Intents).contains(&Reason::Tag));
+    }
+    let run = waiving("rogue_ipc", &[Check::Tag], &[]).run(1);
+    assert_ne!(run.verdict.outcome, Outcome::Rejected, "{:?}", run.verdict.transitions);
+}
+
+#[test]
+fn under_a_flood_of_forged_tracks_the_genuine_ones_come_through() {
+    for run in shipped("rogue_flood").expect(SEEDS) {
+        assert!(did(&run, Action::Forge) > 2_900);
+    }
+}
+
+#[test]
+fn perception_which_reads_navigation_cannot_write_it_to_autonomy() {
+    for run in shipped("rogue_reader").expect(SEEDS) {
+        let refused = refused(&run, NodeId::UNIT_A, Topic::Navigation);
+        assert_eq!(refused.iter().filter(|r| **r == Reason::Tag).count(), did(&run, Action::Forge));
+    }
+}
+
+/// One service acting for another: each channel of the platform, written with the keys of each other service of its host.
+/// Where that service reads the channel it can deceive itself and nobody else.
+#[test]
+fn no_service_can_act_for_another_on_any_channel_before_a_third() {
+    let vehicle = ["sim", "perception", "autonomy", "recorder"];
+    let control = ["gateway", "console"];
+    let channels = [
+        ("candidates", "sim", &vehicle[..]),
+        ("navigation", "sim", &vehicle),
+        ("tracks", "perception", &vehicle),
+        ("drive", "autonomy", &vehicle),
+        ("act", "autonomy", &vehicle),
+        ("seals", "recorder", &vehicle),
+        ("feed", "gateway", &control),
+        ("intents", "console", &control),
+    ];
+    let mut pairs = 0;
+    for (topic, producer, services) in channels {
+        for holder in services.iter().filter(|holder| **holder != producer) {
+            let run = pair(topic, holder).run(1);
+            let itself = NodeId::from_name(if *holder == "autonomy" { "unit-a" } else { holder }).expect("a service");
+            let sights: Vec<&Witnessed> = run
+                .evidence
+                .entries
+                .iter()
+                .filter(|w| matches!(w.entry.event, Event::MouthSaw { reader, .. } if reader != itself))
+                .collect();
+            for sight in &sights {
+                let Event::MouthSaw { reader, at, .. } = sight.entry.event else { continue };
+                let answered = run.evidence.entries.iter().any(|w| {
+                    let by_tag = |at_, reason| at_ == at && reason == Reason::Tag;
+                    w.at == sight.at
+                        && w.entry.node == reader
+                        && matches!(w.entry.event, Event::Refused { at, reason, .. } if by_tag(at, reason))
+                });
+                assert!(answered, "{topic} with the keys of {holder}: {reader} at {} ms", sight.at / 1000);
+            }
+            assert!(run.verdict.receipt, "{topic} with the keys of {holder} arrived");
+            pairs += 1;
+        }
+    }
+    assert_eq!(pairs, 20);
+}
+
+/// `rogue_ipc` with one channel written, by one who holds `holder`'s keys.
+fn pair(topic: &str, holder: &str) -> Ready {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = std::fs::read_to_string(root().join("scenarios/rogue_ipc.toml")).expect("the scenario");
+    let head = text.split("[[forge]]").next().expect("what stands before");
+    let table = format!(
+        "[[forge]]\ntopic = \"{topic}\"\nholder = \"{holder}\"\nsays = \"echo\"\nat_s = 4.0\nduration_s = 1.0\nevery_ms = 100\n"
+    );
+    std::fs::create_dir(folder.path().join("scenes")).expect("a folder");
+    std::fs::copy(root().join("scenarios/scenes/yard.toml"), folder.path().join("scenes/yard.toml"))
+        .expect("the scene");
+    let file = folder.path().join("rogue_ipc.toml");
+    std::fs::write(&file, format!("{head}{table}")).expect("a scenario");
+    let scenario = scenario::load(&file).expect("it loads");
+    let setup = Setup::load(&root(), &scenario, None, false).expect("its policy and platform load");
+    Ready { cell: None, scenario, setup }
+}
+
+#[test]
+fn synthetic_and_played_back_tracks_under_the_right_key_are_refused_and_leave_no_trace() {
+    for run in shipped("synthetic_product").expect(SEEDS) {
+        let refused = refused(&run, NodeId::UNIT_A, Topic::Tracks);
+        assert_eq!(refused.len(), did(&run, Action::Forge));
+        assert!(refused.iter().all(|r| *r == Reason::Product), "perception's own go on: {refused:?}");
+    }
+    let run = waiving("synthetic_product", &[Check::Product], &[]).run(1);
+    assert!(refused(&run, NodeId::UNIT_A, Topic::Tracks).contains(&Reason::Epoch), "then they take perception's place");
+}
+
+#[test]
+fn a_vehicle_that_perception_fabricates_is_stopped_by_the_operators_consent_alone() {
+    shipped("fabricated_track").expect(SEEDS);
+    for run in shipped("fabricated_track_declined").expect(SEEDS) {
+        assert!(run.evidence.entries.iter().all(|w| !matches!(w.entry.event, Event::PlantAct { .. })));
+    }
+}
