@@ -11,7 +11,7 @@
 //!   do). TLS, identity, rights and bounds are ours; packets, sessions and routing are those of the `mqtt5` crate.
 //! - [`audit`] says what happened there in the words of the audit log; [`process`] starts it from a service spec.
 //!
-//! The model and the live broker share [`acl`]; that they also agree on who receives is held by `tests/command_path.rs`.
+//! The model and the live broker share [`acl`]; that they also agree on who receives is held by `tests/command_path`.
 
 pub mod acl;
 pub mod audit;
