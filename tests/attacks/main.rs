@@ -6,6 +6,7 @@
 
 mod commands;
 mod controls;
+mod evidence;
 mod handshake;
 mod host;
 mod link;

@@ -9,12 +9,14 @@ use wire::core::Side;
 use wire::time::{Instant, Span};
 
 mod insider;
+mod recorder;
 mod relay;
 mod rogue;
 
 pub use insider::{
     Flaw, Form, Forward, InsiderCommandConfig, InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater,
 };
+pub use recorder::Tampering;
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
 pub use rogue::{RogueConfig, RogueMove, Says, Spot};
 

@@ -6,6 +6,7 @@
 
 pub mod cast;
 pub mod command;
+pub mod custody;
 pub mod evidence;
 pub mod judged;
 pub mod keep;
@@ -13,6 +14,7 @@ pub mod live;
 pub mod oracle;
 pub mod progress;
 pub mod report;
+pub mod sabotage;
 pub mod scenario;
 pub mod sights;
 pub mod stack;

@@ -23,6 +23,7 @@ mod setup;
 mod shared;
 pub mod stack;
 mod stream;
+mod tamper;
 mod template;
 mod value;
 
@@ -46,6 +47,7 @@ pub use set::Settings;
 pub use setup::{Setup, find_root, load_policy, shipped};
 pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
+pub use tamper::{Tamper, Tampered};
 pub use template::{schema, template};
 pub use value::{
     Count, Extent, Label, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,
@@ -206,6 +208,10 @@ pub struct Scenario {
     /// An insider in perception's place makes up where vehicles stand.
     #[serde(default)]
     pub alter: List<Alter, 4>,
+
+    /// The recorder's insider changes the recording before it is judged.
+    #[serde(default)]
+    pub tamper: List<Tamper, 16>,
 
     /// Variations, each with its own expected classes; without any the scenario is its only cell.
     #[serde(default)]

@@ -8,6 +8,7 @@ mod command;
 mod end;
 mod flaw;
 mod forged;
+mod recorder;
 mod rogue;
 mod teammate;
 #[cfg(test)]
@@ -15,5 +16,6 @@ mod tests;
 mod voice;
 
 pub use command::InsiderCommand;
+pub use recorder::{InsiderRecorder, Kept};
 pub use rogue::Rogue;
 pub use teammate::InsiderTeammate;

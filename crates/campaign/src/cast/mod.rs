@@ -4,6 +4,7 @@
 //! live launcher hands the same setups to processes; neither adds anything of its own.
 
 mod attack;
+mod control;
 mod keys;
 mod rogue;
 mod scene;
@@ -18,16 +19,21 @@ use rand_core::{RngCore, SeedableRng};
 use sim::SimConfig;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
-use wire::setup::{Ablation, Setup};
+use wire::setup::{Ablation, Secret, Setup};
+use wire::sign::Key;
 
+use adversary::insider::InsiderRecorder;
 use adversary::plan::{
     DatagramRelayConfig, InsiderCommandConfig, InsiderTeammateConfig, RogueConfig, StreamRelayConfig,
+    Tampering,
 };
 
+use crate::custody::Held;
+use crate::evidence::hex;
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
 
-pub use attack::node_of;
+pub use attack::{is_attacked, node_of};
 pub use keys::RunSecret;
 
 /// A host: its nodes share a clock and shared memory.
@@ -140,6 +146,25 @@ pub struct Cast {
     pub duration: u64,
     /// Whether link and stage delays vary with the seed.
     pub varied_delays: bool,
+    /// What the recorder's insider does to the recording, and the seed of where.
+    pub tampering: Option<(Tampering, u64)>,
+}
+
+impl Cast {
+    /// The public keys under which everybody's log is signed, and who owes no last signature; no head yet.
+    pub fn held(&self, broker: Option<&Secret>) -> Held {
+        let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
+        let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
+        let keys = members.chain(broker.map(|secret| key(NodeId::BROKER, secret))).collect();
+        Held { keys, heads: Vec::new(), killed: self.kills.iter().map(|(_, node)| *node).collect() }
+    }
+
+    /// The insider whose hands the recorder is in, when the scenario has one.
+    pub fn hands(&self) -> Option<InsiderRecorder> {
+        let (does, seed) = self.tampering?;
+        let recorder = self.members.iter().find(|m| m.node() == NodeId::RECORDER)?;
+        Some(InsiderRecorder::new(recorder.setup.key(), does, seed))
+    }
 }
 
 /// What one seed draws.
@@ -185,6 +210,7 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
         planned: attack::planned(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
+        tampering: attack::tampering(scenario, seed),
         members,
     }
 }

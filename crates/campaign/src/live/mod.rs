@@ -28,6 +28,7 @@ use wire::policy::Requirement;
 use wire::time::Span;
 
 use crate::cast::{Cast, RunSecret};
+use crate::custody::Held;
 use crate::evidence::Logged;
 use crate::progress::Stop;
 
@@ -87,8 +88,12 @@ pub struct Ending {
 
 /// What a live run left, before anybody judges it.
 pub struct Aftermath {
-    /// The recording, on the run's time.
+    /// The recording, on the run's time; behind it what guards and launcher noted.
     pub log: Vec<Logged>,
+    /// How much of it is the recording, in the order in which it was kept; nothing where the recorder died.
+    pub recorded: usize,
+    /// What is held of it outside the recorder.
+    pub held: Held,
     /// Processes that ended.
     pub endings: Vec<Ending>,
 }
@@ -122,8 +127,13 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     let mut log = if dead {
         witness::mouths(cast, &places.run_dir, start_us)
     } else {
+        if let Some(hands) = cast.hands() {
+            witness::lay_on(&hands, &places.run_dir)?;
+        }
         witness::recording(&places.run_dir, start_us)?
     };
+    let recorded = if dead { 0 } else { log.len() };
+    let held = Held { heads: witness::heads(&company.stats), ..cast.held(Some(&secret.of(NodeId::BROKER))) };
     log.extend(witness::guards(cast, &places.run_dir, start_us, &company.stats));
     let ended = endings.0.iter().map(|e| (e.at, Event::Ended { node: e.node, killed: e.killed }));
     let mut told: Vec<(u64, Event)> = ended.collect();
@@ -136,7 +146,7 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
         witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, at, event);
     }
     drop(company);
-    Ok(Aftermath { log, endings: endings.0 })
+    Ok(Aftermath { log, recorded, held, endings: endings.0 })
 }
 
 /// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in

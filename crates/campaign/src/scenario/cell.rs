@@ -111,6 +111,13 @@ impl Scenario {
         scenario
     }
 
+    /// The same scenario, of which nothing is believed: expected INVALID.
+    pub fn sabotaged(&self) -> Scenario {
+        let mut scenario = self.clone();
+        scenario.expected = Located::nowhere(List::of([Outcome::Invalid]));
+        scenario
+    }
+
     fn under(&self, policy: Option<&str>) -> Scenario {
         let mut scenario = self.clone();
         if let Some(policy) = policy.filter(|p| *p != self.policy.as_str()) {
