@@ -73,6 +73,18 @@ fn a_changed_record_is_discarded_and_the_association_goes_on() {
 }
 
 #[test]
+fn strangers_by_the_hundred_cost_honest_ends_nothing_and_keep_no_newcomer_out() {
+    for (cell, trial) in expected("hello_storm") {
+        let name = if cell.starts_with("broken") || cell.starts_with("noise") {
+            ["malformed", "stranger"]
+        } else {
+            ["shed", "unfinished"]
+        };
+        assert!(name.iter().any(|name| trial.guard_refused.contains_key(*name)), "{cell}: {:?}", trial.guard_refused);
+    }
+}
+
+#[test]
 fn plaintext_ends_nothing_and_without_the_guard_one_datagram_ends_the_association() {
     for (cell, trial) in expected("record_plaintext") {
         let off = cell.ends_with("guard-off");

@@ -4,6 +4,7 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
+mod broker;
 mod commands;
 mod controls;
 mod evidence;
@@ -13,5 +14,7 @@ mod link;
 mod peers;
 mod processes;
 mod sensing;
+mod timebase;
+mod timing;
 
 const SEEDS: std::ops::Range<u64> = 1..4;

@@ -1,7 +1,15 @@
 //! Attacks by an admitted teammate.
 
-use holdsafe_tests::{shipped, variations};
-use wire::event::Event;
+use campaign::oracle::peers::{Claims, claims};
+use campaign::scenario::Scenario;
+use campaign::trial::Outcome;
+use campaign::twin::trial::Run;
+use holdsafe_tests::{Ready, shipped, variations};
+use wire::event::{Event, Inconsistency, Interface};
+use wire::id::{NodeId, PeerId};
+use wire::mode::Guard;
+use wire::policy::Requirement;
+use wire::refusal::Reason;
 
 use crate::SEEDS;
 
@@ -18,4 +26,134 @@ fn malformed_but_authenticated_records_are_refused_by_name() {
         let refused = run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Refused { .. }));
         assert!(refused);
     }
+}
+
+/// The cell of this name.
+fn cell(scenario: &str, name: &str) -> Ready {
+    let found = variations(scenario).into_iter().find(|ready| ready.cell.as_deref() == Some(name));
+    found.expect("the cell is in its scenario")
+}
+
+fn said(run: &Run) -> Claims {
+    claims(&run.evidence, None)
+}
+
+/// Why the gateway refused B's records.
+fn refusals(run: &Run) -> Vec<Reason> {
+    let of = |event: &Event| match event {
+        Event::Refused { at: Interface::Uplink, peer: Some(PeerId::UNIT_B), reason, .. } => Some(*reason),
+        _ => None,
+    };
+    run.evidence.entries.iter().filter(|w| w.entry.node == NodeId::GATEWAY).filter_map(|w| of(&w.entry.event)).collect()
+}
+
+fn findings(run: &Run) -> Vec<Inconsistency> {
+    let of = |event: &Event| match event {
+        Event::Inconsistent { finding, .. } => Some(*finding),
+        _ => None,
+    };
+    run.evidence.entries.iter().filter_map(|w| of(&w.entry.event)).collect()
+}
+
+fn all_refused(run: &Run) {
+    let claims = said(run);
+    assert_eq!((claims.said, claims.accepted), (60, 0));
+    assert!(refusals(run).len() >= 60);
+}
+
+#[test]
+fn what_a_teammate_said_in_an_earlier_session_is_refused_every_time() {
+    for run in cell("session_replay", "full").expect(SEEDS) {
+        all_refused(&run);
+    }
+    for run in cell("session_replay", "freshness-waived").expect(SEEDS) {
+        all_refused(&run);
+        let refused = refusals(&run);
+        assert!(refused.contains(&Reason::Session) && refused.contains(&Reason::Replayed), "{refused:?}");
+    }
+    for run in cell("session_replay", "order-waived").expect(SEEDS) {
+        assert_eq!(said(&run).accepted, 60, "without these checks every one gets in");
+        assert_eq!(findings(&run)[0], Inconsistency::TimeBase);
+    }
+}
+
+#[test]
+fn what_a_teammate_said_before_its_restart_is_refused_by_its_boot() {
+    for run in cell("restart_replay", "full").expect(SEEDS) {
+        all_refused(&run);
+    }
+    for run in cell("restart_replay", "freshness-waived").expect(SEEDS) {
+        all_refused(&run);
+        assert!(refusals(&run).contains(&Reason::Epoch));
+    }
+    for run in cell("restart_replay", "order-waived").expect(SEEDS) {
+        assert_eq!(said(&run).accepted, 60);
+    }
+}
+
+#[test]
+fn a_synthetic_or_played_back_report_and_one_in_another_time_base_are_refused_by_name() {
+    let expected = [
+        ("synthetic", Reason::Product),
+        ("replayed", Reason::Product),
+        ("clock-ahead", Reason::NoEcho),
+        ("clock-behind", Reason::Stale),
+    ];
+    for (name, reason) in expected {
+        for run in cell("mode_confusion", name).expect(SEEDS) {
+            let claims = said(&run);
+            assert!(claims.said >= 29 && claims.accepted == 0, "{name}: {claims:?}");
+            assert!(refusals(&run).iter().filter(|r| **r == reason).count() as u64 >= claims.said, "{name}");
+        }
+    }
+    for run in cell("mode_confusion", "synthetic/product-waived").expect(SEEDS) {
+        let claims = said(&run);
+        assert_eq!(claims.accepted, claims.said);
+    }
+}
+
+#[test]
+fn a_teammates_falsehoods_are_noticed_as_far_as_they_contradict_themselves() {
+    use Inconsistency::{Exclusion, Kinematics, Residual};
+    let expected = [
+        ("hidden/1", Some(Residual)),
+        ("hidden/below-floor", None),
+        ("owned/away", None),
+        ("owned/too-fast", Some(Kinematics)),
+        ("owned/approach", Some(Exclusion)),
+        ("feigned/2", Some(Residual)),
+    ];
+    for (name, finding) in expected {
+        for run in cell("teammate_lies", name).expect(SEEDS) {
+            assert_eq!(findings(&run).first().copied(), finding, "{name}");
+        }
+    }
+}
+
+#[test]
+fn without_the_guard_over_teammates_a_noticed_falsehood_changes_nothing() {
+    let mut ready = cell("teammate_lies", "hidden/1");
+    ready.setup.policy.guards.insert(Guard::Teammates, Requirement::Waived);
+    let run = ready.run(1);
+    assert_eq!((run.verdict.outcome, findings(&run)[0]), (Outcome::Undetected, Inconsistency::Residual));
+}
+
+/// The drift scenario with this rate, hidden.
+fn drift(rate: f64) -> Ready {
+    let ready = cell("teammate_drift", "hidden");
+    let settings = campaign::scenario::Settings::one("falsehood.0.drift_m_s", serde_json::Value::from(rate));
+    let scenario: Scenario = settings.applied_to(&ready.scenario).expect("a rate within its range");
+    Ready { scenario, ..ready }
+}
+
+#[test]
+fn a_hidden_drift_is_noticed_before_harm_from_the_rate_that_the_bounds_state_and_not_below_the_floor() {
+    let outcome = |rate: f64| drift(rate).run(1).verdict.outcome;
+    assert_eq!([0.18, 0.20].map(outcome), [Outcome::Undetected, Outcome::HoldSafe], "floor: 0.1875 m/s");
+    let believed = |rate: f64| {
+        let run = drift(rate).run(1);
+        let held = run.verdict.zero.zip(run.verdict.latency.to_hold_safe).map(|(zero, ms)| zero + (ms * 1000.0) as u64);
+        claims(&run.evidence, held).believed_mm
+    };
+    assert!(believed(0.24) < 3000 && believed(0.22) > 3000, "harm: 3 m, before it from 0.235 m/s");
 }

@@ -1,6 +1,12 @@
 //! Sensors and localisation that fail or lie.
 
+use campaign::oracle::{Property, judge};
+use campaign::trial::Outcome;
+use campaign::twin::trial::Run;
 use holdsafe_tests::shipped;
+use wire::event::Event;
+use wire::mode::Guard;
+use wire::policy::Requirement;
 
 use crate::SEEDS;
 
@@ -26,4 +32,90 @@ fn starved_tracks_degrade() {
 #[test]
 fn loss_of_localisation_holds() {
     shipped("localisation_loss").expect(SEEDS);
+}
+
+/// Every trial holds by itself within *Th* of the fault.
+fn holds_within_th(name: &str) {
+    let ready = shipped(name);
+    let th = ready.setup.bounds.to_hold_safe_ms as f64;
+    for run in ready.expect(SEEDS) {
+        let held = run.verdict.latency.to_hold_safe;
+        assert!(held.is_some_and(|ms| ms <= th), "{name}: {held:?} of {th}");
+    }
+}
+
+#[test]
+fn a_jump_of_localisation_holds_in_time_whether_or_not_one_fix_gives_it_away() {
+    holds_within_th("localisation_jump");
+    holds_within_th("localisation_jump_small");
+}
+
+#[test]
+fn a_frozen_or_noisy_localisation_holds_in_time() {
+    holds_within_th("localisation_freeze");
+    holds_within_th("localisation_noise");
+}
+
+#[test]
+fn jamming_with_fixes_in_between_degrades_and_does_not_flicker() {
+    for run in shipped("localisation_jam").expect(SEEDS) {
+        let modes: Vec<&str> = run.verdict.transitions.iter().map(|t| t.to.as_str()).collect();
+        assert_eq!(modes.iter().filter(|mode| **mode == "DEGRADED").count(), 1, "{modes:?}");
+    }
+}
+
+/// The same run with one guard of the policy waived.
+fn without(name: &str, guard: Guard, seed: u64) -> Run {
+    let mut ready = shipped(name);
+    ready.setup.policy.guards.insert(guard, Requirement::Waived);
+    ready.run(seed)
+}
+
+#[test]
+fn a_slow_drift_is_found_before_the_fence_and_without_the_drift_test_the_unit_leaves_it() {
+    for run in shipped("localisation_drift").expect(SEEDS) {
+        let lost = run.verdict.transitions.iter().any(|t| t.cause == "lost:drift");
+        assert!(lost, "{:?}", run.verdict.transitions);
+    }
+    let run = without("localisation_drift", Guard::Drift, 1);
+    assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.transitions);
+    assert!(run.verdict.findings.iter().any(|f| f.property == Property::P4), "{:?}", run.verdict.findings);
+}
+
+/// What the sim says that it imposed, put into the log of a run without it: autonomy saw nothing of the kind.
+#[test]
+fn a_localisation_fault_that_is_claimed_and_did_not_arrive_has_no_receipt() {
+    for name in ["localisation_jump", "localisation_freeze", "localisation_noise", "time_step"] {
+        let mut ready = shipped(name);
+        let attacked = ready.run(1);
+        assert!(attacked.verdict.receipt, "{name}");
+        ready.scenario.fault = Default::default();
+        let mut quiet = ready.run(1);
+        let claimed = |e: &Event| matches!(e, Event::Fault { .. } | Event::Imposed { .. });
+        let claims = attacked.evidence.entries.iter().filter(|w| claimed(&w.entry.event));
+        quiet.evidence.entries.extend(claims.copied());
+        quiet.evidence.entries.sort_by_key(|w| w.at);
+        quiet.evidence.planned = attacked.evidence.planned;
+        let verdict = judge(&quiet.evidence);
+        assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid), "{name}: {:?}", verdict.findings);
+    }
+}
+
+#[test]
+fn fixes_that_are_flagged_and_used_all_the_same_are_a_finding() {
+    let run = shipped("localisation_jump").run(1);
+    let mut evidence = run.evidence;
+    for w in &mut evidence.entries {
+        if let Event::Located { x_mm, y_mm, pose_x_mm, pose_y_mm, distrusted: true, .. } = &mut w.entry.event {
+            // As if the pose followed the fixes from the second flagged one on.
+            (*pose_x_mm, *pose_y_mm) = ((*pose_x_mm + *x_mm) / 2, (*pose_y_mm + *y_mm) / 2);
+        }
+    }
+    let first = evidence.entries.iter().position(|w| matches!(w.entry.event, Event::Located { distrusted: true, .. }));
+    let first = first.expect("the jump was flagged");
+    if let Event::Located { pose_x_mm, pose_y_mm, x_mm, y_mm, .. } = &mut evidence.entries[first].entry.event {
+        (*pose_x_mm, *pose_y_mm) = (2 * *pose_x_mm - *x_mm, 2 * *pose_y_mm - *y_mm);
+    }
+    let verdict = judge(&evidence);
+    assert!(verdict.findings.iter().any(|f| f.property == Property::P5), "{:?}", verdict.findings);
 }

@@ -8,11 +8,11 @@ use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::core::Side;
-use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor};
+use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor, ShownAs};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::Waived;
-use wire::sensor::{Class, Modalities, Modality};
+use wire::sensor::{Class, Modalities, Modality, ReceiverTime};
 use wire::stream::{Deed, Sight};
 use wire::time::{Instant, Span};
 
@@ -251,7 +251,38 @@ fn p3_records_held_back_too_long_are_not_timely() {
         log.add(t - 400, NodeId::RELAY_TELEMETRY, event);
     }
     log.planned.push(Planned::Action(Action::Delay));
-    assert_eq!(log.breaks(), [Property::P3]);
+    // What came so late is accepted in this log, which is P7's to say.
+    assert_eq!(log.breaks(), [Property::P3, Property::P7]);
+}
+
+#[test]
+fn p3_a_unit_that_is_not_where_it_takes_itself_to_be() {
+    let located = |pose_x_mm: i32| {
+        let mut log = Log::whole();
+        for t in (5000..7000).step_by(200) {
+            let (stamp, time) = (Instant(t * 1000), ReceiverTime(t * 1000));
+            let event = Event::Located { stamp, x_mm: 0, y_mm: 0, time, pose_x_mm, pose_y_mm: 0, distrusted: false };
+            log.add(t, NodeId::UNIT_A, event);
+        }
+        log.breaks()
+    };
+    assert_eq!(located(900), []);
+    assert_eq!(located(1100), [Property::P3]);
+}
+
+#[test]
+fn p7_a_record_accepted_after_it_was_held_back_too_long() {
+    let held = |ms: u64| {
+        let mut log = Log::whole();
+        let hash = 5000 << 8 | NodeId::GATEWAY.index() as u64;
+        let delay = Span::ms(ms);
+        let event = Event::Attack { action: Action::Delay, side: Side::Server, length: 100, hash, delay };
+        log.add(5000 - ms, NodeId::RELAY_TELEMETRY, event);
+        log.planned.push(Planned::Action(Action::Delay));
+        log.breaks()
+    };
+    assert_eq!(held(250), []);
+    assert_eq!(held(350), [Property::P7]);
 }
 
 #[test]
@@ -492,7 +523,8 @@ fn a_hold_that_does_not_stop_the_unit_when_the_broker_is_killed_breaks_p3() {
     log.killed(5000, NodeId::BROKER);
     assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P10], "nobody tried");
     log.add(7000, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Hold });
-    assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P2, Property::P3, Property::P3]);
+    // Once for what the broker's death owes, once for the operator's HOLD itself.
+    assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P2, Property::P3, Property::P3, Property::P3]);
 }
 
 #[test]
@@ -503,4 +535,48 @@ fn a_run_that_ends_before_what_a_death_owes_is_due_shows_nothing() {
         let verdict = log.judge_with(vec![node]);
         assert_eq!((verdict.outcome, verdict.responses[0].kept), (Outcome::Invalid, false), "{node}");
     }
+}
+
+#[test]
+fn a_hold_that_the_unit_does_not_obey_in_time_breaks_p3() {
+    let given = Event::Intended { command: command(9), kind: CommandKind::Hold };
+    let mut log = Log::whole();
+    log.add(7000, NodeId::CONSOLE, given);
+    assert_eq!(log.breaks(), [Property::P3]);
+    let mut log = Log::whole();
+    log.add(7000, NodeId::CONSOLE, given).to(7900, Mode::Ready, Mode::HoldSafe, Cause::Operator);
+    let findings = log.judge().findings;
+    assert!(!findings.iter().any(|f| f.what.contains("had not held")), "{findings:?}");
+}
+
+#[test]
+fn a_command_shown_as_executed_that_the_unit_did_not_execute_breaks_p7() {
+    let shown = |shown| Event::CommandShown { command: command(9), shown };
+    let mut log = Log::whole();
+    log.add(7000, NodeId::CONSOLE, shown(ShownAs::Requested)).add(7400, NodeId::CONSOLE, shown(ShownAs::Executed));
+    assert_eq!(log.breaks(), [Property::P7]);
+    let mut log = Log::whole();
+    log.add(7000, NodeId::CONSOLE, shown(ShownAs::Requested)).add(7400, NodeId::CONSOLE, shown(ShownAs::Refused));
+    assert_eq!(log.breaks(), []);
+}
+
+#[test]
+fn a_command_shown_as_under_way_for_more_than_a_second_breaks_p7() {
+    let shown = |shown| Event::CommandShown { command: command(9), shown };
+    for late in [ShownAs::Requested, ShownAs::Sent] {
+        let mut log = Log::whole();
+        log.add(6000, NodeId::CONSOLE, shown(ShownAs::Requested)).add(6100, NodeId::CONSOLE, shown(late));
+        log.add(7500, NodeId::CONSOLE, shown(ShownAs::NotAcknowledged));
+        assert_eq!(log.breaks(), [Property::P7], "{late:?}: the alarm comes too late");
+    }
+    let mut log = Log::whole();
+    log.add(6000, NodeId::CONSOLE, shown(ShownAs::Requested)).add(
+        7000,
+        NodeId::CONSOLE,
+        shown(ShownAs::NotAcknowledged),
+    );
+    assert_eq!(log.breaks(), []);
+    let mut log = Log::whole();
+    log.add(6000, NodeId::CONSOLE, shown(ShownAs::Released));
+    assert_eq!(log.breaks(), [Property::P7], "no alarm at all");
 }

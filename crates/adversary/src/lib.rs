@@ -8,6 +8,7 @@
 //! The other services' internals and keys are unknown here. Judging what an attack achieved is left to the oracle.
 
 pub mod insider;
+mod opening;
 pub mod plan;
 pub mod process;
 pub mod relay;

@@ -1,24 +1,28 @@
 //! What an adversary will do: timed actions, fixed before the run, every magnitude bounded.
 //!
-//! Times are milliseconds from the start of the core on the adversary's own clock. A plan without actions is the null
+//! Times are milliseconds from the start of the core on the adversary's own clock; an action may also wait for something
+//! ([`Step`]). A plan without actions is the null
 //! attack: an adversary in the path that does nothing. Turning a scenario into plans is left to `campaign`; what an
 //! action does to bytes, to `relay` and `insider`.
 
 use serde::{Deserialize, Serialize};
 use wire::core::Side;
-use wire::time::{Instant, Span};
 
+mod broker;
 mod insider;
+mod peer;
 mod recorder;
 mod relay;
 mod rogue;
+mod step;
 
-pub use insider::{
-    Flaw, Form, Forward, InsiderCommandConfig, InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater,
-};
+pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, OrderForgery};
+pub use insider::{Flaw, Form, Forward, InsiderTeammateConfig, Malformed, Place};
+pub use peer::{Confusion, Falsehood, Motion, Product, Resend};
 pub use recorder::Tampering;
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
 pub use rogue::{RogueConfig, RogueMove, Says, Spot};
+pub use step::{MAX_PASSES, On, Step, Wait};
 
 /// Longest time in a plan, ms: an hour.
 pub const MAX_MS: u64 = 3_600_000;
@@ -41,8 +45,8 @@ pub enum AdversaryConfig {
     StreamRelay(StreamRelayConfig),
     /// The holder of teammate B's credentials.
     InsiderTeammate(InsiderTeammateConfig),
-    /// A holder of access to the command plane.
-    InsiderCommand(InsiderCommandConfig),
+    /// The holder of the broker's credentials, in the broker's place.
+    InsiderBroker(InsiderBrokerConfig),
     /// On a host's shared memory, in another's name.
     Rogue(RogueConfig),
 }
@@ -73,6 +77,12 @@ pub enum PlanError {
     /// The action can only go towards the server.
     #[error("{what} goes up only")]
     UpOnly {
+        /// Which action.
+        what: &'static str,
+    },
+    /// The action goes the other way only.
+    #[error("{what} goes the other way only")]
+    OneWay {
         /// Which action.
         what: &'static str,
     },
@@ -112,7 +122,7 @@ impl Direction {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Timed<A> {
-    /// Start of the window.
+    /// Start of the window; of an action that waits, the earliest.
     pub start_ms: u64,
     /// Length of the window; zero only for what happens once, or a counted number of times.
     #[serde(default)]
@@ -120,30 +130,19 @@ pub struct Timed<A> {
     /// Which way.
     #[serde(default)]
     pub direction: Direction,
+    /// The step it is a part of, where that has a name.
+    #[serde(default)]
+    pub step: Option<Step>,
     /// What is done.
     pub action: A,
 }
 
 impl<A> Timed<A> {
-    /// When the window opens, for a core that started at `origin`.
-    pub fn opens(&self, origin: Instant) -> Instant {
-        origin + Span::ms(self.start_ms)
-    }
-
-    /// When it closes; an instant before which everything of the window happens.
-    pub fn closes(&self, origin: Instant) -> Instant {
-        self.opens(origin) + Span::ms(self.duration_ms)
-    }
-
-    /// Whether it is open at `now` for what goes towards `side`.
-    pub fn open(&self, origin: Instant, now: Instant, side: Side) -> bool {
-        self.direction.covers(side) && now >= self.opens(origin) && now < self.closes(origin)
-    }
-
     /// Bounds of the window itself; `lasting` when the action needs one.
     fn check_window(&self, lasting: bool) -> Result<(), PlanError> {
         within("start_ms", self.start_ms, 0, MAX_MS)?;
-        within("duration_ms", self.duration_ms, u64::from(lasting), MAX_MS)
+        within("duration_ms", self.duration_ms, u64::from(lasting), MAX_MS)?;
+        step::check(self.step)
     }
 }
 

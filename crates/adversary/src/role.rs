@@ -5,7 +5,7 @@ use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::Instant;
 
-use crate::insider::{InsiderCommand, InsiderTeammate, Rogue};
+use crate::insider::{InsiderBroker, InsiderTeammate, Rogue};
 use crate::plan::{AdversaryConfig, PlanError};
 use crate::relay::{DatagramRelay, StreamRelay};
 
@@ -21,8 +21,8 @@ pub enum Adversary {
     StreamRelay(Box<StreamRelay>),
     /// The holder of teammate B's credentials.
     InsiderTeammate(Box<InsiderTeammate>),
-    /// A holder of access to the command plane.
-    InsiderCommand(Box<InsiderCommand>),
+    /// The holder of the broker's credentials.
+    InsiderBroker(Box<InsiderBroker>),
     /// On a host's shared memory, in another's name.
     Rogue(Box<Rogue>),
 }
@@ -41,8 +41,8 @@ impl Adversary {
             AdversaryConfig::InsiderTeammate(plan) => {
                 Adversary::InsiderTeammate(Box::new(InsiderTeammate::new(setup, plan, now)?))
             }
-            AdversaryConfig::InsiderCommand(plan) => {
-                Adversary::InsiderCommand(Box::new(InsiderCommand::new(setup, plan, now)?))
+            AdversaryConfig::InsiderBroker(plan) => {
+                Adversary::InsiderBroker(Box::new(InsiderBroker::new(setup, plan, now)?))
             }
             AdversaryConfig::Rogue(plan) => Adversary::Rogue(Box::new(Rogue::new(setup, plan, now)?)),
         })
@@ -55,7 +55,7 @@ impl Adversary {
             Adversary::DatagramRelay(core) => Adversary::DatagramRelay(Box::new(core.fork(world))),
             Adversary::StreamRelay(core) => Adversary::StreamRelay(Box::new(core.fork(world))),
             Adversary::InsiderTeammate(core) => Adversary::InsiderTeammate(Box::new(core.fork(world))),
-            Adversary::InsiderCommand(core) => Adversary::InsiderCommand(Box::new(core.fork(world))),
+            Adversary::InsiderBroker(core) => Adversary::InsiderBroker(Box::new(core.fork(world))),
             Adversary::Rogue(core) => Adversary::Rogue(Box::new(core.fork(world))),
         }
     }
@@ -65,7 +65,7 @@ impl Adversary {
             Adversary::DatagramRelay(core) => core.as_ref(),
             Adversary::StreamRelay(core) => core.as_ref(),
             Adversary::InsiderTeammate(core) => core.as_ref(),
-            Adversary::InsiderCommand(core) => core.as_ref(),
+            Adversary::InsiderBroker(core) => core.as_ref(),
             Adversary::Rogue(core) => core.as_ref(),
         }
     }
@@ -75,7 +75,7 @@ impl Adversary {
             Adversary::DatagramRelay(core) => core.as_mut(),
             Adversary::StreamRelay(core) => core.as_mut(),
             Adversary::InsiderTeammate(core) => core.as_mut(),
-            Adversary::InsiderCommand(core) => core.as_mut(),
+            Adversary::InsiderBroker(core) => core.as_mut(),
             Adversary::Rogue(core) => core.as_mut(),
         }
     }

@@ -5,6 +5,7 @@
 //! with physics, with each other and with their own time base:
 //!
 //! - *kinematics*: a unit moves no further than its claimed speed allows, and claims no speed beyond the platform's;
+//! - *residual*: over many claims it is where its claimed speed and heading lead ([`Reckoning`]);
 //! - *exclusion*: two units, this one among them, are not in one place;
 //! - *time base*: one unit's boot, sequence and stamp rise together, and no second source says what was said already.
 //!
@@ -30,6 +31,13 @@ const REMEMBERED: Span = Span::s(1);
 /// Share of the platform's speed, percent, that a claim may state: sensors are noisy.
 const CLAIMABLE_SPEED: f64 = 1.25;
 
+/// For how long dead reckoning remembers, seconds. An honest unit's speed may be off by 3 % of the platform's for good:
+/// 0.09 m/s, times this, has to stay within half the slack, 0.75 m (`docs/bounds.md`).
+const REMEMBERS_S: f64 = 8.0;
+
+/// Longest gap between claims over which speed and heading still say where a unit went, seconds.
+const BRIDGED_S: f64 = 1.0;
+
 /// What is known of the other units.
 #[derive(Clone, Debug, Default)]
 pub struct Teammates {
@@ -46,9 +54,20 @@ struct Claim {
     sequence: Sequence,
     stamp: PeerStamp,
     at: Point,
+    /// Without its sign, mm/s.
     speed: f64,
+    /// East and north, mm/s, from the claimed speed and heading.
+    velocity: Point,
+    reckoning: Reckoning,
     /// The earliest that it can have been written, on this host's clock.
     written: Instant,
+}
+
+/// Where a unit should be by the motion it claimed, less where it claims to be, with a memory that fades: a constant
+/// drift *d* between the two settles at *d·τ*, noise and bounded errors stay what they are.
+#[derive(Clone, Copy, Debug, Default)]
+struct Reckoning {
+    off: Point,
 }
 
 /// A finding, to be restored if the operator's consent comes to nothing.
@@ -67,20 +86,28 @@ impl Teammates {
         own: Option<Motion>,
         bounds: &Bounds,
     ) -> Option<Inconsistency> {
-        let claim = Claim {
+        let speed = f64::from(report.speed_mm_s);
+        let heading = f64::from(report.pose.yaw_mrad) / 1000.0;
+        let mut claim = Claim {
             unit,
             via,
             boot: report.boot,
             sequence: report.sequence,
             stamp: report.stamp,
             at: (f64::from(report.pose.x_mm), f64::from(report.pose.y_mm)),
-            speed: f64::from(report.speed_mm_s).abs(),
+            speed: speed.abs(),
+            velocity: (speed * libm::cos(heading), speed * libm::sin(heading)),
+            reckoning: Reckoning::default(),
             written: now - age,
         };
         let before = self.claims.iter().position(|known| known.unit == unit);
+        if let Some(at) = before {
+            claim.reckoning = self.claims[at].reckoned_to(&claim);
+        }
         let finding = before
             .and_then(|at| self.claims[at].contradicted_by(&claim, bounds))
             .or_else(|| claim.too_fast(bounds))
+            .or_else(|| claim.led_elsewhere(bounds))
             .or_else(|| self.excluded(&claim, now, own, bounds));
         match (finding, before) {
             (Some(found), _) => self.found = Some((unit, found)),
@@ -148,6 +175,42 @@ impl Claim {
         (self.speed > limit).then_some(Inconsistency::Kinematics)
     }
 
+    fn led_elsewhere(&self, bounds: &Bounds) -> Option<Inconsistency> {
+        let off = between(self.reckoning.off, (0.0, 0.0));
+        (off > f64::from(bounds.teammate_slack_mm)).then_some(Inconsistency::Residual)
+    }
+
+    /// What dead reckoning makes of `next`, of the same unit: between claims it went with the mean of both velocities.
+    /// Behind a gap or a restart nobody knows which way it went; then only what exceeds its speed counts, so that silence
+    /// hides no drift.
+    fn reckoned_to(&self, next: &Claim) -> Reckoning {
+        if next.order() <= self.order() {
+            return self.reckoning;
+        }
+        let elapsed = self.elapsed_to(next);
+        let gone = (next.at.0 - self.at.0, next.at.1 - self.at.1);
+        let mean = (0.5 * (self.velocity.0 + next.velocity.0), 0.5 * (self.velocity.1 + next.velocity.1));
+        let unled = if self.boot == next.boot && elapsed <= BRIDGED_S {
+            (gone.0 - mean.0 * elapsed, gone.1 - mean.1 * elapsed)
+        } else {
+            let far = between(gone, (0.0, 0.0));
+            let share = ((far - self.speed.max(next.speed) * elapsed) / far.max(1.0)).max(0.0);
+            (gone.0 * share, gone.1 * share)
+        };
+        let kept = (1.0 - elapsed / REMEMBERS_S).max(0.0);
+        let off = self.reckoning.off;
+        Reckoning { off: (kept * off.0 + unled.0, kept * off.1 + unled.1) }
+    }
+
+    /// Seconds from this claim to `next`: by the unit's own clock within one boot, else by when they were written.
+    fn elapsed_to(&self, next: &Claim) -> f64 {
+        if self.boot == next.boot {
+            next.stamp.minus(self.stamp).unsigned_abs() as f64 / 1e6
+        } else {
+            seconds(next.written.since(self.written))
+        }
+    }
+
     /// How `next`, of the same unit, contradicts this claim.
     fn contradicted_by(&self, next: &Claim, bounds: &Bounds) -> Option<Inconsistency> {
         let same_boot = self.boot == next.boot;
@@ -158,11 +221,7 @@ impl Claim {
         if repeated || second_source_behind || (same_boot && later != stamps_rise) {
             return Some(Inconsistency::TimeBase);
         }
-        let elapsed = if same_boot {
-            next.stamp.minus(self.stamp).unsigned_abs() as f64 / 1e6
-        } else {
-            seconds(next.written.since(self.written))
-        };
+        let elapsed = self.elapsed_to(next);
         let allowed = self.speed.max(next.speed) * elapsed + f64::from(bounds.teammate_slack_mm);
         (between(self.at, next.at) > allowed).then_some(Inconsistency::Kinematics)
     }

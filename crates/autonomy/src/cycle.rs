@@ -57,11 +57,13 @@ impl Autonomy {
         let bounds = &self.identity.bounds;
         let limit = bounds.product_limit();
         let lost = self.localisation.lost(now, limit);
-        // Without a place there is no distance to the fence; localisation's own guard says so.
-        let motion = self.localisation.motion().filter(|_| lost.is_none());
+        // Without a place there is no distance to the fence; localisation's own guards say so.
+        let motion = self.localisation.motion().filter(|_| lost.is_none() && !self.localisation.distrusted());
         let findings = self.picture.judge(Findings::default(), now, limit);
         let findings = findings
             .with(Guard::Localisation, lost)
+            .with(Guard::Drift, self.localisation.drifts())
+            .with(Guard::TimeBase, self.localisation.mistimed())
             .with(Guard::Geofence, motion.and_then(|motion| self.fence.breached(&motion, bounds)))
             .with(Guard::Lease, self.lease.lapsed(now))
             .with(Guard::Teammates, self.teammates.inconsistent())
@@ -196,7 +198,7 @@ impl Autonomy {
     /// The most that the mode allows, mm/s. Without localisation no speed is safe.
     fn mode_speed(&self) -> f64 {
         let bounds = &self.identity.bounds;
-        let lost = self.health.failing().has(Guard::Localisation);
+        let lost = self.health.failing().has(Guard::Localisation) || self.health.unplaced().is_some();
         match self.mode() {
             Mode::Ready | Mode::PrepareToAct if !lost => f64::from(bounds.max_speed_mm_s),
             Mode::Degraded if !lost => f64::from(bounds.degraded_speed_mm_s),

@@ -22,8 +22,20 @@ use crate::fork::Fork;
 pub const TRUST: [Guard; 3] = [Guard::Geofence, Guard::Lease, Guard::Teammates];
 
 /// Guards whose loss is a loss of a subsystem, most telling first.
-pub const SUBSYSTEM: [Guard; 7] =
-    [Guard::Localisation, Guard::Tracks, Guard::Thermal, Guard::Rgb, Guard::Depth, Guard::Lidar, Guard::SealedLog];
+pub const SUBSYSTEM: [Guard; 9] = [
+    Guard::Localisation,
+    Guard::Drift,
+    Guard::TimeBase,
+    Guard::Tracks,
+    Guard::Thermal,
+    Guard::Rgb,
+    Guard::Depth,
+    Guard::Lidar,
+    Guard::SealedLog,
+];
+
+/// Guards without which the unit does not know where it is.
+const PLACE: [Guard; 3] = [Guard::Localisation, Guard::Drift, Guard::TimeBase];
 
 /// For each guard, why it fails; absent while it holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -111,6 +123,11 @@ impl Health {
         }
     }
 
+    /// The required guard whose loss leaves the unit without a place, if one fails.
+    pub(crate) fn unplaced(&self) -> Option<Guard> {
+        PLACE.into_iter().find(|guard| self.lacks(*guard))
+    }
+
     fn lacks(&self, guard: Guard) -> bool {
         self.failing.has(guard) && !self.waived.has(guard)
     }
@@ -122,8 +139,8 @@ impl Health {
 
     /// The loss that leaves driving without what it depends on: where the unit is, or any measured range around it.
     fn blinding(&self) -> Option<Guard> {
-        if self.lacks(Guard::Localisation) {
-            Some(Guard::Localisation)
+        if let Some(guard) = self.unplaced() {
+            Some(guard)
         } else if self.lacks(Guard::Lidar) && self.lacks(Guard::Tracks) {
             Some(Guard::Tracks)
         } else if self.lacks(Guard::Lidar) && self.lacks(Guard::Depth) {

@@ -18,6 +18,9 @@ use crate::command::{Claimed, Ordered};
 use crate::intake::{self, Session};
 use crate::{Autonomy, command};
 
+/// How often a fix is written down: every fourth.
+const LOCATED_PERIOD: Span = Span::ms(190);
+
 impl Autonomy {
     /// A message on a shared-memory channel.
     pub(crate) fn bus(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {
@@ -47,7 +50,28 @@ impl Autonomy {
         if self.present.replace(present) != Some(present) {
             self.write(now, Event::NavigationSeen { fix: present.0, odometry: present.1 });
         }
+        self.witness(now, &reading);
         Ok(())
+    }
+
+    /// Writes what a fix said and what was made of it: a few times a second, and whenever trust in fixes changes.
+    fn witness(&mut self, now: Instant, reading: &Navigation) {
+        let (Some(fix), Some((pose, _))) = (reading.fix, self.localisation.reported(now)) else { return };
+        let distrusted = self.localisation.distrusted();
+        let due = self.located.is_none_or(|(at, before)| now.since(at) >= LOCATED_PERIOD || before != distrusted);
+        if due {
+            self.located = Some((now, distrusted));
+            let event = Event::Located {
+                stamp: reading.stamp,
+                x_mm: fix.pose.x_mm,
+                y_mm: fix.pose.y_mm,
+                time: fix.time,
+                pose_x_mm: pose.x_mm,
+                pose_y_mm: pose.y_mm,
+                distrusted,
+            };
+            self.write(now, event);
+        }
     }
 
     fn tracks(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {

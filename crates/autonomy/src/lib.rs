@@ -106,6 +106,8 @@ pub struct Autonomy {
     reports: Sequence,
     /// Whether the last reading held a fix and odometry.
     present: Option<(bool, bool)>,
+    /// When a fix was last written down, and whether fixes were distrusted then.
+    located: Option<(Instant, bool)>,
     journal: Journal,
     accounts: Accounts,
     out: VecDeque<Output>,
@@ -141,7 +143,7 @@ impl Autonomy {
             health: Health::judge(Findings::default(), waived, Waived::default()),
             standing: Standing::default(),
             picture: Picture::default(),
-            localisation: Localisation::default(),
+            localisation: Localisation::new(waived),
             fence,
             lease: Lease::default(),
             teammates: Teammates::default(),
@@ -159,6 +161,7 @@ impl Autonomy {
             act: setup.sender(Topic::Act)?,
             reports: Sequence(0),
             present: None,
+            located: None,
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
             accounts: Accounts::default(),
             out: VecDeque::new(),
@@ -201,6 +204,7 @@ impl Autonomy {
             act: self.act.clone(),
             reports: self.reports,
             present: self.present,
+            located: self.located,
             journal: self.journal.fork(),
             accounts: self.accounts.clone(),
             out: self.out.clone(),
@@ -221,6 +225,11 @@ impl Autonomy {
 
 impl Core for Autonomy {
     fn handle(&mut self, now: Instant, input: &Input) {
+        // A unit that did not run finds that out before it hears anything: what waited for it is younger than what it has
+        // been driving by.
+        if now >= self.next_control + Span::ms(self.identity.bounds.control_period_ms) {
+            self.tick(now);
+        }
         match input {
             Input::Timeout => self.tick(now),
             Input::Bus { topic, bytes } => self.bus(now, *topic, bytes),
@@ -231,7 +240,7 @@ impl Core for Autonomy {
             Input::Quiesce => self.quiet = true,
             Input::Finish => self.finish(now),
             // Of relays and the recorder.
-            Input::Datagram { .. } | Input::Stream { .. } | Input::Audit { .. } => {}
+            Input::Datagram { .. } | Input::Stream { .. } | Input::Audit { .. } | Input::Cue { .. } => {}
         }
     }
 

@@ -2,18 +2,29 @@
 //!
 //! Two estimates are carried forward by odometry between fixes. The *pose* follows fixes closely and is what the unit
 //! drives and reports by. The *anchor* follows them slowly: a fix that jumps, or drifts faster than wheels can explain,
-//! runs away from it. While the newest fix is beyond the gate around the anchor, localisation counts as lost, the anchor
-//! goes by odometry alone, and only fixes that agree with it again end that. So a false position cannot make itself
-//! true by staying where it is.
+//! runs away from it. Three tests, each a guard of its own:
+//!
+//! - the *gate*: the newest fix lies within reach of the anchor (with silence, [`Guard::Localisation`]);
+//! - the *drift* test: fixes do not lie to one side of it for long ([`Guard::Drift`], `drift`);
+//! - the *receiver's time* runs with this host's clock ([`Guard::TimeBase`], `receiver`).
+//!
+//! While one of them fails, no fix is used: pose and anchor go by odometry alone, and only fixes that agree again end
+//! that. So a false position cannot make itself true by staying where it is, and what is flagged is not driven by. A test
+//! that the policy waives still says what it finds, and keeps no fix out.
 //!
 //! World frame, millimetres and radians. What a loss leads to is left to `transition`.
 
-use wire::mode::Because;
+mod drift;
+mod receiver;
+
+use wire::mode::{Because, Guard, Guards};
 use wire::policy::Waived;
 use wire::sensor::{Fix, Navigation, Odometry, Pose};
 use wire::time::{Instant, Span};
 
 use crate::geofence::{Motion, Point, between};
+use drift::Drift;
+use receiver::Receiver;
 
 /// Distance between fix and anchor that wheels and terrain can explain, millimetres.
 const GATE_MM: f64 = 500.0;
@@ -28,6 +39,9 @@ const RETURN: f64 = 0.7;
 const ANCHOR_S: f64 = 4.0;
 /// Share of a fix's difference that the pose takes over at once.
 const POSE_GAIN: f64 = 0.3;
+/// How far behind the body's origin the rear axle lies, millimetres. Wheels that do not steer do not slide, so in a curve
+/// the origin moves sideways, to where it turns, by this times the rate of turn.
+const LEVER_MM: f64 = 600.0;
 /// The furthest that the unit can get unobserved before its set-points lapse and it stands, millimetres.
 const MAX_UNOBSERVED_MM: f64 = 2500.0;
 
@@ -39,6 +53,10 @@ pub struct Localisation {
     odometry: Option<(Instant, Odometry)>,
     track: Option<Estimates>,
     disagrees: bool,
+    drift: Drift,
+    receiver: Receiver,
+    /// Tests that the policy waives.
+    passed_over: Guards,
     waived: Waived,
 }
 
@@ -48,6 +66,8 @@ struct Estimates {
     anchor: Estimate,
     /// How far the unit may have gone without odometry, millimetres.
     unobserved: f64,
+    /// How long the anchor has followed fixes, seconds; until it has done so for its time constant, it is their mean.
+    followed: f64,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +77,11 @@ struct Estimate {
 }
 
 impl Localisation {
+    /// With the tests that the policy waives.
+    pub fn new(passed_over: Guards) -> Self {
+        Localisation { passed_over, ..Localisation::default() }
+    }
+
     /// Takes an accepted reading; `waived` says which checks it passed by waiver.
     pub fn take(&mut self, reading: &Navigation, waived: Waived) {
         let elapsed = self.newest.map_or(0.0, |newest| seconds(reading.stamp.since(newest)));
@@ -68,8 +93,27 @@ impl Localisation {
         }
         if let Some(fix) = reading.fix {
             self.fix = Some(reading.stamp);
+            self.receiver.take(reading.stamp, fix.time);
             self.correct(&fix, elapsed);
         }
+    }
+
+    /// What the drift test says of the fixes.
+    pub fn drifts(&self) -> Option<Because> {
+        self.drift.found().then_some(Because::Itself)
+    }
+
+    /// What the receiver's time says of the fixes.
+    pub fn mistimed(&self) -> Option<Because> {
+        self.receiver.disagrees().then_some(Because::Itself)
+    }
+
+    /// Whether fixes are kept out: a test fails that the policy does not waive.
+    pub fn distrusted(&self) -> bool {
+        let stands = |guard: Guard| !self.passed_over.has(guard);
+        self.disagrees
+            || self.drift.found() && stands(Guard::Drift)
+            || self.receiver.disagrees() && stands(Guard::TimeBase)
     }
 
     /// Why localisation fails, if it does: silence of a source for more than `limit`, or disagreement of the two.
@@ -125,31 +169,50 @@ impl Localisation {
         let pose = &fix.pose;
         let seen =
             Estimate { at: (f64::from(pose.x_mm), f64::from(pose.y_mm)), yaw: f64::from(pose.yaw_mrad) / 1000.0 };
-        let Some(estimates) = &mut self.track else {
-            self.track = Some(Estimates { pose: seen, anchor: seen, unobserved: 0.0 });
+        let Some(Estimates { anchor, unobserved, .. }) = self.track else {
+            self.track = Some(Estimates { pose: seen, anchor: seen, unobserved: 0.0, followed: 0.0 });
             return;
         };
-        let gate = GATE_MM + SIGMAS * f64::from(fix.sigma_mm).min(MAX_SIGMA_MM) + estimates.unobserved;
-        let share = if self.disagrees { RETURN } else { 1.0 };
-        let off = between(seen.at, estimates.anchor.at);
-        let turned = wrap(seen.yaw - estimates.anchor.yaw).abs();
-        self.disagrees = off > gate * share || turned > YAW_GATE * share;
-        if self.disagrees {
-            return;
+        self.disagrees = beyond_gate(&seen, &anchor, fix.sigma_mm, unobserved, self.disagrees);
+        let innovation = (seen.at.0 - anchor.at.0, seen.at.1 - anchor.at.1);
+        self.drift.take(innovation, elapsed, self.speed(), unobserved);
+        let usable = !self.distrusted();
+        if let Some(estimates) = self.track.as_mut().filter(|_| usable) {
+            let share = estimates.follow(&seen, elapsed);
+            self.drift.forget(share);
         }
-        let regained = estimates.unobserved > 0.0;
-        let gain = if regained { 1.0 } else { (elapsed / ANCHOR_S).min(1.0) };
-        estimates.unobserved = 0.0;
-        estimates.anchor.approach(&seen, gain);
-        estimates.pose.approach(&seen, if regained { 1.0 } else { POSE_GAIN });
+    }
+}
+
+/// Whether a fix lies further from the anchor than wheels and terrain can explain.
+fn beyond_gate(seen: &Estimate, anchor: &Estimate, sigma_mm: u16, unobserved: f64, before: bool) -> bool {
+    let gate = GATE_MM + SIGMAS * f64::from(sigma_mm).min(MAX_SIGMA_MM) + unobserved;
+    let share = if before { RETURN } else { 1.0 };
+    let turned = wrap(seen.yaw - anchor.yaw).abs();
+    between(seen.at, anchor.at) > gate * share || turned > YAW_GATE * share
+}
+
+impl Estimates {
+    /// Lets a trusted fix correct both. Gives the share of it that the anchor took over.
+    fn follow(&mut self, seen: &Estimate, elapsed: f64) -> f64 {
+        let regained = self.unobserved > 0.0;
+        self.followed = if regained { 0.0 } else { (self.followed + elapsed).min(ANCHOR_S) };
+        let share = if self.followed > 0.0 { elapsed / (self.followed + elapsed).min(ANCHOR_S) } else { 1.0 };
+        let share = share.min(1.0);
+        self.unobserved = 0.0;
+        self.anchor.approach(seen, share);
+        self.pose.approach(seen, if regained { 1.0 } else { POSE_GAIN });
+        share
     }
 }
 
 impl Estimate {
     fn move_on(&mut self, speed: f64, rate: f64, elapsed: f64) {
         let yaw = self.yaw + rate * elapsed / 2.0;
-        self.at.0 += speed * elapsed * libm::cos(yaw);
-        self.at.1 += speed * elapsed * libm::sin(yaw);
+        let (ahead, left) = (speed * elapsed, LEVER_MM * rate * elapsed);
+        let (sin, cos) = libm::sincos(yaw);
+        self.at.0 += ahead * cos - left * sin;
+        self.at.1 += ahead * sin + left * cos;
         self.yaw = wrap(self.yaw + rate * elapsed);
     }
 
@@ -172,6 +235,8 @@ fn seconds(span: Span) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use wire::sensor::ReceiverTime;
+
     use super::*;
 
     const LIMIT: Span = Span::ms(300);
@@ -182,7 +247,7 @@ mod tests {
             let t = i as f64 * 0.05;
             let pose = Pose { x_mm: (2000.0 * t) as i32, y_mm: offset(t) as i32, yaw_mrad: 0 };
             let odometry = Some(Odometry { speed_mm_s: 2000, yaw_rate_mrad_s: 0 });
-            let fix = Some(Fix { pose, sigma_mm: 40 });
+            let fix = Some(Fix { pose, sigma_mm: 40, time: ReceiverTime(at(i).0) });
             localisation.take(&Navigation { stamp: at(i), fix, odometry }, Waived::default());
         }
         at(from + n - 1)
@@ -209,8 +274,25 @@ mod tests {
     fn a_drift_that_wheels_cannot_explain_is_found() {
         let mut localisation = Localisation::default();
         drive(&mut localisation, 0, 60, |_| 0.0);
-        let now = drive(&mut localisation, 60, 100, |t| (t - 3.0) * 300.0);
-        assert_eq!(localisation.lost(now, LIMIT), Some(Because::Itself));
+        let now = drive(&mut localisation, 60, 10, |t| (t - 3.0) * 300.0);
+        assert_eq!(localisation.drifts(), None, "not yet more than noise");
+        drive(&mut localisation, 70, 90, |t| (t - 3.0) * 300.0);
+        assert_eq!((localisation.drifts(), localisation.distrusted()), (Some(Because::Itself), true), "{now:?}");
+    }
+
+    #[test]
+    fn what_a_test_flags_moves_the_pose_no_more_unless_the_policy_waives_it() {
+        let strayed = |passed_over: Guards| {
+            let mut localisation = Localisation::new(passed_over);
+            drive(&mut localisation, 0, 60, |_| 0.0);
+            drive(&mut localisation, 60, 400, |t| (t - 3.0) * 100.0);
+            assert!(localisation.drifts().is_some());
+            localisation.motion().unwrap().at.1
+        };
+        let kept = strayed(Guards::default());
+        assert!(kept < 400.0, "{kept}");
+        let followed = strayed(Guards::default().with(Guard::Drift));
+        assert!(followed > 1800.0, "{followed}");
     }
 
     #[test]

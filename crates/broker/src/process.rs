@@ -92,8 +92,8 @@ async fn serve(spec: &ServiceSpec) -> Result<(), ProcessError> {
                 None => break,
             },
             control = controls.recv() => match control {
-                // What the services still send is carried to the end.
-                Some(Control::Quiesce) => {}
+                // What the services still send is carried to the end; steps are not its business.
+                Some(Control::Quiesce | Control::Cue(_)) => {}
                 Some(Control::Finish) | None => break,
             },
         }

@@ -14,6 +14,7 @@ use broker::server::{Limits, MAX_CONNECTIONS_OF_PEER, Server};
 use client::{Client, RunPki, open_session_bytes, raw_tls};
 use link::clock::HostClock;
 use link::loopback::LoopbackAddr;
+use link::pki::Role;
 use link::spec::{BrokerListen, Control, ORPHANED, ServiceSpec};
 use rumqttc::{ConnectReturnCode, LastWill, QoS};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
@@ -40,16 +41,37 @@ async fn a_command_reaches_its_unit_and_the_ack_comes_back() {
 async fn a_client_without_a_certificate_or_with_a_foreign_one_never_speaks_mqtt() {
     let (pki, mut server) = start(Limits::default()).await;
     let foreign = RunPki::new();
-    for config in [pki.tls_without_certificate(), foreign.tls_trusting(PeerId::GATEWAY, &pki)] {
+    let no_good = [
+        (pki.tls_without_certificate(), "missing"),
+        (foreign.tls_trusting(PeerId::GATEWAY, &pki), "foreign"),
+        (pki.tls_with(&pki.issue("gateway", Role::Listens)), "wrong_role"),
+    ];
+    for (config, name) in no_good {
         Client::open(server.address(), "gateway", config, None).await.expect_err("refused in the handshake");
-        let event = server.event().await;
-        assert!(matches!(event, Some(Event::Denied(Denial::Handshake(_)))), "{event:?}");
+        assert_eq!(denial(&mut server).await.name(), name);
     }
     Client::open(server.address(), "gateway", pki.tls_1_2(PeerId::GATEWAY), None)
         .await
         .expect_err("TLS 1.2 is refused");
-    let event = server.event().await;
-    assert!(matches!(event, Some(Event::Denied(Denial::Handshake(_)))), "{event:?}");
+    assert_eq!(denial(&mut server).await.name(), "version");
+}
+
+#[tokio::test]
+async fn a_session_ends_as_soon_as_its_certificate_is_revoked_and_does_not_come_back() {
+    let (pki, mut server) = start(Limits::default()).await;
+    let credential = pki.issue("unit-a", Role::Dials);
+    let unit = Client::open(server.address(), "unit-a", pki.tls_with(&credential), None).await.expect("admitted");
+    unit.publish("hs/ack/unit-a", b"before").await.expect("granted");
+    server.revocations().replace(pki.revoke(&credential)).expect("a newer list");
+    let told = denial(&mut server).await;
+    assert!(matches!(told, Denial::Dismissed { peer: PeerId::UNIT_A, .. }), "{told:?}");
+    assert_eq!(told.name(), "revoked");
+    unit.publish("hs/ack/unit-a", b"after").await.expect_err("its session is over");
+    let again = Client::open(server.address(), "unit-a", pki.tls_with(&credential), None);
+    again.await.expect_err("refused in the handshake");
+    assert_eq!(denial(&mut server).await.name(), "revoked");
+    let other = pki.connect(server.address(), PeerId::UNIT_B).await;
+    other.publish("hs/ack/unit-b", b"of another").await.expect("only one was revoked");
 }
 
 #[tokio::test]
@@ -197,7 +219,7 @@ async fn the_model_and_the_live_broker_agree_on_who_receives() {
 
 #[tokio::test]
 async fn the_process_says_where_it_listens_and_ends_when_told_or_when_its_launcher_is_gone() {
-    for (goodbye, status) in [(Control::Finish.line(), 0), ("", ORPHANED)] {
+    for (goodbye, status) in [(Control::Finish.line(), 0), (String::new(), ORPHANED)] {
         let pki = RunPki::new();
         let directory = tempfile::tempdir().expect("a directory");
         let clock = HostClock { zero_us: 0, drift_ppm: 0 };

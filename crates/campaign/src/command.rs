@@ -3,16 +3,22 @@
 //! Results go to stdout, progress, logs and failures to stderr. What runs a trial is `twin` and `live`; what a trial is
 //! worth is `oracle`; the only files here that name them are `engine` and, to measure them, `cost`.
 
+mod ablate;
 mod batch;
 mod bench;
+mod catalogue;
 mod cost;
 mod curve;
 mod doctor;
 mod engine;
 mod failure;
 mod interrupt;
+mod kept;
 mod kill;
 mod live;
+mod liveness;
+mod load;
+mod matrix;
 mod out;
 mod plan;
 mod reference;
@@ -20,7 +26,9 @@ mod replay;
 mod run;
 mod scenario;
 mod stages;
+mod transitions;
 mod verify;
+mod window;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -91,6 +99,12 @@ enum Verb {
     /// Scenario files.
     #[command(subcommand)]
     Scenario(scenario::Verb),
+    /// Run every row of the threat catalogue and print the threat matrix.
+    Matrix(matrix::Args),
+    /// Run every attack with each check waived in turn: what each is worth, and what it costs.
+    Ablate(ablate::Args),
+    /// Print the threat catalogue: docs/threats.md, or its rows with --json.
+    Catalogue,
     /// Say whether everything that a run needs is here.
     Doctor,
 }
@@ -149,6 +163,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Replay(args)) => replay::run(&context, &args),
         Some(Verb::Verify(args)) => verify::run(&context, &args),
         Some(Verb::Scenario(verb)) => scenario::run(&context, &verb),
+        Some(Verb::Matrix(args)) => matrix::run(&context, &args),
+        Some(Verb::Ablate(args)) => ablate::run(&context, &args),
+        Some(Verb::Catalogue) => catalogue::run(&context),
         Some(Verb::Doctor) => doctor::run(&context),
     };
     result.unwrap_or_else(|failure| failure.tell(context.json))

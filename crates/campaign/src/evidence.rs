@@ -2,7 +2,7 @@
 //!
 //! `log_hash`: SHA-256 over the canonical events in (time, node, counter) order; no path, run id or file bytes, no
 //! world, and none of the chain's own links (hashes, signatures, seals), which follow from the events.
-//! `decision_hash`: the same over decisions alone: modes, verdicts, reasons, and when.
+//! `decision_hash`: the same over decisions alone: modes, verdicts, reasons, and when, whatever the policy waives.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -15,6 +15,7 @@ use wire::audit::{ChainError, Chains, Entry, Head};
 use wire::codec;
 use wire::event::{Event, GuardVerdict};
 use wire::id::{NodeId, WorldId};
+use wire::policy::Waived;
 
 use crate::custody::{Custodian, Custody, Held, HeldHead};
 use crate::oracle::Witnessed;
@@ -38,9 +39,8 @@ pub fn by_recorder(node: NodeId) -> bool {
 /// The head of each chain that goes by way of the recorder, from the log before it was in anybody's hands. The recorder's own
 /// is no witness against it.
 pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
-    let mut last: BTreeMap<NodeId, &[u8]> = BTreeMap::new();
     let kept = log.iter().filter(|l| by_recorder(l.node) && l.node != NodeId::RECORDER);
-    kept.for_each(|l| drop(last.insert(l.node, &l.bytes)));
+    let last: BTreeMap<NodeId, &[u8]> = kept.map(|l| (l.node, l.bytes.as_slice())).collect();
     last.values().filter_map(|bytes| Head::of(bytes)).map(HeldHead::from).collect()
 }
 
@@ -102,7 +102,7 @@ pub fn guard_verdict(verdict: Verdict) -> GuardVerdict {
         Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly | Verdict::Unsealed => GuardVerdict::Malformed,
         Verdict::Stranger => GuardVerdict::Stranger,
         Verdict::Unfinished => GuardVerdict::Unfinished,
-        Verdict::Shed => GuardVerdict::Shed,
+        Verdict::Shed | Verdict::Unproven => GuardVerdict::Shed,
     }
 }
 
@@ -114,7 +114,8 @@ pub fn hashes(entries: &[Witnessed]) -> (String, String) {
         let bytes = codec::encode(&Canonical { at: w.at, node: w.entry.node, event });
         log.update(&bytes);
         if is_decision(&event) {
-            decisions.update(&bytes);
+            let event = unwaived(event);
+            decisions.update(codec::encode(&Canonical { at: w.at, node: w.entry.node, event }));
         }
     }
     (hex(&log.finalize()), hex(&decisions.finalize()))
@@ -146,6 +147,19 @@ fn canonical(event: Event) -> Option<Event> {
             Some(Event::Acted { world: WorldId(0), authority, track, command, failing })
         }
         other => Some(other),
+    }
+}
+
+/// The event without the checks that were waived: that is the policy, and no decision.
+fn unwaived(event: Event) -> Event {
+    match event {
+        Event::Accepted { at, record, peer, age, waived: _ } => {
+            Event::Accepted { at, record, peer, age, waived: Waived::default() }
+        }
+        Event::Minted { world, authority, track, command, waived: _ } => {
+            Event::Minted { world, authority, track, command, waived: Waived::default() }
+        }
+        other => other,
     }
 }
 

@@ -6,16 +6,20 @@ use wire::event::{Account, Event, GuardVerdict, Interface};
 use wire::id::NodeId;
 
 use crate::evidence::hashes;
-use crate::oracle::{Evidence, Verdict};
-use crate::trial::Trial;
+use crate::oracle::peers::{self, Claims};
+use crate::oracle::{Evidence, Micros, Verdict};
+use crate::scenario::Knowledge;
+use crate::trial::{StepRow, Trial};
 
-/// The row of one trial. `received`, `accepted` and `dropped` add up the two ends of the telemetry link of the unit
+/// The row of one trial, whose adversary had that much `knowledge`. `received`, `accepted` and `dropped` add up the two ends of the telemetry link of the unit
 /// under test: the gateway's uplink and the unit's downlink.
-pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
+pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Verdict) -> Trial {
     let (log_hash, decision_hash) = hashes(&evidence.entries);
     let mut trial = Trial {
         seed,
         cell: None,
+        knowledge,
+        steps: Vec::new(),
         outcome: verdict.outcome,
         findings: verdict
             .findings
@@ -29,6 +33,7 @@ pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
         accepted: 0,
         dropped: BTreeMap::new(),
         guard_refused: BTreeMap::new(),
+        claims: claims(evidence, verdict),
         transitions: verdict.transitions.clone(),
         latency_ms: verdict.latency,
         responses: verdict.responses.clone(),
@@ -41,6 +46,9 @@ pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
         if let Event::Count { account, n } = w.entry.event {
             add(&mut trial, w.entry.node, account, n);
         }
+        if let Event::Step { step, begun: true } = w.entry.event {
+            trial.steps.push(StepRow { step: step.to_string(), t_ms: w.at as f64 / 1000.0 });
+        }
         if let Event::GuardSaw { verdict, .. } = w.entry.event
             && verdict != GuardVerdict::Passed
         {
@@ -48,6 +56,13 @@ pub fn trial(seed: u64, evidence: &Evidence, verdict: &Verdict) -> Trial {
         }
     }
     trial
+}
+
+/// A teammate's claims up to the unit's first restriction after the first of them.
+fn claims(evidence: &Evidence, verdict: &Verdict) -> Option<Claims> {
+    let degraded = verdict.latency.to_degraded.map(|ms| (ms * 1000.0) as Micros);
+    let reaction = verdict.zero.zip(degraded).map(|(zero, after)| zero + after);
+    Some(peers::claims(evidence, reaction)).filter(|claims| claims.said > 0)
 }
 
 fn add(trial: &mut Trial, node: NodeId, account: Account, n: u64) {

@@ -1,16 +1,21 @@
 //! The instrument: scenarios in, judged trials out.
 //!
-//! `scenario` reads what is to happen, `cast` decides who takes part, `twin` and `live` carry it out with the same cores,
-//! `stack` on the real DTLS and TLS libraries in memory; `oracle` judges, `report` and `stats` put numbers on many
-//! trials, `command` is the `holdsafe` program. How a service decides is none of its business.
+//! `catalogue` lists the threats, `scenario` reads what is to happen, `cast` decides who takes part, `twin` and `live` carry
+//! it out with the same cores, `stack` on the real DTLS and TLS libraries in memory; `oracle` judges, `report` and `stats`
+//! put numbers on many trials, `ablation` on what a check is worth, `command` is the `holdsafe` program. How a service
+//! decides is none of its business.
 
+pub mod ablation;
 pub mod cast;
+pub mod catalogue;
 pub mod command;
+pub mod cue;
 pub mod custody;
 pub mod evidence;
 pub mod judged;
 pub mod keep;
 pub mod live;
+pub mod liveness;
 pub mod oracle;
 pub mod progress;
 pub mod report;

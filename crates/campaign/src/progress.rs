@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// How many lines a run without a terminal prints.
-const SPARSE_LINES: u64 = 5;
+const SPARSE_LINES: u64 = 10;
 
 /// How much is said on stderr.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,9 +46,10 @@ impl Progress {
         match (&self.bar, self.talk) {
             (Some(bar), _) => bar.inc(1),
             (None, Talk::Normal) if done.is_multiple_of(every) || done == self.total => {
-                let left =
-                    link::clock::trace_us().saturating_sub(self.since_us) / done * (self.total - done) / 1_000_000;
-                eprintln!("{}: {done} of {}, about {left} s left", self.label, self.total);
+                let each = link::clock::trace_us().saturating_sub(self.since_us) as f64 / 1e6 / done as f64;
+                let left = each * (self.total - done) as f64;
+                let (label, total, rate) = (&self.label, self.total, each.recip());
+                eprintln!("{label}: {done} of {total}, {rate:.1} a second, about {left:.0} s left");
             }
             (None, Talk::Normal | Talk::Quiet) => {}
         }
@@ -64,7 +65,7 @@ impl Progress {
 
 fn bar(label: &str, total: u64) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(total), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{msg:32} {bar:30} {pos}/{len} {elapsed}, {eta} left");
+    let style = ProgressStyle::with_template("{msg:32} {bar:30} {pos}/{len} {per_sec} {elapsed}, {eta} left");
     if let Ok(style) = style {
         bar.set_style(style);
     }

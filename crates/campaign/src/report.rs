@@ -3,21 +3,32 @@
 //! Twin n and live n are never added; INVALID trials are never dropped: each bound is given once over the valid trials
 //! and once with INVALID counted as failure. Nothing here judges a trial.
 
+mod ablate;
 mod cost;
 mod curve;
 mod kill;
+mod liveness;
+mod matrix;
 mod plot;
 mod reference;
 mod run;
 mod table;
+mod transitions;
 
+pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
 pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub use kill::{KillRow, Times, kill_table};
+pub use liveness::{LivenessObject, LivenessRow, liveness_svg, liveness_table};
+pub use matrix::{Kind, Matrix, MatrixRow, MatrixRun, matrix_table};
 pub use plot::svg;
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, LatencySummary, Mode, RunObject, Summary};
 pub use table::{latency_table, reference_table, run_table};
+pub use transitions::{TransitionCell, TransitionRow, transition_table};
+
+#[cfg(test)]
+pub(crate) use run::tests;
 
 /// Version of every JSON object that this build prints.
 pub const SCHEMA_VERSION: u32 = 1;

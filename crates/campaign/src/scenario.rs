@@ -8,12 +8,15 @@
 //! in, `check` says what must fit together, `problem` shows an error in its file.
 
 mod attack;
+mod broker;
 mod cell;
 mod check;
+mod check_steps;
 mod curve;
 mod fault;
 mod insider;
 mod operator;
+mod peer;
 mod platform;
 mod problem;
 mod read;
@@ -22,6 +25,7 @@ mod set;
 mod setup;
 mod shared;
 pub mod stack;
+mod step;
 mod stream;
 mod tamper;
 mod template;
@@ -34,11 +38,16 @@ pub use attack::{
     BurstLoss, Content, Corrupt, Damage, Delay, Direction, Duplicate, Inject, Jitter, Loss, Reorder, Reoriginate,
     Replay, Windowed,
 };
+pub use broker::{
+    AckForgery, BrokerDelay, BrokerDrop, BrokerDuplicate, BrokerForge, BrokerInvent, BrokerReorder, BrokerReplay,
+    BrokerRetain, OrderForgery,
+};
 pub use cell::{Cell, Under, Variation};
 pub use curve::Curve;
 pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
-pub use insider::{CommandDuplicate, CommandReplay, Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
+pub use insider::{Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
 pub use operator::{DisplayedState, Operator, Step, Verb};
+pub use peer::{Falsehood, ModeConfusion, Motion, Product, SessionReplay};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use problem::{Problem, ProblemRow, Problems};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
@@ -46,6 +55,7 @@ pub use scene::{Class, Ground, Object, Point, Pose, Scene};
 pub use set::Settings;
 pub use setup::{Setup, find_root, load_policy, shipped};
 pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
+pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
 pub use tamper::{Tamper, Tampered};
 pub use template::{schema, template};
@@ -84,6 +94,9 @@ pub struct Scenario {
     pub evidence: Evidence,
     /// What the scenario puts to the test.
     pub requirement: Requirement,
+    /// How much the adversary knows while the run is on; where nothing is said, what the kinds of attack need.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
     /// The outcome classes that are expected, committed before the run.
     pub expected: Located<List<Outcome, 9>>,
     /// Policy by name, a file of `policies/`.
@@ -180,12 +193,6 @@ pub struct Scenario {
     /// An admitted teammate forwards a third unit's telemetry.
     #[serde(default)]
     pub teammate: List<Teammate, 4>,
-    /// An insider of the command plane publishes captured commands again.
-    #[serde(default)]
-    pub command_replay: List<CommandReplay, 16>,
-    /// An insider of the command plane doubles commands.
-    #[serde(default)]
-    pub command_duplicate: List<CommandDuplicate, 16>,
     /// An admitted teammate sends records that are authenticated and broken.
     #[serde(default)]
     pub malformed: List<Malformed, 16>,
@@ -199,6 +206,33 @@ pub struct Scenario {
     /// On the real stacks: somebody without a key in the path of an association.
     #[serde(default)]
     pub handle: List<stack::Handle, 64>,
+    /// On the real stacks: strangers by the thousand.
+    #[serde(default)]
+    pub storm: List<stack::Storm, 64>,
+    /// Publications that a hostile broker does not pass on.
+    #[serde(default)]
+    pub broker_drop: List<BrokerDrop, 16>,
+    /// Publications that it passes on later.
+    #[serde(default)]
+    pub broker_delay: List<BrokerDelay, 16>,
+    /// Publications that it lets others overtake.
+    #[serde(default)]
+    pub broker_reorder: List<BrokerReorder, 16>,
+    /// Publications that it delivers more than once.
+    #[serde(default)]
+    pub broker_duplicate: List<BrokerDuplicate, 16>,
+    /// Captured publications that it delivers again.
+    #[serde(default)]
+    pub broker_replay: List<BrokerReplay, 16>,
+    /// Publications that it delivers again to whoever connects.
+    #[serde(default)]
+    pub broker_retain: List<BrokerRetain, 16>,
+    /// Orders of its own making.
+    #[serde(default)]
+    pub broker_invent: List<BrokerInvent, 16>,
+    /// Acknowledgements of its own making.
+    #[serde(default)]
+    pub broker_forge: List<BrokerForge, 16>,
     /// A process on a host's shared memory makes messages in another's name.
     #[serde(default)]
     pub forge: List<Forge, 16>,
@@ -208,6 +242,15 @@ pub struct Scenario {
     /// An insider in perception's place makes up where vehicles stand.
     #[serde(default)]
     pub alter: List<Alter, 4>,
+    /// An admitted teammate sends what it said in an earlier session again.
+    #[serde(default)]
+    pub session_replay: List<SessionReplay, 1>,
+    /// An admitted teammate claims a place or a motion that is not its own.
+    #[serde(default)]
+    pub falsehood: List<Falsehood, 16>,
+    /// An admitted teammate's reports are no live product, or in another time base.
+    #[serde(default)]
+    pub mode_confusion: List<ModeConfusion, 16>,
 
     /// The recorder's insider changes the recording before it is judged.
     #[serde(default)]
@@ -228,6 +271,11 @@ impl Scenario {
     /// The scene; `read` refuses a scenario without one, but for those on the real stacks, which have no platform.
     pub fn scene(&self) -> &Scene {
         self.scene.as_ref().expect("invariant: a loaded scenario has its scene")
+    }
+
+    /// Everything with a time on the trial's clock.
+    pub fn windows(&self) -> Vec<&dyn Windowed> {
+        check::windows(self)
     }
 }
 
@@ -301,6 +349,17 @@ pub enum Evidence {
     Live,
 }
 
+impl Evidence {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Evidence::Model => "model",
+            Evidence::Stack => "stack",
+            Evidence::Live => "live",
+        }
+    }
+}
+
 /// What a scenario puts to the test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -311,6 +370,17 @@ pub enum Requirement {
     CommunicationTrust,
     /// Loss of trust is noticed and acted upon in time.
     RuntimeAssurance,
+}
+
+impl Requirement {
+    /// Its name, in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Requirement::PerceptionIntegrity => "perception integrity",
+            Requirement::CommunicationTrust => "communication trust",
+            Requirement::RuntimeAssurance => "runtime assurance",
+        }
+    }
 }
 
 /// What the telemetry link is like all along, both ways, from the first datagram to the last. It is no attack: nothing is
@@ -370,5 +440,7 @@ impl Varies {
     }
 }
 
+#[cfg(test)]
+mod step_tests;
 #[cfg(test)]
 mod tests;

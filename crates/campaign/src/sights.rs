@@ -47,6 +47,7 @@ impl Claims {
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::Audit { .. }
+            | Input::Cue { .. }
             | Input::Quiesce
             | Input::Finish => return None,
         };

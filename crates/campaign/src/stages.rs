@@ -186,7 +186,8 @@ fn heard(at: u64, node: NodeId, input: &Input) -> Option<Word> {
         | Input::Stream { .. }
         | Input::Audit { .. }
         | Input::Quiesce
-        | Input::Finish => return None,
+        | Input::Finish
+        | Input::Cue { .. } => return None,
     };
     Some(Word { at, node, said: false, way, hash: wire_hash(bytes) })
 }
@@ -199,6 +200,7 @@ fn said(at: u64, node: NodeId, output: &Output) -> Option<Word> {
         Output::Datagram { .. }
         | Output::Stream { .. }
         | Output::Reset { .. }
+        | Output::Close { .. }
         | Output::Audit { .. }
         | Output::Stranger { .. }
         | Output::Text { .. } => return None,

@@ -3,6 +3,8 @@
 //! Terms: *level* is the confidence, 0.95 where nothing else is said; a bound that too few trials can give is `None`,
 //! never a guess. Which trials may enter a rate is the business of `report`.
 
+pub mod paired;
+
 use statrs::function::beta::beta_reg;
 use statrs::function::gamma::gamma_ur;
 

@@ -8,6 +8,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::oracle::demise::Response;
+use crate::oracle::peers::Claims;
+use crate::scenario::Knowledge;
 
 /// How a trial ended; the first class that matches, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -25,7 +27,7 @@ pub enum Outcome {
     HoldSafe,
     /// Ended in DEGRADED.
     Degraded,
-    /// Refused, no change of mode.
+    /// Refused, or shown to the operator as an alarm; no change of mode.
     Rejected,
     /// Accepted, no response, nothing broken.
     Undetected,
@@ -64,7 +66,7 @@ impl Outcome {
 }
 
 /// A change of mode of the platform under test.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TransitionRow {
     /// Trace time from the start of the trial, in milliseconds.
     pub t_ms: f64,
@@ -76,8 +78,17 @@ pub struct TransitionRow {
     pub cause: String,
 }
 
+/// The beginning of a step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepRow {
+    /// Its name.
+    pub step: String,
+    /// Trace time from the start of the trial, in milliseconds.
+    pub t_ms: f64,
+}
+
 /// Times from the receipt of the injection to what it caused, in milliseconds; `None` where it did not happen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Latency {
     /// To DEGRADED (or straight to HOLD_SAFE).
     pub to_degraded: Option<f64>,
@@ -88,17 +99,22 @@ pub struct Latency {
 }
 
 /// One trial.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
     /// The seed that reproduces it.
     pub seed: u64,
     /// The cell it belongs to, where the scenario has cells.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cell: Option<String>,
+    /// How much the adversary knew.
+    pub knowledge: Knowledge,
+    /// When the named steps of the attack began, milliseconds of the run, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<StepRow>,
     /// The class that the oracle gave.
     pub outcome: Outcome,
     /// Why that class: the broken property, the missing receipt; empty where the class says it all.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<String>,
     /// Whether every injection was seen at its target by a second witness (true where nothing is injected).
     pub receipt: bool,
@@ -114,14 +130,17 @@ pub struct Trial {
     pub dropped: BTreeMap<String, u64>,
     /// What the record filters in front of the sessions of gateway and unit refused, and handshakes that came to
     /// nothing, by reason.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub guard_refused: BTreeMap<String, u64>,
+    /// What an admitted teammate said in bad faith, where one did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub claims: Option<Claims>,
     /// Changes of mode, in order.
     pub transitions: Vec<TransitionRow>,
     /// Times from the injection.
     pub latency_ms: Latency,
     /// What came of each process that was killed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty", skip_deserializing)]
     pub responses: Vec<Response>,
     /// Simulated (twin) or real (live) seconds.
     pub sim_seconds: f64,

@@ -1,7 +1,7 @@
 //! What the display shows, told to the instrument plane: whenever it changes, and often enough otherwise.
 
-use wire::event::{Event, Freshness};
-use wire::id::UnitId;
+use wire::event::{Event, Freshness, ShownAs};
+use wire::id::{CommandId, UnitId};
 use wire::mode::Mode;
 use wire::time::{Instant, Span};
 
@@ -20,22 +20,30 @@ struct Face {
     tracks_stale: u8,
 }
 
-/// What was told last of each unit.
+/// What was told last of each unit and of each command that is still shown.
 #[derive(Clone, Debug, Default)]
-pub struct Witness(Vec<(UnitId, Instant, Face)>);
+pub struct Witness {
+    units: Vec<(UnitId, Instant, Face)>,
+    commands: Vec<(CommandId, ShownAs)>,
+}
 
 impl Witness {
     /// The events that are due for what is shown now.
     pub fn tell(&mut self, shown: &Shown) -> Vec<Event> {
-        shown.units.iter().filter_map(|unit| self.unit(shown.at, unit)).collect()
+        let mut events: Vec<Event> = shown.units.iter().filter_map(|unit| self.unit(shown.at, unit)).collect();
+        let commands = shown.commands.iter().map(|command| (command.id, command.life.told())).collect();
+        let before = std::mem::replace(&mut self.commands, commands);
+        let changed = self.commands.iter().filter(|now| !before.contains(now));
+        events.extend(changed.map(|(command, shown)| Event::CommandShown { command: *command, shown: *shown }));
+        events
     }
 
     fn unit(&mut self, at: Instant, shown: &ShownUnit) -> Option<Event> {
         let face = face(shown);
-        match self.0.iter_mut().find(|(unit, ..)| *unit == shown.unit) {
+        match self.units.iter_mut().find(|(unit, ..)| *unit == shown.unit) {
             Some((_, told, last)) if *last == face && at.since(*told) < REPEAT => return None,
             Some((_, told, last)) => (*told, *last) = (at, face),
-            None => self.0.push((shown.unit, at, face)),
+            None => self.units.push((shown.unit, at, face)),
         }
         Some(Event::Displayed {
             unit: shown.unit,

@@ -204,13 +204,13 @@ impl Console {
         }
         self.model.commands_mut().tick(now);
         let shown = self.model.shown(now);
-        for event in self.witness.tell(&shown) {
-            self.note(now, event);
-        }
         if !self.quiet {
             for wish in self.operator.look(&shown) {
                 self.carry_out(now, wish);
             }
+        }
+        for event in self.witness.tell(&self.model.shown(now)) {
+            self.note(now, event);
         }
         self.draw(&shown);
         self.changes = self.model.changes(now);
@@ -276,7 +276,8 @@ impl Core for Console {
             | Input::Published { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }
-            | Input::Audit { .. } => return,
+            | Input::Audit { .. }
+            | Input::Cue { .. } => return,
         }
         self.refresh(now);
     }

@@ -1,11 +1,12 @@
 //! The life of a command as the display knows it, from request to acknowledgement.
 //!
-//! What the unit signed outweighs what the gateway says, and nothing undoes that a command was executed. What is not
-//! answered in time is shown so. Verifying acknowledgements is left to `intake`.
+//! What the unit signed outweighs what the gateway says, and nothing undoes that a command was executed. What the unit
+//! does not answer in time is shown so, whatever the gateway says meanwhile. Verifying acknowledgements is left to `intake`.
 
 use std::collections::VecDeque;
 
 use wire::command::CommandKind;
+use wire::event::ShownAs;
 use wire::feed::CommandStage;
 use wire::id::{CommandId, UnitId};
 use wire::refusal::Reason;
@@ -13,7 +14,7 @@ use wire::time::{Instant, Span};
 
 /// Commands whose progress is kept.
 pub const MAX_COMMANDS: usize = 16;
-/// How long a command may go without progress before it is shown as not acknowledged.
+/// How long a command may go unanswered before it is shown as not acknowledged.
 pub const ACK_WITHIN: Span = Span::s(1);
 
 /// How far a command has come.
@@ -40,16 +41,46 @@ pub enum Life {
 }
 
 impl Life {
-    /// Whether an answer is being waited for.
-    fn pending(self) -> bool {
+    /// Whether somebody else's answer is being waited for. A command away from safe that is staged waits for the
+    /// operator; one towards safe never has to.
+    fn pending(self, kind: CommandKind) -> bool {
         match self {
             Life::Requested | Life::Released | Life::Sent => true,
-            Life::Staged
-            | Life::Executed
+            Life::Staged => kind.towards_safe(),
+            Life::Executed
             | Life::RefusedByUnit(_)
             | Life::RefusedByGateway
             | Life::Expired
             | Life::NotAcknowledged => false,
+        }
+    }
+
+    /// What may follow what: only a higher rank. So the gateway's word moves a command along and never back, undoes no
+    /// alarm, and is outweighed by what the unit signed; that it was executed outweighs that a repetition was refused.
+    fn rank(self) -> u8 {
+        match self {
+            Life::Requested => 0,
+            Life::Staged => 1,
+            Life::Released => 2,
+            Life::Sent => 3,
+            Life::NotAcknowledged => 4,
+            Life::RefusedByGateway | Life::Expired => 5,
+            Life::RefusedByUnit(_) => 6,
+            Life::Executed => 7,
+        }
+    }
+
+    /// As the instrument plane is told.
+    pub fn told(self) -> ShownAs {
+        match self {
+            Life::Requested => ShownAs::Requested,
+            Life::Staged => ShownAs::Staged,
+            Life::Released => ShownAs::Released,
+            Life::Sent => ShownAs::Sent,
+            Life::Executed => ShownAs::Executed,
+            Life::RefusedByUnit(_) => ShownAs::Refused,
+            Life::RefusedByGateway | Life::Expired => ShownAs::Void,
+            Life::NotAcknowledged => ShownAs::NotAcknowledged,
         }
     }
 }
@@ -74,6 +105,14 @@ pub struct ShownCommand {
 struct Given {
     shown: ShownCommand,
     hash: [u8; 32],
+    /// When the operator last did something about it; the answer is due from then on, whatever the gateway says.
+    asked: Instant,
+}
+
+impl Given {
+    fn pending(&self) -> bool {
+        self.shown.life.pending(self.shown.kind)
+    }
 }
 
 /// The commands of this console, oldest first, at most [`MAX_COMMANDS`].
@@ -86,12 +125,17 @@ impl Commands {
         if self.0.len() >= MAX_COMMANDS {
             self.0.pop_front();
         }
-        self.0.push_back(Given { shown: ShownCommand { id, unit, kind, life: Life::Requested, since: now }, hash });
+        let shown = ShownCommand { id, unit, kind, life: Life::Requested, since: now };
+        self.0.push_back(Given { shown, hash, asked: now });
     }
 
     /// We confirmed a staged command.
     pub fn released(&mut self, now: Instant, id: CommandId) {
-        self.progress(now, id, Life::Released);
+        if self.progress(now, id, Life::Released)
+            && let Some(given) = self.0.iter_mut().find(|given| given.shown.id == id)
+        {
+            given.asked = now;
+        }
     }
 
     /// The gateway moved a command of ours along.
@@ -117,7 +161,7 @@ impl Commands {
 
     /// Marks the commands that nothing was heard of in time.
     pub fn tick(&mut self, now: Instant) {
-        let overdue = |given: &&mut Given| given.shown.life.pending() && now.since(given.shown.since) >= ACK_WITHIN;
+        let overdue = |given: &&mut Given| given.pending() && now.since(given.asked) >= ACK_WITHIN;
         for given in self.0.iter_mut().filter(overdue) {
             given.shown.life = Life::NotAcknowledged;
             given.shown.since = now;
@@ -126,8 +170,7 @@ impl Commands {
 
     /// When one will next be overdue.
     pub fn changes(&self) -> Option<Instant> {
-        let pending = self.0.iter().filter(|given| given.shown.life.pending());
-        pending.map(|given| given.shown.since + ACK_WITHIN).min()
+        self.0.iter().filter(|given| given.pending()).map(|given| given.asked + ACK_WITHIN).min()
     }
 
     /// All of them, as drawn.
@@ -137,27 +180,11 @@ impl Commands {
 
     fn progress(&mut self, now: Instant, id: CommandId, to: Life) -> bool {
         let Some(given) = self.0.iter_mut().find(|given| given.shown.id == id) else { return false };
-        if !follows(given.shown.life, to) {
+        if to.rank() <= given.shown.life.rank() {
             return false;
         }
         given.shown.life = to;
         given.shown.since = now;
         true
-    }
-}
-
-/// Whether a command may go from one life to the other: what the unit said outweighs what the gateway says, and that
-/// it was executed outweighs that a repetition was refused.
-fn follows(from: Life, to: Life) -> bool {
-    match from {
-        Life::Executed => false,
-        Life::RefusedByUnit(_) => to == Life::Executed,
-        Life::Requested
-        | Life::Staged
-        | Life::Released
-        | Life::Sent
-        | Life::RefusedByGateway
-        | Life::Expired
-        | Life::NotAcknowledged => from != to,
     }
 }

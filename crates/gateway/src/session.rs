@@ -121,7 +121,7 @@ impl Session {
 
     /// Issues `fresh()` as the new challenge when the last one has served its period. Issued at the moment of sending:
     /// an issue that waits would only make every age look larger.
-    pub(crate) fn renew(&mut self, now: Instant, fresh: impl FnOnce() -> Nonce) {
+    pub fn renew(&mut self, now: Instant, fresh: impl FnOnce() -> Nonce) {
         if self.ages.issued_at().is_none_or(|at| now.since(at) >= self.challenge_period) {
             self.ages.issue(fresh(), now);
         }

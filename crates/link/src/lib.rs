@@ -13,6 +13,7 @@ pub mod drive;
 pub mod dtls;
 pub mod guard;
 pub mod instrument;
+pub mod load;
 pub mod loopback;
 pub mod memory;
 pub mod mouth;

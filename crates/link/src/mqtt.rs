@@ -1,8 +1,11 @@
-//! The command plane's client: MQTT 5 over mutual TLS 1.3.
+//! The command plane's client: MQTT 5 over mutual TLS 1.3. Its other end, for an adversary in the broker's place, is
+//! [`server`].
 //!
 //! Clean start, QoS 1, Nagle off, one certificate per connection, client identifier = certificate name. The driver
 //! never waits for it: both directions are bounded queues. QoS 1 can deliver twice, a broker can lose and a publisher's
 //! name is hearsay; all three are the cores' business.
+
+pub mod server;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -200,6 +203,9 @@ async fn poll(
                 match subject {
                     Some(subject) if publication.payload.len() <= MAX_PAYLOAD => {
                         add(&counters.received);
+                        if let Some(witness) = &*latest.lock().unwrap_or_else(PoisonError::into_inner) {
+                            witness.delivered(&publication.payload);
+                        }
                         let input = Input::Published { subject, bytes: publication.payload.to_vec() };
                         if to.send(input).await.is_err() {
                             return;

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc;
 use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId};
+use wire::step::StepName;
 use wire::time::Instant;
 
 use crate::clock::HostClock;
@@ -53,7 +54,7 @@ pub struct ServiceSpec {
     /// Is a client of the command broker.
     #[serde(default)]
     pub mqtt: Option<MqttDial>,
-    /// Is the command broker (carried out by the broker crate).
+    /// Is the command broker (carried out by the broker crate), or a core in its place (by `mqtt::server`).
     #[serde(default)]
     pub broker: Option<BrokerListen>,
     /// Stands in the middle of a path.
@@ -212,6 +213,9 @@ pub struct RecorderSpec {
     pub socket: PathBuf,
     /// Where recordings go; files are named `audit-<n>.mcap`.
     pub directory: PathBuf,
+    /// Whether the launcher is told of entries that a step of an attack may wait for ([`wire::audit::is_awaited`]).
+    #[serde(default)]
+    pub tell: bool,
 }
 
 /// A specification could not be read.
@@ -235,20 +239,28 @@ pub enum Control {
     Quiesce,
     /// Write the closing account and exit.
     Finish,
+    /// What a step waits for has come.
+    Cue(StepName),
 }
 
 impl Control {
     /// The line that says it.
-    pub fn line(self) -> &'static str {
+    pub fn line(self) -> String {
         match self {
-            Control::Quiesce => "quiesce\n",
-            Control::Finish => "finish\n",
+            Control::Quiesce => "quiesce\n".to_owned(),
+            Control::Finish => "finish\n".to_owned(),
+            Control::Cue(step) => format!("cue {step}\n"),
         }
     }
 
     /// Reads a line.
     pub fn parse(line: &str) -> Option<Control> {
-        [Control::Quiesce, Control::Finish].into_iter().find(|c| c.line().trim_end() == line.trim_end())
+        match line.trim_end().split_once(' ') {
+            None if line.trim_end() == "quiesce" => Some(Control::Quiesce),
+            None if line.trim_end() == "finish" => Some(Control::Finish),
+            Some(("cue", step)) => StepName::new(step).map(Control::Cue),
+            None | Some(_) => None,
+        }
     }
 }
 

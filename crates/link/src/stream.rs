@@ -111,8 +111,17 @@ impl Witness {
     }
 
     fn note(&self, sight: Sight) {
+        self.saw(sight, &[]);
+    }
+
+    /// Notes a whole message that came out of the stream.
+    pub fn delivered(&self, payload: &[u8]) {
+        self.saw(Sight::Delivered, payload);
+    }
+
+    fn saw(&self, sight: Sight, bytes: &[u8]) {
         let place = self.place.lock().unwrap_or_else(PoisonError::into_inner);
-        self.write(&place, sight, place.offset(), &[]);
+        self.write(&place, sight, place.offset(), bytes);
     }
 
     fn write(&self, place: &Place, sight: Sight, offset: u64, bytes: &[u8]) {

@@ -10,6 +10,7 @@ mod stack {
     mod bus;
     mod hostile;
     mod logs;
+    mod openssl;
     mod recorder;
     mod spec;
     mod vetting;

@@ -253,7 +253,8 @@ impl Core for Perception {
             | Input::Published { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }
-            | Input::Audit { .. } => {}
+            | Input::Audit { .. }
+            | Input::Cue { .. } => {}
         }
     }
 

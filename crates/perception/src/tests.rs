@@ -85,7 +85,7 @@ impl Rig {
         let pose = Pose { x_mm: 100_000, y_mm: 50_000, yaw_mrad: 1571 };
         let reading = Navigation {
             stamp: self.now,
-            fix: Some(Fix { pose, sigma_mm: 50 }),
+            fix: Some(Fix { pose, sigma_mm: 50, time: Default::default() }),
             odometry: Some(Odometry { speed_mm_s: 0, yaw_rate_mrad_s: 0 }),
         };
         let bytes = self.navigation.seal(self.now, &codec::encode(&reading));

@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use wire::event::{FaultKind, Sensor};
+use wire::step::StepName;
 use wire::time::Span;
 
 use crate::scene::SceneError;
@@ -47,6 +48,16 @@ pub enum Disturbance {
         /// North, millimetres.
         north_mm: i32,
     },
+    /// The receiver's time is displaced while the fault lasts (localisation only).
+    TimeStep {
+        /// Forwards, microseconds.
+        us: i64,
+    },
+    /// The receiver's time walks away at a constant rate (localisation only).
+    TimeDrift {
+        /// Too fast, parts per million.
+        ppm: i32,
+    },
 }
 
 /// Whether a sensor is part of the frames (and not of the navigation readings).
@@ -69,12 +80,18 @@ pub struct Fault {
     pub start_ms: u64,
     /// How long it lasts, milliseconds.
     pub duration_ms: u64,
+    /// The step it is a part of, under which it is told and called, where that has a name.
+    #[serde(default)]
+    pub step: Option<StepName>,
+    /// So many milliseconds after its step is called it starts, `start_ms` at the earliest; without it, at its time.
+    #[serde(default)]
+    pub waits_ms: Option<u64>,
 }
 
 impl Fault {
     /// Whether it is in force this long after the start of the run.
     pub fn active(&self, run: Span) -> bool {
-        run >= self.begins() && run < self.ends()
+        self.waits_ms.is_none() && run >= self.begins() && run < self.ends()
     }
 
     /// When it starts, after the start of the run.
@@ -96,6 +113,8 @@ impl Fault {
             Disturbance::Occlusion { .. } => FaultKind::Occlusion,
             Disturbance::Drift { .. } => FaultKind::Drift,
             Disturbance::Jump { .. } => FaultKind::Jump,
+            Disturbance::TimeStep { .. } => FaultKind::TimeStep,
+            Disturbance::TimeDrift { .. } => FaultKind::TimeDrift,
         }
     }
 
@@ -104,7 +123,10 @@ impl Fault {
             Disturbance::Dropout | Disturbance::Freeze => true,
             Disturbance::Noise { factor } => factor >= 1,
             Disturbance::Occlusion { permille } => is_imaging(self.sensor) && permille <= 1000,
-            Disturbance::Drift { .. } | Disturbance::Jump { .. } => self.sensor == Sensor::Localisation,
+            Disturbance::Drift { .. }
+            | Disturbance::Jump { .. }
+            | Disturbance::TimeStep { .. }
+            | Disturbance::TimeDrift { .. } => self.sensor == Sensor::Localisation,
         }
     }
 }
@@ -122,11 +144,14 @@ pub struct Effect {
     pub occluded: u16,
     /// Displacement east and north, millimetres.
     pub displaced_mm: [i64; 2],
+    /// Displacement of the receiver's time forwards, microseconds.
+    pub displaced_us: i64,
 }
 
 impl Effect {
     /// No fault.
-    pub const NONE: Effect = Effect { dropout: false, freeze: false, noise: 1, occluded: 0, displaced_mm: [0, 0] };
+    pub const NONE: Effect =
+        Effect { dropout: false, freeze: false, noise: 1, occluded: 0, displaced_mm: [0, 0], displaced_us: 0 };
 
     /// Whether a new reading has to be made.
     pub fn refreshes(&self) -> bool {
@@ -153,6 +178,17 @@ impl Faults {
     /// All of them, by index.
     pub fn all(&self) -> &[Fault] {
         &self.0
+    }
+
+    /// The step `name` is called this long after the start of the run.
+    pub fn call(&mut self, name: StepName, run: Span) {
+        let called = |fault: &Fault| match fault.waits_ms {
+            Some(after) if fault.step == Some(name) => {
+                Fault { start_ms: fault.start_ms.max(run.0 / 1000) + after, waits_ms: None, ..*fault }
+            }
+            Some(_) | None => *fault,
+        };
+        self.0 = self.0.iter().map(called).collect();
     }
 
     /// What befalls `sensor` this long after the start of the run.
@@ -183,6 +219,11 @@ impl Effect {
                 self.displaced_mm[0] += i64::from(east_mm);
                 self.displaced_mm[1] += i64::from(north_mm);
             }
+            Disturbance::TimeStep { us } => self.displaced_us = self.displaced_us.saturating_add(us),
+            Disturbance::TimeDrift { ppm } => {
+                let us = (run.0 - fault.begins().0) as i64;
+                self.displaced_us = self.displaced_us.saturating_add(i64::from(ppm) * us / 1_000_000);
+            }
         }
         self
     }
@@ -195,7 +236,14 @@ mod tests {
     #[test]
     fn a_drift_grows_with_time_and_ends_with_its_fault() {
         let disturbance = Disturbance::Drift { east_mm_s: 500, north_mm_s: -100 };
-        let fault = Fault { sensor: Sensor::Localisation, disturbance, start_ms: 1000, duration_ms: 4000 };
+        let fault = Fault {
+            sensor: Sensor::Localisation,
+            disturbance,
+            start_ms: 1000,
+            duration_ms: 4000,
+            step: None,
+            waits_ms: None,
+        };
         let faults = Faults::new(&[fault]).unwrap();
         assert_eq!(faults.at(Span::ms(3000), Sensor::Localisation).displaced_mm, [1000, -200]);
         assert_eq!(faults.at(Span::ms(3000), Sensor::Odometry), Effect::NONE);
@@ -203,9 +251,26 @@ mod tests {
     }
 
     #[test]
+    fn a_fault_that_waits_starts_when_its_step_is_called_and_not_before_its_time() {
+        let step = StepName::new("blind");
+        let (sensor, disturbance) = (Sensor::Thermal, Disturbance::Dropout);
+        let fault = Fault { sensor, disturbance, start_ms: 1000, duration_ms: 500, step, waits_ms: Some(100) };
+        let mut faults = Faults::new(&[fault]).unwrap();
+        let blind = |faults: &Faults, ms: u64| faults.at(Span::ms(ms), Sensor::Thermal).dropout;
+        assert!(!blind(&faults, 1200));
+        faults.call(StepName::new("other").unwrap(), Span::ms(1300));
+        assert!(!blind(&faults, 1500));
+        faults.call(step.unwrap(), Span::ms(2000));
+        assert_eq!([2099, 2100, 2599, 2600].map(|ms| blind(&faults, ms)), [false, true, true, false]);
+        faults.call(step.unwrap(), Span::ms(3000));
+        assert!(!blind(&faults, 3200), "a step begins once");
+    }
+
+    #[test]
     fn a_lidar_cannot_jump() {
         let disturbance = Disturbance::Jump { east_mm: 1, north_mm: 0 };
-        let fault = Fault { sensor: Sensor::Lidar, disturbance, start_ms: 0, duration_ms: 1 };
+        let fault =
+            Fault { sensor: Sensor::Lidar, disturbance, start_ms: 0, duration_ms: 1, step: None, waits_ms: None };
         assert_eq!(Faults::new(&[fault]).unwrap_err(), SceneError::FaultDoesNotApply { index: 0 });
     }
 }

@@ -32,7 +32,7 @@ use wire::audit::Journal;
 use wire::codec::encode;
 use wire::core::{Core, Input, Output, Topic};
 use wire::drive::Drive;
-use wire::event::Event;
+use wire::event::{Event, Sensor};
 use wire::id::{Boot, FrameId, NodeId, UnitId, WorldId};
 use wire::sensor::{Camera, Frames, Lidar, Navigation};
 use wire::sign::Key;
@@ -58,6 +58,8 @@ const NAVIGATION_STEPS: u64 = 5;
 const FRAME_STEPS: u64 = 10;
 /// Most steps one input may cause; a host that overslept by more is caught up in several.
 const MAX_CATCH_UP: u64 = 100;
+/// The furthest from true time that a host's clock may run, parts per million.
+const MAX_CLOCK_PPM: i32 = 100_000;
 
 /// Everything a sim is made from, apart from its keys and its clock.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -84,6 +86,9 @@ pub struct SimConfig {
     /// Noise of the unrendered mode; uncalibrated.
     #[serde(default)]
     pub noise: NoiseModel,
+    /// How much faster than true time this host's clock runs, parts per million; the receiver gives true time.
+    #[serde(default)]
+    pub clock_ppm: i32,
 }
 
 impl SimConfig {
@@ -99,6 +104,7 @@ impl SimConfig {
             scene: Scene::default(),
             faults: Vec::new(),
             noise: NoiseModel::default(),
+            clock_ppm: 0,
         }
     }
 }
@@ -148,7 +154,7 @@ impl Sim {
             world,
             plant,
             faults,
-            navigators: Navigators::new(config.seed),
+            navigators: Navigators::new(config.seed, config.clock_ppm.clamp(-MAX_CLOCK_PPM, MAX_CLOCK_PPM)),
             eyes,
             channels: Channels::new(keys, (config.node, config.boot), config.unit.node()),
             witness: Witness::new(journal, config.unit),
@@ -221,6 +227,7 @@ impl Sim {
         if self.steps.is_multiple_of(FRAME_STEPS) {
             self.look(at, run);
             self.witness.state(at, &self.world, &self.plant, false, &mut self.out);
+            self.witness.imposed(at, &self.faults.at(run, Sensor::Localisation), &mut self.out);
         }
     }
 
@@ -289,6 +296,7 @@ impl Core for Sim {
         self.advance(now);
         match input {
             Input::Bus { topic, bytes } => self.obey(now, *topic, bytes),
+            Input::Cue { step } => self.faults.call(*step, now.since(self.start)),
             Input::Quiesce => self.stopped = true,
             Input::Finish => {
                 self.stopped = true;

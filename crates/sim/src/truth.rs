@@ -3,7 +3,7 @@
 //! Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the fence
 //! margin; once for standing objects, ten times a second for moving ones: where they are. At once: a lease that began
 //! or lapsed, an act as received with the true object nearest to the designated place, and the start and end of every
-//! sensor fault with the first frame that it touches.
+//! sensor fault with the first frame that it touches. While a fault displaces localisation, also by how much.
 
 use std::collections::VecDeque;
 
@@ -14,7 +14,7 @@ use wire::event::Event;
 use wire::id::{FrameId, ObjectId, UnitId};
 use wire::time::{Instant, Span};
 
-use crate::fault::{Faults, MAX_FAULTS, is_imaging};
+use crate::fault::{Effect, Faults, MAX_FAULTS, is_imaging};
 use crate::plant::Plant;
 use crate::sensor::localisation::wrap_mrad;
 use crate::world::World;
@@ -99,6 +99,16 @@ impl Witness {
         self.write(now, event, out);
     }
 
+    /// By how much localisation is displaced, while it is.
+    pub(crate) fn imposed(&mut self, now: Instant, effect: &Effect, out: &mut VecDeque<Output>) {
+        let mm = |axis: i64| axis.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32;
+        let [east_mm, north_mm] = effect.displaced_mm.map(mm);
+        let time_us = effect.displaced_us;
+        if (east_mm, north_mm, time_us) != (0, 0, 0) {
+            self.write(now, Event::Imposed { stamp: now, east_mm, north_mm, time_us }, out);
+        }
+    }
+
     /// An act as the plant received it.
     pub(crate) fn act(&mut self, now: Instant, act: &Act, world: &World, out: &mut VecDeque<Output>) {
         let nearest = world.nearest(act.x_mm as f32 / 1000.0, act.y_mm as f32 / 1000.0);
@@ -125,6 +135,9 @@ impl Witness {
             let active = fault.active(run);
             if active != self.faults_active[index] {
                 self.faults_active[index] = active;
+                if let Some(step) = fault.step {
+                    self.write(now, Event::Step { step, begun: active }, out);
+                }
                 self.write(now, Event::Fault { sensor: fault.sensor, kind: fault.kind(), active, frame }, out);
             }
         }

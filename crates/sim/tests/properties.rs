@@ -109,7 +109,14 @@ fn a_fault_of_one_sensor_leaves_the_bytes_of_the_others_unchanged() {
     let clean = Rig::new(SimConfig::new(7, true)).run(1_000, None);
     for disturbance in [Disturbance::Dropout, Disturbance::Freeze, Disturbance::Occlusion { permille: 400 }] {
         let mut config = SimConfig::new(7, true);
-        config.faults.push(Fault { sensor: Sensor::Thermal, disturbance, start_ms: 300, duration_ms: 300 });
+        config.faults.push(Fault {
+            sensor: Sensor::Thermal,
+            disturbance,
+            start_ms: 300,
+            duration_ms: 300,
+            step: None,
+            waits_ms: None,
+        });
         let log = Rig::new(config).run(1_000, None);
         for (clean, got) in planes(&clean).iter().zip(planes(&log)) {
             let faulty = (3..6).contains(&got.0.0);
@@ -132,7 +139,14 @@ fn a_fault_of_one_sensor_leaves_the_bytes_of_the_others_unchanged() {
 fn a_drift_walks_the_fix_away_from_the_truth_and_is_written_down() {
     let mut config = SimConfig::new(7, false);
     let disturbance = Disturbance::Drift { east_mm_s: 1000, north_mm_s: 0 };
-    config.faults.push(Fault { sensor: Sensor::Localisation, disturbance, start_ms: 500, duration_ms: 60_000 });
+    config.faults.push(Fault {
+        sensor: Sensor::Localisation,
+        disturbance,
+        start_ms: 500,
+        duration_ms: 60_000,
+        step: None,
+        waits_ms: None,
+    });
     let log = Rig::new(config).run(3_500, None);
     let bodies = bodies(&log, Topic::Navigation);
     let last = minicbor::decode::<wire::sensor::Navigation>(bodies.last().unwrap()).unwrap();

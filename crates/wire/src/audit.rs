@@ -51,6 +51,13 @@ impl Entry {
     }
 }
 
+/// Whether an encoded entry is one that a step of an attack may wait for: a change of mode, or another step. Never the
+/// service's business: asked by the instrument plane only.
+pub fn is_awaited(bytes: &[u8]) -> bool {
+    let awaited = |entry: Entry| matches!(entry.event, Event::Transition { .. } | Event::Step { .. });
+    Entry::decode(bytes).is_ok_and(awaited)
+}
+
 /// A node's own chain.
 #[derive(Debug)]
 pub struct Journal {
@@ -301,7 +308,8 @@ impl Core for Recorder {
             | Input::Closed { .. }
             | Input::Published { .. }
             | Input::Datagram { .. }
-            | Input::Stream { .. } => {}
+            | Input::Stream { .. }
+            | Input::Cue { .. } => {}
         }
     }
 

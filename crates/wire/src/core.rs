@@ -10,6 +10,7 @@
 use minicbor::{Decode, Encode};
 
 use crate::id::{PeerId, SessionId, UnitId};
+use crate::step::StepName;
 use crate::time::Instant;
 
 /// A channel between processes of one host, carried over shared memory.
@@ -247,6 +248,13 @@ pub enum Input {
     /// Write the closing account; no input follows.
     #[n(10)]
     Finish,
+    /// What a step of an attack or a fault waits for has come (adversaries and sensors only).
+    #[n(40)]
+    Cue {
+        /// Which step.
+        #[n(0)]
+        step: StepName,
+    },
 }
 
 /// What a core gives back.
@@ -325,6 +333,13 @@ pub enum Output {
         /// UTF-8 without control characters other than newline.
         #[n(0)]
         text: String,
+    },
+    /// End a secure session; whoever dialled it dials again.
+    #[n(55)]
+    Close {
+        /// Local handle of the session.
+        #[n(0)]
+        session: SessionId,
     },
     /// Emit a datagram towards the server from a source address of the relay's own, which no session knows and no
     /// credential covers (relay only).

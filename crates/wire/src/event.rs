@@ -10,13 +10,14 @@ use crate::codec::Text;
 use crate::command::CommandKind;
 use crate::core::{Side, Topic};
 use crate::feed::CommandStage;
-use crate::id::{CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, TrackId, UnitId, WorldId};
+use crate::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, TrackId, UnitId, WorldId};
 use crate::mode::{Because, Cause, Guards, Mode};
 use crate::policy::Waived;
 use crate::refusal::Reason;
-use crate::sensor::{Class, Modalities};
+use crate::sensor::{Class, Modalities, ReceiverTime};
+use crate::step::StepName;
 use crate::stream::{Deed, Sight};
-use crate::time::Span;
+use crate::time::{Instant, Span};
 
 /// Where a record was judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
@@ -175,9 +176,6 @@ pub enum Action {
     /// Sent a record under a teammate's own credentials.
     #[n(8)]
     Forward,
-    /// Published a command again.
-    #[n(9)]
-    RepeatCommand,
     /// Ended a process.
     #[n(11)]
     Kill,
@@ -187,6 +185,15 @@ pub enum Action {
     /// Published there again what that channel's producer had published.
     #[n(46)]
     Republish,
+    /// Sent a record of an earlier session again, under its own credentials.
+    #[n(35)]
+    Resend,
+    /// Reported of itself what is not so.
+    #[n(36)]
+    Lie,
+    /// Reported as a live product, in this time base, what is neither or not both.
+    #[n(37)]
+    Confuse,
 }
 
 /// A sensor that a fault can befall.
@@ -241,6 +248,12 @@ pub enum FaultKind {
     /// A sudden offset.
     #[n(5)]
     Jump,
+    /// A sudden offset of the receiver's time.
+    #[n(60)]
+    TimeStep,
+    /// A growing offset of the receiver's time.
+    #[n(61)]
+    TimeDrift,
 }
 
 /// How a shown value stands to its limits.
@@ -259,6 +272,54 @@ pub enum Freshness {
     /// Its source is gone.
     #[n(3)]
     Lost,
+}
+
+/// How far the display says that a command has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[cbor(index_only)]
+pub enum ShownAs {
+    /// Asked of the gateway.
+    #[n(0)]
+    Requested,
+    /// Waiting at the gateway for the operator's confirmation.
+    #[n(1)]
+    Staged,
+    /// Confirmed by the operator.
+    #[n(2)]
+    Released,
+    /// On its way to the unit.
+    #[n(3)]
+    Sent,
+    /// Executed by the unit.
+    #[n(4)]
+    Executed,
+    /// Refused by the unit.
+    #[n(5)]
+    Refused,
+    /// Refused by the gateway, or waited too long there.
+    #[n(6)]
+    Void,
+    /// Not answered in time: an alarm.
+    #[n(7)]
+    NotAcknowledged,
+}
+
+/// How a process is kept from running while it lives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+pub enum Suspension {
+    /// It does nothing at all.
+    #[n(0)]
+    Hang,
+    /// It runs for a share of each period.
+    #[n(1)]
+    Slow {
+        /// The share, permille.
+        #[n(0)]
+        quota: u16,
+        /// The period.
+        #[n(1)]
+        period: Span,
+    },
 }
 
 /// One event.
@@ -615,6 +676,73 @@ pub enum Event {
         #[n(4)]
         hash: u64,
     },
+    /// A step of an attack began (true) or ended, by the word of who carries it out.
+    #[n(40)]
+    Step {
+        #[n(0)]
+        step: StepName,
+        #[n(1)]
+        begun: bool,
+    },
+    /// The launcher or twin keeps a process from running (true), or lets it run again. Live, it says so once the kernel's
+    /// process table does.
+    #[n(41)]
+    Suspended {
+        #[n(0)]
+        node: NodeId,
+        #[n(1)]
+        how: Suspension,
+        #[n(2)]
+        on: bool,
+    },
+    /// The launcher or twin started a process again that had ended.
+    #[n(42)]
+    Restarted {
+        #[n(0)]
+        node: NodeId,
+        #[n(1)]
+        boot: Boot,
+    },
+    /// What the display shows of a command of the operator's, when that changed.
+    #[n(45)]
+    CommandShown {
+        #[n(0)]
+        command: CommandId,
+        #[n(1)]
+        shown: ShownAs,
+    },
+    /// Autonomy: a fix as it came, and the pose that the unit drives by after it (written a few times a second).
+    #[n(60)]
+    Located {
+        /// Stamp of the reading.
+        #[n(0)]
+        stamp: Instant,
+        #[n(1)]
+        x_mm: i32,
+        #[n(2)]
+        y_mm: i32,
+        #[n(3)]
+        time: ReceiverTime,
+        #[n(4)]
+        pose_x_mm: i32,
+        #[n(5)]
+        pose_y_mm: i32,
+        /// The unit says that it does not go by such fixes now.
+        #[n(6)]
+        distrusted: bool,
+    },
+    /// Sim: by how much faults displace the fix of this stamp (written with the truth, while they do).
+    #[n(61)]
+    Imposed {
+        #[n(0)]
+        stamp: Instant,
+        #[n(1)]
+        east_mm: i32,
+        #[n(2)]
+        north_mm: i32,
+        #[n(3)]
+        time_us: i64,
+    },
     /// The mouth of a core took in bytes that an insider says it sent there.
     #[n(65)]
     MouthSaw {
@@ -626,6 +754,15 @@ pub enum Event {
         length: u32,
         #[n(3)]
         hash: u64,
+    },
+    /// An insider sends the report with this identity: which of a session's records are its deeds.
+    #[n(55)]
+    Claimed {
+        #[n(0)]
+        record: RecordId,
+        /// How far the place in it is from the true one, mm.
+        #[n(1)]
+        off_mm: u32,
     },
 }
 
@@ -649,4 +786,7 @@ pub enum Inconsistency {
     /// Its own sequence or stamps run backwards, or two sources claim the same report sequence.
     #[n(2)]
     TimeBase,
+    /// Over many claims its place does not go where its speed and heading lead.
+    #[n(55)]
+    Residual,
 }

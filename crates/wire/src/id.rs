@@ -155,8 +155,8 @@ impl NodeId {
     pub const PERCEPTION_C: NodeId = NodeId(20);
     /// The third unit's simulation.
     pub const SIM_C: NodeId = NodeId(21);
-    /// The insider on the command plane.
-    pub const INSIDER_COMMAND: NodeId = NodeId(22);
+    /// The insider who holds the broker's credentials.
+    pub const INSIDER_BROKER: NodeId = NodeId(25);
     /// The insider who holds what perception holds.
     pub const INSIDER_PERCEPTION: NodeId = NodeId(27);
     /// The insider whose hands the recorder is in.
@@ -197,6 +197,8 @@ impl NodeId {
 impl PeerId {
     /// The gateway's certificate.
     pub const GATEWAY: PeerId = PeerId(6);
+    /// The command broker's certificate.
+    pub const BROKER: PeerId = PeerId(7);
     /// Unit A's certificate.
     pub const UNIT_A: PeerId = PeerId(0);
     /// Unit B's certificate.

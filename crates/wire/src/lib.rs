@@ -38,6 +38,7 @@ pub mod report;
 pub mod sensor;
 pub mod setup;
 pub mod sign;
+pub mod step;
 pub mod stream;
 pub mod time;
 pub mod track;

@@ -99,11 +99,17 @@ pub enum Guard {
     /// The designated track is fresh, corroborated and confident. Authority only.
     #[n(10)]
     Designation,
+    /// Localisation does not drift away from odometry.
+    #[n(60)]
+    Drift,
+    /// The receiver's time runs with this host's clock.
+    #[n(61)]
+    TimeBase,
 }
 
 impl Guard {
-    /// Every guard, in wire order.
-    pub const ALL: [Guard; 11] = [
+    /// Every guard, in the order of a set's bits.
+    pub const ALL: [Guard; 13] = [
         Guard::Rgb,
         Guard::Depth,
         Guard::Thermal,
@@ -115,6 +121,8 @@ impl Guard {
         Guard::Teammates,
         Guard::SealedLog,
         Guard::Designation,
+        Guard::Drift,
+        Guard::TimeBase,
     ];
 
     /// The guard over a perception stage.
@@ -141,6 +149,8 @@ impl Guard {
             Guard::Teammates => "teammates",
             Guard::SealedLog => "sealed_log",
             Guard::Designation => "designation",
+            Guard::Drift => "drift",
+            Guard::TimeBase => "time_base",
         }
     }
 }

@@ -81,6 +81,19 @@ pub enum DisplayRule {
     Signature,
 }
 
+impl DisplayRule {
+    /// Every rule, in order.
+    pub const ALL: [DisplayRule; 2] = [DisplayRule::AgeOut, DisplayRule::Signature];
+
+    /// Name in policy files.
+    pub fn name(self) -> &'static str {
+        match self {
+            DisplayRule::AgeOut => "age_out",
+            DisplayRule::Signature => "signature",
+        }
+    }
+}
+
 /// Whether a check stands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -155,6 +155,12 @@ pub struct Pose {
     pub yaw_mrad: i16,
 }
 
+/// Time as a satellite receiver gives it with a fix, microseconds of its own count. It is an input like the position
+/// beside it: no age, lease or freshness rests on it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[cbor(transparent)]
+pub struct ReceiverTime(#[n(0)] pub u64);
+
 /// A localisation reading.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Fix {
@@ -164,6 +170,9 @@ pub struct Fix {
     /// One standard deviation of position as the source states it, millimetres.
     #[n(1)]
     pub sigma_mm: u16,
+    /// The receiver's time at the fix.
+    #[n(2)]
+    pub time: ReceiverTime,
 }
 
 /// A wheel-odometry reading.

@@ -46,6 +46,9 @@ pub enum Sight {
     /// The secure layer of this end refused what had arrived.
     #[n(3)]
     Refused,
+    /// A whole message came out of the stream; length and hash are those of its payload.
+    #[n(4)]
+    Delivered,
 }
 
 /// Name of a direction and place in it, kept while its bytes go by.

@@ -98,7 +98,7 @@ fn no_vector_file_is_left_without_values() {
 fn every_event_has_a_vector() {
     let (_, entries) = values::all().into_iter().find(|(message, _)| *message == "entry").expect("entries");
     let tags: BTreeSet<u8> = entries.iter().map(|e| e.event).collect();
-    assert_eq!(tags.into_iter().collect::<Vec<_>>(), values::events());
+    assert_eq!(tags.into_iter().collect::<Vec<_>>(), values::events().collect::<Vec<_>>());
 }
 
 #[test]

@@ -173,6 +173,7 @@ impl Core for Rogue {
             | Input::Published { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }
+            | Input::Cue { .. }
             | Input::Audit { .. } => {}
         }
         if !self.quiet {

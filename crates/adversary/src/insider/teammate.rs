@@ -12,18 +12,23 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
 use wire::audit::Journal;
 use wire::bounds::Bounds;
+use wire::codec;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::{Account, Action, Event, wire_hash};
 use wire::hop::HopBody;
-use wire::id::{Boot, Nonce, PeerId, SessionId, WorldId};
+use wire::id::{Boot, Nonce, PeerId, RecordId, SessionId, WorldId};
 use wire::setup::Setup;
 use wire::sign::Purpose;
+use wire::step::StepName;
 use wire::time::{Instant, Span};
 
 use super::end::End;
 use super::flaw;
-use super::voice::Voice;
-use crate::plan::{Flaw, InsiderTeammateConfig, PlanError};
+use super::story;
+use super::tape::{Tape, Taped};
+use super::voice::{self, Voice};
+use crate::opening::{self, Opening};
+use crate::plan::{Direction, Forward, InsiderTeammateConfig, Malformed, PlanError};
 use crate::schedule::{Steps, stream};
 
 /// Most sessions at once: one up to the gateway, one down to C, and as many again while they change over.
@@ -36,6 +41,8 @@ const MAX_WAITING: usize = 1024;
 pub struct InsiderTeammate {
     origin: Instant,
     config: InsiderTeammateConfig,
+    /// When the forwarding begins and ends.
+    forward: Option<Opening>,
     boot: Boot,
     bounds: Bounds,
     voice: Voice,
@@ -43,6 +50,7 @@ pub struct InsiderTeammate {
     ends: BTreeMap<SessionId, End>,
     waiting: VecDeque<(Instant, Vec<u8>)>,
     runs: Vec<Run>,
+    tape: Option<Tape>,
     next_report: Instant,
     next_grant: Instant,
     sent: u64,
@@ -54,8 +62,10 @@ pub struct InsiderTeammate {
 /// A run of broken records.
 #[derive(Clone, Debug)]
 struct Run {
-    steps: Steps,
-    flaws: Vec<Flaw>,
+    plan: Malformed,
+    opening: Opening,
+    /// Its times, once its beginning is settled.
+    steps: Option<Steps>,
     taken: usize,
 }
 
@@ -66,13 +76,15 @@ impl InsiderTeammate {
     /// A magnitude of the plan outside its bounds.
     pub fn new(setup: Setup, config: InsiderTeammateConfig, now: Instant) -> Result<Self, PlanError> {
         config.check()?;
-        let runs = config.malformed.iter().map(|run| Run {
-            steps: Steps::new(now + Span::ms(run.at_ms), run.every_ms, run.count, None),
-            flaws: run.flaws.clone(),
-            taken: 0,
+        let runs = config.malformed.iter().map(|run| {
+            let lasts = Span::ms(u64::from(run.count - 1) * run.every_ms);
+            let opening = Opening::new(run.step, Direction::Up, now, run.at_ms, lasts);
+            Run { plan: run.clone(), opening, steps: None, taken: 0 }
         });
+        let forward = |f: &Forward| Opening::new(f.step, Direction::Up, now, f.at_ms, Span::ms(f.duration_ms));
         let mut insider = Self {
             origin: now,
+            forward: config.forward.as_ref().map(forward),
             boot: setup.boot,
             bounds: setup.bounds,
             voice: Voice::new(setup.key(), setup.boot, config.place, now),
@@ -80,6 +92,7 @@ impl InsiderTeammate {
             ends: BTreeMap::new(),
             waiting: VecDeque::new(),
             runs: runs.collect(),
+            tape: config.resend.map(|plan| Tape::new(plan, now)),
             config,
             next_report: now,
             next_grant: now,
@@ -89,6 +102,7 @@ impl InsiderTeammate {
             out: VecDeque::new(),
         };
         insider.journal.write(now, Event::Started, &mut insider.out);
+        insider.line_up();
         Ok(insider)
     }
 
@@ -98,6 +112,7 @@ impl InsiderTeammate {
         Self {
             origin: self.origin,
             config: self.config.clone(),
+            forward: self.forward.clone(),
             boot: self.boot,
             bounds: self.bounds,
             voice: self.voice.fork(),
@@ -105,6 +120,7 @@ impl InsiderTeammate {
             ends: self.ends.clone(),
             waiting: self.waiting.clone(),
             runs: self.runs.clone(),
+            tape: self.tape.clone(),
             next_report: self.next_report,
             next_grant: self.next_grant,
             sent: self.sent,
@@ -136,6 +152,13 @@ impl InsiderTeammate {
     fn hear(&mut self, now: Instant, session: SessionId, bytes: &[u8]) {
         let Some(end) = self.ends.get_mut(&session) else { return };
         let Some(body) = end.hear(now, bytes) else { return };
+        if let HopBody::Teammate(teammate) = &body
+            && teammate.via == PeerId::UNIT_A
+            && let Some(mode) = voice::mode_in(teammate.report)
+        {
+            let openings = self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening));
+            openings.for_each(|opening| opening.hears(now, mode));
+        }
         let report: &[u8] = match body {
             HopBody::Report(report) if end.peer == PeerId::UNIT_C => report,
             HopBody::Teammate(teammate) if teammate.via == PeerId::UNIT_C => teammate.report,
@@ -150,9 +173,7 @@ impl InsiderTeammate {
     /// The lag, while C's telemetry is being forwarded.
     fn forwarding(&self, now: Instant) -> Option<Span> {
         let forward = self.config.forward.as_ref()?;
-        let from = self.origin + Span::ms(forward.at_ms);
-        let open = now >= from && now < from + Span::ms(forward.duration_ms);
-        open.then_some(Span::ms(forward.lag_ms))
+        self.forward.as_ref().filter(|opening| opening.is_open(now)).map(|_| Span::ms(forward.lag_ms))
     }
 
     /// Sends on what has waited long enough.
@@ -161,6 +182,7 @@ impl InsiderTeammate {
             let Some((_, theirs)) = self.waiting.pop_front() else { break };
             let Some(forward) = self.config.forward else { continue };
             let Some(report) = self.voice.in_form(now, forward.form, &theirs) else { continue };
+            let claimed = voice::id(&report);
             for session in self.sessions(PeerId::GATEWAY) {
                 let Some(end) = self.ends.get_mut(&session) else { continue };
                 let record = end.say(now, HopBody::Report(report.as_slice().into()), &mut self.rng);
@@ -169,6 +191,9 @@ impl InsiderTeammate {
                 let (hash, delay) = (wire_hash(&record), Span::ms(forward.lag_ms));
                 let event = Event::Attack { action: Action::Forward, side: Side::Server, length, hash, delay };
                 self.journal.write(now, event, &mut self.out);
+                if let Some(record) = claimed {
+                    self.journal.write(now, Event::Claimed { record, off_mm: 0 }, &mut self.out);
+                }
                 self.send(session, record);
             }
         }
@@ -183,9 +208,53 @@ impl InsiderTeammate {
         }
         let up = self.sessions(PeerId::GATEWAY);
         if own && !up.is_empty() {
-            let report = self.voice.own(now, Nonce(self.rng.next_u64()));
-            let signed = self.voice.key.sign(Purpose::Report, &report);
-            up.into_iter().for_each(|session| self.say(now, session, HopBody::Report(signed.as_slice().into())));
+            let mut report = self.voice.own(now, Nonce(self.rng.next_u64()));
+            let told = story::tell(&self.config, now.since(self.origin), &mut report);
+            let signed = self.voice.key.sign(Purpose::Report, &codec::encode(&report));
+            for session in up {
+                let Some(end) = self.ends.get_mut(&session) else { continue };
+                let whole = end.say(now, HopBody::Report(signed.as_slice().into()), &mut self.rng);
+                if let Some(action) = told.action {
+                    self.own_up(now, action, (report.id(), told.off_mm), &whole, Span::ZERO);
+                }
+                if let Some(tape) = &mut self.tape {
+                    tape.note(Taped { at: now, id: report.id(), whole: whole.clone(), report: signed.clone() });
+                }
+                self.send(session, whole);
+            }
+        }
+    }
+
+    /// Tells what is about to be said, and which report it is.
+    fn own_up(&mut self, now: Instant, action: Action, (record, off_mm): (RecordId, u32), bytes: &[u8], delay: Span) {
+        let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
+        let event = Event::Attack { action, side: Side::Server, length, hash: wire_hash(bytes), delay };
+        self.journal.write(now, event, &mut self.out);
+        self.journal.write(now, Event::Claimed { record, off_mm }, &mut self.out);
+    }
+
+    /// Ends the session when that is due, and says again in the next what was said in it.
+    fn resend(&mut self, now: Instant) {
+        if self.tape.as_mut().is_some_and(|tape| tape.hangs_up(now)) {
+            let up: Vec<SessionId> =
+                self.ends.iter().filter(|(_, end)| end.peer == PeerId::GATEWAY).map(|(session, _)| *session).collect();
+            for session in up {
+                self.close(now, session);
+                self.out.push_back(Output::Close { session });
+            }
+            if self.tape.as_ref().is_some_and(Tape::restarts) {
+                self.boot = Boot(self.boot.0 + 1);
+                self.voice.restart(self.boot);
+            }
+        }
+        let Some(session) = self.sessions(PeerId::GATEWAY).first().copied() else { return };
+        while let Some((taped, whole)) = self.tape.as_mut().and_then(|tape| tape.take(now)) {
+            let delay = now.since(taped.at);
+            let Some(end) = self.ends.get_mut(&session) else { return };
+            let body = HopBody::Report(taped.report.as_slice().into());
+            let record = if whole { taped.whole } else { end.say(now, body, &mut self.rng) };
+            self.own_up(now, Action::Resend, (taped.id, 0), &record, delay);
+            self.send(session, record);
         }
     }
 
@@ -201,11 +270,11 @@ impl InsiderTeammate {
     /// Broken records that are due.
     fn misspeak(&mut self, now: Instant) {
         for i in 0..self.runs.len() {
-            while self.runs[i].steps.take(now) {
+            while self.runs[i].steps.as_mut().is_some_and(|steps| steps.take(now)) {
                 let run = &mut self.runs[i];
-                let flaw = run.flaws[run.taken % run.flaws.len()];
+                let flaw = run.plan.flaws[run.taken % run.plan.flaws.len()];
                 run.taken += 1;
-                let report = self.voice.own(now, Nonce(self.rng.next_u64()));
+                let report = codec::encode(&self.voice.own(now, Nonce(self.rng.next_u64())));
                 for session in self.sessions(PeerId::GATEWAY) {
                     let Some(end) = self.ends.get_mut(&session) else { continue };
                     let bytes = flaw::record(flaw, now, end, &self.voice.key, &report, &mut self.rng);
@@ -217,6 +286,26 @@ impl InsiderTeammate {
                 }
             }
         }
+    }
+
+    /// What began or ended by `now` is told, and what began gets its times.
+    fn settle(&mut self, now: Instant) {
+        let openings = self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening));
+        opening::settle(openings, now, &mut self.journal, &mut self.out);
+        self.line_up();
+    }
+
+    fn line_up(&mut self) {
+        for run in self.runs.iter_mut().filter(|run| run.steps.is_none()) {
+            let times = |opens| Steps::new(opens, run.plan.every_ms, run.plan.count, None);
+            run.steps = run.opening.opens().map(times);
+        }
+    }
+
+    /// A step is called.
+    fn cue(&mut self, now: Instant, step: StepName) {
+        let openings = self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening));
+        openings.for_each(|opening| opening.cue(now, step));
     }
 
     /// Sessions with `peer` in which something can be said.
@@ -259,6 +348,7 @@ impl InsiderTeammate {
             self.next_grant = next(self.next_grant, self.bounds.grant_period_ms, now);
         }
         self.misspeak(now);
+        self.resend(now);
     }
 }
 
@@ -275,6 +365,7 @@ impl Core for InsiderTeammate {
             Input::Opened { session, peer } => self.open(now, *session, *peer),
             Input::Record { session, bytes } => self.hear(now, *session, bytes),
             Input::Closed { session } => self.close(now, *session),
+            Input::Cue { step } => self.cue(now, *step),
             Input::Quiesce => self.quiet = true,
             Input::Finish => {
                 self.quiet = true;
@@ -289,6 +380,7 @@ impl Core for InsiderTeammate {
             | Input::Audit { .. } => {}
         }
         if !self.quiet {
+            self.settle(now);
             self.act(now);
         }
     }
@@ -298,8 +390,12 @@ impl Core for InsiderTeammate {
             return None;
         }
         let waiting = self.waiting.front().map(|(due, _)| *due);
-        let runs = self.runs.iter().filter_map(|run| run.steps.due());
-        [self.next_report, self.next_grant].into_iter().chain(waiting).chain(runs).min()
+        let runs = self.runs.iter().filter_map(|run| run.steps.as_ref().and_then(Steps::due));
+        let openings = self.forward.iter().chain(self.runs.iter().map(|run| &run.opening));
+        let begins = openings.filter_map(Opening::due);
+        let ready = self.ends.values().any(|end| end.peer == PeerId::GATEWAY && end.ready());
+        let tape = self.tape.as_ref().and_then(|tape| tape.due(ready));
+        [self.next_report, self.next_grant].into_iter().chain(waiting).chain(runs).chain(begins).chain(tape).min()
     }
 
     fn output(&mut self) -> Option<Output> {

@@ -1,10 +1,10 @@
 //! The insiders as attacks, judged at the receiver by `wire::trust`.
 
 use wire::codec;
-use wire::core::{Core, Input, Output, Subject};
-use wire::event::{Account, Action, Event, wire_hash};
+use wire::core::{Input, Output};
+use wire::event::{Action, Event, wire_hash};
 use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP, Teammate};
-use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId};
+use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId};
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::Policy;
 use wire::refusal::{Reason, Refusal};
@@ -14,11 +14,9 @@ use wire::sign::{Key, Keyring, Purpose, Signed};
 use wire::time::{AgeBound, PeerStamp, Span};
 use wire::trust::{SessionGate, SignedReport, Window};
 
-use super::{InsiderCommand, InsiderTeammate};
-use crate::plan::{
-    Flaw, Form, Forward, InsiderCommandConfig, InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater,
-};
-use crate::testing::{at, counted, setup, times, turn};
+use super::InsiderTeammate;
+use crate::plan::{Flaw, Form, Forward, InsiderTeammateConfig, Malformed, Place};
+use crate::testing::{at, setup, times, turn};
 
 const UP: SessionId = SessionId(1);
 const DOWN: SessionId = SessionId(2);
@@ -122,7 +120,7 @@ fn broken_records_are_refused_for_the_flaw_they_have() {
     use Reason::{Canonical, Length, Schema};
     let flaws = [Flaw::Length, Flaw::Schema, Flaw::NonCanonical, Flaw::Range, Flaw::Count];
     let expected = [Length, Schema, Canonical, Schema, Schema];
-    let run = Malformed { at_ms: 150, flaws: flaws.to_vec(), count: 5, every_ms: 0 };
+    let run = Malformed { at_ms: 150, flaws: flaws.to_vec(), count: 5, every_ms: 0, step: None };
     let config = InsiderTeammateConfig { malformed: vec![run], ..InsiderTeammateConfig::default() };
     let mut insider = InsiderTeammate::new(setup(NodeId::INSIDER_B, 2), config, at(0)).unwrap();
     open(&mut insider, UP, PeerId::GATEWAY);
@@ -143,40 +141,14 @@ fn broken_records_are_refused_for_the_flaw_they_have() {
     }
 }
 
-#[test]
-fn a_captured_order_is_published_again_later_byte_for_byte() {
-    let later = vec![RepeatLater { at_ms: 1000, count: 3, every_ms: 100 }];
-    let mut insider = commander(InsiderCommandConfig { later, at_once: vec![] });
-    let mut said = Vec::new();
-    assert_eq!(turn(&mut insider, at(100), &order(1), &mut said), []);
-    assert_eq!(turn(&mut insider, at(200), &order(2), &mut said), []);
-    for (ms, byte) in [(1000, 2), (1100, 1), (1200, 2)] {
-        assert_eq!(insider.deadline(), Some(at(ms)));
-        assert_eq!(turn(&mut insider, at(ms), &Input::Timeout, &mut said), [repeated(byte)]);
-    }
-    let told = |event: &&Event| matches!(event, Event::Attack { hash, .. } if *hash == wire_hash(&[2; 30]));
-    assert_eq!(said.iter().filter(told).count(), 2);
-    turn(&mut insider, at(1300), &Input::Finish, &mut said);
-    assert_eq!(counted(&said, Account::Sent), 3);
-}
-
-#[test]
-fn a_duplicated_order_is_not_duplicated_again_when_it_comes_back() {
-    let at_once = vec![RepeatAtOnce { at_ms: 0, duration_ms: 1000, copies: 2 }];
-    let mut insider = commander(InsiderCommandConfig { later: vec![], at_once });
-    assert_eq!(turn(&mut insider, at(10), &order(1), &mut Vec::new()), [repeated(1), repeated(1)]);
-    assert_eq!(turn(&mut insider, at(11), &order(1), &mut Vec::new()), []);
-    assert_eq!(turn(&mut insider, at(1000), &order(2), &mut Vec::new()), []);
-}
-
 fn teammate(forward: Option<Forward>) -> InsiderTeammate {
     let place = Place { x_mm: 1000, y_mm: 2000, vx_mm_s: 300, vy_mm_s: -400 };
-    let config = InsiderTeammateConfig { place, forward, malformed: vec![] };
+    let config = InsiderTeammateConfig { place, forward, ..InsiderTeammateConfig::default() };
     InsiderTeammate::new(setup(NodeId::INSIDER_B, 2), config, at(0)).unwrap()
 }
 
 fn forward(form: Form) -> Forward {
-    Forward { form, at_ms: 1000, duration_ms: 1000, lag_ms: 0, own_reports: true }
+    Forward { form, at_ms: 1000, duration_ms: 1000, lag_ms: 0, own_reports: true, step: None }
 }
 
 /// Opens a session and says hello to the insider in it.
@@ -260,16 +232,4 @@ fn records(out: Vec<Output>, of: SessionId) -> Vec<Vec<u8>> {
         if let Output::Record { session, bytes } = output { (session == of).then_some(bytes) } else { None }
     };
     out.into_iter().filter_map(bytes).collect()
-}
-
-fn commander(config: InsiderCommandConfig) -> InsiderCommand {
-    InsiderCommand::new(setup(NodeId::INSIDER_B, 5), config, at(0)).unwrap()
-}
-
-fn order(byte: u8) -> Input {
-    Input::Published { subject: Subject::Command(UnitId::A), bytes: vec![byte; 30] }
-}
-
-fn repeated(byte: u8) -> Output {
-    Output::Publish { subject: Subject::Command(UnitId::A), bytes: vec![byte; 30] }
 }

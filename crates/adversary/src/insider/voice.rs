@@ -3,7 +3,7 @@
 //! All of it shares B's one sequence and B's key. When something is said, and to whom, is left to `teammate`.
 
 use wire::codec;
-use wire::id::{Boot, NodeId, Nonce, Sequence};
+use wire::id::{Boot, NodeId, Nonce, RecordId, Sequence};
 use wire::mode::{Cause, Guards, Mode};
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::{Pose, ProductMode};
@@ -63,10 +63,15 @@ impl Voice {
         Some(codec::encode(&report))
     }
 
-    /// B's own report.
-    pub(super) fn own(&mut self, now: Instant, nonce: Nonce) -> Vec<u8> {
+    /// From now on B has this boot and counts from the beginning.
+    pub(super) fn restart(&mut self, boot: Boot) {
+        (self.boot, self.sequence) = (boot, Sequence(0));
+    }
+
+    /// B's own report, true in everything.
+    pub(super) fn own(&mut self, now: Instant, nonce: Nonce) -> Report {
         self.sequence = self.sequence.next();
-        let report = Report {
+        Report {
             origin: NodeId::UNIT_B,
             boot: self.boot,
             sequence: self.sequence,
@@ -83,9 +88,21 @@ impl Voice {
             last_command: None,
             progress: 0,
             tracks: codec::List::default(),
-        };
-        codec::encode(&report)
+        }
     }
+}
+
+/// The mode in a signed report that the unit under test made; `None` for another's or an unreadable one.
+pub(super) fn mode_in(signed: &[u8]) -> Option<Mode> {
+    let signed = Signed::parse(signed, MAX_REPORT).ok()?;
+    let report: Report = codec::decode(signed.payload, MAX_REPORT).ok()?;
+    (report.origin == NodeId::UNIT_A).then_some(report.mode)
+}
+
+/// The identity of a signed report; `None` when it is unreadable.
+pub(super) fn id(signed: &[u8]) -> Option<RecordId> {
+    let signed = Signed::parse(signed, MAX_REPORT).ok()?;
+    codec::decode::<Report>(signed.payload, MAX_REPORT).ok().map(|report| report.id())
 }
 
 /// Where B claims to be after `elapsed`.
@@ -107,7 +124,7 @@ fn speed(place: &Place) -> i32 {
 }
 
 /// A COSE_Sign1 of the one profile (`wire::sign`) with a signature that was made over something else.
-fn under_signature(payload: &[u8], signature: &[u8; 64]) -> Vec<u8> {
+pub(super) fn under_signature(payload: &[u8], signature: &[u8; 64]) -> Vec<u8> {
     let mut encoder = minicbor::Encoder::new(Vec::with_capacity(payload.len() + 80));
     let written = encoder
         .array(4)

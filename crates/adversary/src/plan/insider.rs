@@ -1,13 +1,15 @@
-//! Plans of the insiders: a teammate that forwards a third unit's telemetry, and a republisher of commands.
+//! Plan of the insider who is a teammate and forwards a third unit's telemetry.
 
 use serde::{Deserialize, Serialize};
 
-use super::{MAX_COPIES, MAX_HOLD_MS, MAX_MS, PlanError, at_most, repeats, within};
+use super::peer::{Confusion, Falsehood, Resend};
+use super::step::{self, Step};
+use super::{MAX_HOLD_MS, MAX_MS, PlanError, at_most, repeats, within};
 
 /// Largest coordinate or speed of a claimed place, mm or mm/s.
 const MAX_PLACE: u64 = 1_000_000;
 
-/// Plan of the insider who holds teammate B's credentials. Without `forward` and `malformed` it is an honest B.
+/// Plan of the insider who holds teammate B's credentials. With nothing but a place it is an honest B.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InsiderTeammateConfig {
@@ -19,6 +21,15 @@ pub struct InsiderTeammateConfig {
     /// Records that are authenticated and broken.
     #[serde(default)]
     pub malformed: Vec<Malformed>,
+    /// Records of one session sent again in the next.
+    #[serde(default)]
+    pub resend: Option<Resend>,
+    /// Untrue claims of its own place and motion.
+    #[serde(default)]
+    pub falsehoods: Vec<Falsehood>,
+    /// Reports of another product mode or time base.
+    #[serde(default)]
+    pub confusions: Vec<Confusion>,
 }
 
 /// A claimed place and constant velocity, world frame.
@@ -53,6 +64,9 @@ pub struct Forward {
     /// Whether B's own reports go on beside the forwarded ones.
     #[serde(default = "yes")]
     pub own_reports: bool,
+    /// The step it is a part of, where that has a name.
+    #[serde(default)]
+    pub step: Option<Step>,
 }
 
 fn yes() -> bool {
@@ -83,6 +97,9 @@ pub struct Malformed {
     pub count: u32,
     /// Time between them.
     pub every_ms: u64,
+    /// The step it is a part of, where that has a name.
+    #[serde(default)]
+    pub step: Option<Step>,
 }
 
 /// What is wrong with a record.
@@ -114,64 +131,17 @@ impl InsiderTeammateConfig {
             within("at_ms", forward.at_ms, 0, MAX_MS)?;
             within("duration_ms", forward.duration_ms, 1, MAX_MS)?;
             within("lag_ms", forward.lag_ms, 0, MAX_HOLD_MS)?;
+            step::check(forward.step)?;
         }
-        at_most(self.malformed.len())?;
+        self.resend.iter().try_for_each(Resend::check)?;
+        at_most(self.malformed.len() + self.falsehoods.len() + self.confusions.len())?;
+        self.falsehoods.iter().try_for_each(Falsehood::check)?;
+        self.confusions.iter().try_for_each(Confusion::check)?;
         self.malformed.iter().try_for_each(|run| {
             within("at_ms", run.at_ms, 0, MAX_MS)?;
             within("flaws", run.flaws.len() as u64, 1, 8)?;
+            step::check(run.step)?;
             repeats(run.count, run.every_ms)
-        })
-    }
-}
-
-/// Plan of the insider on the command plane.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct InsiderCommandConfig {
-    /// Captured commands published again later.
-    #[serde(default)]
-    pub later: Vec<RepeatLater>,
-    /// Commands published again as they are seen.
-    #[serde(default)]
-    pub at_once: Vec<RepeatAtOnce>,
-}
-
-/// Captured commands, the newest first and then in turn, published again.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RepeatLater {
-    /// From when.
-    pub at_ms: u64,
-    /// How many times.
-    pub count: u32,
-    /// Time between them.
-    pub every_ms: u64,
-}
-
-/// Each new command of a window, published again at once.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct RepeatAtOnce {
-    /// From when.
-    pub at_ms: u64,
-    /// For how long.
-    pub duration_ms: u64,
-    /// Copies beside the original.
-    pub copies: u32,
-}
-
-impl InsiderCommandConfig {
-    /// Every magnitude within its bounds.
-    pub fn check(&self) -> Result<(), PlanError> {
-        at_most(self.later.len() + self.at_once.len())?;
-        self.later.iter().try_for_each(|run| {
-            within("at_ms", run.at_ms, 0, MAX_MS)?;
-            repeats(run.count, run.every_ms)
-        })?;
-        self.at_once.iter().try_for_each(|run| {
-            within("at_ms", run.at_ms, 0, MAX_MS)?;
-            within("duration_ms", run.duration_ms, 1, MAX_MS)?;
-            within("copies", u64::from(run.copies), 1, u64::from(MAX_COPIES))
         })
     }
 }

@@ -21,9 +21,9 @@ pub enum DatagramAction {
     Delay {
         /// At the start of the window.
         ms: u64,
-        /// Growth, ms per second of the window.
+        /// Growth, microseconds per second of the window.
         #[serde(default)]
-        growth_ms_per_s: u64,
+        growth_us_per_s: u64,
     },
     /// Each is held back by a uniform random time of at most so much.
     Jitter {
@@ -177,9 +177,9 @@ impl DatagramAction {
 
     fn check(&self, direction: Direction) -> Result<(), PlanError> {
         match *self {
-            DatagramAction::Delay { ms, growth_ms_per_s } => {
+            DatagramAction::Delay { ms, growth_us_per_s } => {
                 within("ms", ms, 0, MAX_HOLD_MS)?;
-                within("growth_ms_per_s", growth_ms_per_s, 0, 1000)
+                within("growth_us_per_s", growth_us_per_s, 0, 1_000_000)
             }
             DatagramAction::Jitter { ms } => within("ms", ms, 0, MAX_HOLD_MS),
             DatagramAction::Loss { permille } => share("permille", permille),

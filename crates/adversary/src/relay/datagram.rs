@@ -16,6 +16,7 @@ use wire::time::{Instant, Span};
 
 use super::passing::{Actor, Passing};
 use super::{Tally, attack, forge};
+use crate::opening::{self, Opening};
 use crate::plan::{DatagramAction, DatagramRelayConfig, PlanError, Timed};
 use crate::schedule::{Steps, stream};
 
@@ -27,9 +28,10 @@ const MAX_CAPTURED: usize = 4096;
 /// See the module.
 #[derive(Debug)]
 pub struct DatagramRelay {
-    origin: Instant,
     plan: Arc<[Timed<DatagramAction>]>,
     captures: bool,
+    /// When each action begins and ends.
+    openings: Vec<Opening>,
     actors: Vec<Actor>,
     held: BTreeMap<(Instant, u64), Datagram>,
     arrivals: u64,
@@ -55,15 +57,11 @@ impl DatagramRelay {
     /// A magnitude of the plan outside its bounds.
     pub fn new(setup: Setup, config: DatagramRelayConfig, now: Instant) -> Result<Self, PlanError> {
         config.check()?;
-        let actor = |(i, timed): (usize, &Timed<DatagramAction>)| {
-            let end = (timed.duration_ms > 0).then(|| timed.closes(now));
-            let steps = timed.action.counted().map(|(n, every_ms)| Steps::new(timed.opens(now), every_ms, n, end));
-            Actor { rng: stream(setup.seed, i), bad: [false; 2], steps }
-        };
+        let opening = |timed: &Timed<DatagramAction>| Opening::of(timed, now, timed.action.counted());
         let mut relay = Self {
-            origin: now,
             captures: config.actions.iter().any(|timed| timed.action.captures()),
-            actors: config.actions.iter().enumerate().map(actor).collect(),
+            openings: config.actions.iter().map(opening).collect(),
+            actors: (0..config.actions.len()).map(|i| Actor::new(stream(setup.seed, i))).collect(),
             plan: config.actions.into(),
             held: BTreeMap::new(),
             arrivals: 0,
@@ -75,6 +73,7 @@ impl DatagramRelay {
             out: VecDeque::new(),
         };
         relay.journal.write(now, Event::Started, &mut relay.out);
+        relay.line_up();
         Ok(relay)
     }
 
@@ -82,9 +81,9 @@ impl DatagramRelay {
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
-            origin: self.origin,
             plan: Arc::clone(&self.plan),
             captures: self.captures,
+            openings: self.openings.clone(),
             actors: self.actors.clone(),
             held: self.held.clone(),
             arrivals: self.arrivals,
@@ -108,8 +107,9 @@ impl DatagramRelay {
         let plan = Arc::clone(&self.plan);
         let mut passing = Passing::new(bytes);
         for (i, timed) in plan.iter().enumerate() {
-            if !self.quiet && timed.open(self.origin, now, towards) {
-                let since = now.since(timed.opens(self.origin));
+            let opening = &self.openings[i];
+            if !self.quiet && opening.open(now, towards) {
+                let since = opening.opens().map_or(Span::ZERO, |opens| now.since(opens));
                 let before = &self.before[towards as usize];
                 if !self.actors[i].apply(&timed.action, towards, since, before, &mut passing) {
                     self.tally.dropped[from as usize] += 1;
@@ -175,6 +175,42 @@ impl DatagramRelay {
             }
             let datagram = first.remove();
             self.emit(datagram);
+        }
+    }
+
+    /// Lets the actions that wait see what passes and hear what they are called to.
+    fn notice(&mut self, now: Instant, input: &Input) {
+        let openings = self.openings.iter_mut();
+        match input {
+            Input::Datagram { side, .. } => openings.for_each(|opening| opening.passes(now, side.other())),
+            Input::Cue { step } => openings.for_each(|opening| opening.cue(now, *step)),
+            Input::Timeout
+            | Input::Bus { .. }
+            | Input::Opened { .. }
+            | Input::Record { .. }
+            | Input::Closed { .. }
+            | Input::Published { .. }
+            | Input::Stream { .. }
+            | Input::Audit { .. }
+            | Input::Quiesce
+            | Input::Finish => return,
+        }
+        self.settle(now);
+    }
+
+    /// What has begun or ended by `now` is told, and what the relay then sends by itself gets its times.
+    fn settle(&mut self, now: Instant) {
+        opening::settle(self.openings.iter_mut(), now, &mut self.journal, &mut self.out);
+        self.line_up();
+    }
+
+    /// The times of what the relay sends by itself, where its beginning is settled.
+    fn line_up(&mut self) {
+        for ((timed, opening), actor) in self.plan.iter().zip(&self.openings).zip(&mut self.actors) {
+            if let (Some((n, every_ms)), Some(opens), None) = (timed.action.counted(), opening.opens(), &actor.steps) {
+                let end = (timed.duration_ms > 0).then(|| opens + Span::ms(timed.duration_ms));
+                actor.steps = Some(Steps::new(opens, every_ms, n, end));
+            }
         }
     }
 
@@ -277,6 +313,10 @@ impl DatagramRelay {
 impl Core for DatagramRelay {
     fn handle(&mut self, now: Instant, input: &Input) {
         self.release(now);
+        if !self.quiet {
+            self.settle(now);
+            self.notice(now, input);
+        }
         match input {
             Input::Datagram { side, bytes } => self.pass(now, *side, bytes),
             Input::Quiesce => self.quiet = true,
@@ -288,7 +328,8 @@ impl Core for DatagramRelay {
             | Input::Closed { .. }
             | Input::Published { .. }
             | Input::Stream { .. }
-            | Input::Audit { .. } => {}
+            | Input::Audit { .. }
+            | Input::Cue { .. } => {}
         }
         if !self.quiet {
             self.act(now);
@@ -298,7 +339,8 @@ impl Core for DatagramRelay {
     fn deadline(&self) -> Option<Instant> {
         let held = self.held.keys().next().map(|(due, _)| *due);
         let steps = self.actors.iter().filter_map(|actor| actor.steps.as_ref().and_then(Steps::due));
-        held.into_iter().chain(steps.filter(|_| !self.quiet)).min()
+        let begins = self.openings.iter().filter_map(Opening::due);
+        held.into_iter().chain(steps.chain(begins).filter(|_| !self.quiet)).min()
     }
 
     fn output(&mut self) -> Option<Output> {

@@ -44,6 +44,10 @@ impl Passing {
 }
 
 impl Actor {
+    pub(super) fn new(rng: ChaCha8Rng) -> Self {
+        Self { rng, bad: [false; 2], steps: None }
+    }
+
     /// Applies an open action to a datagram towards `towards`; false when it is lost.
     pub(super) fn apply(
         &mut self,
@@ -54,8 +58,8 @@ impl Actor {
         passing: &mut Passing,
     ) -> bool {
         match *action {
-            DatagramAction::Delay { ms, growth_ms_per_s } => {
-                let by = Span(ms * 1000 + since.0.saturating_mul(growth_ms_per_s) / 1000);
+            DatagramAction::Delay { ms, growth_us_per_s } => {
+                let by = Span(ms * 1000 + since.0.saturating_mul(growth_us_per_s) / 1_000_000);
                 passing.hold(Action::Delay, by.min(Span::ms(MAX_HOLD_MS)));
             }
             DatagramAction::Jitter { ms } => {

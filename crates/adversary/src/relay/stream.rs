@@ -1,7 +1,8 @@
 //! The relay in the command path: it sees TLS, and can hold, slow, end and damage it, but not read it.
 //!
 //! A stream keeps its order: a piece is never due before the one ahead of it. When a piece may leave is settled when it
-//! comes, since every window of the plan is known by then. An empty piece is the end of its direction.
+//! comes, by the windows that are known then: one that waits for something does not reach pieces that are already held.
+//! An empty piece is the end of its direction.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -16,8 +17,9 @@ use wire::stream::{Deed, Place};
 use wire::time::{Instant, Span};
 
 use super::{SIDES, Tally, forge};
+use crate::opening::{self, Opening};
 use crate::plan::{PlanError, StreamAction, StreamRelayConfig, Timed};
-use crate::schedule::{Steps, chance, stream};
+use crate::schedule::{chance, stream};
 
 /// Most bytes held for one direction of a connection; beyond, the connection is cut.
 const MAX_HELD_BYTES: usize = 1 << 20;
@@ -27,11 +29,12 @@ const MAX_CONNECTIONS: usize = 64;
 /// See the module.
 #[derive(Debug)]
 pub struct StreamRelay {
-    origin: Instant,
     plan: Arc<[Timed<StreamAction>]>,
+    /// When each action begins and ends.
+    openings: Vec<Opening>,
     rngs: Vec<ChaCha8Rng>,
-    /// When a half-close, reset or cut begins.
-    strikes: Vec<Option<Steps>>,
+    /// Half-closes, resets and cuts that have not yet begun.
+    strikes: Vec<bool>,
     connections: BTreeMap<SessionId, [Lane; 2]>,
     cut: VecDeque<SessionId>,
     pub(super) tally: Tally,
@@ -77,16 +80,14 @@ impl StreamRelay {
     pub fn new(setup: Setup, config: StreamRelayConfig, now: Instant) -> Result<Self, PlanError> {
         config.check()?;
         let strike = |timed: &Timed<StreamAction>| match timed.action {
-            StreamAction::HalfClose | StreamAction::Reset | StreamAction::Cut => {
-                Some(Steps::new(timed.opens(now), 0, 1, None))
-            }
+            StreamAction::HalfClose | StreamAction::Reset | StreamAction::Cut => true,
             StreamAction::Delay { .. }
             | StreamAction::Stall
             | StreamAction::Throttle { .. }
-            | StreamAction::Corrupt { .. } => None,
+            | StreamAction::Corrupt { .. } => false,
         };
         let mut relay = Self {
-            origin: now,
+            openings: config.actions.iter().map(|timed| Opening::of(timed, now, None)).collect(),
             rngs: (0..config.actions.len()).map(|i| stream(setup.seed, i)).collect(),
             strikes: config.actions.iter().map(strike).collect(),
             plan: config.actions.into(),
@@ -105,8 +106,8 @@ impl StreamRelay {
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         Self {
-            origin: self.origin,
             plan: Arc::clone(&self.plan),
+            openings: self.openings.clone(),
             rngs: self.rngs.clone(),
             strikes: self.strikes.clone(),
             connections: self.connections.clone(),
@@ -149,10 +150,8 @@ impl StreamRelay {
 
     /// Whether connections are cut at `now`.
     fn cutting(&self, now: Instant) -> bool {
-        let open = |timed: &Timed<StreamAction>| {
-            matches!(timed.action, StreamAction::Cut) && SIDES.iter().any(|side| timed.open(self.origin, now, *side))
-        };
-        self.plan.iter().any(open)
+        let mut actions = self.plan.iter().zip(&self.openings);
+        actions.any(|(timed, opening)| matches!(timed.action, StreamAction::Cut) && opening.is_open(now))
     }
 
     /// The piece, with a flipped bit where the plan says so, and whether it has one.
@@ -162,9 +161,9 @@ impl StreamRelay {
             return (bytes, damaged);
         }
         let plan = Arc::clone(&self.plan);
-        for (timed, rng) in plan.iter().zip(&mut self.rngs) {
+        for ((timed, opening), rng) in plan.iter().zip(&self.openings).zip(&mut self.rngs) {
             let StreamAction::Corrupt { permille } = timed.action else { continue };
-            if timed.open(self.origin, now, towards) && chance(rng, permille) {
+            if opening.open(now, towards) && chance(rng, permille) {
                 forge::flip(&mut bytes, rng);
                 damaged = true;
             }
@@ -182,7 +181,8 @@ impl StreamRelay {
         let due = if self.quiet {
             now.max(lane.last_due)
         } else {
-            due(&self.plan, self.origin, now, now.max(lane.last_due), towards, bytes.len())
+            let actions = self.plan.iter().zip(&self.openings).map(|(timed, opening)| (&timed.action, opening));
+            due(actions, now, now.max(lane.last_due), towards, bytes.len())
         };
         lane.last_due = due;
         lane.bytes += bytes.len();
@@ -213,13 +213,36 @@ impl StreamRelay {
         self.out.push_back(Output::Reset { connection });
     }
 
+    /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
+    fn notice(&mut self, now: Instant, input: &Input) {
+        for opening in &mut self.openings {
+            match input {
+                Input::Stream { side, .. } => opening.passes(now, side.other()),
+                Input::Cue { step } => opening.cue(now, *step),
+                Input::Timeout
+                | Input::Bus { .. }
+                | Input::Opened { .. }
+                | Input::Record { .. }
+                | Input::Closed { .. }
+                | Input::Published { .. }
+                | Input::Datagram { .. }
+                | Input::Audit { .. }
+                | Input::Quiesce
+                | Input::Finish => {}
+            }
+        }
+        opening::settle(self.openings.iter_mut(), now, &mut self.journal, &mut self.out);
+    }
+
     /// Half-closes, resets and cuts that are due.
     fn strike(&mut self, now: Instant) {
         let plan = Arc::clone(&self.plan);
         for (i, timed) in plan.iter().enumerate() {
-            if !self.strikes[i].as_mut().is_some_and(|steps| steps.take(now)) {
+            let begun = self.openings[i].opens().is_some_and(|opens| opens <= now);
+            if !self.strikes[i] || !begun {
                 continue;
             }
+            self.strikes[i] = false;
             let open: Vec<SessionId> = self.connections.keys().copied().collect();
             for connection in open {
                 match timed.action {
@@ -280,18 +303,17 @@ impl StreamRelay {
 }
 
 /// When `length` bytes that come at `now`, and may not leave before `earliest`, are through.
-fn due(
-    plan: &[Timed<StreamAction>],
-    origin: Instant,
+fn due<'a>(
+    actions: impl Iterator<Item = (&'a StreamAction, &'a Opening)> + Clone,
     now: Instant,
     earliest: Instant,
     towards: Side,
     length: usize,
 ) -> Instant {
     let mut due = earliest;
-    for timed in plan.iter().filter(|timed| timed.open(origin, now, towards)) {
-        match timed.action {
-            StreamAction::Delay { ms } => due = due.max(now + Span::ms(ms)),
+    for (action, _) in actions.clone().filter(|(_, opening)| opening.open(now, towards)) {
+        match action {
+            StreamAction::Delay { ms } => due = due.max(now + Span::ms(*ms)),
             StreamAction::Throttle { bytes_per_s } => due += Span(length as u64 * 1_000_000 / bytes_per_s),
             StreamAction::Stall
             | StreamAction::HalfClose
@@ -302,10 +324,8 @@ fn due(
     }
     // A stall may begin while a piece waits; one may follow another.
     let stalled = |at: Instant| {
-        let over = |timed: &&Timed<StreamAction>| {
-            matches!(timed.action, StreamAction::Stall) && timed.open(origin, at, towards)
-        };
-        plan.iter().find(over).map(|timed| timed.closes(origin))
+        let mut stalls = actions.clone().filter(|(action, _)| matches!(action, StreamAction::Stall));
+        stalls.find(|(_, opening)| opening.open(at, towards)).and_then(|(_, opening)| opening.closes())
     };
     while let Some(end) = stalled(due) {
         due = end;
@@ -317,6 +337,7 @@ impl Core for StreamRelay {
     fn handle(&mut self, now: Instant, input: &Input) {
         self.release(now);
         if !self.quiet {
+            self.notice(now, input);
             self.strike(now);
         }
         match input {
@@ -330,7 +351,8 @@ impl Core for StreamRelay {
             | Input::Closed { .. }
             | Input::Published { .. }
             | Input::Datagram { .. }
-            | Input::Audit { .. } => {}
+            | Input::Audit { .. }
+            | Input::Cue { .. } => {}
         }
         self.release(now);
     }
@@ -338,8 +360,10 @@ impl Core for StreamRelay {
     fn deadline(&self) -> Option<Instant> {
         let lanes = self.connections.values().flatten();
         let held = lanes.filter_map(|lane| lane.pieces.front().map(|(due, _)| *due));
-        let strikes = self.strikes.iter().filter(|_| !self.quiet).flatten().filter_map(Steps::due);
-        held.chain(strikes).min()
+        let strikes = self.strikes.iter().zip(&self.openings).filter(|(strikes, _)| **strikes);
+        let strikes = strikes.filter_map(|(_, opening)| opening.opens());
+        let begins = self.openings.iter().filter_map(Opening::due);
+        held.chain(strikes.chain(begins).filter(|_| !self.quiet)).min()
     }
 
     fn output(&mut self) -> Option<Output> {

@@ -32,7 +32,7 @@ fn the_null_attack_passes_every_byte_at_once_and_journals_nothing_of_it() {
 
 #[test]
 fn a_delayed_datagram_comes_out_whole_at_its_deadline() {
-    let mut relay = datagrams(vec![timed(0, 1000, DatagramAction::Delay { ms: 250, growth_ms_per_s: 100 })]);
+    let mut relay = datagrams(vec![timed(0, 1000, DatagramAction::Delay { ms: 250, growth_us_per_s: 100_000 })]);
     let mut said = Vec::new();
     assert_eq!(turn(&mut relay, at(500), &up(9), &mut said), []);
     assert_eq!(relay.deadline(), Some(at(800)));
@@ -269,7 +269,7 @@ fn balanced(tally: &Tally, towards: Side, held: u64) -> bool {
 fn any_datagram_action() -> impl Strategy<Value = Timed<DatagramAction>> {
     let damage = prop_oneof![Just(Damage::Flip), Just(Damage::Truncate), Just(Damage::Extend), Just(Damage::Splice)];
     let action = prop_oneof![
-        (0u64..200).prop_map(|ms| DatagramAction::Delay { ms, growth_ms_per_s: ms }),
+        (0u64..200).prop_map(|ms| DatagramAction::Delay { ms, growth_us_per_s: ms * 1000 }),
         (0u64..200).prop_map(|ms| DatagramAction::Jitter { ms }),
         (0u16..=1000).prop_map(|permille| DatagramAction::Loss { permille }),
         (0u16..=1000).prop_map(|p| DatagramAction::BurstLoss {
@@ -309,7 +309,7 @@ fn any_stream_action() -> impl Strategy<Value = Timed<StreamAction>> {
 }
 
 fn timed<A>(start_ms: u64, duration_ms: u64, action: A) -> Timed<A> {
-    Timed { start_ms, duration_ms, direction: Direction::Both, action }
+    Timed { start_ms, duration_ms, direction: Direction::Both, step: None, action }
 }
 
 fn datagrams(actions: Vec<Timed<DatagramAction>>) -> DatagramRelay {

@@ -31,11 +31,13 @@ const LIFETIME: Span = Span::ms(5000);
 const TIMING: Timing = Timing { hysteresis: Span::ms(1000), unrecovered: Span::ms(400) };
 
 /// The order in which guards are told apart. It puts those first that decide most.
-const ORDER: [Guard; 11] = [
+const ORDER: [Guard; 13] = [
     Guard::Geofence,
     Guard::Lease,
     Guard::Teammates,
     Guard::Localisation,
+    Guard::Drift,
+    Guard::TimeBase,
     Guard::Lidar,
     Guard::Tracks,
     Guard::Depth,

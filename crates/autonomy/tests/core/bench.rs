@@ -21,7 +21,7 @@ use wire::id::{Boot, CommandId, FrameId, NodeId, Nonce, PeerId, Sequence, Sessio
 use wire::mode::{Cause, Guard, Mode};
 use wire::policy::Policy;
 use wire::report::{MAX_REPORT, Report};
-use wire::sensor::{Class, Fix, Modalities, Modality, Navigation, Odometry, Pose, ProductMode};
+use wire::sensor::{Class, Fix, Modalities, Modality, Navigation, Odometry, Pose, ProductMode, ReceiverTime};
 use wire::setup::{Ablation, Channel, Secret, Setup};
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Echo, Instant, PeerStamp, Span};
@@ -51,6 +51,8 @@ pub(crate) struct Bench {
     pub(crate) no_grants: bool,
     /// Offset of the fix, mm north.
     pub(crate) fix_offset: i32,
+    /// How far the receiver's time is off, microseconds.
+    pub(crate) time_offset: i64,
     /// What came out.
     pub(crate) events: Vec<Event>,
     pub(crate) acks: Vec<Ack>,
@@ -91,6 +93,7 @@ impl Bench {
             no_seals: false,
             no_grants: false,
             fix_offset: 0,
+            time_offset: 0,
             events: Vec::new(),
             acks: Vec::new(),
             acts: Vec::new(),
@@ -181,6 +184,15 @@ impl Bench {
         self.downlink(HopBody::Teammate(body));
     }
 
+    /// The same with a speed and a heading, mm/s and mrad.
+    pub(crate) fn moving(&mut self, unit: UnitId, via: PeerId, sequence: u64, at: (i32, i32), motion: (i32, i16)) {
+        let mut report = self.report_of(unit, sequence, at);
+        (report.speed_mm_s, report.pose.yaw_mrad) = motion;
+        let signed = key_of(unit.node()).sign(Purpose::Report, &codec::encode(&report));
+        let body = Teammate { via, age: Span::ms(20), report: <&ByteSlice>::from(signed.as_slice()) };
+        self.downlink(HopBody::Teammate(body));
+    }
+
     /// The transitions so far: from, to, cause.
     pub(crate) fn transitions(&self) -> Vec<(Mode, Mode, Cause)> {
         let of = |event: &Event| match event {
@@ -240,7 +252,8 @@ impl Bench {
 
     fn navigate(&mut self) {
         let pose = Pose { x_mm: self.at.0 as i32, y_mm: self.at.1 as i32 + self.fix_offset, yaw_mrad: 0 };
-        let fix = (!self.no_fix).then_some(Fix { pose, sigma_mm: 40 });
+        let time = ReceiverTime(self.now.0.saturating_add_signed(self.time_offset));
+        let fix = (!self.no_fix).then_some(Fix { pose, sigma_mm: 40, time });
         let odometry = Some(Odometry { speed_mm_s: self.speed as i32, yaw_rate_mrad_s: 0 });
         let bytes = self.sim.seal(self.now, &codec::encode(&Navigation { stamp: self.now, fix, odometry }));
         self.feed(&Input::Bus { topic: Topic::Navigation, bytes });
@@ -347,6 +360,9 @@ pub(crate) fn lose(bench: &mut Bench, guard: Guard) {
         Guard::Lidar => drop(bench.missing.insert(Modality::Lidar)),
         Guard::Tracks => bench.no_tracks = true,
         Guard::Localisation => bench.no_fix = true,
+        // Within the gate, so that no single fix gives it away.
+        Guard::Drift => bench.fix_offset = 600,
+        Guard::TimeBase => bench.time_offset = -1_000_000,
         Guard::Geofence => (bench.at, bench.speed) = (bench.at, 9000.0),
         Guard::Lease => bench.no_grants = true,
         Guard::SealedLog => bench.no_seals = true,

@@ -43,8 +43,8 @@ fn refused(bench: &Bench, peer: PeerId) -> Vec<Reason> {
 fn claims_that_agree_change_nothing() {
     let mut bench = Bench::in_mode(Mode::Ready);
     for n in 1..20 {
-        bench.claim(B.0, B.1, n, (100 * n as i32, 12_000));
-        bench.claim(C.0, C.1, n, (-100 * n as i32, -12_000));
+        bench.moving(B.0, B.1, n, (100 * n as i32, 12_000), (1000, 0));
+        bench.moving(C.0, C.1, n, (-100 * n as i32, -12_000), (1000, 3141));
         bench.run(100);
     }
     assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready));
@@ -61,6 +61,50 @@ fn a_teammate_that_jumps_holds_until_an_operator_consents() {
     assert_eq!(bench.core.mode(), Mode::HoldSafe, "the finding stays");
     assert_eq!(bench.order(CommandKind::Resume), None);
     assert_eq!(bench.core.mode(), Mode::Ready);
+}
+
+#[test]
+#[allow(clippy::disallowed_methods, reason = "the world of a test, not a core")]
+fn a_teammate_that_drives_and_turns_as_it_says_is_consistent() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    // A circle of 10 m about (0, 30) at 3 m/s, said to be half a percent faster, with 60 mm of noise to and fro.
+    for n in 1..200_u64 {
+        let angle = 0.03 * n as f64;
+        let noise = if n % 2 == 0 { 60.0 } else { -60.0 };
+        let at = ((10_000.0 * angle.sin() + noise) as i32, (30_000.0 - 10_000.0 * angle.cos()) as i32);
+        let heading = (angle * 1000.0 + 3142.0) as i32 % 6283 - 3142;
+        bench.moving(B.0, B.1, n, at, (3015, heading as i16));
+        bench.run(100);
+    }
+    assert_eq!((found(&bench), bench.core.mode()), (vec![], Mode::Ready));
+}
+
+#[test]
+fn a_teammate_that_drifts_while_it_says_that_it_stands_is_found_at_the_slack() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    for n in 1..40 {
+        bench.claim(B.0, B.1, n, (0, 12_000 + 50 * n as i32));
+        bench.run(100);
+        if let [finding] = found(&bench)[..] {
+            // 0.5 m/s: 8 s · -ln(1 - 1.5/4) = 3.76 s.
+            assert_eq!((finding, n), (Inconsistency::Residual, 39));
+        }
+    }
+    assert_eq!((found(&bench).len(), bench.core.mode()), (1, Mode::HoldSafe));
+}
+
+#[test]
+fn a_gap_between_claims_hides_no_drift_and_accuses_nobody_who_could_have_driven_there() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.claim(B.0, B.1, 1, (0, 12_000));
+    bench.claim(B.0, B.1, 13, (0, 13_000));
+    assert_eq!(found(&bench), []);
+    bench.claim(B.0, B.1, 25, (0, 14_000));
+    assert_eq!(found(&bench), [Inconsistency::Residual], "a metre at a time");
+    let mut bench = Bench::in_mode(Mode::Ready);
+    bench.moving(B.0, B.1, 1, (0, 12_000), (3000, 0));
+    bench.moving(B.0, B.1, 31, (0, 20_900), (3000, 0));
+    assert_eq!(found(&bench), [], "it may have turned");
 }
 
 #[test]

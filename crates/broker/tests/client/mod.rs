@@ -45,6 +45,16 @@ impl RunPki {
         with_certificate(other.trust(&TLS13), &self.issue(peer.name(), Role::Dials))
     }
 
+    /// What the holder of `credential` dials with.
+    pub(crate) fn tls_with(&self, credential: &Credential) -> ClientConfig {
+        with_certificate(self.trust(&TLS13), credential)
+    }
+
+    /// The next revocation list.
+    pub(crate) fn revoke(&self, credential: &Credential) -> Vec<u8> {
+        self.authority.revoke(&[credential]).expect("a list can be made")
+    }
+
     pub(crate) fn tls_1_2(&self, peer: PeerId) -> ClientConfig {
         with_certificate(self.trust(&TLS12), &self.issue(peer.name(), Role::Dials))
     }
@@ -58,7 +68,7 @@ impl RunPki {
         Client::open(at, peer.name(), self.tls(peer), None).await.expect("admitted")
     }
 
-    fn issue(&self, name: &str, role: Role) -> Credential {
+    pub(crate) fn issue(&self, name: &str, role: Role) -> Credential {
         let holder = PeerId::from_name(name).expect("a name of the closed set");
         self.authority.issue(holder, role).expect("a credential can be issued")
     }

@@ -1,17 +1,21 @@
 //! From a scenario's attack tables to the adversary's plans, the sim's faults, and what needs a receipt.
 
+pub(super) mod broker;
+
 use adversary::plan::{
-    Content, Damage, DatagramAction, DatagramRelayConfig, Direction, Flaw, Form, Forward, InsiderCommandConfig,
-    InsiderTeammateConfig, Malformed, Place, RepeatAtOnce, RepeatLater, StreamAction, StreamRelayConfig, Tampering,
-    Timed,
+    Content, Damage, DatagramAction, DatagramRelayConfig, Direction, Flaw, Form, Forward, InsiderTeammateConfig,
+    Malformed, On, Place, Step, StreamAction, StreamRelayConfig, Tampering, Timed, Wait,
 };
 use sim::fault::{Disturbance, Fault};
 use wire::event::{Action, Sensor};
-use wire::id::NodeId;
+use wire::step::StepName;
 use wire::stream::Deed;
 
+use super::process;
+use super::script::mode;
+use crate::cue::{Cue, Watched};
 use crate::oracle::Planned;
-use crate::scenario::{self, Forwarding, Magnitude, Process, Scenario, ThirdUnit, Windowed};
+use crate::scenario::{self, Forwarding, Magnitude, Scenario, ThirdUnit, Trigger, Windowed};
 
 pub(super) fn start_ms(of: &dyn Windowed, phase_ms: u64) -> u64 {
     (of.at_s().get() * 1000.0) as u64 + phase_ms
@@ -26,8 +30,43 @@ fn timed<A>(of: &dyn Windowed, direction: scenario::Direction, phase_ms: u64, ac
             scenario::Direction::Down => Direction::Down,
             scenario::Direction::Both => Direction::Both,
         },
+        step: step(of),
         action,
     }
+}
+
+/// The step that a table is a part of, as its actor is told of it.
+pub(super) fn step(of: &dyn Windowed) -> Option<Step> {
+    let wait = of.timing().when.and_then(|when| {
+        let on = match when.trigger()? {
+            Trigger::Enters { .. } | Trigger::Begun(_) | Trigger::Ended(_) => On::Cue,
+            Trigger::Passes(count) => On::Passes(count),
+            Trigger::Silence(ms) => On::Silence(ms),
+            Trigger::Hears(state) => On::Hears(mode(state)),
+        };
+        Some(Wait { on, after_ms: when.after_ms.unsigned() })
+    });
+    Some(Step { name: step_name(of)?, wait })
+}
+
+/// The name of a table's step.
+pub(super) fn step_name(of: &dyn Windowed) -> Option<StepName> {
+    of.timing().step.and_then(|name| StepName::new(name.as_str()))
+}
+
+/// What the instrument plane is watched for, and which step is then called.
+pub(super) fn cues(s: &Scenario, phase_ms: u64) -> Vec<Cue> {
+    let cue = |of: &dyn Windowed| {
+        let on = match of.timing().when?.trigger()? {
+            Trigger::Enters { mode: to, from, nth } => Watched::Enters { to: mode(to), from: from.map(mode), nth },
+            Trigger::Begun(name) => Watched::Step { step: StepName::new(name.as_str())?, begun: true },
+            Trigger::Ended(name) => Watched::Step { step: StepName::new(name.as_str())?, begun: false },
+            // Its actor sees it by itself.
+            Trigger::Passes(_) | Trigger::Silence(_) | Trigger::Hears(_) => return None,
+        };
+        Some(Cue { step: step_name(of)?, on, from: start_ms(of, phase_ms) * 1000 })
+    };
+    s.windows().into_iter().filter_map(cue).collect()
 }
 
 fn permille(share: scenario::Share) -> u16 {
@@ -39,8 +78,8 @@ pub(super) fn datagrams(s: &Scenario, phase: u64) -> DatagramRelayConfig {
     let mut actions = Vec::new();
     let mut add = |of: &dyn Windowed, direction, action| actions.push(timed(of, direction, phase, action));
     for a in s.delay.iter() {
-        let growth_ms_per_s = a.growth_ms_per_s.get() as u64;
-        add(a, a.direction, DatagramAction::Delay { ms: a.by_ms.unsigned(), growth_ms_per_s });
+        let growth_us_per_s = (a.growth_ms_per_s.get() * 1000.0) as u64;
+        add(a, a.direction, DatagramAction::Delay { ms: a.by_ms.unsigned(), growth_us_per_s });
     }
     for a in s.jitter.iter() {
         add(a, a.direction, DatagramAction::Jitter { ms: a.up_to_ms.unsigned() });
@@ -102,7 +141,7 @@ pub(super) fn tampering(s: &Scenario, seed: u64) -> Option<(Tampering, u64)> {
 /// The link's own weather, carried out by the same relay; `planned` does not know it.
 pub(super) fn conditions(s: &Scenario) -> impl Iterator<Item = Timed<DatagramAction>> {
     let duration_ms = (s.duration_s.get() * 1000.0) as u64;
-    let all_along = move |action| Timed { start_ms: 0, duration_ms, direction: Direction::Both, action };
+    let all_along = move |action| Timed { start_ms: 0, duration_ms, direction: Direction::Both, step: None, action };
     let loss = Some(permille(*s.conditions.loss)).filter(|p| *p > 0);
     let jitter = Some(s.conditions.jitter_ms.unsigned()).filter(|ms| *ms > 0);
     let loss = loss.map(|permille| all_along(DatagramAction::Loss { permille }));
@@ -163,14 +202,19 @@ pub(super) fn teammate(s: &Scenario, phase: u64) -> Option<InsiderTeammateConfig
         duration_ms: (t.duration_s.get() * 1000.0) as u64,
         lag_ms: t.lag_ms.unsigned(),
         own_reports: t.form == Forwarding::Verbatim,
+        step: step(t),
     });
     let malformed = s.malformed.iter().map(|m| Malformed {
         at_ms: start_ms(m, phase),
         flaws: m.flaws.iter().copied().map(flaw).collect(),
         count: m.count.unsigned() as u32,
         every_ms: m.every_ms.unsigned(),
+        step: step(m),
     });
-    Some(InsiderTeammateConfig { place, forward, malformed: malformed.collect() })
+    let mut config =
+        InsiderTeammateConfig { place, forward, malformed: malformed.collect(), ..InsiderTeammateConfig::default() };
+    super::peer::plan(s, phase, &mut config);
+    Some(config)
 }
 
 fn flaw(flaw: scenario::Flaw) -> Flaw {
@@ -189,22 +233,6 @@ pub(super) fn third_is_silent(s: &Scenario) -> bool {
     s.teammate.first().is_some_and(|t| t.c == ThirdUnit::Silent)
 }
 
-/// The plan of the insider on the command plane, when the scenario has one.
-pub(super) fn repeater(s: &Scenario, phase: u64) -> Option<InsiderCommandConfig> {
-    let later = s.command_replay.iter().map(|r| RepeatLater {
-        at_ms: start_ms(r, phase),
-        count: r.count.unsigned() as u32,
-        every_ms: r.every_ms.unsigned(),
-    });
-    let at_once = s.command_duplicate.iter().map(|d| RepeatAtOnce {
-        at_ms: start_ms(d, phase),
-        duration_ms: (d.duration_s.get() * 1000.0) as u64,
-        copies: d.copies.unsigned() as u32,
-    });
-    let config = InsiderCommandConfig { later: later.collect(), at_once: at_once.collect() };
-    (!config.later.is_empty() || !config.at_once.is_empty()).then_some(config)
-}
-
 /// The sim's faults.
 pub(super) fn faults(s: &Scenario, phase: u64) -> Vec<Fault> {
     let fault = |f: &scenario::Fault| Fault {
@@ -212,6 +240,8 @@ pub(super) fn faults(s: &Scenario, phase: u64) -> Vec<Fault> {
         disturbance: disturbance(f.kind, f.magnitude.as_deref()),
         start_ms: start_ms(f, phase),
         duration_ms: (f.duration_s.get() * 1000.0) as u64,
+        step: step_name(f),
+        waits_ms: f.when.as_ref().map(|when| when.after_ms.unsigned()),
     };
     s.fault.iter().map(fault).collect()
 }
@@ -237,25 +267,9 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
         scenario::FaultKind::Occlusion => Disturbance::Occlusion { permille: (number(0) * 1000.0) as u16 },
         scenario::FaultKind::Drift => Disturbance::Drift { east_mm_s: mm(0), north_mm_s: mm(1) },
         scenario::FaultKind::Jump => Disturbance::Jump { east_mm: mm(0), north_mm: mm(1) },
-    }
-}
-
-/// Processes that end, and when, in microseconds.
-pub(super) fn kills(s: &Scenario, phase: u64) -> Vec<(u64, NodeId)> {
-    s.kill.iter().map(|k| (start_ms(k, phase) * 1000, node_of(k.process))).collect()
-}
-
-/// The node that a process of a scenario is.
-pub fn node_of(process: Process) -> NodeId {
-    match process {
-        Process::Sim => NodeId::SIM,
-        Process::Perception => NodeId::PERCEPTION,
-        Process::Autonomy => NodeId::UNIT_A,
-        Process::Gateway => NodeId::GATEWAY,
-        Process::Broker => NodeId::BROKER,
-        Process::Console => NodeId::CONSOLE,
-        Process::Adversary => NodeId::RELAY_TELEMETRY,
-        Process::Recorder => NodeId::RECORDER,
+        scenario::FaultKind::TimeStep => Disturbance::TimeStep { us: (number(0) * 1e6) as i64 },
+        // A millisecond a second is a thousand parts per million.
+        scenario::FaultKind::TimeDrift => Disturbance::TimeDrift { ppm: mm(0) },
     }
 }
 
@@ -281,12 +295,15 @@ pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
     add(!s.reoriginate.is_empty(), Action::Reoriginate);
     add(!s.inject.is_empty(), Action::Inject);
     add(!s.teammate.is_empty(), Action::Forward);
-    add(!s.command_replay.is_empty() || !s.command_duplicate.is_empty(), Action::RepeatCommand);
+    planned.extend(super::peer::planned(s));
     planned.extend(tampered(s).map(Planned::Stream));
+    planned.extend(broker::planned(s).map(Planned::Broker));
     planned.extend((!s.malformed.is_empty()).then_some(Planned::Malformed));
     planned.extend(s.fault.iter().map(|f| Planned::Fault(sensor(f.sensor))));
     planned.extend(super::rogue::planned(s));
-    planned.extend(s.kill.iter().map(|k| Planned::Kill(node_of(k.process))));
+    planned.extend(s.kill.iter().map(process::planned));
+    planned.extend(s.windows().into_iter().filter_map(step_name).map(Planned::Step));
+    planned.dedup();
     planned
 }
 

@@ -5,7 +5,7 @@ use crate::scenario::Scenario;
 
 impl Cast {
     /// The same cast with idle hands: relays pass, insiders keep their place and misuse nothing, nothing fails and nobody is
-    /// killed. The link's own weather stays, and so does what was planned.
+    /// killed or kept from running. The link's own weather stays, and so does what was planned.
     #[must_use]
     pub fn disarmed(mut self, scenario: &Scenario) -> Cast {
         for member in &mut self.members {
@@ -16,13 +16,17 @@ impl Cast {
                 Role::InsiderTeammate(config) => {
                     config.forward = None;
                     config.malformed.clear();
+                    config.resend = None;
+                    config.falsehoods.clear();
+                    config.confusions.clear();
                 }
-                Role::InsiderCommand(config) => *config = Default::default(),
+                Role::InsiderBroker(config) => config.actions.clear(),
                 Role::Rogue(config) => config.moves.clear(),
                 Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => {}
             }
         }
-        self.kills.clear();
+        self.ordeals.clear();
+        self.cues.clear();
         self
     }
 }

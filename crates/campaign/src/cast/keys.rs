@@ -72,7 +72,11 @@ fn reader(topic: Topic, node: NodeId) -> usize {
     usize::from(topic.readers() > 1 && node.unit().is_some())
 }
 
-/// Whose signing key a node holds: the insider holds unit B's.
+/// Whose signing key a node holds: an insider holds that of the one in whose place it stands.
 pub(super) fn signer(node: NodeId) -> NodeId {
-    if node == NodeId::INSIDER_B { NodeId::UNIT_B } else { node }
+    match node {
+        NodeId::INSIDER_B => NodeId::UNIT_B,
+        NodeId::INSIDER_BROKER => NodeId::BROKER,
+        node => node,
+    }
 }

@@ -6,6 +6,8 @@
 mod attack;
 mod control;
 mod keys;
+mod peer;
+mod process;
 mod rogue;
 mod scene;
 mod script;
@@ -24,17 +26,18 @@ use wire::sign::Key;
 
 use adversary::insider::InsiderRecorder;
 use adversary::plan::{
-    DatagramRelayConfig, InsiderCommandConfig, InsiderTeammateConfig, RogueConfig, StreamRelayConfig,
-    Tampering,
+    DatagramRelayConfig, InsiderBrokerConfig, InsiderTeammateConfig, RogueConfig, StreamRelayConfig, Tampering,
 };
 
+use crate::cue::Cue;
 use crate::custody::Held;
 use crate::evidence::hex;
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
 
-pub use attack::{is_attacked, node_of};
+pub use attack::is_attacked;
 pub use keys::RunSecret;
+pub use process::{Ordeal, OrdealKind, Turn, next_turn, node_of};
 
 /// A host: its nodes share a clock and shared memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -77,8 +80,8 @@ pub enum Role {
     StreamRelay(StreamRelayConfig),
     /// Holds unit B's credentials.
     InsiderTeammate(InsiderTeammateConfig),
-    /// Sits on the command plane.
-    InsiderCommand(InsiderCommandConfig),
+    /// Holds the broker's credentials and stands in its place.
+    InsiderBroker(InsiderBrokerConfig),
     /// On a host's shared memory, in another's name.
     Rogue(RogueConfig),
 }
@@ -106,6 +109,18 @@ impl Member {
     /// Who it is.
     pub fn node(&self) -> NodeId {
         self.setup.node
+    }
+}
+
+impl Role {
+    /// Whether its core has steps that can be called: the adversaries', and the sensor faults of the sim.
+    pub fn takes_cues(&self) -> bool {
+        match self {
+            Role::Sim(config) => config.faults.iter().any(|fault| fault.waits_ms.is_some()),
+            Role::DatagramRelay(_) | Role::StreamRelay(_) | Role::InsiderTeammate(_) | Role::InsiderBroker(_) => true,
+            Role::Rogue(_) => false,
+            Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => false,
+        }
     }
 }
 
@@ -138,8 +153,10 @@ pub struct Cast {
     pub links: Vec<Link>,
     /// One clock a host, in the order of [`Host::ALL`].
     pub clocks: Vec<ClockDraw>,
-    /// Processes that are to end: (microseconds, who).
-    pub kills: Vec<(u64, NodeId)>,
+    /// Processes that are to end, or to be kept from running.
+    pub ordeals: Vec<Ordeal>,
+    /// Steps that wait for what the instrument plane tells.
+    pub cues: Vec<Cue>,
     /// What the oracle needs receipts for.
     pub planned: Vec<Planned>,
     /// Length of the trial, microseconds.
@@ -156,7 +173,7 @@ impl Cast {
         let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
         let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
         let keys = members.chain(broker.map(|secret| key(NodeId::BROKER, secret))).collect();
-        Held { keys, heads: Vec::new(), killed: self.kills.iter().map(|(_, node)| *node).collect() }
+        Held { keys, heads: Vec::new(), killed: self.killed() }
     }
 
     /// The insider whose hands the recorder is in, when the scenario has one.
@@ -164,6 +181,18 @@ impl Cast {
         let (does, seed) = self.tampering?;
         let recorder = self.members.iter().find(|m| m.node() == NodeId::RECORDER)?;
         Some(InsiderRecorder::new(recorder.setup.key(), does, seed))
+    }
+
+    /// Who routes the command plane: the broker, or the one who stands in its place.
+    pub fn broker(&self) -> NodeId {
+        let hostile = self.members.iter().any(|m| m.node() == NodeId::INSIDER_BROKER);
+        if hostile { NodeId::INSIDER_BROKER } else { NodeId::BROKER }
+    }
+
+    /// Processes that are to end, and so owe no closing account.
+    pub fn killed(&self) -> Vec<NodeId> {
+        let ends = |ordeal: &&Ordeal| matches!(ordeal.kind, OrdealKind::Kill { .. });
+        self.ordeals.iter().filter(ends).map(|ordeal| ordeal.node).collect()
     }
 }
 
@@ -206,7 +235,8 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
     Cast {
         links: links(scenario, &members),
         clocks: draw.clocks,
-        kills: attack::kills(scenario, draw.phase_ms),
+        ordeals: process::ordeals(scenario, draw.phase_ms),
+        cues: attack::cues(scenario, draw.phase_ms),
         planned: attack::planned(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
@@ -298,6 +328,7 @@ impl Company<'_> {
             scene: world.clone(),
             faults,
             noise: sim::NoiseModel::default(),
+            clock_ppm: draw.clocks[host as usize].drift_ppm as i32,
         };
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
         self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
@@ -356,10 +387,9 @@ impl Company<'_> {
             let start = third.start;
             self.vehicle(Host::VehicleC, UnitId::C, draw, Some(&start));
         }
-        if let Some(config) = attack::repeater(self.scenario, draw.phase_ms) {
-            let member = self.add(Host::Control, Role::InsiderCommand(config), NodeId::INSIDER_COMMAND, &[], &[]);
-            member.peer = Some(PeerId::GATEWAY);
-            member.commands = true;
+        if let Some(config) = attack::broker::plan(self.scenario, draw.phase_ms) {
+            let member = self.add(Host::Control, Role::InsiderBroker(config), NodeId::INSIDER_BROKER, &[], &[]);
+            member.peer = Some(PeerId::BROKER);
         }
         if let Some(casting) = rogue::of(self.scenario, draw.phase_ms) {
             self.rogue(casting);

@@ -54,7 +54,8 @@ fn class(class: scenario::Class) -> Class {
     }
 }
 
-fn mode(state: DisplayedState) -> Mode {
+/// The mode that a displayed state is.
+pub(super) fn mode(state: DisplayedState) -> Mode {
     match state {
         DisplayedState::Idle => Mode::Idle,
         DisplayedState::Ready => Mode::Ready,

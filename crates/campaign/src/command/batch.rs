@@ -11,6 +11,7 @@ use nix::sys::time::TimeVal;
 
 use super::engine::{self, EngineError};
 use super::failure::{Exit, Failure};
+use super::kept::Shelf;
 use super::plan::Planned;
 use crate::progress::{Progress, Stop, Talk};
 use crate::report::Mode;
@@ -44,9 +45,8 @@ impl Batch<'_> {
     pub(super) fn run(&self, talk: Talk, stop: &Stop) -> Result<Vec<Trial>, Failure> {
         let jobs: Vec<Job<'_>> = self.planned.iter().flat_map(|planned| self.jobs(planned)).collect();
         let progress = Progress::new(self.label, jobs.len(), talk);
-        let threads = if self.mode == Mode::Live { self.jobs } else { cores() };
         let before = cpu_seconds(self.mode);
-        let trials = on_threads(threads, &jobs, &progress, stop, |job| self.one(job, stop));
+        let trials = on_threads(self.threads(), &jobs, &progress, stop, |job| self.one(job, stop));
         progress.finish();
         let mut trials = trials?;
         if self.mode == Mode::Live {
@@ -55,6 +55,34 @@ impl Batch<'_> {
             trials.iter_mut().for_each(|trial| trial.cpu_seconds = share);
         }
         Ok(trials)
+    }
+
+    /// The same, where each finished trial is put on its variation's shelf and none that is there already runs again.
+    pub(super) fn run_kept(&self, shelves: &[Shelf], progress: &Progress, stop: &Stop) -> Result<Vec<Trial>, Failure> {
+        let shelf = |planned: &Planned| {
+            let own = self.planned.iter().zip(shelves).find(|(p, _)| std::ptr::eq(*p, planned));
+            own.map(|(_, shelf)| shelf).ok_or_else(|| Failure::new(Exit::Internal, "a variation without a shelf"))
+        };
+        let jobs = self.planned.iter().flat_map(|planned| self.jobs(planned));
+        let missing = jobs.filter(|job| shelf(job.planned).is_ok_and(|shelf| shelf.get(job.seed).is_none()));
+        let missing: Vec<Job<'_>> = missing.collect();
+        let keep = |job: &Job<'_>| {
+            let trial = self.one(job, stop)?;
+            shelf(job.planned)?.put(&trial)?;
+            Ok(trial)
+        };
+        let mut ran = on_threads(self.threads(), &missing, progress, stop, keep)?.into_iter();
+        let all = self.planned.iter().flat_map(|planned| self.jobs(planned));
+        // What ran comes in the order of the plan, so it fills the gaps in turn.
+        let taken = all.map(|job| match shelf(job.planned)?.get(job.seed) {
+            Some(kept) => Ok(kept.clone()),
+            None => ran.next().ok_or_else(|| Failure::new(Exit::Internal, "fewer trials than planned")),
+        });
+        taken.collect()
+    }
+
+    fn threads(&self) -> usize {
+        if self.mode == Mode::Live { self.jobs } else { cores() }
     }
 
     fn jobs<'a>(&self, planned: &'a Planned) -> impl Iterator<Item = Job<'a>> + use<'a> {

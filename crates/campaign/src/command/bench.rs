@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, cost, kill, out, run, stages};
+use super::{Context, cost, kill, liveness, load, out, run, stages, window};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -26,8 +26,14 @@ pub(super) enum Bench {
     Kill(kill::Args),
     /// How long each stage takes live and in the twin, and the gap.
     Stages(stages::Args),
+    /// Detectors of silence on a modelled stream: latency against false trips, by loss and jitter.
+    Liveness(liveness::Args),
     /// What the twin costs by stage, beside bare rapier on the same course.
     Twin(cost::Args),
+    /// Many sessions on the real accept loop, and a flood of what is no record beside a valid stream.
+    Load(load::Args),
+    /// The anti-replay window: late records that it refuses against what it lets in again, by width, loss and lateness.
+    Window(window::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -64,7 +70,10 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Live(args) => live(context, args),
         Bench::Kill(args) => kill::run(context, args),
         Bench::Stages(args) => stages::run(context, args),
+        Bench::Liveness(args) => liveness::run(context, args),
+        Bench::Window(args) => window::run(context, args),
         Bench::Twin(args) => cost::run(context, args),
+        Bench::Load(args) => load::run(context, args),
     }
 }
 

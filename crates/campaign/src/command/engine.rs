@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::custody::Custodian;
+use crate::evidence::by_recorder;
 use crate::live::child::Services;
 use crate::live::mouths::CoreReplay;
 use crate::live::{self, LiveError};
@@ -13,10 +15,7 @@ use crate::sabotage::sabotage;
 use crate::scenario::{Scenario, Setup};
 use crate::stages::Delays;
 use crate::trial::Trial;
-use crate::{evidence, judged, keep, stack, twin};
-use wire::audit::Chains;
-use wire::event::Event;
-use wire::id::NodeId;
+use crate::{judged, keep, stack, twin};
 
 /// The longest `replay.json` that is read.
 const MAX_REPLAY_BYTES: u64 = 1 << 20;
@@ -91,7 +90,7 @@ pub(super) fn trial(
                 keep::held(directory, &run.held).map_err(failed)?;
                 keep::events(directory, &run.evidence.entries).map_err(failed)?;
             }
-            Ok(judged::trial(seed, &run.evidence, &run.verdict))
+            Ok(judged::trial(seed, scenario.level(), &run.evidence, &run.verdict))
         }
         Mode::Stack => stack::trial(scenario, seed).map_err(failed),
         Mode::Live => live_trial(scenario, setup, seed, stop, &mut |_| {}),
@@ -101,7 +100,7 @@ pub(super) fn trial(
 /// Sabotages the receipts of one trial in the twin.
 pub(super) fn sabotaged(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trial, EngineError> {
     let done = sabotage(scenario, setup, seed).map_err(failed)?;
-    Ok(judged::trial(seed, &done.evidence, &done.verdict))
+    Ok(judged::trial(seed, scenario.level(), &done.evidence, &done.verdict))
 }
 
 /// Runs one live trial and gives what the console shows, text by text, to `show`.
@@ -136,7 +135,7 @@ fn live_trial(
     };
     let run = run?;
     kept?;
-    let mut trial = judged::trial(seed, &run.evidence, &run.verdict);
+    let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
     let differing = run.replays.iter().filter_map(|r| Some(format!("mouth of {}: {}", r.node, r.difference.as_ref()?)));
     trial.findings.extend(differing);
     Ok(trial)

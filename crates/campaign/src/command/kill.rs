@@ -12,7 +12,7 @@ use wire::mode::Mode as Driving;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, out};
+use super::{Context, out, transitions};
 use crate::cast::node_of;
 use crate::oracle::demise::{self, Owed, Response};
 use crate::report::{KillRow, Mode, SCHEMA_VERSION, kill_table};
@@ -20,7 +20,7 @@ use crate::scenario::{self, Process, Scenario};
 use crate::trial::{Outcome, Trial};
 
 /// The processes in the order in which they are killed, by their names on the command line.
-const PROCESSES: [(&str, Process); 8] = [
+pub(super) const PROCESSES: [(&str, Process); 8] = [
     ("sim", Process::Sim),
     ("perception", Process::Perception),
     ("autonomy", Process::Autonomy),
@@ -35,20 +35,23 @@ const PROCESSES: [(&str, Process); 8] = [
 pub(super) struct Args {
     /// Live runs for each process; as many twin trials.
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=10_000))]
-    runs: u64,
+    pub(super) runs: u64,
     /// Only these processes, such as sim,autonomy.
     #[arg(long, value_delimiter = ',', value_name = "PROCESS",
           value_parser = clap::builder::PossibleValuesParser::new(PROCESSES.map(|(name, _)| name)))]
-    only: Vec<String>,
+    pub(super) only: Vec<String>,
     /// Live runs at a time.
     #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
     jobs: usize,
     /// Kill in the twin only.
     #[arg(long)]
     twin: bool,
+    /// Kill, hang and slow each of them at each change of mode of `process_ends`, in the twin.
+    #[arg(long)]
+    at_transitions: bool,
     /// Keep manifest, trials, result and recordings here.
     #[arg(long, value_name = "DIR")]
-    out: Option<PathBuf>,
+    pub(super) out: Option<PathBuf>,
 }
 
 #[derive(Serialize)]
@@ -60,6 +63,9 @@ struct Measured {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    if args.at_transitions {
+        return transitions::run(context, args);
+    }
     let nominal = scenario::load(&plan::file_of(context, "nominal")?)?;
     let twin = planned(context, args, &nominal, Mode::Twin)?;
     let live = if args.twin { Vec::new() } else { planned(context, args, &nominal, Mode::Live)? };

@@ -6,12 +6,18 @@ use std::path::PathBuf;
 use std::process::{Child as Process, ChildStdin, Command, Stdio};
 use std::sync::mpsc::Sender;
 
+use nix::sys::signal::Signal;
+use nix::unistd::Pid;
+
 use link::spec::{Control, ServiceSpec};
 use serde_json::Value;
 use wire::id::NodeId;
 
 /// Longest line a service may print, bytes.
 const MAX_LINE: usize = 256 * 1024;
+
+/// How often the process table is looked at for a process that was told to stop.
+const STOP_LOOKS: u32 = 10_000;
 
 /// Environment variables that a service may see.
 const ENVIRONMENT: [&str; 4] = ["RUST_LOG", "RUST_BACKTRACE", "PATH", "ORT_DYLIB_PATH"];
@@ -47,6 +53,8 @@ pub enum Line {
     Stats(Value),
     /// Words for a person.
     Text(String),
+    /// An encoded audit entry that a step may wait for.
+    Entry(Vec<u8>),
     /// It said its last.
     Ended,
 }
@@ -113,7 +121,22 @@ impl Child {
     pub fn kill(&mut self) -> bool {
         let sent = self.process.kill().is_ok();
         let status = self.process.wait();
-        sent && status.is_ok_and(|status| status.signal() == Some(nix::sys::signal::Signal::SIGKILL as i32))
+        sent && status.is_ok_and(|status| status.signal() == Some(Signal::SIGKILL as i32))
+    }
+
+    /// Stops it with SIGSTOP. True only when the kernel's process table then shows it stopped.
+    pub fn halt(&mut self) -> bool {
+        self.signal(Signal::SIGSTOP) && (0..STOP_LOOKS).any(|_| is_stopped(self.pid()) || look_again())
+    }
+
+    /// Lets it run again.
+    pub fn go_on(&mut self) -> bool {
+        self.signal(Signal::SIGCONT)
+    }
+
+    fn signal(&mut self, signal: Signal) -> bool {
+        let Ok(pid) = i32::try_from(self.pid()) else { return false };
+        !self.ended() && nix::sys::signal::kill(Pid::from_raw(pid), signal).is_ok()
     }
 
     /// Whether it has ended.
@@ -139,6 +162,19 @@ impl Drop for Child {
             self.kill();
         }
     }
+}
+
+/// Whether the process table shows this process stopped.
+fn is_stopped(pid: u32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    // The name, in brackets, may hold anything; the state follows it.
+    stat.rsplit_once(") ").is_some_and(|(_, rest)| rest.starts_with('T'))
+}
+
+/// Gives the process the time to stop; never an answer.
+fn look_again() -> bool {
+    std::thread::yield_now();
+    false
 }
 
 fn listen(node: NodeId, mut from: impl BufRead, lines: &Sender<(NodeId, Line)>) {
@@ -167,6 +203,7 @@ fn parse(line: &str) -> Option<Line> {
         "ready" => Some(Line::Ready(value)),
         "stats" => Some(Line::Stats(value)),
         "text" => value.as_str().map(|text| Line::Text(text.to_owned())),
+        "entry" => serde_json::from_value(value).ok().map(Line::Entry),
         _ => None,
     }
 }
@@ -177,13 +214,31 @@ mod tests {
 
     use super::*;
 
+    /// Held while a program is written and started: a fork in between would keep it open for writing, and so busy.
+    static WRITING: std::sync::Mutex<()> = std::sync::Mutex::new(());
+
     /// A child that runs `script` in place of a service.
     fn child(folder: &tempfile::TempDir, script: &str) -> Child {
+        let _writing = WRITING.lock().unwrap();
         let program = folder.path().join("holdsafe-script");
         std::fs::write(&program, format!("#!/bin/sh\n{script}\n")).unwrap();
         std::fs::set_permissions(&program, std::fs::Permissions::from_mode(0o700)).unwrap();
         let (lines, _unheard) = std::sync::mpsc::channel();
         Child::spawn(&Services::Folder(folder.path().to_owned()), "script", NodeId::SIM, &lines).unwrap()
+    }
+
+    #[test]
+    fn a_halted_process_stands_in_the_process_table_as_stopped_and_one_that_ended_does_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut running = child(&folder, "exec cat");
+        assert!(!is_stopped(running.pid()));
+        assert!(running.halt() && is_stopped(running.pid()));
+        assert!(running.go_on() && running.kill(), "it can be ended after it went on");
+        let mut halted = child(&folder, "exec cat");
+        assert!(halted.halt() && halted.kill(), "and while it is stopped");
+        let mut ended = child(&folder, "exit 0");
+        ended.wait();
+        assert!(!ended.halt());
     }
 
     #[test]

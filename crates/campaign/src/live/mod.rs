@@ -7,6 +7,7 @@
 pub mod child;
 pub mod janitor;
 pub mod mouths;
+mod process;
 pub mod service;
 mod spec;
 pub mod trial;
@@ -21,18 +22,21 @@ use std::time::Duration;
 use link::clock::trace_us;
 use link::spec::Control;
 use serde_json::Value;
-use wire::audit::Journal;
+use wire::audit::{Entry, Journal};
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
 use wire::policy::Requirement;
+use wire::step::StepName;
 use wire::time::Span;
 
 use crate::cast::{Cast, RunSecret};
+use crate::cue::Watch;
 use crate::custody::Held;
 use crate::evidence::Logged;
 use crate::progress::Stop;
 
 use child::{Child, Line, Services};
+use process::Ordeals;
 use spec::{Places, Specs, service};
 
 /// Held by the run that is starting its processes.
@@ -75,17 +79,6 @@ pub struct Options<'a> {
     pub show: &'a mut dyn FnMut(&str),
 }
 
-/// A process that ended or was ended while the run was on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ending {
-    /// When, microseconds of the run.
-    pub at: u64,
-    /// Which.
-    pub node: NodeId,
-    /// On purpose.
-    pub killed: bool,
-}
-
 /// What a live run left, before anybody judges it.
 pub struct Aftermath {
     /// The recording, on the run's time; behind it what guards and launcher noted.
@@ -94,8 +87,8 @@ pub struct Aftermath {
     pub recorded: usize,
     /// What is held of it outside the recorder.
     pub held: Held,
-    /// Processes that ended.
-    pub endings: Vec<Ending>,
+    /// The first process that ended by itself, and when, microseconds of the run.
+    pub lost: Option<(u64, NodeId)>,
 }
 
 /// Runs `cast` live.
@@ -120,10 +113,16 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     company.start_all(&options.services, cast, secret, &mut specs, &lines_in)?;
     drop(turn);
     let mut journal = Journal::new(NodeId::CAMPAIGN, Boot(1), None);
-    let endings = company.stay(cast, start_us)?;
+    let mut again = |node: NodeId, boot: Boot| {
+        let member = cast.members.iter().find(|m| m.node() == node).ok_or("no such member")?;
+        let mut spec = specs.member(member)?;
+        (spec.boot, spec.start_us) = (boot, 0);
+        Child::start(&options.services, service(&member.role), node, &lines_in, &spec)
+    };
+    let stayed = company.stay(cast, start_us, &mut again)?;
     company.finish()?;
     // A dead recorder wrote nothing more; then the mouth logs of the others are the second place where entries are.
-    let dead = endings.0.iter().any(|e| e.node == NodeId::RECORDER);
+    let dead = stayed.ended(NodeId::RECORDER);
     let mut log = if dead {
         witness::mouths(cast, &places.run_dir, start_us)
     } else {
@@ -135,9 +134,8 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     let recorded = if dead { 0 } else { log.len() };
     let held = Held { heads: witness::heads(&company.stats), ..cast.held(Some(&secret.of(NodeId::BROKER))) };
     log.extend(witness::guards(cast, &places.run_dir, start_us, &company.stats));
-    let ended = endings.0.iter().map(|e| (e.at, Event::Ended { node: e.node, killed: e.killed }));
-    let mut told: Vec<(u64, Event)> = ended.collect();
-    told.push((cast.duration, Event::Stalled { by: Span(endings.1) }));
+    let mut told = stayed.events.clone();
+    told.push((cast.duration, Event::Stalled { by: Span(stayed.overslept) }));
     told.extend(witness::unsent(&company.stats).into_iter().map(|event| (cast.duration, event)));
     told.extend(witness::sights(cast, &places.run_dir, start_us, &log));
     // One chain, whose order has to be that of the times in it.
@@ -146,7 +144,7 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
         witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, at, event);
     }
     drop(company);
-    Ok(Aftermath { log, recorded, held, endings: endings.0 })
+    Ok(Aftermath { log, recorded, held, lost: stayed.lost() })
 }
 
 /// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in
@@ -155,6 +153,30 @@ pub fn run_id() -> String {
     static RUNS: AtomicU32 = AtomicU32::new(0);
     let run = RUNS.fetch_add(1, Ordering::Relaxed);
     format!("{:x}x{:x}x{run:x}", std::process::id(), trace_us() / 1_000 % (1 << 16))
+}
+
+/// Starts a node anew under a boot.
+type Again<'a> = &'a mut dyn FnMut(NodeId, Boot) -> Result<Child, String>;
+
+/// What happened while the run was on.
+struct Stayed {
+    /// What was done to processes, and what befell them, in order.
+    events: Vec<(u64, Event)>,
+    /// By how much the host overslept at most.
+    overslept: u64,
+}
+
+impl Stayed {
+    fn ended(&self, node: NodeId) -> bool {
+        self.events.iter().any(|(_, event)| matches!(event, Event::Ended { node: n, .. } if *n == node))
+    }
+
+    fn lost(&self) -> Option<(u64, NodeId)> {
+        self.events.iter().find_map(|(at, event)| {
+            let Event::Ended { node, killed: false } = event else { return None };
+            Some((*at, *node))
+        })
+    }
 }
 
 struct Company<'a> {
@@ -187,7 +209,7 @@ impl Company<'_> {
             NodeId::INSIDER_PERCEPTION,
             NodeId::IMPOSTOR,
             NodeId::RECORDER,
-            NodeId::BROKER,
+            cast.broker(),
             NodeId::GATEWAY,
             NodeId::INSIDER_B,
             NodeId::RELAY_TELEMETRY,
@@ -237,20 +259,20 @@ impl Company<'_> {
                     waiting.retain(|n| *n != node);
                 }
                 Ok((node, Line::Ended)) => return Err(format!("{node} ended before it was ready").into()),
-                Ok((_, Line::Stats(_) | Line::Text(_))) | Err(RecvTimeoutError::Timeout) => {}
+                Ok((_, Line::Stats(_) | Line::Text(_) | Line::Entry(_))) | Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Err("every service ended".to_owned().into()),
             }
         }
         Ok(())
     }
 
-    /// Stays until the end of the run, ending processes where the scenario says so. Gives what ended, and by how much
-    /// the host overslept at most.
-    fn stay(&mut self, cast: &Cast, start_us: u64) -> Result<(Vec<Ending>, u64), LiveError> {
-        let mut kills: Vec<(u64, NodeId)> = cast.kills.clone();
-        kills.sort();
-        let mut kills = kills.into_iter().peekable();
-        let (mut endings, mut overslept) = (Vec::new(), 0);
+    /// Stays until the end of the run, doing to processes what the scenario says and calling the steps that wait; `again`
+    /// starts a node anew. Gives what was done, and by how much the host overslept at most.
+    fn stay(&mut self, cast: &Cast, start_us: u64, again: Again<'_>) -> Result<Stayed, LiveError> {
+        let mut ordeals = Ordeals::new(cast);
+        let mut watch = Watch::new(&cast.cues);
+        let (mut overslept, mut watched) = (0, 0);
+        let clock = || trace_us().saturating_sub(start_us);
         let end = start_us + cast.duration;
         loop {
             let now = trace_us();
@@ -258,16 +280,25 @@ impl Company<'_> {
                 return Err(LiveError::Stopped);
             }
             if now >= end {
-                return Ok((endings, overslept));
-            }
-            if let Some((_, node)) = kills.next_if(|(at, _)| start_us + at <= now) {
-                if let Some(child) = self.children.iter_mut().find(|c| c.node == node) {
-                    let killed = child.kill();
-                    endings.push(Ending { at: now.saturating_sub(start_us), node, killed });
+                // Whoever is still stopped has an account to close.
+                for child in &mut self.children {
+                    child.go_on();
                 }
+                return Ok(Stayed { events: ordeals.events().to_vec(), overslept });
+            }
+            if ordeals.next().is_some_and(|at| start_us + at <= now) {
+                if let Some(node) = ordeals.carry_out(now.saturating_sub(start_us), &mut self.children, &clock) {
+                    let boot = Boot(2);
+                    self.take_in(again(node, boot)?);
+                    ordeals.note(clock(), Event::Restarted { node, boot });
+                }
+                let told = ordeals.events().iter().skip(watched);
+                let called = told.flat_map(|(at, event)| watch.take(*at, NodeId::CAMPAIGN, event)).collect();
+                watched = ordeals.events().len();
+                self.call(cast, &mut ordeals, called, clock());
                 continue;
             }
-            let next = kills.peek().map_or(end, |(at, _)| (start_us + at).min(end));
+            let next = ordeals.next().map_or(end, |at| (start_us + at).min(end));
             let nap = next.saturating_sub(now).clamp(1, 10_000);
             let heard = self.lines.recv_timeout(Duration::from_micros(nap));
             let slept = trace_us().saturating_sub(now);
@@ -276,12 +307,26 @@ impl Company<'_> {
             }
             match heard {
                 Ok((_, Line::Text(text))) => (self.show)(&text),
-                Ok((node, Line::Ended)) if !endings.iter().any(|e| e.node == node) => {
-                    endings.push(Ending { at: trace_us().saturating_sub(start_us), node, killed: false });
+                Ok((_, Line::Entry(bytes))) => {
+                    if let Ok(entry) = Entry::decode(&bytes) {
+                        self.call(cast, &mut ordeals, watch.take(clock(), entry.node, &entry.event), clock());
+                    }
+                }
+                Ok((node, Line::Ended)) if !ordeals.ended(node) => {
+                    ordeals.note(clock(), Event::Ended { node, killed: false });
                 }
                 Ok(_) | Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Err("every service ended".to_owned().into()),
             }
+        }
+    }
+
+    /// Calls steps: whoever has steps is told, and what is done to processes begins here.
+    fn call(&mut self, cast: &Cast, ordeals: &mut Ordeals, steps: Vec<StepName>, now: u64) {
+        let takes = |node: NodeId| cast.members.iter().any(|m| m.node() == node && m.role.takes_cues());
+        for step in steps {
+            self.children.iter_mut().filter(|c| takes(c.node)).for_each(|c| c.tell(Control::Cue(step)));
+            ordeals.call(now, step);
         }
     }
 

@@ -78,8 +78,8 @@ pub(super) fn credentials(cast: &Cast) -> Result<BTreeMap<NodeId, Credential>, P
             issued.insert(member.node(), authority.issue(peer, link::pki::Role::Both)?);
         }
     }
-    if let Some(broker) = PeerId::from_name(NodeId::BROKER.name()) {
-        issued.insert(NodeId::BROKER, authority.issue(broker, link::pki::Role::Listens)?);
+    if cast.broker() == NodeId::BROKER {
+        issued.insert(NodeId::BROKER, authority.issue(PeerId::BROKER, link::pki::Role::Listens)?);
     }
     Ok(issued)
 }
@@ -147,7 +147,8 @@ impl Specs<'_> {
         if matches!(member.role, Role::Recorder) {
             spec.instrument = None;
             let directory = self.places.run_dir.join("recording");
-            spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory });
+            let tell = !self.cast.cues.is_empty();
+            spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory, tell });
         }
         for link in &self.cast.links {
             if link.server == node {
@@ -164,6 +165,9 @@ impl Specs<'_> {
                 let expect = server.and_then(|m| m.peer).ok_or("the listening member has no certificate")?;
                 spec.dial = Some(DtlsDial { remote, expect, credential: self.credential(node)?, idle_ms: 2_000 });
             }
+        }
+        if node == NodeId::INSIDER_BROKER {
+            spec.broker = Some(BrokerListen { at: LoopbackAddr::on_port(0), credential: self.credential(node)? });
         }
         spec.relay = self.relay(member)?;
         spec.mqtt = self.mqtt(member)?;
@@ -193,7 +197,7 @@ impl Specs<'_> {
                 Some(RelaySpec { datagram: Some(leg(upstream)), stream: None })
             }
             Role::StreamRelay(_) => {
-                let upstream = self.address(NodeId::BROKER, "mqtt")?;
+                let upstream = self.address(self.cast.broker(), "mqtt")?;
                 Some(RelaySpec { datagram: None, stream: Some(leg(upstream)) })
             }
             Role::Sim(_)
@@ -203,7 +207,7 @@ impl Specs<'_> {
             | Role::Console(_)
             | Role::Recorder
             | Role::InsiderTeammate(_)
-            | Role::InsiderCommand(_)
+            | Role::InsiderBroker(_)
             | Role::Rogue(_) => None,
         })
     }
@@ -215,13 +219,13 @@ impl Specs<'_> {
         let remote = if node == NodeId::UNIT_A {
             self.address(NodeId::RELAY_COMMAND, "relay_stream")?
         } else {
-            self.address(NodeId::BROKER, "mqtt")?
+            self.address(self.cast.broker(), "mqtt")?
         };
         let subscribe = match node.unit() {
             Some(unit) => vec![Subject::Command(unit)],
             None => [UnitId::A, UnitId::B, UnitId::C].map(Subject::Ack).to_vec(),
         };
-        let expect = PeerId::from_name(NodeId::BROKER.name()).ok_or("the broker has no name")?;
+        let expect = PeerId::BROKER;
         Ok(Some(MqttDial { remote, own, expect, credential: self.credential(node)?, subscribe }))
     }
 }
@@ -241,7 +245,7 @@ fn config(member: &Member) -> Value {
         Role::DatagramRelay(config) => json!({ "setup": setup, "config": { "datagram_relay": config } }),
         Role::StreamRelay(config) => json!({ "setup": setup, "config": { "stream_relay": config } }),
         Role::InsiderTeammate(config) => json!({ "setup": setup, "config": { "insider_teammate": config } }),
-        Role::InsiderCommand(config) => json!({ "setup": setup, "config": { "insider_command": config } }),
+        Role::InsiderBroker(config) => json!({ "setup": setup, "config": { "insider_broker": config } }),
         Role::Rogue(config) => json!({ "setup": setup, "config": { "rogue": config } }),
     }
 }
@@ -258,7 +262,7 @@ pub(super) fn service(role: &Role) -> &'static str {
         Role::DatagramRelay(_)
         | Role::StreamRelay(_)
         | Role::InsiderTeammate(_)
-        | Role::InsiderCommand(_)
+        | Role::InsiderBroker(_)
         | Role::Rogue(_) => "adversary",
     }
 }

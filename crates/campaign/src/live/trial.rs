@@ -35,11 +35,11 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     let secret = RunSecret::random(secret);
     let cast = cast(scenario, setup, seed, &secret);
     let run_dir = options.run_dir.clone();
-    let Aftermath { mut log, recorded, held, endings } = run(&cast, &secret, setup.policy.record_guard, options)?;
+    let Aftermath { mut log, recorded, held, lost } = run(&cast, &secret, setup.policy.record_guard, options)?;
     let custody = custody(&log[..recorded], &held);
     log.sort_by_key(|l| l.at);
     let (entries, broken_log) = read(&log);
-    let lost = endings.iter().find(|e| !e.killed).map(|e| format!("{} ended by itself at {} ms", e.node, e.at / 1000));
+    let lost = lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
     let evidence = Evidence {
         entries,
         broken_log: broken_log.or(lost),
@@ -48,7 +48,7 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
         planned: cast.planned.clone(),
         duration: cast.duration,
         stall_limit: STALL_LIMIT_US,
-        killed: cast.kills.iter().map(|(_, node)| *node).collect(),
+        killed: cast.killed(),
     };
     let verdict = judge(&evidence);
     let replays = mouths::replay(&cast, &run_dir);

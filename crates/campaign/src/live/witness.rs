@@ -125,8 +125,9 @@ pub(super) fn unsent(stats: &[(NodeId, Value)]) -> Vec<Event> {
 pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeId, Value)]) -> Vec<Logged> {
     let mut log = Vec::new();
     let members = cast.members.iter().filter(|m| m.peer.is_some()).map(Member::node);
-    for node in members.chain(std::iter::once(NodeId::BROKER)) {
-        let Some(guard) = node.guard() else { continue };
+    let ends = members.map(|node| (node, node.guard())).chain(std::iter::once((cast.broker(), NodeId::BROKER.guard())));
+    for (node, guard) in ends {
+        let Some(guard) = guard else { continue };
         let mut journal = Journal::new(guard, Boot(1), None);
         let mut events = Vec::new();
         let path = run_dir.join("guard").join(format!("{node}.cbor"));
@@ -193,17 +194,18 @@ fn accounts(stats: &Value, direct: bool) -> Vec<(Account, u64)> {
         .iter()
         .sum();
     let (records, application, delivered) = (guard("records"), guard("application"), get("delivered"));
-    let unguarded = ["overflowed", "abandoned", "strangers", "shed"].map(get).iter().sum();
-    let strangers = get("strangers") + get("shed");
+    let unguarded =
+        ["overflowed", "abandoned", "strangers", "shed", "unproven", "proved", "asked"].map(get).iter().sum();
+    let strangers = get("strangers") + get("shed") + get("unproven");
     vec![
         (Account::Datagrams, guard("datagrams")),
         (Account::Unguarded, unguarded),
         (Account::SentDirect, if direct { get("dialled") } else { 0 }),
-        (Account::GuardIn, records + strangers),
+        (Account::GuardIn, records + strangers + get("proved")),
         (Account::GuardRefused, refused + strangers),
         (Account::Delivered, delivered),
         (Account::Discarded, application.saturating_sub(delivered)),
-        (Account::Handshake, records.saturating_sub(refused).saturating_sub(application)),
+        (Account::Handshake, (records + get("proved")).saturating_sub(refused).saturating_sub(application)),
         (Account::KernelDropped, stats["links"]["dtls_kernel_drops"].as_u64().unwrap_or(0)),
     ]
 }

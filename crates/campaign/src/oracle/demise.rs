@@ -1,19 +1,24 @@
-//! What the platform owes when one of its processes is killed, stated before any run, and what a log shows came of it.
+//! What the platform owes when one of its processes is killed, hangs or is slow, stated before any run, and what a log shows
+//! came of it.
 //!
 //! A process that dies says nothing more, so each row is read from the others: the mode from the unit's own log, and
-//! where the unit itself is dead, from the ground truth of the plant. Bounds are the platform's (`docs/bounds.md`).
+//! where the unit itself is dead, from the ground truth of the plant. Bounds are the platform's (`docs/bounds.md`). A
+//! process that does not run for a time owes what a dead one does, as far as its bounds end within that time; and a unit
+//! that did not run for as long as its lease holds as soon as it runs again.
 
 use serde::Serialize;
 use wire::bounds::Bounds;
-use wire::event::Event;
+use wire::event::{Event, Suspension};
 use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 
 use super::timeline::{Timeline, Truth};
-use super::{Evidence, Finding, Micros, Property, finding};
+use super::{Evidence, Finding, Micros, Property, Witnessed, finding};
 
 /// Speed below which the plant counts as standing, mm/s.
 const STANDING: i32 = 50;
+/// From the end of a stop to the first entry that is written after it, beyond the period of judging.
+const RESUME_SLACK: Micros = 50_000;
 /// Between two samples of the plant's truth.
 const TRUTH_PERIOD: Micros = 100_000;
 
@@ -133,11 +138,25 @@ pub fn owed(node: NodeId) -> Option<&'static Owed> {
     OWED.iter().find(|owed| owed.node == node)
 }
 
-/// What came of a kill.
+/// What befell the process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fate {
+    /// It ended.
+    Kill,
+    /// It did not run for a time.
+    Hang,
+    /// It ran for a share of the time.
+    Slow,
+}
+
+/// What came of it.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Response {
-    /// The process killed.
+    /// The process.
     pub process: String,
+    /// What befell it.
+    pub fate: Fate,
     /// When, milliseconds of the run.
     pub killed_ms: f64,
     /// The unit's mode at that moment.
@@ -170,10 +189,13 @@ pub struct PlantResponse {
     pub standing_ms: Option<f64>,
 }
 
-/// A kill under judgement.
+/// A process's fate under judgement.
 struct Death<'a> {
     owed: &'static Owed,
+    fate: Fate,
     killed: Micros,
+    /// When it ran again after the longest time for which it did not; never for one that is dead.
+    runs: Micros,
     /// From when bounds count: the kill, or the HOLD after it if there was one.
     zero: Option<Micros>,
     evidence: &'a Evidence,
@@ -184,16 +206,61 @@ struct Death<'a> {
 pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec<Finding>) {
     let (mut responses, mut findings) = (Vec::new(), Vec::new());
     for w in &evidence.entries {
-        let Event::Ended { node, killed: true } = w.entry.event else { continue };
+        let (node, fate) = match w.entry.event {
+            Event::Ended { node, killed: true } => (node, Fate::Kill),
+            Event::Suspended { node, how: Suspension::Hang, on: true } => (node, Fate::Hang),
+            Event::Suspended { node, how: Suspension::Slow { .. }, on: true } => (node, Fate::Slow),
+            _ => continue,
+        };
         let Some(owed) = owed(node) else { continue };
-        let hold = || line.intended.iter().find(|(at, _, kind)| *at >= w.at && *kind == "hold").map(|(at, _, _)| *at);
+        let runs = runs_again(evidence, w);
+        let given = |at: Micros| at >= w.at && at < runs;
+        let hold = || line.intended.iter().find(|(at, _, kind)| given(*at) && *kind == "hold").map(|(at, _, _)| *at);
         let zero = if owed.from == From::Kill { Some(w.at) } else { hold() };
-        let death = Death { owed, killed: w.at, zero, evidence, line };
+        let death = Death { owed, fate, killed: w.at, runs, zero, evidence, line };
         let broken = death.findings();
         responses.push(Response { kept: broken.is_empty(), ..death.response() });
         findings.extend(broken);
     }
     (responses, findings)
+}
+
+/// When the process that `w` says was stopped or ended runs again, at the latest after one of its stops.
+fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
+    let mut later = evidence.entries.iter().filter(|l| l.at >= w.at);
+    match w.entry.event {
+        Event::Suspended { node, how, .. } => {
+            let over =
+                |l: &&Witnessed| matches!(l.entry.event, Event::Suspended { node: n, on: false, .. } if n == node);
+            let end = later.find(over).map_or(evidence.duration, |l| l.at);
+            match how {
+                Suspension::Hang => end,
+                Suspension::Slow { quota, period } => {
+                    end.min(w.at + period.0 * u64::from(1000_u16.saturating_sub(quota)) / 1000)
+                }
+            }
+        }
+        Event::Ended { node, .. } => {
+            let again = |l: &&Witnessed| matches!(l.entry.event, Event::Restarted { node: n, .. } if n == node);
+            later.find(again).map_or(Micros::MAX, |l| l.at)
+        }
+        _ => w.at,
+    }
+}
+
+/// When the unit under test could next judge anything: `at`, or one judgement after it runs again where it hung then.
+pub(super) fn can_judge(evidence: &Evidence, at: Micros) -> Micros {
+    let hung = evidence.entries.iter().filter(|w| {
+        matches!(w.entry.event, Event::Suspended { node: NodeId::UNIT_A, how: Suspension::Hang, on: true })
+            && w.at <= at
+    });
+    let judges = hung.map(|w| runs_again(evidence, w)).max().map(|runs| runs + judgement(evidence));
+    at.max(judges.unwrap_or(0))
+}
+
+/// One judgement of the guards after a unit runs again, with what is under way.
+fn judgement(evidence: &Evidence) -> Micros {
+    evidence.bounds.control_period_ms * 1000 + RESUME_SLACK
 }
 
 /// Whether the unit under test was killed and its plant stands without a lease.
@@ -219,10 +286,14 @@ impl Death<'_> {
 
     fn after(&self) -> Mode {
         let last = self.line.mode_at(Micros::MAX);
-        if self.unit_dead() && stands(self.line) { Mode::HoldSafe } else { last }
+        if self.unit_dead() && self.runs == Micros::MAX && stands(self.line) { Mode::HoldSafe } else { last }
     }
 
     fn unleased(&self) -> Option<Micros> {
+        if self.runs < Micros::MAX {
+            let mut stopped = self.line.truth.iter().filter(|t| t.at >= self.killed && t.at < self.runs);
+            return stopped.find(|t| !t.leased).map(|t| t.at);
+        }
         for_good(self.line, self.zero?, |t| !t.leased)
     }
 
@@ -252,6 +323,7 @@ impl Death<'_> {
         };
         Response {
             process: self.owed.node.name().to_owned(),
+            fate: self.fate,
             killed_ms: self.killed as f64 / 1000.0,
             before: self.line.mode_at(self.killed),
             after,
@@ -268,17 +340,22 @@ impl Death<'_> {
     /// be learnt: that is no evidence, never a pass.
     fn findings(&self) -> Vec<Finding> {
         let before = self.line.mode_at(self.killed);
-        if !nominal(before) {
+        // A kill that is a named step was put where it is on purpose.
+        if !nominal(before) && !self.on_purpose() {
             let what = format!("the unit was {} when {} was killed", before.name(), self.owed.node);
             return vec![finding(Property::P10, self.killed, what)];
         }
         let Some(zero) = self.zero else {
+            if self.fate != Fate::Kill {
+                return Vec::new();
+            }
             let what = format!("no HOLD was given after {} was killed", self.owed.node);
             return vec![finding(Property::P10, self.killed, what)];
         };
         let mut found = Vec::new();
         if self.unit_dead() {
             found.extend(self.plant_stops(zero));
+            found.extend(self.holds_when_it_runs_again());
         } else {
             found.extend(self.mode_changes(zero));
             let holds = self.owed.ends_in == Mode::HoldSafe && self.owed.node != NodeId::SIM;
@@ -289,7 +366,7 @@ impl Death<'_> {
 
     fn mode_changes(&self, zero: Micros) -> Vec<Finding> {
         let b = &self.evidence.bounds;
-        let due = |ms: Option<fn(&Bounds) -> u64>| Some(zero + ms?(b) * 1000);
+        let due = |ms: Option<fn(&Bounds) -> u64>| Some(zero + ms?(b) * 1000).filter(|at| *at <= self.runs);
         let mut found = Vec::new();
         if let Some(at) =
             due(self.owed.restricted).max(due(self.owed.settled)).filter(|at| *at > self.evidence.duration)
@@ -309,21 +386,43 @@ impl Death<'_> {
         }
         if let Some(at) = due(self.owed.settled)
             && self.owed.ends_in == Mode::HoldSafe
-            && self.line.mode_at(at) != Mode::HoldSafe
+            && !matches!(self.line.mode_at(at), Mode::HoldSafe | Mode::Idle)
         {
             late(Property::P3, at, self.line.mode_at(at));
         }
         found
     }
 
+    /// Whether it was a step of its own.
+    fn on_purpose(&self) -> bool {
+        let near = self.evidence.entries.iter().filter(|w| w.at <= self.killed && self.killed - w.at < TRUTH_PERIOD);
+        near.filter(|w| w.entry.node == NodeId::CAMPAIGN)
+            .any(|w| matches!(w.entry.event, Event::Step { begun: true, .. }))
+    }
+
+    /// A unit that did not run for as long as its supervision lease holds at its first judgement; one that was started
+    /// again is idle.
+    fn holds_when_it_runs_again(&self) -> Option<Finding> {
+        let b = &self.evidence.bounds;
+        let at = self.runs.checked_add(judgement(self.evidence)).filter(|at| *at <= self.evidence.duration)?;
+        let lapsed = self.runs - self.killed > (b.lease_ms + b.control_period_ms) * 1000;
+        let mode = self.line.mode_at(at);
+        let loose = lapsed && !matches!(mode, Mode::HoldSafe | Mode::Idle);
+        let what = || format!("{} after {} ms in which it did not run", mode.name(), (self.runs - self.killed) / 1000);
+        loose.then(|| finding(Property::P3, at, what()))
+    }
+
     /// The plant under a dead unit: no lease beyond *Th*, and at rest when the brakes have had their time.
     fn plant_stops(&self, zero: Micros) -> Vec<Finding> {
         let due = zero + self.evidence.bounds.to_hold_safe_ms * 1000;
         let mut found = Vec::new();
+        if due > self.runs {
+            return found;
+        }
         if !self.line.truth.iter().any(|t| t.at >= due) {
             found.push(finding(Property::P10, due, "no ground truth of the plant after its unit was killed"));
         }
-        let driven = self.line.truth.iter().find(|t| t.at > due && (t.leased || t.set_speed != 0));
+        let driven = self.line.truth.iter().find(|t| t.at > due && t.at < self.runs && (t.leased || t.set_speed != 0));
         found.extend(driven.map(|t| {
             let what = format!("the plant still follows {} mm/s after its unit was killed", t.set_speed);
             finding(Property::P3, t.at, what)
@@ -336,7 +435,7 @@ impl Death<'_> {
         let b = &self.evidence.bounds;
         let braking = u64::from(b.max_speed_mm_s) * 1_000_000 / u64::from(b.braking_mm_s2).max(1);
         let due = zero + b.to_hold_safe_ms * 1000 + braking + TRUTH_PERIOD;
-        let moving = self.line.truth.iter().find(|t| t.at > due && t.speed.abs() > STANDING)?;
+        let moving = self.line.truth.iter().find(|t| t.at > due && t.at < self.runs && t.speed.abs() > STANDING)?;
         let what =
             format!("{} mm/s {} ms after {} was killed", moving.speed, (moving.at - zero) / 1000, self.owed.node);
         Some(finding(Property::P3, moving.at, what))

@@ -5,10 +5,10 @@
 //! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
 //! then compared with these.
 //!
-//! `timeline` sorts the events by what they are about, `receipt`, `stream` and `mouth` decide whether the fault provably
-//! arrived,
-//! `conservation` adds up the accounts, `properties` holds P1 to P11, `demise` what is owed when a process is killed,
-//! `outcome` picks the one class.
+//! `timeline` sorts the events by what they are about, `receipt`, `stream`, `planes`, `mouth` and `place` decide whether the fault
+//! provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `place` for where the unit takes
+//! itself to be, `stale` for the age of what was accepted), `demise` what is owed when a process is killed, `outcome` picks
+//! the one class.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -16,8 +16,12 @@ mod conservation;
 pub mod demise;
 mod mouth;
 mod outcome;
+pub mod peers;
+mod place;
+mod planes;
 mod properties;
 mod receipt;
+mod stale;
 mod stream;
 mod timeline;
 
@@ -51,12 +55,18 @@ pub enum Planned {
     Action(Action),
     /// Something that the relay does to a byte stream.
     Stream(Deed),
+    /// Something that a hostile broker does to publications.
+    Broker(Action),
     /// Authenticated and broken records of an insider.
     Malformed,
     /// A fault of a sensor.
     Fault(Sensor),
     /// A process was to end.
     Kill(wire::id::NodeId),
+    /// A process was to be kept from running.
+    Suspend(wire::id::NodeId),
+    /// A named step was to begin.
+    Step(wire::step::StepName),
 }
 
 /// Everything the judge gets to see.
@@ -148,6 +158,8 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     let receipt = receipt::find(evidence);
     let mut findings = properties::check(evidence, &timeline, &receipt);
     findings.extend(conservation::check(evidence));
+    findings.extend(place::check(evidence, &timeline));
+    findings.extend(stale::check(evidence));
     let (responses, owed) = demise::judge(evidence, &timeline);
     findings.extend(owed);
     findings.sort_by_key(|f| (f.at_us, f.property));

@@ -63,13 +63,15 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
     }
 }
 
-/// Whether a boundary refused anything after the injection: a service by name, the guard, or the secure layer.
+/// Whether a boundary refused anything after the injection: a service by name, the guard, or the secure layer; or the
+/// display told the operator that something is amiss.
 fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
-    use wire::event::{Account, Event, GuardVerdict};
+    use wire::event::{Account, Event, GuardVerdict, ShownAs};
     let by_service = line.refused.iter().any(|(at, _)| *at >= zero);
     let below = evidence.entries.iter().any(|w| match w.entry.event {
         Event::GuardSaw { verdict, .. } => w.at >= zero && verdict != GuardVerdict::Passed,
         Event::StreamSaw { sight: Sight::Refused, .. } => w.at >= zero,
+        Event::CommandShown { shown: ShownAs::NotAcknowledged, .. } => w.at >= zero,
         Event::Count { account: Account::Discarded, n } => n > 0,
         _ => false,
     });

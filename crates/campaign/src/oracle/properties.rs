@@ -3,18 +3,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use wire::event::{Event, Freshness, GuardVerdict};
+use wire::event::{Event, FaultKind, Freshness, GuardVerdict, Sensor};
 use wire::id::{CommandId, NodeId, RecordId, UnitId};
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
-use super::receipt::Receipt;
+use super::receipt::{Befallen, Receipt};
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, finding};
+use super::{Evidence, Finding, Micros, Property, demise, finding, planes};
 
 /// What one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.
-const SLACK: Micros = 50_000;
+pub(super) const SLACK: Micros = 50_000;
 
 /// Speed below which the plant counts as standing, mm/s.
 const STANDING: i32 = 50;
@@ -29,6 +29,8 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(geofence(line));
     found.extend(unaccepted_content(evidence));
     found.extend(display(evidence, line));
+    found.extend(planes::commands_shown(evidence, line));
+    found.extend(planes::operators_hold(evidence, line));
     found.extend(commands(evidence, line));
     found.extend(recovery(line));
     found.extend(evidence.custody.iter().map(|flaw| finding(Property::P10, evidence.duration, flaw.to_string())));
@@ -84,11 +86,12 @@ fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
 /// P2: after a sensor is lost for good, no authority and no nominal mode beyond *Td*.
 fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let td = evidence.bounds.to_degraded_ms * 1000;
-    let owed = receipt.faults.iter().filter(|(sensor, start, end)| {
-        *sensor != wire::event::Sensor::Odometry && end.saturating_sub(*start) > td && start + td <= evidence.duration
+    let owed = receipt.faults.iter().filter(|f| {
+        let lost = f.kind == FaultKind::Dropout && f.sensor != Sensor::Odometry;
+        lost && f.end.saturating_sub(f.start) > td && f.start + td <= evidence.duration
     });
-    let late = owed.filter(|(_, start, _)| matches!(line.mode_at(start + td), Mode::Ready | Mode::PrepareToAct));
-    late.map(|(sensor, start, _)| {
+    let late = owed.filter(|f| matches!(line.mode_at(f.start + td), Mode::Ready | Mode::PrepareToAct));
+    late.map(|Befallen { sensor, start, .. }| {
         let mode = line.mode_at(start + td).name();
         finding(Property::P2, start + td, format!("{sensor:?} lost for {} ms and still {mode}", td / 1000))
     })
@@ -126,7 +129,8 @@ fn link_trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Fi
         let within = timely.map(|(at, _)| at).filter(|at| *at < evidence.duration);
         for at in within.chain(std::iter::once(evidence.duration)) {
             if let Some(before) = last.filter(|before| at - before > th) {
-                let mode = line.mode_at(before + th);
+                // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
+                let mode = line.mode_at(demise::can_judge(evidence, before + th));
                 if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
                     let what = format!("nothing timely at {node} for {} ms and still {}", th / 1000, mode.name());
                     found.push(finding(Property::P3, before + th, what));
@@ -235,9 +239,13 @@ fn recovery(line: &Timeline) -> Vec<Finding> {
     let mut found = Vec::new();
     for change in &line.changes {
         let near = change.at.saturating_sub(SLACK);
-        let left_hold = change.from == Mode::HoldSafe && change.to != Mode::HoldSafe;
+        let left_hold = change.from == Mode::HoldSafe && change.to != Mode::HoldSafe && change.cause != Cause::Start;
         if left_hold && !(change.cause == Cause::Operator && by("resume", near, change.at)) {
             found.push(finding(Property::P9, change.at, "HOLD_SAFE left without an operator's resume"));
+        }
+        let left_idle = change.from == Mode::Idle && change.to != Mode::Idle;
+        if left_idle && !(change.cause == Cause::Operator && by("enable", near, change.at)) {
+            found.push(finding(Property::P9, change.at, "IDLE left without an operator's enable"));
         }
         if change.to == Mode::PrepareToAct && !(change.cause == Cause::Operator && by("arm", near, change.at)) {
             found.push(finding(Property::P9, change.at, "PREPARE_TO_ACT entered without an operator's arm"));

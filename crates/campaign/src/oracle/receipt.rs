@@ -2,18 +2,23 @@
 //!
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
-//! time; for one that was dropped, that it never showed them and that something is missing there. For a sensor fault, perception or autonomy must have seen
-//! the readings go missing. What was done to a byte stream is `stream`'s, what insiders sent `mouth`'s.
+//! time; for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
+//! perception or autonomy must have seen the readings go missing, or off by what was imposed (`place`). What was done to a
+//! byte stream is `stream`'s, to publications `planes`', what insiders sent `mouth`'s.
 
 use std::collections::BTreeMap;
 
 use wire::core::Side;
-use wire::event::{Account, Action, Event, Sensor};
+use wire::event::{Account, Action, Event, FaultKind, Sensor, Suspension};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
+use wire::step::StepName;
 use wire::stream::Sight;
 
-use super::{Evidence, Micros, Planned, mouth, stream};
+use super::{Evidence, Micros, Planned, Witnessed, mouth, place, planes, stream};
+
+/// How long after a process is stopped its last entry may still be written.
+const UNDER_WAY: Micros = 20_000;
 
 /// How long what a dying process had said may still be on its way into the log.
 const LAST_WORDS: Micros = 100_000;
@@ -31,12 +36,25 @@ pub(super) struct Receipt {
     pub missing: Vec<Planned>,
     /// The actor's first entry that has a second witness.
     pub zero: Option<Micros>,
-    /// Sensor faults with receipts: (sensor, start, end).
-    pub faults: Vec<(Sensor, Micros, Micros)>,
+    /// Sensor faults with receipts.
+    pub faults: Vec<Befallen>,
     /// Delay imposed on a datagram, by its hash; dropped ones have `Micros::MAX`.
     pub delayed: BTreeMap<u64, Micros>,
     /// Hashes that the adversary made or changed: never timely traffic.
     pub forged: BTreeMap<u64, Micros>,
+}
+
+/// A sensor fault that provably arrived.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Befallen {
+    /// Which sensor.
+    pub sensor: Sensor,
+    /// What befell it.
+    pub kind: FaultKind,
+    /// From.
+    pub start: Micros,
+    /// To.
+    pub end: Micros,
 }
 
 /// Looks for the receipts of everything planned.
@@ -45,17 +63,28 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
     note_datagrams(evidence, &mut receipt);
     let mut zeros = Vec::new();
     for planned in &evidence.planned {
+        // That a step began is its actor's word; what it did needs its own receipt, and only that counts as the start.
+        if let Planned::Step(step) = planned {
+            if !begun(evidence, *step) {
+                receipt.missing.push(*planned);
+            }
+            continue;
+        }
         let zero = match *planned {
+            Planned::Step(_) => None,
             Planned::Action(action @ (Action::Forward | Action::Forge | Action::Republish)) => {
                 mouth::receipt(evidence, action, 1)
             }
+            Planned::Action(action @ (Action::Resend | Action::Lie | Action::Confuse)) => {
+                mouth::receipt(evidence, action, 1)
+            }
             Planned::Malformed => mouth::receipt(evidence, Action::Inject, 1),
-            // The original has the same bytes.
-            Planned::Action(Action::RepeatCommand) => mouth::receipt(evidence, Action::RepeatCommand, 2),
             Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
             Planned::Action(action) => datagram(evidence, action),
+            Planned::Suspend(node) => suspended(evidence, node),
             Planned::Stream(deed) => stream::receipt(evidence, deed),
-            Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.0 == sensor).map(|f| f.1),
+            Planned::Broker(action) => planes::broker(evidence, action),
+            Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.sensor == sensor).map(|f| f.start),
         };
         match zero {
             Some(zero) => zeros.push(zero),
@@ -85,10 +114,12 @@ fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
             | Action::Replay
             | Action::Reoriginate
             | Action::Forward
-            | Action::RepeatCommand
             | Action::Kill
             | Action::Forge
-            | Action::Republish => {}
+            | Action::Republish
+            | Action::Resend
+            | Action::Lie
+            | Action::Confuse => {}
         }
     }
 }
@@ -116,7 +147,8 @@ fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
         Action::Delay | Action::Reorder => delay >= LEAST_DELAY && seen(evidence, hash).any(|s| s >= at + delay),
         Action::Duplicate | Action::Replay => seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1,
         Action::Corrupt | Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
-        Action::Forward | Action::RepeatCommand | Action::Kill | Action::Forge | Action::Republish => false,
+        Action::Forward | Action::Kill | Action::Forge | Action::Republish => false,
+        Action::Resend | Action::Lie | Action::Confuse => false,
     };
     entries.into_iter().find(|(at, side, hash, delay)| confirmed(*at, *side, *hash, *delay)).map(|(at, ..)| at)
 }
@@ -125,8 +157,10 @@ fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
 /// see its own end.
 fn killed(evidence: &Evidence, planned: &Planned) -> Option<Micros> {
     let silent = |node: NodeId, at: Micros| {
-        let heard = |w: &super::Witnessed| w.entry.node == node && w.at > at + LAST_WORDS;
-        !evidence.entries.iter().any(heard)
+        let mut of = evidence.entries.iter().filter(|w| w.entry.node == node);
+        // Who is started again speaks under another boot.
+        let boot = of.clone().take_while(|w| w.at <= at).last().map(|w| w.entry.boot);
+        !of.any(|w| Some(w.entry.boot) == boot && w.at > at + LAST_WORDS)
     };
     let cut_off = |at: Micros| {
         evidence.entries.iter().any(|w| {
@@ -173,24 +207,60 @@ fn arrived(evidence: &Evidence, target: NodeId, from: Micros, to: Micros) -> boo
     })
 }
 
+/// Whether the actor of `wanted` says that it began.
+fn begun(evidence: &Evidence, wanted: StepName) -> bool {
+    evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Step { step, begun: true } if step == wanted))
+}
+
+/// That a process was kept from running counts when it wrote nothing while it hung. A slow one goes on writing, so the
+/// word of who slowed it has to do: live, that is given once the kernel's process table shows the process stopped.
+fn suspended(evidence: &Evidence, wanted: NodeId) -> Option<Micros> {
+    let begins = |w: &Witnessed| match w.entry.event {
+        Event::Suspended { node, how, on: true } if node == wanted => Some((w.at, how)),
+        _ => None,
+    };
+    let ends = |from: Micros| {
+        let over = |w: &&Witnessed| {
+            w.at > from && matches!(w.entry.event, Event::Suspended { node, on: false, .. } if node == wanted)
+        };
+        evidence.entries.iter().find(over).map_or(Micros::MAX, |w| w.at)
+    };
+    // What was on its way when it was stopped may still come out; what comes as it goes on is its own again.
+    let silent = |from: Micros| {
+        let to = ends(from);
+        let wrote = |w: &Witnessed| w.entry.node == wanted && w.at > from + UNDER_WAY && w.at < to;
+        !evidence.entries.iter().any(wrote)
+    };
+    let suspensions: Vec<(Micros, Suspension)> = evidence.entries.iter().filter_map(begins).collect();
+    let hangs = suspensions.iter().filter(|(_, how)| *how == Suspension::Hang);
+    if hangs.into_iter().any(|(from, _)| !silent(*from)) {
+        return None;
+    }
+    suspensions.first().map(|(from, _)| *from)
+}
+
 /// Sensor faults that the sim applied and that the other side saw.
-fn faults(evidence: &Evidence) -> Vec<(Sensor, Micros, Micros)> {
+fn faults(evidence: &Evidence) -> Vec<Befallen> {
     let mut found = Vec::new();
     for (i, w) in evidence.entries.iter().enumerate() {
-        let Event::Fault { sensor, active: true, .. } = w.entry.event else { continue };
+        let Event::Fault { sensor, kind, active: true, .. } = w.entry.event else { continue };
         if w.entry.node != NodeId::SIM {
             continue;
         }
         let rest = &evidence.entries[i..];
         let end = rest.iter().find_map(|e| match e.entry.event {
-            Event::Fault { sensor: s, active: false, .. } if s == sensor && e.entry.node == NodeId::SIM => Some(e.at),
+            Event::Fault { sensor: s, kind: k, active: false, .. }
+                if (s, k) == (sensor, kind) && e.entry.node == NodeId::SIM =>
+            {
+                Some(e.at)
+            }
             _ => None,
         });
         let end = end.unwrap_or(evidence.duration);
-        let observed =
+        let missed =
             rest.iter().take_while(|e| e.at <= end.saturating_add(200_000)).any(|e| lacks(&e.entry.event, sensor));
-        if observed {
-            found.push((sensor, w.at, end));
+        if missed || sensor == Sensor::Localisation && place::arrived(evidence, kind, w.at, end) {
+            found.push(Befallen { sensor, kind, start: w.at, end });
         }
     }
     found

@@ -68,6 +68,11 @@ impl Timeline {
         let unit_a = node == NodeId::UNIT_A;
         match *event {
             Event::Transition { from, to, cause, .. } if unit_a => self.changes.push(Change { at, from, to, cause }),
+            // A unit that is started again knows of no mode before.
+            Event::Restarted { node: NodeId::UNIT_A, .. } => {
+                let from = self.changes.last().map_or(Mode::Idle, |c| c.to);
+                self.changes.push(Change { at, from, to: Mode::Idle, cause: Cause::Start });
+            }
             Event::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, leased, fence_mm, .. } => {
                 self.truth.push(Truth { at, speed: speed_mm_s, set_speed: set_speed_mm_s, leased, fence: fence_mm });
             }

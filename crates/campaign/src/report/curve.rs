@@ -10,7 +10,7 @@ use super::SCHEMA_VERSION;
 use super::run::{LatencySummary, Summary};
 use super::table::{new_table, outcomes, sample};
 use crate::scenario::Curve;
-use crate::stats::Share;
+use crate::stats::{Sample, Share};
 use crate::trial::{Outcome, Trial};
 
 /// A whole curve.
@@ -62,6 +62,10 @@ pub struct CurvePoint {
     pub outcomes: BTreeMap<Outcome, Share>,
     /// Latencies from the first receipt.
     pub latency_ms: LatencySummary,
+    /// Of what an admitted teammate said in bad faith, what the gateway accepted; records of one trial hang together.
+    pub claims_accepted: Share,
+    /// The most that such claims led from the truth before a reaction, in metres.
+    pub believed_m: Sample,
     /// Records that the two ends of the link accepted, all trials together.
     pub accepted: u64,
     /// Records that they refused, by reason.
@@ -81,7 +85,7 @@ pub struct Reading {
     pub detected_there_lower_95: Option<f64>,
     /// The smallest value from which on that holds at every further point.
     pub always_detected_from: Option<f64>,
-    /// The largest value at which some trial was not noticed.
+    /// The largest value at which some trial was not noticed, or not before harm.
     pub largest_undetected: Option<f64>,
     /// The smallest value at which some trial was harmed.
     pub smallest_harmful: Option<f64>,
@@ -117,14 +121,22 @@ impl CurvePoint {
         let n = trials.len() as u64;
         let summary = Summary::of(trials);
         let among = |classes: &[Outcome]| trials.iter().filter(|t| classes.contains(&t.outcome)).count() as u64;
+        let believed_m = |t: &Trial| t.claims.map(|claims| f64::from(claims.believed_mm) / 1000.0);
+        let misled = |t: &Trial| curve.harm_beyond_m.is_some_and(|m| believed_m(t).is_some_and(|off| off > m.get()));
+        let harmed = |t: &Trial| curve.harm.contains(&t.outcome) || (t.outcome != Outcome::Invalid && misled(t));
+        let count = |test: &dyn Fn(&Trial) -> bool| trials.iter().filter(|t| test(t)).count() as u64;
+        let claims = trials.iter().filter_map(|t| t.claims);
+        let (said, accepted) = claims.fold((0, 0), |(said, accepted), c| (said + c.said, accepted + c.accepted));
         let mut refused = BTreeMap::new();
         for (reason, count) in trials.iter().flat_map(|t| &t.dropped) {
             *refused.entry(reason.clone()).or_insert(0) += count;
         }
         Self {
             value,
-            detected: Share::of(among(&curve.detected), n),
-            harmed: Share::of(among(&curve.harm), n),
+            detected: Share::of(count(&|t| curve.detected.contains(&t.outcome) && !harmed(t)), n),
+            harmed: Share::of(count(&harmed), n),
+            claims_accepted: Share::of(accepted, said),
+            believed_m: Sample::of(trials.iter().filter_map(|t| believed_m(t))),
             outcomes: summary.outcomes.iter().map(|(class, hits)| (*class, Share::of(*hits, n))).collect(),
             latency_ms: summary.latency_ms,
             accepted: trials.iter().map(|t| t.accepted).sum(),
@@ -148,10 +160,7 @@ impl Reading {
             smallest_detected_before_harm: first.map(|p| p.value),
             detected_there_lower_95: first.map(|p| p.detected.lower_95),
             always_detected_from: points.get(missed.map_or(0, |at| at + 1)).map(|p| p.value),
-            largest_undetected: points
-                .iter()
-                .rfind(|p| p.detected.hits + p.harmed.hits < p.detected.n)
-                .map(|p| p.value),
+            largest_undetected: points.iter().rfind(|p| p.detected.hits < p.detected.n).map(|p| p.value),
             smallest_harmful: points.iter().find(|p| p.harmed.hits > 0).map(|p| p.value),
         }
     }
@@ -164,7 +173,15 @@ pub fn curve_table(curve: &CurveObject) -> String {
     text.push_str(&format!("{}: {title} ({set}, seed {} for each point)\n", curve.scenario, curve.seed));
     for line in &curve.lines {
         let cell = line.cell.as_ref().map(|cell| format!("{cell}, ")).unwrap_or_default();
-        let columns = ["detected", "harmed", "outcomes", "to degraded ms", "to hold-safe ms", "accepted / refused"];
+        let columns = [
+            "detected",
+            "harmed",
+            "claims accepted",
+            "outcomes",
+            "to degraded ms",
+            "to hold-safe ms",
+            "accepted / refused",
+        ];
         let columns: Vec<&str> = std::iter::once(unit.as_str()).chain(columns).collect();
         let mut table = new_table(&columns);
         line.points.iter().for_each(|point| {
@@ -188,6 +205,7 @@ fn row(point: &CurvePoint) -> Vec<String> {
         point.value.to_string(),
         share(&point.detected),
         share(&point.harmed),
+        claims(point),
         classes,
         sample(&point.latency_ms.to_degraded),
         sample(&point.latency_ms.to_hold_safe),
@@ -198,6 +216,16 @@ fn row(point: &CurvePoint) -> Vec<String> {
 /// `12/20 (0.361-0.809)`.
 fn share(share: &Share) -> String {
     format!("{}/{} ({:.3}-{:.3})", share.hits, share.n, share.lower_95, share.upper_95)
+}
+
+/// Accepted and said, and how far they led: mean and 95th percentile in metres.
+fn claims(point: &CurvePoint) -> String {
+    let Share { hits, n, .. } = point.claims_accepted;
+    match (n, point.believed_m.mean, point.believed_m.p95) {
+        (0, _, _) => "-".to_owned(),
+        (_, Some(mean), Some(p95)) if p95 > 0.0 => format!("{hits}/{n}, {mean:.2} / {p95:.2} m off"),
+        _ => format!("{hits}/{n}"),
+    }
 }
 
 fn reading(reading: &Reading, unit: &str) -> String {

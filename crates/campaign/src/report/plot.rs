@@ -25,7 +25,7 @@ pub fn svg(curve: &CurveObject) -> String {
          font-size=\"10\">\n<rect width=\"100%\" height=\"100%\" fill=\"white\"/>\n"
     );
     label(&mut text, (12.0, 18.0), "start", &format!("{}: {}", curve.scenario, curve.title));
-    let key = "blue: detected, with its exact 95 % interval; red: harmed";
+    let key = "blue: detected, with its exact 95 % interval; red: harmed; grey: a teammate's claims that were accepted";
     let marks = curve.watermarks.iter().fold(String::new(), |all, mark| format!("{all}; {mark}"));
     label(&mut text, (12.0, 34.0), "start", &format!("{key}{marks}"));
     for (i, line) in curve.lines.iter().enumerate() {
@@ -94,6 +94,7 @@ fn panel(text: &mut String, at: (f64, f64), line: &CurveLine, unit: &str) {
     band(text, &frame, &line.points);
     trace(text, &frame, &line.points, "#2060c0", |point| &point.detected);
     trace(text, &frame, &line.points, "#c02020", |point| &point.harmed);
+    trace(text, &frame, &line.points, "#808080", |point| &point.claims_accepted);
 }
 
 fn band(text: &mut String, frame: &Frame, points: &[CurvePoint]) {
@@ -146,6 +147,8 @@ mod tests {
             harmed: Share::of(10 - hits, 10),
             outcomes: BTreeMap::new(),
             latency_ms: LatencySummary::default(),
+            claims_accepted: Share::of(hits, 10),
+            believed_m: crate::stats::Sample::default(),
             accepted: 0,
             refused: BTreeMap::new(),
             unexpected: 0,
@@ -175,7 +178,7 @@ mod tests {
         };
         let text = svg(&curve);
         assert!(text.starts_with("<svg") && text.ends_with("</svg>\n") && text.contains("a &lt; b"), "{text}");
-        assert_eq!((text.matches("<polygon").count(), text.matches("<circle").count()), (4, 16));
+        assert_eq!((text.matches("<polygon").count(), text.matches("<circle").count()), (4, 24));
         assert!(text.contains("viewBox=\"0 0 960 488\""), "{text}");
         assert!(!text.contains("NaN") && !text.contains("inf"), "{text}");
     }

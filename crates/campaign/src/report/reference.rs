@@ -83,12 +83,7 @@ impl ReferenceRow {
     pub fn new(scenario: &Scenario, cell: Option<String>, mode: Mode, trials: &[&Trial]) -> Self {
         let expected = scenario.expected.to_vec();
         let unexpected = trials.iter().filter(|t| !expected.contains(&t.outcome)).count() as u64;
-        let evidence = match mode {
-            Mode::Twin => Evidence::Model,
-            Mode::Live => Evidence::Live,
-            Mode::Stack => Evidence::Stack,
-        };
-        let counts = evidence != Evidence::Model || scenario.evidence == Evidence::Model;
+        let (evidence, counts) = (mode.evidence(), mode.counts_for(scenario.evidence));
         let summary = Summary::of(trials);
         let bound = summary.unsafe_upper_95;
         let name = scenario.name.as_str().to_owned();

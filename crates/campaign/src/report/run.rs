@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
+use crate::scenario::Evidence;
 use crate::stats::{LEVEL, Sample, events_upper, rate_upper};
 use crate::trial::{Latency, Outcome, Trial};
 
@@ -28,6 +29,20 @@ impl Mode {
             Mode::Live => "live",
             Mode::Stack => "stack",
         }
+    }
+
+    /// Where the evidence of a trial in this mode comes from.
+    pub fn evidence(self) -> Evidence {
+        match self {
+            Mode::Twin => Evidence::Model,
+            Mode::Live => Evidence::Live,
+            Mode::Stack => Evidence::Stack,
+        }
+    }
+
+    /// Whether the mechanism of a scenario runs in this mode, when its real place is `place`.
+    pub fn counts_for(self, place: Evidence) -> bool {
+        self.evidence() != Evidence::Model || place == Evidence::Model
     }
 }
 
@@ -187,6 +202,8 @@ pub(crate) mod tests {
         Trial {
             seed,
             cell: None,
+            knowledge: crate::scenario::Knowledge::Blind,
+            steps: Vec::new(),
             outcome,
             findings: Vec::new(),
             receipt: true,
@@ -196,6 +213,7 @@ pub(crate) mod tests {
             accepted: 90,
             dropped: BTreeMap::from([("stale".to_owned(), 10)]),
             guard_refused: BTreeMap::new(),
+            claims: None,
             transitions: Vec::new(),
             latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },
             responses: Vec::new(),
@@ -219,7 +237,7 @@ pub(crate) mod tests {
         has(&object, "schema_version scenario mode seed trials summary");
         has(
             &object["trials"][0],
-            "seed outcome receipt log_hash decision_hash received accepted dropped transitions latency_ms sim_seconds",
+            "seed knowledge outcome receipt log_hash decision_hash received accepted dropped transitions latency_ms sim_seconds",
         );
         has(&object["trials"][0]["latency_ms"], "to_degraded to_hold_safe to_authority_revoked");
         has(

@@ -6,7 +6,6 @@ use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 
 use super::reference::{LiveLatency, Reference, ReferenceRow};
 use super::run::{RunObject, Summary};
-use crate::scenario::Evidence;
 use crate::stats::Sample;
 use crate::trial::Outcome;
 
@@ -39,7 +38,7 @@ fn reference_row(row: &ReferenceRow) -> Vec<String> {
     }
     vec![
         name,
-        format!("{}, {}{}", evidence(row.evidence), row.summary.n, if row.counts { "" } else { " *" }),
+        format!("{}, {}{}", row.evidence.name(), row.summary.n, if row.counts { "" } else { " *" }),
         outcomes,
         percent(row.summary.unsafe_upper_95),
         sample(&row.summary.latency_ms.to_degraded),
@@ -109,15 +108,7 @@ pub(super) fn outcomes(of: &BTreeMap<Outcome, u64>) -> String {
     parts.join(", ")
 }
 
-fn evidence(kind: Evidence) -> &'static str {
-    match kind {
-        Evidence::Model => "model",
-        Evidence::Stack => "stack",
-        Evidence::Live => "live",
-    }
-}
-
-fn percent(rate: f64) -> String {
+pub(super) fn percent(rate: f64) -> String {
     format!("{:.2} %", rate * 100.0)
 }
 

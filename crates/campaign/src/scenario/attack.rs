@@ -1,11 +1,12 @@
 //! Attacks on telemetry datagrams by the relay that sits in the path and holds no key.
 //!
 //! Every attack has a start and a length on the trial's clock (the phase of the trial is added to the start) and a
-//! direction. What the relay does with them belongs to `adversary`.
+//! direction; it may be a named step that waits for something (`step`). What the relay does with them belongs to `adversary`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::step::{Knowledge, Timing, When};
 use super::value::{Count, Located, Millis, Name, Real, Seconds, Share, Whole};
 
 /// Which way the datagrams or bytes go.
@@ -35,7 +36,9 @@ impl Direction {
 
 /// Declares attack tables, each with its window and its direction in front of its own parameters.
 macro_rules! attacks {
-    ($( $(#[$doc:meta])* $name:ident { $( $(#[$field_doc:meta])* $field:ident : $kind:ty ),* $(,)? } )+) => {$(
+    ($(
+        $(#[$doc:meta])* $name:ident $(needs $level:ident)? { $( $(#[$field_doc:meta])* $field:ident : $kind:ty ),* $(,)? }
+    )+) => {$(
         $(#[$doc])*
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
         #[serde(deny_unknown_fields)]
@@ -47,6 +50,15 @@ macro_rules! attacks {
             /// Which way.
             #[serde(default)]
             pub direction: Direction,
+            /// Name of the step that this is a part of.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub step: Option<Located<Name>>,
+            /// What it waits for; `at_s` is then the earliest.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub when: Option<Located<When>>,
+            /// What may be known here, where that is less than the scenario's level.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            pub knowledge: Option<Located<Knowledge>>,
             $( $(#[$field_doc])* pub $field: $kind, )*
         }
 
@@ -56,6 +68,15 @@ macro_rules! attacks {
             }
             fn duration_s(&self) -> Seconds {
                 self.duration_s
+            }
+            fn timing(&self) -> Timing<'_> {
+                Timing { step: self.step.as_ref(), when: self.when.as_ref(), knowledge: self.knowledge.as_ref() }
+            }
+            fn needs(&self) -> Knowledge {
+                [$(Knowledge::$level,)? Knowledge::Blind][0]
+            }
+            fn sees(&self) -> Option<Knowledge> {
+                Some(Knowledge::OnPath)
             }
         }
     )+};
@@ -68,7 +89,49 @@ pub trait Windowed {
     fn at_s(&self) -> &Located<Seconds>;
     /// Length; zero for what happens once.
     fn duration_s(&self) -> Seconds;
+    /// Its step and what that waits for.
+    fn timing(&self) -> Timing<'_> {
+        Timing::default()
+    }
+    /// The least that has to be known to do it at all.
+    fn needs(&self) -> Knowledge {
+        Knowledge::Blind
+    }
+    /// What can be waited for from the place where it is done, beside other steps and what the instrument plane tells:
+    /// the traffic on a path, or what a teammate hears.
+    fn sees(&self) -> Option<Knowledge> {
+        None
+    }
 }
+
+/// Says how long a table lasts, what it needs and what it sees; its start and step are its fields.
+macro_rules! windowed {
+    ($($name:ident $length:expr, $needs:ident, $sees:expr;)+) => {$(
+        impl crate::scenario::attack::Windowed for $name {
+            fn at_s(&self) -> &Located<Seconds> {
+                &self.at_s
+            }
+            fn duration_s(&self) -> Seconds {
+                let length: fn(&Self) -> Seconds = $length;
+                length(self)
+            }
+            fn timing(&self) -> crate::scenario::Timing<'_> {
+                crate::scenario::Timing {
+                    step: self.step.as_ref(),
+                    when: self.when.as_ref(),
+                    knowledge: self.knowledge.as_ref(),
+                }
+            }
+            fn needs(&self) -> crate::scenario::Knowledge {
+                crate::scenario::Knowledge::$needs
+            }
+            fn sees(&self) -> Option<crate::scenario::Knowledge> {
+                $sees
+            }
+        }
+    )+};
+}
+pub(super) use windowed;
 
 attacks! {
     /// Holds datagrams back by a time that may grow.
@@ -120,7 +183,7 @@ attacks! {
     }
 
     /// Captures datagrams and sends them again later.
-    Replay {
+    Replay needs OnPath {
         /// Age of the captured datagram when it is sent again.
         lag_ms: Millis,
         /// How many are sent again.
@@ -138,7 +201,7 @@ attacks! {
     }
 
     /// Sends captured telemetry from the relay's own socket, claiming to be a peer, without a credential.
-    Reoriginate {
+    Reoriginate needs OnPath {
         /// The unit it claims to be.
         claim: Name,
         /// How many datagrams.

@@ -5,8 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::Scenario;
 use super::fault::{Ending, Kill, Process};
-use super::operator::{Step, Verb};
+use super::operator::{DisplayedState, Step, Verb};
 use super::set::Settings;
+use super::step::When;
 use super::value::{Label, List, Located, Name, Real};
 use crate::trial::Outcome;
 
@@ -18,6 +19,13 @@ const KILL_PHASE_S: [f64; 2] = [0.0, 2.4];
 const HOLD_AT_S: f64 = 6.2;
 /// Length of a kill's trial, seconds: unused authority has expired and the plant stands.
 const KILL_DURATION_S: f64 = 10.5;
+
+/// How long a process hangs or is slow at a change of mode, seconds: longer than every bound.
+const SUSPENDED_S: f64 = 3.0;
+/// The share of the time that a slow one has.
+const SLOW_QUOTA: f64 = 0.25;
+/// When the operator asks for a HOLD through a broker that does nothing, seconds: after every change of mode.
+const LATE_HOLD_S: f64 = 7.4;
 
 /// One variation of a scenario: what is set in it, under which policy, and what must come of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -96,7 +104,7 @@ impl Scenario {
         scenario.name = Located::nowhere(Name::constant("kill"));
         scenario.duration_s = Located::nowhere(Real::nearest(KILL_DURATION_S));
         scenario.varies.injection_phase_s = Located::nowhere(List::of(KILL_PHASE_S.map(Real::nearest)));
-        scenario.kill = List::of([Kill { process, ending: Ending::Kill, at_s: at(KILL_AT_S) }]);
+        scenario.kill = List::of([Kill { process, at_s: at(KILL_AT_S), ..Kill::of(process, Ending::Kill) }]);
         let hold = Step {
             at_s: at(HOLD_AT_S),
             within_s: Real::nearest(1.0),
@@ -115,6 +123,44 @@ impl Scenario {
     pub fn sabotaged(&self) -> Scenario {
         let mut scenario = self.clone();
         scenario.expected = Located::nowhere(List::of([Outcome::Invalid]));
+        scenario
+    }
+
+    /// The same scenario with `process` ended, hung or slowed when the unit under test changes from one mode to another.
+    /// The scenario's faults are kept only where that change comes of them, so that each planned one can arrive. Through a
+    /// broker that does nothing the operator then asks for a HOLD.
+    pub fn ending_at(
+        &self,
+        process: Process,
+        ending: Ending,
+        (from, to): (DisplayedState, DisplayedState),
+    ) -> Scenario {
+        let mut scenario = self.clone();
+        let suspends = ending != Ending::Kill;
+        let when = When { enters: Some(to), from: Some(from), ..When::default() };
+        scenario.name = Located::nowhere(Name::constant("kill"));
+        scenario.kill = List::of([Kill {
+            duration_s: Real::nearest(if suspends { SUSPENDED_S } else { 0.0 }),
+            quota: (ending == Ending::Slow).then(|| Located::nowhere(Real::nearest(SLOW_QUOTA))),
+            step: Some(Located::nowhere(Name::constant("end"))),
+            when: Some(Located::nowhere(when)),
+            ..Kill::of(process, ending)
+        }]);
+        if ![from, to].contains(&DisplayedState::Degraded) {
+            scenario.fault = List::default();
+        }
+        let hold = Step {
+            at_s: Located::nowhere(Real::nearest(LATE_HOLD_S)),
+            within_s: Real::nearest(1.0),
+            when_state: None,
+            when_track: None,
+            verb: Located::nowhere(Verb::Hold),
+            reason: None,
+        };
+        let hold = (process == Process::Broker).then_some(hold);
+        scenario.operator.step = List::of(self.operator.step.iter().cloned().chain(hold));
+        let broken = [Outcome::Unsafe, Outcome::Invalid, Outcome::Late];
+        scenario.expected = Located::nowhere(List::of(Outcome::ALL.into_iter().filter(|o| !broken.contains(o))));
         scenario
     }
 

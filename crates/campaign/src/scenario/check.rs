@@ -9,8 +9,9 @@ use std::ops::Range;
 use wire::id::UnitId;
 
 use super::attack::Windowed;
+use super::check_steps;
 use super::stack::{Certificate, Hand, Link};
-use super::{Evidence, Located, Name, Outcome, Platform, Role, Scenario, Scene, ThirdUnit};
+use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
 
 /// Something that does not fit.
 pub(super) struct Finding {
@@ -22,7 +23,7 @@ pub(super) struct Finding {
     pub(super) remedy: String,
 }
 
-fn finding<T>(at: &Located<T>, message: impl Into<String>, remedy: impl Into<String>) -> Finding {
+pub(super) fn finding<T>(at: &Located<T>, message: impl Into<String>, remedy: impl Into<String>) -> Finding {
     Finding { bytes: at.bytes(), message: message.into(), remedy: remedy.into() }
 }
 
@@ -45,14 +46,47 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(operator(s));
     found.extend(conditions(s));
     found.extend(stacks(s));
-    if s.evidence == Evidence::Model && !s.kill.is_empty() && s.kill.iter().any(|k| k.ending == super::Ending::Hang) {
-        let at = &s.kill[0].at_s;
-        found.push(finding(at, "the link model has no hang", "set `evidence = \"live\"` or `ending = \"kill\"`"));
-    }
+    found.extend(check_steps::steps(s));
+    found.extend(kills(s));
     // What does not fit without any cell is told once.
     if found.is_empty() {
         found.extend(cells(s));
         found.extend(curve(s));
+    }
+    found
+}
+
+/// What goes with which ending of a process.
+fn kills(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for kill in &s.kill {
+        let lasts = kill.duration_s.get() > 0.0;
+        match kill.ending {
+            Ending::Kill if lasts => {
+                found.push(finding(&kill.at_s, "a kill has no duration", "take `duration_s` out, or say hang or slow"));
+            }
+            Ending::Hang | Ending::Slow if !lasts => {
+                found.push(finding(&kill.at_s, "this ends again, and nothing says when", "add `duration_s`"));
+            }
+            Ending::Kill | Ending::Hang | Ending::Slow => {}
+        }
+        match (&kill.quota, kill.ending) {
+            (None, Ending::Slow) => {
+                found.push(finding(&kill.at_s, "a slow process needs a quota", "add `quota`, such as 0.5"));
+            }
+            (Some(quota), Ending::Slow) if quota.get() <= 0.0 || quota.get() >= 1.0 => {
+                found.push(finding(quota, "not a share of the time", "use a number above 0 and below 1"));
+            }
+            (Some(quota), Ending::Kill | Ending::Hang) => {
+                found.push(finding(quota, "a quota is for a slow process", "take it out, or say `ending = \"slow\"`"));
+            }
+            (Some(_), Ending::Slow) | (None, Ending::Kill | Ending::Hang) => {}
+        }
+        if let Some(restart) = &kill.restart_after_s
+            && (kill.ending != Ending::Kill || kill.process != Process::Autonomy)
+        {
+            found.push(finding(restart, "only autonomy is started again, and only after its end", "take it out"));
+        }
     }
     found
 }
@@ -72,7 +106,7 @@ fn stacks(s: &Scenario) -> Vec<Finding> {
     let mut found = Vec::new();
     if s.is_of_stacks() != (s.evidence == Evidence::Stack) {
         let remedy =
-            "set `evidence = \"stack\"` where there are impostor, downgrade or handle tables, and nowhere else";
+            "set `evidence = \"stack\"` where there are impostor, downgrade, handle or storm tables, and nowhere else";
         found.push(finding(&s.name, "evidence and tables do not fit", remedy));
     }
     let mut seen = BTreeSet::new();
@@ -125,7 +159,7 @@ fn phase(s: &Scenario) -> Option<Finding> {
 }
 
 /// Everything with a time on the trial's clock.
-fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
+pub(super) fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
     fn all<T: Windowed>(list: &[T]) -> impl Iterator<Item = &dyn Windowed> {
         list.iter().map(|w| w as &dyn Windowed)
     }
@@ -134,16 +168,20 @@ fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
     let datagrams = datagrams.chain(all(&s.corrupt)).chain(all(&s.reoriginate)).chain(all(&s.inject));
     let streams = all(&s.stream_delay).chain(all(&s.stall)).chain(all(&s.throttle)).chain(all(&s.half_close));
     let streams = streams.chain(all(&s.reset)).chain(all(&s.cut)).chain(all(&s.stream_corrupt));
-    let insiders = all(&s.teammate).chain(all(&s.command_replay)).chain(all(&s.command_duplicate));
+    let broker = all(&s.broker_drop).chain(all(&s.broker_delay)).chain(all(&s.broker_reorder));
+    let broker = broker.chain(all(&s.broker_duplicate)).chain(all(&s.broker_replay)).chain(all(&s.broker_retain));
+    let broker = broker.chain(all(&s.broker_invent)).chain(all(&s.broker_forge));
     let faults = all(&s.fault).chain(all(&s.kill)).chain(all(&s.malformed));
     let shared = all(&s.forge).chain(all(&s.republish)).chain(all(&s.alter));
-    datagrams.chain(streams).chain(insiders).chain(faults).chain(shared).collect()
+    let peers = all(&s.session_replay).chain(all(&s.falsehood)).chain(all(&s.mode_confusion));
+    let insiders = broker.chain(all(&s.teammate)).chain(peers).chain(shared);
+    datagrams.chain(streams).chain(insiders).chain(faults).collect()
 }
 
 fn times(s: &Scenario) -> Vec<Finding> {
     let (_, latest) = s.varies.phase_s();
     let end = s.duration_s.get();
-    let late = windows(s).into_iter().filter(|w| w.at_s().get() + latest >= end);
+    let late = s.windows().into_iter().filter(|w| w.at_s().get() + latest >= end);
     late.map(|w| {
         let message =
             format!("starts at {} s, up to {latest} s later by its phase; the trial ends at {end} s", w.at_s().get());
@@ -157,7 +195,11 @@ fn faults(s: &Scenario) -> Vec<Finding> {
     for fault in &s.fault {
         if !fault.kind.fits(fault.sensor) {
             let message = format!("{:?} has no fault of kind {:?}", fault.sensor, fault.kind).to_lowercase();
-            found.push(finding(&fault.at_s, message, "drift and jump are for localisation, occlusion for images"));
+            found.push(finding(
+                &fault.at_s,
+                message,
+                "drift, jump and time are for localisation, occlusion for images",
+            ));
         }
         let needs = fault.kind.numbers();
         match &fault.magnitude {
@@ -190,7 +232,9 @@ fn units(s: &Scenario) -> Vec<Finding> {
     let has = |name: &str, role: Role| s.unit.iter().any(|u| u.name.as_str() == name && u.role == role);
     let forwards = s.teammate.first().map(|t| &t.at_s);
     let breaks = s.malformed.first().map(|m| &m.at_s);
-    if let Some(at) = forwards.or(breaks)
+    let says = s.session_replay.first().map(|r| &r.at_s).or(s.falsehood.first().map(|f| &f.at_s));
+    let says = says.or(s.mode_confusion.first().map(|c| &c.at_s));
+    if let Some(at) = forwards.or(breaks).or(says)
         && !has("unit-b", Role::Insider)
     {
         found.push(finding(at, "an insider acts and there is none", "add `[[unit]]` unit-b with role \"insider\""));

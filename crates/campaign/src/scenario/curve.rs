@@ -33,6 +33,9 @@ pub struct Curve {
     /// Classes that say that it did harm.
     #[serde(default = "harm")]
     pub harm: List<Outcome, 9>,
+    /// How far from the truth, in metres, a teammate's accepted claims lead before they have done harm too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub harm_beyond_m: Option<Real<0, 1_000_000>>,
     /// Classes that any point may end in, in place of each line's own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub expected: Option<Located<List<Outcome, 9>>>,

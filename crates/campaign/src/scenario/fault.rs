@@ -1,10 +1,11 @@
-//! Faults that need no adversary: sensors that fail, processes that end or hang.
+//! Faults that need no adversary: sensors that fail, processes that end, hang or get too little of the processor.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::attack::Windowed;
-use super::value::{List, Located, Real, Seconds};
+use super::attack::windowed;
+use super::step::{Knowledge, When};
+use super::value::{List, Located, Name, Real, Seconds, Share, Whole};
 
 /// A fault of one sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -24,18 +25,23 @@ pub struct Fault {
     /// How much, in the unit of the kind (see [`FaultKind`]).
     #[serde(default)]
     pub magnitude: Option<Located<Magnitude>>,
+    /// Name of the step that this is a part of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Located<Name>>,
+    /// What it waits for; `at_s` is then the earliest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<Located<When>>,
+    /// What may be known here, where that is less than the scenario's level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
 }
 
 /// One number, or east and north.
 pub type Magnitude = List<Real<-100_000, 100_000>, 2>;
 
-impl Windowed for Fault {
-    fn at_s(&self) -> &Located<Seconds> {
-        &self.at_s
-    }
-    fn duration_s(&self) -> Seconds {
-        self.duration_s
-    }
+windowed! {
+    Fault |x| x.duration_s, Blind, None;
+    Kill |x| x.duration_s, Blind, None;
 }
 
 /// A sensor of the platform.
@@ -72,6 +78,10 @@ pub enum FaultKind {
     Drift,
     /// A sudden error of localisation: magnitude `[east, north]` in metres.
     Jump,
+    /// A sudden error of the receiver's time: magnitude `[forwards]` in seconds, negative for a roll-back.
+    TimeStep,
+    /// A growing error of the receiver's time: magnitude `[too fast]` in milliseconds a second.
+    TimeDrift,
 }
 
 impl FaultKind {
@@ -79,7 +89,7 @@ impl FaultKind {
     pub fn numbers(self) -> usize {
         match self {
             FaultKind::Dropout | FaultKind::Freeze => 0,
-            FaultKind::Noise | FaultKind::Occlusion => 1,
+            FaultKind::Noise | FaultKind::Occlusion | FaultKind::TimeStep | FaultKind::TimeDrift => 1,
             FaultKind::Drift | FaultKind::Jump => 2,
         }
     }
@@ -89,12 +99,14 @@ impl FaultKind {
         match self {
             FaultKind::Dropout | FaultKind::Freeze | FaultKind::Noise => true,
             FaultKind::Occlusion => !matches!(sensor, Sensor::Odometry | Sensor::Localisation),
-            FaultKind::Drift | FaultKind::Jump => sensor == Sensor::Localisation,
+            FaultKind::Drift | FaultKind::Jump | FaultKind::TimeStep | FaultKind::TimeDrift => {
+                sensor == Sensor::Localisation
+            }
         }
     }
 }
 
-/// A process that ends or hangs.
+/// A process that ends, hangs or is slow.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Kill {
@@ -103,16 +115,46 @@ pub struct Kill {
     /// How.
     #[serde(default)]
     pub ending: Ending,
+    /// How long it hangs or is slow.
+    #[serde(default)]
+    pub duration_s: Seconds,
+    /// For a slow one: the share of each period for which it runs. For the rest it is stopped, whatever it would do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub quota: Option<Located<Share>>,
+    /// For a slow one: the period. 100 ms are the kernel's own for processor quotas.
+    #[serde(default = "quota_period")]
+    pub period_ms: Whole<10, 10_000>,
+    /// For a killed one: it is started again so long after its end, with a new boot. Autonomy only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restart_after_s: Option<Located<Seconds>>,
     /// Time on the trial's clock; the trial's phase is added.
     pub at_s: Located<Seconds>,
+    /// Name of the step that this is a part of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Located<Name>>,
+    /// What it waits for; `at_s` is then the earliest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<Located<When>>,
+    /// What may be known here, where that is less than the scenario's level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
 }
 
-impl Windowed for Kill {
-    fn at_s(&self) -> &Located<Seconds> {
-        &self.at_s
-    }
-    fn duration_s(&self) -> Seconds {
-        Seconds::default()
+impl Kill {
+    /// This befalls `process` at once and for no time; the rest is to be filled in.
+    pub(super) fn of(process: Process, ending: Ending) -> Self {
+        Self {
+            process,
+            ending,
+            duration_s: Seconds::default(),
+            quota: None,
+            period_ms: quota_period(),
+            restart_after_s: None,
+            at_s: Located::default(),
+            step: None,
+            when: None,
+            knowledge: None,
+        }
     }
 }
 
@@ -145,6 +187,12 @@ pub enum Ending {
     /// At once, without a last word.
     #[default]
     Kill,
-    /// It stays and does nothing.
+    /// It stays and does nothing for a time; what is sent to it waits, as far as there is room.
     Hang,
+    /// It runs for a share of the time.
+    Slow,
+}
+
+fn quota_period() -> Whole<10, 10_000> {
+    Whole::new(100).expect("invariant: within its range")
 }

@@ -5,9 +5,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::attack::Windowed;
+use super::attack::windowed;
 use super::scene::Pose;
-use super::value::{Count, List, Located, Millis, Name, Seconds, Whole};
+use super::step::{Knowledge, When};
+use super::value::{Count, List, Located, Millis, Name, Seconds};
 
 /// A teammate.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -46,6 +47,15 @@ pub struct Teammate {
     /// Age of C's telemetry when it is forwarded.
     #[serde(default)]
     pub lag_ms: Millis,
+    /// Name of the step that this is a part of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Located<Name>>,
+    /// What it waits for; `at_s` is then the earliest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<Located<When>>,
+    /// What may be known here, where that is less than the scenario's level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
 }
 
 /// How B forwards C's telemetry.
@@ -70,30 +80,6 @@ pub enum ThirdUnit {
     Silent,
 }
 
-/// An insider of the command plane publishes captured commands again.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CommandReplay {
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// How many times.
-    pub count: Count,
-    /// Time between them.
-    pub every_ms: Millis,
-}
-
-/// An insider of the command plane doubles each command as it passes.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct CommandDuplicate {
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// Length.
-    pub duration_s: Seconds,
-    /// Copies beside the original.
-    pub copies: Whole<1, 64>,
-}
-
 /// An admitted teammate sends records that are authenticated and broken.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -106,6 +92,15 @@ pub struct Malformed {
     pub count: Count,
     /// Time between them.
     pub every_ms: Millis,
+    /// Name of the step that this is a part of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Located<Name>>,
+    /// What it waits for; `at_s` is then the earliest.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<Located<When>>,
+    /// What may be known here, where that is less than the scenario's level.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
 }
 
 /// What is wrong with a malformed record.
@@ -126,23 +121,7 @@ pub enum Flaw {
     Noise,
 }
 
-macro_rules! windowed {
-    ($($name:ident $length:expr;)+) => {$(
-        impl Windowed for $name {
-            fn at_s(&self) -> &Located<Seconds> {
-                &self.at_s
-            }
-            fn duration_s(&self) -> Seconds {
-                let length: fn(&Self) -> Seconds = $length;
-                length(self)
-            }
-        }
-    )+};
-}
-
 windowed! {
-    Teammate |x| x.duration_s;
-    CommandDuplicate |x| x.duration_s;
-    CommandReplay |_| Seconds::default();
-    Malformed |_| Seconds::default();
+    Teammate |x| x.duration_s, Insider, Some(Knowledge::Insider);
+    Malformed |_| Seconds::default(), Insider, Some(Knowledge::Insider);
 }

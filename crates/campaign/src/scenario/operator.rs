@@ -97,3 +97,16 @@ pub enum DisplayedState {
     /// Stopped.
     HoldSafe,
 }
+
+impl DisplayedState {
+    /// As the console shows it.
+    pub fn name(self) -> &'static str {
+        match self {
+            DisplayedState::Idle => "IDLE",
+            DisplayedState::Ready => "READY",
+            DisplayedState::PrepareToAct => "PREPARE_TO_ACT",
+            DisplayedState::Degraded => "DEGRADED",
+            DisplayedState::HoldSafe => "HOLD_SAFE",
+        }
+    }
+}

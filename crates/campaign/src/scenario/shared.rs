@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::attack::Windowed;
 use super::scene::Point;
+use super::step::Knowledge;
 use super::value::{Located, Millis, Seconds, Whole};
 
 /// Time between two messages.
@@ -66,8 +67,9 @@ pub struct Alter {
     pub place_m: Point,
 }
 
+/// A rogue has no steps: its tables begin at their time. What it needs to know follows from whose keys it holds.
 macro_rules! windowed {
-    ($($name:ident)+) => {$(
+    ($($name:ident $needs:expr;)+) => {$(
         impl Windowed for $name {
             fn at_s(&self) -> &Located<Seconds> {
                 &self.at_s
@@ -75,11 +77,19 @@ macro_rules! windowed {
             fn duration_s(&self) -> Seconds {
                 self.duration_s
             }
+            fn needs(&self) -> Knowledge {
+                let needs: fn(&Self) -> Knowledge = $needs;
+                needs(self)
+            }
         }
     )+};
 }
 
-windowed! { Forge Republish Alter }
+windowed! {
+    Forge |x| if x.holder.is_some() { Knowledge::Insider } else { Knowledge::OnPath };
+    Republish |_| Knowledge::OnPath;
+    Alter |_| Knowledge::Insider;
+}
 
 /// A channel of shared memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]

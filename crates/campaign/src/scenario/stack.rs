@@ -149,6 +149,34 @@ pub struct Handle {
     pub expected: Located<List<Outcome, 9>>,
 }
 
+/// What strangers send.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Flood {
+    /// Sound ClientHellos, and then nothing, whatever is answered.
+    Hello,
+    /// ClientHellos that are cut off.
+    Broken,
+    /// Random bytes.
+    Noise,
+    /// Sound ClientHellos of those who show that they receive, begin again, and then say nothing.
+    Proving,
+}
+
+/// Strangers come to the door of a listener, each from an address of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Storm {
+    /// What they send.
+    pub content: Flood,
+    /// How many.
+    pub count: Whole<1, 4000>,
+    /// Time between two of them, microseconds.
+    pub every_us: Whole<10, 1_000_000>,
+    /// What must come of it.
+    pub expected: Located<List<Outcome, 9>>,
+}
+
 fn required() -> Requirement {
     Requirement::Required
 }
@@ -170,7 +198,7 @@ fn word(value: impl Serialize) -> String {
 impl Scenario {
     /// Whether it runs on the real stacks in memory, without a platform.
     pub fn is_of_stacks(&self) -> bool {
-        !(self.impostor.is_empty() && self.downgrade.is_empty() && self.handle.is_empty())
+        !(self.impostor.is_empty() && self.downgrade.is_empty() && self.handle.is_empty() && self.storm.is_empty())
     }
 
     /// Each of its cells, by name, as a scenario with nothing else in it.
@@ -178,7 +206,7 @@ impl Scenario {
         let mut cells = Vec::new();
         let bare = || {
             let mut bare = self.clone();
-            (bare.impostor, bare.downgrade, bare.handle) = Default::default();
+            (bare.impostor, bare.downgrade, bare.handle, bare.storm) = Default::default();
             bare
         };
         let mut add = |label: String, expected: &Located<List<Outcome, 9>>, put: &dyn Fn(&mut Scenario)| {
@@ -199,6 +227,10 @@ impl Scenario {
             let guard = if one.guard == Requirement::Waived { "/guard-off" } else { "" };
             let label = format!("{}{guard}", word(one.deed));
             add(label, &one.expected, &|cell| cell.handle = List::of([one.clone()]));
+        }
+        for one in &self.storm {
+            let label = format!("{}/{}us", word(one.content), one.every_us.get());
+            add(label, &one.expected, &|cell| cell.storm = List::of([one.clone()]));
         }
         cells
     }

@@ -6,7 +6,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::attack::{Direction, attacks};
-use super::value::{Located, Millis, Seconds, Share, Whole};
+use super::step::{Knowledge, Timing, When};
+use super::value::{Located, Millis, Name, Seconds, Share, Whole};
 
 attacks! {
     /// Holds bytes back by a fixed time.

@@ -28,6 +28,7 @@ techniques = ["T0814"]                   # ATT&CK (T0814, T1499.004) or ATLAS (A
 interface = "telemetry-link"
 evidence = "model"                       # model | stack | live
 requirement = "communication-trust"      # perception-integrity | communication-trust | runtime-assurance
+# knowledge = "blind"                    # blind | on-path | insider | white-box: what the attack may know and wait for
 expected = ["HOLD_SAFE"]                 # committed before the first run
 policy = "default"                       # a file of policies/
 platform = "ground"                      # a file of platforms/
@@ -64,7 +65,11 @@ reason = "designated vehicle in view"
 
 # The attack. Other tables: delay, jitter, burst_loss, duplicate, reorder, replay, corrupt, reoriginate, inject on
 # datagrams; stream_delay, stall, throttle, half_close, reset, cut, stream_corrupt on the command plane; fault, kill;
-# teammate, malformed, command_replay, command_duplicate by insiders.
+# teammate, malformed by a teammate; broker_drop, broker_delay, broker_reorder, broker_duplicate, broker_replay,
+# broker_retain, broker_invent, broker_forge by the broker. Each of these may be
+# a step that waits: name it with `step = "cut"`, and say `when = { enters = "PREPARE_TO_ACT", after_ms = 50 }`,
+# `{ begun = "other" }`, `{ ended = "other" }`, `{ datagrams = 20 }`, `{ silence_ms = 300 }` or `{ hears = "READY" }`; `at_s` is
+# then the earliest.
 [[loss]]
 at_s = 4.0
 duration_s = 5.0

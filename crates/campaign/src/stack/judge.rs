@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 use wire::event::wire_hash;
 
 use crate::evidence::hex;
+use crate::scenario::Knowledge;
 use crate::trial::{Latency, Outcome, Trial};
 
 /// What one trial showed.
@@ -108,6 +109,8 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
     Trial {
         seed,
         cell: None,
+        knowledge: Knowledge::default(),
+        steps: Vec::new(),
         outcome,
         findings: breaches.chain(missed).chain(unseen).collect(),
         receipt: showing.receipt(),
@@ -117,6 +120,7 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         accepted: showing.delivered,
         dropped: showing.refused.clone(),
         guard_refused: showing.guard_refused.clone(),
+        claims: None,
         transitions: Vec::new(),
         latency_ms: Latency::default(),
         responses: Vec::new(),

@@ -4,11 +4,12 @@
 //! nobody sent is not delivered and nothing twice, and honest records still get through. The seed draws names, numbers
 //! and places; the libraries draw keys of their own, so that a seed repeats what was done and not every byte.
 //!
-//! `handshake` and `records` do it, `judge` gives the class.
+//! `handshake`, `records` and `storm` do it, `judge` gives the class.
 
 mod handshake;
 mod judge;
 mod records;
+mod storm;
 
 use link::dtls::DtlsError;
 use link::pki::PkiError;
@@ -40,13 +41,14 @@ pub enum StackError {
 /// # Errors
 /// When it could not be run at all.
 pub fn trial(cell: &Scenario, seed: u64) -> Result<Trial, StackError> {
-    let showing = match (&cell.impostor[..], &cell.downgrade[..], &cell.handle[..]) {
-        ([one], [], []) => handshake::impostor(one, seed)?,
-        ([], [one], []) => handshake::downgrade(one, seed)?,
-        ([], [], [one]) => records::handled(one, seed)?,
+    let showing = match (&cell.impostor[..], &cell.downgrade[..], &cell.handle[..], &cell.storm[..]) {
+        ([one], [], [], []) => handshake::impostor(one, seed)?,
+        ([], [one], [], []) => handshake::downgrade(one, seed)?,
+        ([], [], [one], []) => records::handled(one, seed)?,
+        ([], [], [], [one]) => storm::stormed(one, seed)?,
         _ => return Err(StackError::NotOneCell),
     };
-    Ok(judge::judge(seed, &showing))
+    Ok(Trial { knowledge: cell.level(), ..judge::judge(seed, &showing) })
 }
 
 #[cfg(test)]

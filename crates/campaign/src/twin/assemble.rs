@@ -1,6 +1,6 @@
 //! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
 
-use adversary::insider::{InsiderCommand, InsiderTeammate, Rogue};
+use adversary::insider::{InsiderBroker, InsiderTeammate, Rogue};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -20,7 +20,7 @@ use super::net::Association;
 use super::part::Part;
 use super::queue::NodeIndex;
 use super::{Assembly, Node};
-use crate::cast::{Cast, ClockDraw, Member, Role, sim_keys};
+use crate::cast::{Cast, ClockDraw, Member, Ordeal, OrdealKind, Role, sim_keys};
 
 /// A core could not be made from its setup.
 #[derive(Debug, thiserror::Error)]
@@ -58,7 +58,9 @@ pub fn assemble(cast: &Cast, seed: u64, guard: Requirement, mouths: bool) -> Res
         clocks,
         associations,
         delays: Delays::new(seed, cast.varied_delays),
-        kills: cast.kills.clone(),
+        spare: cast.members.iter().filter(|m| restarts(cast, m.node())).cloned().collect(),
+        ordeals: cast.ordeals.clone(),
+        cues: cast.cues.clone(),
         mouths,
         verified,
     })
@@ -74,7 +76,7 @@ fn node(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<No
     let mut node = Node::new(member.node(), core(&member.role, setup, now)?, member.host as u8);
     node.subscribes.clone_from(&member.subscribes);
     node.commands = member.peer.filter(|_| member.commands);
-    node.taps = matches!(member.role, Role::InsiderCommand(_));
+    node.takes_cues = member.role.takes_cues();
     Ok(node)
 }
 
@@ -83,7 +85,13 @@ pub fn part(member: &Member, now: Instant) -> Result<Part, AssemblyError> {
     core(&member.role, member.setup.clone(), now)
 }
 
-fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, AssemblyError> {
+/// Whether a killed `node` is started again.
+fn restarts(cast: &Cast, node: NodeId) -> bool {
+    let again = |o: &Ordeal| o.node == node && matches!(o.kind, OrdealKind::Kill { restart: Some(_) });
+    cast.ordeals.iter().any(again)
+}
+
+pub(super) fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, AssemblyError> {
     let node = setup.node;
     let failed = |why: String| AssemblyError { node, why };
     Ok(match role {
@@ -117,8 +125,8 @@ fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, AssemblyError> 
         Role::InsiderTeammate(config) => Part::InsiderTeammate(Box::new(
             InsiderTeammate::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
         )),
-        Role::InsiderCommand(config) => Part::InsiderCommand(Box::new(
-            InsiderCommand::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
+        Role::InsiderBroker(config) => Part::InsiderBroker(Box::new(
+            InsiderBroker::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
         )),
         Role::Rogue(config) => {
             Part::Rogue(Box::new(Rogue::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))

@@ -5,6 +5,8 @@
 
 use std::collections::VecDeque;
 
+use broker::Receivers;
+use broker::acl::{self, Pattern, Verb};
 use wire::audit::Journal;
 use wire::core::{Input, Side, Subject};
 use wire::event::{Event, wire_hash};
@@ -12,7 +14,6 @@ use wire::id::{Boot, NodeId, PeerId};
 use wire::stream::Sight;
 use wire::time::Instant;
 
-use super::part::Part;
 use super::queue::{Micros, NodeIndex};
 use super::stream::{Effect, Stream};
 use super::{Happening, OPENS_AT, Twin};
@@ -82,6 +83,9 @@ impl Twin {
         if bytes.len() > link::mqtt::MAX_PAYLOAD {
             return;
         }
+        if self.nodes[usize::from(node)].id == NodeId::INSIDER_BROKER {
+            return self.impose(node, at, subject, &bytes);
+        }
         let relayed = self.commands.as_mut().filter(|c| c.client == node);
         match relayed {
             Some(commands) => {
@@ -89,24 +93,44 @@ impl Twin {
                     self.write(Side::Client, at, sealed);
                 }
             }
-            None => self.distribute(node, at, subject, bytes),
+            None => self.hand_in(node, at, subject, bytes),
         }
     }
 
-    /// The broker takes a publication of `node` and hands it on.
-    fn distribute(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
-        let (Some(broker), Some(publisher)) = (&self.broker, self.nodes[usize::from(node)].commands) else { return };
-        let Ok(receivers) = broker.publish(publisher, subject) else { return };
-        let insider = matches!(self.nodes[usize::from(node)].part, Part::InsiderCommand(_));
+    /// A publication of `node` reaches the broker, which takes it at once, or when it runs again.
+    fn hand_in(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
+        let here = Happening::Distribute { subject, bytes };
+        if let Some(Happening::Distribute { subject, bytes }) = self.keep(node, here) {
+            self.distribute(node, at, subject, bytes);
+        }
+    }
+
+    /// The broker takes a publication of `node` and hands it on; a hostile one is handed it, and does as it likes.
+    pub(super) fn distribute(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
+        let Some(publisher) = self.nodes[usize::from(node)].commands else { return };
+        if let Some(hostile) = self.index(NodeId::INSIDER_BROKER) {
+            let hop = self.delays.datagram();
+            let at = self.in_order(node, hostile, at + hop);
+            return self.queue.push(at, hostile, Happening::Input(Input::Published { subject, bytes }));
+        }
+        let Some(Ok(receivers)) = self.broker.as_ref().map(|broker| broker.publish(publisher, subject)) else { return };
+        self.hand_on(node, at, &receivers, subject, &bytes);
+    }
+
+    /// What a hostile broker publishes goes to all who would hear of the subject.
+    fn impose(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: &[u8]) {
+        let hears = |peer: PeerId| acl::permit(peer, Verb::Subscribe, Pattern::One(subject)).is_ok();
+        let receivers: Receivers = self.nodes.iter().filter_map(|n| n.commands).filter(|peer| hears(*peer)).collect();
+        self.hand_on(node, at, &receivers, subject, bytes);
+    }
+
+    fn hand_on(&mut self, node: NodeIndex, at: Micros, receivers: &[PeerId], subject: Subject, bytes: &[u8]) {
         for reader in 0..self.nodes.len() {
-            let n = &self.nodes[reader];
-            let tapped = n.taps && publisher == PeerId::GATEWAY && !insider;
-            let receives = n.commands.is_some_and(|peer| receivers.contains(&peer)) && !n.taps;
-            if receives || tapped {
+            if self.nodes[reader].commands.is_some_and(|peer| receivers.contains(&peer)) {
                 let hop = self.delays.command();
                 let reader = reader as NodeIndex;
                 let at = self.in_order(node, reader, at + hop);
-                let bytes = bytes.clone();
+                let bytes = bytes.to_vec();
                 let happening = match &self.commands {
                     Some(commands) if commands.client == reader => Happening::Along(Along::Order(subject, bytes)),
                     Some(_) | None => Happening::Input(Input::Published { subject, bytes }),
@@ -215,10 +239,19 @@ impl Twin {
         let (client, connection) = (commands.client, commands.stream.connection);
         match effect {
             Effect::Write(side, bytes) => self.write(side, self.now, bytes),
-            Effect::Published(Side::Client, subject, bytes) => self.feed(client, Input::Published { subject, bytes }),
+            Effect::Published(Side::Client, subject, bytes) => {
+                let offset = commands.stream.place(Side::Client).offset();
+                self.saw(Side::Client, Sight::Delivered, offset, &bytes);
+                self.feed(client, Input::Published { subject, bytes });
+            }
             Effect::Published(Side::Server, subject, bytes) => self.distribute(client, self.now, subject, bytes),
             Effect::Up => {
+                let session = commands.stream.session();
                 self.queue.push(self.now + KEEP_ALIVE, client, Happening::Along(Along::KeepAlive(connection)));
+                let peer = self.nodes[usize::from(client)].commands;
+                if let (Some(hostile), Some(peer)) = (self.index(NodeId::INSIDER_BROKER), peer) {
+                    self.feed(hostile, Input::Opened { session, peer });
+                }
             }
             Effect::Refused(side) => {
                 let offset = commands.stream.place(side).offset();
@@ -271,6 +304,13 @@ impl Twin {
                 self.record_all(mouth, out);
             }
         }
+    }
+
+    /// A publication came out of the stream of a client with no relay before it.
+    pub(super) fn note_delivered(&mut self, node: NodeIndex, bytes: &[u8]) {
+        let (length, hash) = (bytes.len() as u32, wire_hash(bytes));
+        let event = Event::StreamSaw { sight: Sight::Delivered, stream: 0, offset: 0, length, hash };
+        self.note_guard(node, event);
     }
 
     /// The broker was killed: its end of the stream is over, and says no more.

@@ -42,7 +42,7 @@ pub fn watched(scenario: &Scenario, setup: &Setup, seed: u64, clock: fn() -> u64
     if let Some(watched) = run.stopwatch.take() {
         stopwatch = watched;
     }
-    let trial = judged::trial(seed, &run.evidence, &run.verdict);
+    let trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
     let heads = run.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::Signed { .. })).count() as u64;
     let signatures = run.signatures;
     // Giving the memory back is part of the trial.
@@ -141,7 +141,7 @@ mod tests {
         let (cast, twin) = start(&scenario, &setup, 1, false).unwrap();
         let run = conclude(cast, twin, &setup);
         assert!(run.stopwatch.is_none());
-        let alone = judged::trial(1, &run.evidence, &run.verdict);
+        let alone = judged::trial(1, scenario.level(), &run.evidence, &run.verdict);
         assert_eq!((watched.trial.log_hash, watched.trial.outcome), (alone.log_hash, alone.outcome));
         for stage in Stage::ALL.into_iter().filter(|s| *s != Stage::Broker) {
             assert!(watched.stopwatch.spent(stage) > 0, "{}", stage.name());

@@ -27,6 +27,8 @@ pub(super) struct Guard {
     pub(super) delivered: u64,
     pub(super) discarded: u64,
     pub(super) handshake: u64,
+    /// Datagrams for which there was no room while the process did not run.
+    pub(super) kernel_dropped: u64,
     /// Until when the stranger's handshake is under way.
     pub(super) half_open: Micros,
 }
@@ -34,7 +36,18 @@ pub(super) struct Guard {
 impl Guard {
     pub(super) fn new(id: NodeId) -> Guard {
         let journal = Journal::new(id, wire::id::Boot(1), None);
-        Guard { id, journal, datagrams: 0, seen: 0, refused: 0, delivered: 0, discarded: 0, handshake: 0, half_open: 0 }
+        Guard {
+            id,
+            journal,
+            datagrams: 0,
+            seen: 0,
+            refused: 0,
+            delivered: 0,
+            discarded: 0,
+            handshake: 0,
+            kernel_dropped: 0,
+            half_open: 0,
+        }
     }
 
     pub(super) fn fork(&self) -> Guard {
@@ -95,7 +108,11 @@ impl Twin {
                 (Account::SentDirect, direct),
                 (Account::Handshake, g.handshake),
             ];
-            counts.into_iter().for_each(|(account, n)| self.note_guard(node, Event::Count { account, n }));
+            let dropped = Some((Account::KernelDropped, g.kernel_dropped)).filter(|(_, n)| *n > 0);
+            counts
+                .into_iter()
+                .chain(dropped)
+                .for_each(|(account, n)| self.note_guard(node, Event::Count { account, n }));
         }
     }
 

@@ -11,6 +11,7 @@ pub mod delay;
 mod guard;
 pub mod net;
 pub mod part;
+mod process;
 pub mod queue;
 mod sessions;
 pub mod stopwatch;
@@ -20,8 +21,8 @@ pub mod trial;
 use std::collections::VecDeque;
 
 use wire::audit::Journal;
-use wire::core::{Core, Input, Output, Side, Topic};
-use wire::event::{Event, GuardVerdict};
+use wire::core::{Core, Input, Output, Side, Subject, Topic};
+use wire::event::GuardVerdict;
 use wire::id::{NodeId, PeerId, WorldId};
 use wire::sign::{Asked, Verified};
 use wire::time::Instant;
@@ -32,11 +33,14 @@ use delay::Delays;
 use guard::Guard;
 use net::Association;
 use part::Part;
+use process::Processes;
 use queue::{Micros, NodeIndex, Queue};
 use stopwatch::{Stage, Stopwatch};
 
 pub use guard::STRANGER;
 
+use crate::cast::{Member, Ordeal, Turn};
+use crate::cue::{Cue, Watch};
 use crate::evidence::{Logged, by_recorder};
 use crate::sights::Claims;
 
@@ -54,9 +58,9 @@ pub struct Node {
     pub subscribes: Vec<Topic>,
     /// Its identity on the command plane.
     pub commands: Option<PeerId>,
-    /// Whether it sees what the gateway publishes (an insider there).
-    pub taps: bool,
-    /// Whether its process runs.
+    /// Whether it has steps that can be called.
+    pub takes_cues: bool,
+    /// Whether its process lives.
     pub alive: bool,
     armed: Option<Micros>,
     generation: u64,
@@ -71,7 +75,7 @@ impl Node {
             host,
             subscribes: Vec::new(),
             commands: None,
-            taps: false,
+            takes_cues: false,
             alive: true,
             armed: None,
             generation: 0,
@@ -88,9 +92,10 @@ enum Happening {
     Open(u8),
     Along(Along),
     Complete { association: u8, number: u32 },
+    HangUp { association: u8, generation: u32 },
     Unfinished { bytes: Vec<u8> },
-    Kill,
-    KillBroker,
+    Distribute { subject: Subject, bytes: Vec<u8> },
+    Ordeal(usize, Turn),
 }
 
 /// What a core was fed and what it gave back.
@@ -123,6 +128,8 @@ pub struct Twin {
     delays: Delays,
     /// When the last thing from one node to another arrives: channels and sockets keep their order.
     latest: Vec<Micros>,
+    processes: Processes,
+    cues: Watch,
     log: Vec<Logged>,
     journal: Journal,
     /// What insiders said that they sent.
@@ -144,8 +151,12 @@ pub struct Assembly {
     pub commands: Option<(NodeIndex, NodeIndex, [u8; 32])>,
     /// Delays.
     pub delays: Delays,
-    /// Processes that end on their own: (when, which).
-    pub kills: Vec<(Micros, NodeId)>,
+    /// What befalls processes.
+    pub ordeals: Vec<Ordeal>,
+    /// What those are made from that may be started again.
+    pub spare: Vec<Member>,
+    /// Steps that wait for what the instrument plane tells.
+    pub cues: Vec<Cue>,
     /// Whether to keep what every core was fed and gave back.
     pub mouths: bool,
     /// What its cores share about signatures.
@@ -177,6 +188,8 @@ impl Twin {
             broker: Some(broker),
             commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret)),
             delays: assembly.delays,
+            processes: Processes::new(assembly.ordeals, assembly.spare),
+            cues: Watch::new(&assembly.cues),
             log: Vec::new(),
             journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), None),
             claims: Claims::default(),
@@ -188,14 +201,7 @@ impl Twin {
             twin.queue.push(OPENS_AT, dialler, Happening::Open(association as u8));
         }
         twin.open_commands();
-        for (at, id) in assembly.kills {
-            match twin.index(id) {
-                Some(node) => twin.queue.push(at, node, Happening::Kill),
-                // The broker is no node here: it only routes.
-                None if id == NodeId::BROKER => twin.queue.push(at, 0, Happening::KillBroker),
-                None => {}
-            }
-        }
+        twin.await_ordeals();
         (0..twin.nodes.len()).for_each(|n| twin.settle(n as NodeIndex, None));
         twin
     }
@@ -209,7 +215,7 @@ impl Twin {
             host: n.host,
             subscribes: n.subscribes.clone(),
             commands: n.commands,
-            taps: n.taps,
+            takes_cues: n.takes_cues,
             alive: n.alive,
             armed: n.armed,
             generation: n.generation,
@@ -226,6 +232,8 @@ impl Twin {
             broker: self.broker.clone(),
             commands: self.commands.as_ref().map(Relayed::fork),
             delays: self.delays.clone(),
+            processes: self.processes.clone(),
+            cues: self.cues.clone(),
             latest: self.latest.clone(),
             log: self.log.clone(),
             journal: self.journal.fork(),
@@ -284,6 +292,7 @@ impl Twin {
 
     /// Ends the run: nothing new is sent, what is under way arrives, and everyone writes the closing account.
     pub fn finish(&mut self, grace: Micros) {
+        self.release_all();
         self.tell_all(&Input::Quiesce);
         self.run_until(self.now + grace);
         (0..self.nodes.len()).for_each(|node| self.close_guard(node as NodeIndex));
@@ -309,6 +318,7 @@ impl Twin {
     }
 
     fn happen(&mut self, node: NodeIndex, happening: Happening) {
+        let Some(happening) = self.keep(node, happening) else { return };
         match happening {
             Happening::Timer(generation) => {
                 let n = &mut self.nodes[usize::from(node)];
@@ -316,7 +326,7 @@ impl Twin {
                     self.feed(node, Input::Timeout);
                 }
             }
-            Happening::Input(input) => self.feed(node, input),
+            Happening::Input(input) => self.take(node, input),
             Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
             Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
             Happening::Open(association) => self.open(association),
@@ -326,13 +336,10 @@ impl Twin {
                 self.enter(Stage::Engine);
             }
             Happening::Complete { association, number } => self.complete(association, number),
+            Happening::HangUp { association, generation } => self.end_session(usize::from(association), generation),
             Happening::Unfinished { bytes } => self.note_stranger(node, &bytes, GuardVerdict::Unfinished),
-            Happening::Kill => self.kill(node),
-            Happening::KillBroker => {
-                self.broker = None;
-                self.broker_killed();
-                self.note_killed(NodeId::BROKER);
-            }
+            Happening::Distribute { subject, bytes } => self.distribute(node, self.now, subject, bytes),
+            Happening::Ordeal(ordeal, turn) => self.ordeal(ordeal, turn),
         }
     }
 
@@ -340,8 +347,18 @@ impl Twin {
         self.clocks[usize::from(self.nodes[usize::from(node)].host)].read(self.now)
     }
 
+    /// Something comes to a node, which takes it at once, or when it runs again.
+    fn take(&mut self, node: NodeIndex, input: Input) {
+        let Some(Happening::Input(input)) = self.keep(node, Happening::Input(input)) else { return };
+        if let Input::Published { bytes, .. } = &input {
+            self.note_delivered(node, bytes);
+        }
+        self.feed(node, input);
+    }
+
     /// Feeds one input to a core and carries its outputs away.
     fn feed(&mut self, node: NodeIndex, input: Input) {
+        let Some(Happening::Input(input)) = self.keep(node, Happening::Input(input)) else { return };
         if self.nodes[usize::from(node)].alive {
             let now = self.local(node);
             if let Some(sight) = self.claims.sight(self.nodes[usize::from(node)].id, &input) {
@@ -400,6 +417,15 @@ impl Twin {
                     self.send(association, from, at, &bytes);
                 }
             }
+            Output::Close { session } => {
+                let ours = |a: &Association| a.ends.iter().any(|e| e.node == node && e.session == session);
+                if let Some(association) = self.associations.iter().position(ours) {
+                    let at = at + self.delays.datagram();
+                    let generation = self.associations[association].generation();
+                    let hang_up = Happening::HangUp { association: association as u8, generation };
+                    self.queue.push(at, node, hang_up);
+                }
+            }
             Output::Publish { subject, bytes } => {
                 self.enter(Stage::Broker);
                 self.publish_command(node, at, subject, bytes);
@@ -456,26 +482,6 @@ impl Twin {
         *latest
     }
 
-    fn kill(&mut self, node: NodeIndex) {
-        let n = &mut self.nodes[usize::from(node)];
-        n.alive = false;
-        n.generation += 1;
-        let killed = n.id;
-        self.note_killed(killed);
-        self.killed_on_path(node);
-    }
-
-    fn note_killed(&mut self, node: NodeId) {
-        self.note(Event::Ended { node, killed: true });
-    }
-
-    /// Writes an event of the engine's own.
-    fn note(&mut self, event: Event) {
-        let mut out = VecDeque::new();
-        self.journal.write(Instant(self.now), event, &mut out);
-        self.record_all(NodeId::CAMPAIGN, out);
-    }
-
     fn record_all(&mut self, id: NodeId, out: VecDeque<Output>) {
         for output in out {
             if let Output::Audit { bytes } = output {
@@ -494,6 +500,7 @@ impl Twin {
             self.queue.push(at, recorder, Happening::Input(Input::Audit { bytes: bytes.clone() }));
         }
         self.claims.note(id, &bytes);
+        self.watch_entry(&bytes);
         self.log.push(Logged { at: self.now, node: id, bytes });
     }
 }

@@ -134,6 +134,20 @@ impl Association {
         true
     }
 
+    /// Which handshake it stands on.
+    pub fn generation(&self) -> u32 {
+        self.generation
+    }
+
+    /// Ends what stands on the handshake `generation`; false when that is over already.
+    pub fn hang_up(&mut self, generation: u32) -> bool {
+        let stands = self.standing == Standing::Open && generation == self.generation;
+        if stands {
+            self.standing = Standing::Down;
+        }
+        stands
+    }
+
     /// Datagrams that the dialling end has sent.
     pub fn sent_by_client(&self) -> u64 {
         self.dialled

@@ -1,6 +1,6 @@
 //! The cores that a twin can hold: exactly those of the live services, behind their common verbs.
 
-use adversary::insider::{InsiderCommand, InsiderTeammate, Rogue};
+use adversary::insider::{InsiderBroker, InsiderTeammate, Rogue};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -37,8 +37,8 @@ pub enum Part {
     StreamRelay(Box<StreamRelay>),
     /// An insider with a teammate's credentials.
     InsiderTeammate(Box<InsiderTeammate>),
-    /// An insider on the command plane.
-    InsiderCommand(Box<InsiderCommand>),
+    /// The hostile broker.
+    InsiderBroker(Box<InsiderBroker>),
     /// On a host's shared memory, in another's name.
     Rogue(Box<Rogue>),
 }
@@ -59,7 +59,7 @@ impl Part {
             Part::DatagramRelay(core) => Part::DatagramRelay(Box::new(core.fork(world))),
             Part::StreamRelay(core) => Part::StreamRelay(Box::new(core.fork(world))),
             Part::InsiderTeammate(core) => Part::InsiderTeammate(Box::new(core.fork(world))),
-            Part::InsiderCommand(core) => Part::InsiderCommand(Box::new(core.fork(world))),
+            Part::InsiderBroker(core) => Part::InsiderBroker(Box::new(core.fork(world))),
             Part::Rogue(core) => Part::Rogue(Box::new(core.fork(world))),
         }
     }
@@ -75,7 +75,7 @@ impl Part {
             Part::DatagramRelay(core) => core.as_ref(),
             Part::StreamRelay(core) => core.as_ref(),
             Part::InsiderTeammate(core) => core.as_ref(),
-            Part::InsiderCommand(core) => core.as_ref(),
+            Part::InsiderBroker(core) => core.as_ref(),
             Part::Rogue(core) => core.as_ref(),
         }
     }
@@ -92,7 +92,7 @@ impl Part {
             Part::DatagramRelay(core) => core.as_mut(),
             Part::StreamRelay(core) => core.as_mut(),
             Part::InsiderTeammate(core) => core.as_mut(),
-            Part::InsiderCommand(core) => core.as_mut(),
+            Part::InsiderBroker(core) => core.as_mut(),
             Part::Rogue(core) => core.as_mut(),
         }
     }

@@ -151,6 +151,13 @@ impl Twin {
         }
     }
 
+    /// An end has closed its session, and the other end has been told.
+    pub(super) fn end_session(&mut self, a: usize, generation: u32) {
+        if self.associations[a].hang_up(generation) {
+            self.close(a);
+        }
+    }
+
     pub(super) fn close(&mut self, a: usize) {
         let ends = [self.associations[a].ends[0].clone(), self.associations[a].ends[1].clone()];
         for end in &ends {

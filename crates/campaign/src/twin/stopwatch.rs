@@ -61,7 +61,7 @@ impl Stage {
             Part::DatagramRelay(_)
             | Part::StreamRelay(_)
             | Part::InsiderTeammate(_)
-            | Part::InsiderCommand(_)
+            | Part::InsiderBroker(_)
             | Part::Rogue(_) => Stage::Adversary,
         }
     }

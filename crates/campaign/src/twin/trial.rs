@@ -73,6 +73,6 @@ fn evidence(cast: &Cast, setup: &Setup, log: &[Logged], held: &Held) -> Evidence
         planned: cast.planned.clone(),
         duration: cast.duration,
         stall_limit: Micros::MAX,
-        killed: cast.kills.iter().map(|(_, node)| *node).collect(),
+        killed: cast.killed(),
     }
 }

@@ -225,6 +225,11 @@ struct Depth {
     subscribers: usize,
 }
 
+/// How many messages of a topic are kept for a reader that is behind; the oldest goes first.
+pub fn kept(topic: Topic) -> usize {
+    depth(topic).buffer
+}
+
 fn depth(topic: Topic) -> Depth {
     match topic {
         Topic::Frames => Depth { buffer: 4, subscribers: 2 },

@@ -90,7 +90,8 @@ async fn drive(spec: &ServiceSpec, core: Box<dyn Core>) -> Result<(), DriveError
     let (sources, senders) = sources::open(controls);
     let outlets = Outlets::open(spec, &senders)?;
     say("ready", &outlets.ready(spec.node));
-    let mut driver = Driver { clock: spec.clock, core, outlets, latest: Instant(0), inputs: 0, late_us: 0 };
+    let tells = spec.recorder.as_ref().is_some_and(|recorder| recorder.tell);
+    let mut driver = Driver { clock: spec.clock, core, outlets, tells, latest: Instant(0), inputs: 0, late_us: 0 };
     driver.run(sources).await;
     tokio::time::sleep(LINGER).await;
     driver.outlets.hang_up().await;
@@ -114,6 +115,8 @@ struct Driver {
     clock: HostClock,
     core: Box<dyn Core>,
     outlets: Outlets,
+    /// Whether the launcher is told of entries that are waited for.
+    tells: bool,
     latest: Instant,
     inputs: u64,
     late_us: u64,
@@ -150,12 +153,16 @@ impl Driver {
                 self.feed(&Input::Closed { session });
             }
             Wake::Audit(frame) => {
+                if self.tells && wire::audit::is_awaited(&frame.bytes) {
+                    say("entry", &json!(frame.bytes));
+                }
                 if self.outlets.record(&frame) {
                     self.feed(&Input::Audit { bytes: frame.bytes });
                 }
             }
             Wake::Observed(observation) => self.outlets.observed(&observation),
             Wake::Control(Control::Quiesce) => self.feed(&Input::Quiesce),
+            Wake::Control(Control::Cue(step)) => self.feed(&Input::Cue { step }),
             Wake::Control(Control::Finish) => {
                 self.feed(&Input::Finish);
                 return true;

@@ -25,6 +25,7 @@ use crate::guard::observe::Observation;
 use crate::instrument::{self, Frame, Instrument};
 use crate::mouth;
 use crate::mqtt::Mqtt;
+use crate::mqtt::server::MqttServer;
 use crate::pki::Credential;
 use crate::recorder::Recording;
 use crate::relay::{DatagramRelay, StreamRelay};
@@ -49,6 +50,7 @@ pub(super) struct Outlets {
     listener: Option<Listener>,
     dialler: Option<Dialler>,
     mqtt: Option<Mqtt>,
+    broker: Option<MqttServer>,
     datagrams: Option<DatagramRelay>,
     streams: Option<StreamRelay>,
     instrument: Option<Instrument>,
@@ -79,6 +81,7 @@ impl Outlets {
             listener: None,
             dialler: None,
             mqtt: None,
+            broker: None,
             datagrams: None,
             streams: None,
             instrument: None,
@@ -153,6 +156,11 @@ impl Outlets {
             let mqtt = Mqtt::start(to.remote, to.own, to.expect, trust, to.subscribe.clone(), log, inputs);
             self.mqtt = Some(mqtt.map_err(|e| cannot("mqtt")(&e))?);
         }
+        if let Some(listen) = &spec.broker {
+            let log = StreamLog::create(&spec.run_dir, spec.node).map_err(|e| cannot("stream log")(&e))?;
+            let broker = MqttServer::start(listen, log, senders.inputs.clone());
+            self.broker = Some(broker.map_err(|e| cannot("mqtt server")(&e))?);
+        }
         Ok(())
     }
 
@@ -177,6 +185,7 @@ impl Outlets {
             "dtls": self.listener.as_ref().map(Listener::local),
             "relay_datagram": self.datagrams.as_ref().map(DatagramRelay::local),
             "relay_stream": self.streams.as_ref().map(StreamRelay::local),
+            "mqtt": self.broker.as_ref().map(MqttServer::local),
         })
     }
 
@@ -232,9 +241,10 @@ impl Outlets {
                 }
                 None => self.undeliverable += 1,
             },
-            Output::Publish { subject, bytes } => match &self.mqtt {
-                Some(mqtt) => mqtt.publish(subject, bytes),
-                None => self.undeliverable += 1,
+            Output::Publish { subject, bytes } => match (&self.mqtt, &self.broker) {
+                (Some(mqtt), _) => mqtt.publish(subject, bytes),
+                (None, Some(broker)) => broker.publish(subject, &bytes),
+                (None, None) => self.undeliverable += 1,
             },
             Output::Datagram { side, bytes } => match &self.datagrams {
                 Some(relay) => relay.emit(side, &bytes),
@@ -248,6 +258,8 @@ impl Outlets {
                 Some(relay) => relay.reset(connection),
                 None => self.undeliverable += 1,
             },
+            // Without its sending end a session ends; its dialler opens the next.
+            Output::Close { session } => self.closed(session),
             Output::Audit { bytes } => self.audit(bytes),
             Output::Stranger { bytes } => match &self.datagrams {
                 Some(relay) => relay.emit_stranger(&bytes),

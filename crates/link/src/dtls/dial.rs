@@ -108,7 +108,7 @@ impl Socket {
         let counters = settings.counters.clone();
         let (inlet, datagrams) = mpsc::channel(INLET);
         let reader = tokio::spawn(feed(socket.clone(), remote, inlet, counters.clone()));
-        let path = Path::new(datagrams, Outlet::Socket(socket, remote)).counted(counters.clone(), true);
+        let path = Path::new(datagrams, Outlet::Socket(socket, remote)).dialling(counters.clone());
         Ok((Self { local, reader, counters }, Arc::new(path)))
     }
 }

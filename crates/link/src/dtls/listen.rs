@@ -1,23 +1,25 @@
 //! Accepts sessions on one socket: a loop that never waits for any peer.
 //!
 //! The library's own listener runs a handshake inside its accept loop, so one silent ClientHello shuts everybody out.
-//! Here each peer address has a bounded queue and a task; handshakes under way and sessions are bounded, and what is
-//! beyond the bounds is shed and counted. A peer's state is made before its cookie is checked, so a stream of
-//! ClientHellos from many ports can keep *new* sessions out while it lasts; established ones are not touched.
+//! Here each peer address has a bounded queue and a task; handshakes under way and sessions are bounded. A stranger is
+//! first judged by the door ([`crate::guard::door`]), which keeps nothing; of those it lets in the oldest that is still
+//! shaking hands makes room for the newest, so that whoever is silent keeps nobody out. What is lost is counted.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::net::SocketAddr;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use tokio::net::UdpSocket;
-use tokio::sync::{OwnedSemaphorePermit, Semaphore, mpsc};
-use tokio::task::JoinHandle;
+use tokio::sync::mpsc;
+use tokio::task::{AbortHandle, JoinHandle};
+use tokio::time::Instant;
 
 use super::path::{INLET, Outlet, Path};
 use super::session::{SessionCounters, SessionEvent, Settings, serve};
 use super::{DATAGRAM, DtlsError, server};
-use crate::guard::hello;
+use crate::guard::door::{Answer, Door};
 use crate::guard::observe::Verdict;
 use crate::loopback::LoopbackAddr;
 use crate::pki::Credential;
@@ -49,6 +51,14 @@ impl Drop for Listener {
     }
 }
 
+/// Where a listener's datagrams come from.
+pub enum Port {
+    /// A socket.
+    Socket(Arc<UdpSocket>),
+    /// A network in memory: datagrams with the address that each is from, or is for.
+    Memory(mpsc::Receiver<(LoopbackAddr, Vec<u8>)>, mpsc::Sender<(LoopbackAddr, Vec<u8>)>),
+}
+
 /// Listens at `at`. Must be called inside a tokio runtime.
 ///
 /// # Errors
@@ -61,41 +71,76 @@ pub fn listen(
 ) -> Result<Listener, DtlsError> {
     let socket = Arc::new(sockets::udp(at)?);
     let local = LoopbackAddr::try_from(socket.local_addr()?)?;
+    accept(local, Port::Socket(socket), credential, settings, events)
+}
+
+/// Listens on a network in memory. Must be called inside a tokio runtime.
+///
+/// # Errors
+/// When the host has no randomness.
+pub fn accept(
+    local: LoopbackAddr,
+    port: Port,
+    credential: Credential,
+    settings: Settings,
+    events: mpsc::Sender<SessionEvent>,
+) -> Result<Listener, DtlsError> {
+    let door = Door::new().ok_or_else(|| std::io::Error::other("no randomness for the door's key"))?;
     let accept = Accept {
-        socket,
+        door,
         credential: Arc::new(credential),
         settings,
         events,
-        half_open: Arc::new(Semaphore::new(HALF_OPEN)),
+        shaking: VecDeque::new(),
         peers: BTreeMap::new(),
     };
-    Ok(Listener { local, task: tokio::spawn(accept.run()) })
+    Ok(Listener { local, task: tokio::spawn(accept.run(port)) })
 }
 
 struct Accept {
-    socket: Arc<UdpSocket>,
+    door: Door,
     credential: Arc<Credential>,
     settings: Settings,
     events: mpsc::Sender<SessionEvent>,
-    half_open: Arc<Semaphore>,
+    /// Handshakes that were begun, the oldest first; those that have ended are forgotten when room is looked for.
+    shaking: VecDeque<Shaking>,
     peers: BTreeMap<SocketAddr, mpsc::Sender<Vec<u8>>>,
 }
 
+/// A handshake that was begun.
+struct Shaking {
+    peer: LoopbackAddr,
+    hello: Vec<u8>,
+    over: Arc<AtomicBool>,
+    task: AbortHandle,
+}
+
 impl Accept {
-    async fn run(mut self) {
-        let mut buf = vec![0; DATAGRAM];
-        loop {
-            match self.socket.recv_from(&mut buf).await {
-                Ok((n, from)) => self.datagram(from, &buf[..n]),
-                Err(error) => {
-                    tracing::trace!(%error, "datagram not received");
-                    tokio::time::sleep(Duration::from_millis(1)).await;
+    async fn run(mut self, port: Port) {
+        match port {
+            Port::Socket(socket) => {
+                let mut buf = vec![0; DATAGRAM];
+                let out = |peer| Outlet::Socket(socket.clone(), peer);
+                loop {
+                    match socket.recv_from(&mut buf).await {
+                        Ok((n, from)) => self.datagram(from, &buf[..n], &out),
+                        Err(error) => {
+                            tracing::trace!(%error, "datagram not received");
+                            tokio::time::sleep(Duration::from_millis(1)).await;
+                        }
+                    }
+                }
+            }
+            Port::Memory(mut inlet, outlet) => {
+                let out = |peer| Outlet::Port(outlet.clone(), peer);
+                while let Some((from, bytes)) = inlet.recv().await {
+                    self.datagram(from.socket(), &bytes, &out);
                 }
             }
         }
     }
 
-    fn datagram(&mut self, from: SocketAddr, bytes: &[u8]) {
+    fn datagram(&mut self, from: SocketAddr, bytes: &[u8], out: &impl Fn(LoopbackAddr) -> Outlet) {
         let counters = &self.settings.counters;
         if let Some(inlet) = self.peers.get(&from) {
             match inlet.try_send(bytes.to_vec()) {
@@ -106,59 +151,81 @@ impl Accept {
                 }
             }
         }
-        let verdict = hello::at_the_door(bytes);
-        let opener = LoopbackAddr::try_from(from).ok().filter(|_| verdict == Verdict::Passed);
-        let Some(peer) = opener else {
-            note(&self.settings, bytes, verdict, None);
-            return SessionCounters::add(&self.settings.counters.strangers);
+        let Ok(peer) = LoopbackAddr::try_from(from) else {
+            note(&self.settings, bytes, Verdict::Stranger, None);
+            return SessionCounters::add(&counters.strangers);
         };
-        match self.room() {
-            Some(permit) => self.admit(peer, bytes, permit),
-            None => {
-                note(&self.settings, bytes, Verdict::Shed, None);
-                SessionCounters::add(&self.settings.counters.shed);
+        self.shaking.retain(|shaking| !shaking.over.load(Ordering::Relaxed));
+        match self.door.judge(from, bytes, self.shaking.len(), Instant::now()) {
+            Answer::Admit => self.admit(peer, bytes, out(peer)),
+            Answer::Challenge(challenge) => {
+                note(&self.settings, bytes, Verdict::Unproven, None);
+                SessionCounters::add(&counters.unproven);
+                out(peer).emit(&challenge);
+            }
+            Answer::Prove => {
+                note(&self.settings, bytes, Verdict::Passed, None);
+                SessionCounters::add(&counters.proved);
+            }
+            Answer::Refuse(verdict) => {
+                note(&self.settings, bytes, verdict, None);
+                SessionCounters::add(&counters.strangers);
             }
         }
     }
 
-    /// Room for one more handshake; forgets peers that have gone when there seems to be none.
-    fn room(&mut self) -> Option<OwnedSemaphorePermit> {
+    /// Makes room for one more handshake: at the cost of the oldest, when too many are open. False when there are too many
+    /// sessions.
+    fn room(&mut self) -> bool {
+        // Whoever is first to say that it is over has the last word: a session that stands is not displaced.
+        if self.shaking.len() >= HALF_OPEN
+            && let Some(oldest) = self.shaking.pop_front()
+            && !oldest.over.swap(true, Ordering::AcqRel)
+        {
+            oldest.task.abort();
+            self.peers.remove(&oldest.peer.socket());
+            note(&self.settings, &oldest.hello, Verdict::Unfinished, None);
+            SessionCounters::add(&self.settings.counters.displaced);
+        }
         if self.peers.len() >= PEERS {
             self.peers.retain(|_, inlet| !inlet.is_closed());
         }
-        if self.peers.len() >= PEERS {
-            return None;
-        }
-        self.half_open.clone().try_acquire_owned().ok()
+        self.peers.len() < PEERS
     }
 
-    fn admit(&mut self, peer: LoopbackAddr, hello: &[u8], permit: OwnedSemaphorePermit) {
+    fn admit(&mut self, peer: LoopbackAddr, hello: &[u8], out: Outlet) {
         let (inlet, datagrams) = mpsc::channel(INLET);
-        if inlet.try_send(hello.to_vec()).is_err() {
-            return;
+        if !self.room() || inlet.try_send(hello.to_vec()).is_err() {
+            note(&self.settings, hello, Verdict::Shed, None);
+            return SessionCounters::add(&self.settings.counters.shed);
         }
         self.peers.insert(peer.socket(), inlet);
-        let path = Path::new(datagrams, Outlet::Socket(self.socket.clone(), peer));
-        let path = Arc::new(path.counted(self.settings.counters.clone(), false));
+        let path = Arc::new(Path::new(datagrams, out).counted(self.settings.counters.clone()));
         let (credential, settings, events) = (self.credential.clone(), self.settings.clone(), self.events.clone());
-        let hello = hello.to_vec();
-        tokio::spawn(async move {
+        let over = Arc::new(AtomicBool::new(false));
+        let (done, opener) = (over.clone(), hello.to_vec());
+        let task = tokio::spawn(async move {
             let session = settings.next_session();
-            let opened = server(path, &credential, settings.revocations.clone(), settings.guard(session.0)).await;
-            drop(permit);
+            let guard = settings.guard(session.0);
+            let opened = server(path, &credential, settings.revocations.clone(), guard).await;
+            if done.swap(true, Ordering::AcqRel) {
+                return;
+            }
             match opened {
                 Ok(secure) => serve(secure, session, &settings, &events).await,
                 Err(error) => {
                     SessionCounters::add(&settings.counters.failed);
-                    note(&settings, &hello, Verdict::Unfinished, error.fault());
+                    note(&settings, &opener, Verdict::Unfinished, error.fault());
                     tracing::debug!(%error, %peer, "session not accepted");
                 }
             }
         });
+        self.shaking.push_back(Shaking { peer, hello: hello.to_vec(), over, task: task.abort_handle() });
+        self.settings.counters.peak(self.shaking.len(), self.peers.len());
     }
 }
 
-/// Reports what became of a datagram that belongs to no association.
+/// Reports what became of a datagram that belongs to no association, and why, where its sender was refused.
 fn note(settings: &Settings, bytes: &[u8], verdict: Verdict, fault: Option<Fault>) {
     if let Some(log) = &settings.log {
         log.unknown_peer(bytes, verdict, fault, &settings.counters.guard);

@@ -7,6 +7,7 @@
 //! [`dial`] opens and re-opens one session, [`listen`] accepts many; both report through [`SessionEvent`].
 
 pub mod dial;
+mod knock;
 pub mod listen;
 pub mod path;
 pub mod session;

@@ -11,8 +11,10 @@ use tokio::net::UdpSocket;
 use tokio::sync::{Mutex, mpsc};
 use webrtc_util::conn::Conn;
 
+use super::knock::Knock;
 use super::session::SessionCounters;
 use crate::loopback::LoopbackAddr;
+use crate::sockets;
 
 /// Datagrams that may wait for one association.
 pub const INLET: usize = 256;
@@ -23,6 +25,22 @@ pub enum Outlet {
     Socket(Arc<UdpSocket>, LoopbackAddr),
     /// To another path, or to a test that plays the network.
     Memory(mpsc::Sender<Vec<u8>>),
+    /// To a network in memory, with an address: whose it is, or whom it is for.
+    Port(mpsc::Sender<(LoopbackAddr, Vec<u8>)>, LoopbackAddr),
+}
+
+impl Outlet {
+    /// Sends a datagram at once or not at all.
+    pub(super) fn emit(&self, bytes: &[u8]) {
+        let sent = match self {
+            Outlet::Socket(socket, to) => sockets::emit(socket, Some(*to), bytes),
+            Outlet::Memory(out) => out.try_send(bytes.to_vec()).is_ok(),
+            Outlet::Port(out, address) => out.try_send((*address, bytes.to_vec())).is_ok(),
+        };
+        if !sent {
+            tracing::trace!("datagram not sent");
+        }
+    }
 }
 
 /// One association's view of the network.
@@ -32,10 +50,10 @@ pub struct Path {
     counters: Option<Counted>,
 }
 
-/// Where a path counts, and whether it is a dialler's.
+/// Where a path counts, and what a dialler's remembers.
 struct Counted {
     counters: Arc<SessionCounters>,
-    dials: bool,
+    knock: Option<Knock>,
 }
 
 impl Path {
@@ -44,17 +62,38 @@ impl Path {
         Self { inlet: Mutex::new(inlet), outlet, counters: None }
     }
 
-    /// The same path, which counts what it leaves unread when it ends and, for a dialler, what it sends.
+    /// The same path, which counts what it leaves unread when it ends.
     #[must_use]
-    pub fn counted(mut self, counters: Arc<SessionCounters>, dials: bool) -> Self {
-        self.counters = Some(Counted { counters, dials });
+    pub fn counted(mut self, counters: Arc<SessionCounters>) -> Self {
+        self.counters = Some(Counted { counters, knock: None });
         self
     }
 
-    fn sent(&self) {
-        if let Some(counted) = self.counters.as_ref().filter(|c| c.dials) {
-            SessionCounters::add(&counted.counters.dialled);
+    /// The same path for a dialler: it also counts what it sends, and shows the door that it receives when it is asked to.
+    #[must_use]
+    pub fn dialling(mut self, counters: Arc<SessionCounters>) -> Self {
+        self.counters = Some(Counted { counters, knock: Some(Knock::default()) });
+        self
+    }
+
+    /// Notes a datagram that leaves a dialler.
+    fn sent(&self, datagram: &[u8]) {
+        if let Some(Counted { counters, knock: Some(knock) }) = &self.counters {
+            knock.out(datagram);
+            SessionCounters::add(&counters.dialled);
         }
+    }
+
+    /// Answers a door; false when what came is not a door's.
+    fn answers(&self, datagram: &[u8]) -> bool {
+        let Some(Counted { counters, knock: Some(knock) }) = &self.counters else { return false };
+        let Some(answer) = knock.answer(datagram) else { return false };
+        SessionCounters::add(&counters.asked);
+        for datagram in answer {
+            self.outlet.emit(&datagram);
+            SessionCounters::add(&counters.dialled);
+        }
+        true
     }
 }
 
@@ -77,15 +116,16 @@ impl Conn for Path {
     }
 
     async fn recv(&self, buf: &mut [u8]) -> webrtc_util::Result<usize> {
-        let received = self.inlet.lock().await.recv().await;
-        match received {
-            Some(datagram) => {
-                let n = datagram.len().min(buf.len());
-                buf[..n].copy_from_slice(&datagram[..n]);
-                Ok(n)
-            }
+        loop {
+            let received = self.inlet.lock().await.recv().await;
             // The library retries on error without pausing; an ended path is silent instead.
-            None => std::future::pending().await,
+            let Some(datagram) = received else { return std::future::pending().await };
+            if self.answers(&datagram) {
+                continue;
+            }
+            let n = datagram.len().min(buf.len());
+            buf[..n].copy_from_slice(&datagram[..n]);
+            return Ok(n);
         }
     }
 
@@ -99,7 +139,7 @@ impl Conn for Path {
         match &self.outlet {
             Outlet::Socket(socket, to) => match socket.send_to(buf, to.socket()).await {
                 Ok(n) => {
-                    self.sent();
+                    self.sent(buf);
                     Ok(n)
                 }
                 // An unreachable peer is silence, not an error: the library would end the association.
@@ -108,10 +148,9 @@ impl Conn for Path {
                     Ok(buf.len())
                 }
             },
-            Outlet::Memory(out) => {
-                if out.try_send(buf.to_vec()).is_err() {
-                    tracing::trace!("datagram not sent: no room");
-                }
+            Outlet::Memory(_) | Outlet::Port(..) => {
+                self.outlet.emit(buf);
+                self.sent(buf);
                 Ok(buf.len())
             }
         }
@@ -124,13 +163,13 @@ impl Conn for Path {
     fn local_addr(&self) -> webrtc_util::Result<SocketAddr> {
         match &self.outlet {
             Outlet::Socket(socket, _) => socket.local_addr().map_err(Into::into),
-            Outlet::Memory(_) => Ok(LoopbackAddr::ANY_PORT.socket()),
+            Outlet::Memory(_) | Outlet::Port(..) => Ok(LoopbackAddr::ANY_PORT.socket()),
         }
     }
 
     fn remote_addr(&self) -> Option<SocketAddr> {
         match &self.outlet {
-            Outlet::Socket(_, to) => Some(to.socket()),
+            Outlet::Socket(_, to) | Outlet::Port(_, to) => Some(to.socket()),
             Outlet::Memory(_) => Some(LoopbackAddr::ANY_PORT.socket()),
         }
     }

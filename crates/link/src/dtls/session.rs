@@ -47,7 +47,7 @@ impl Settings {
         }
     }
 
-    pub(super) fn guard(&self, association: u32) -> GuardSettings {
+    pub(crate) fn guard(&self, association: u32) -> GuardSettings {
         GuardSettings { mode: self.guard, association, counters: self.counters.guard.clone(), log: self.log.clone() }
     }
 
@@ -98,6 +98,12 @@ pub struct SessionCounters {
     pub(super) failed: AtomicU64,
     pub(super) dismissed: AtomicU64,
     pub(super) shed: AtomicU64,
+    pub(super) unproven: AtomicU64,
+    pub(super) proved: AtomicU64,
+    pub(super) displaced: AtomicU64,
+    pub(super) asked: AtomicU64,
+    most_shaking: AtomicU64,
+    most_peers: AtomicU64,
     pub(super) strangers: AtomicU64,
     pub(super) overflowed: AtomicU64,
     pub(super) abandoned: AtomicU64,
@@ -121,6 +127,18 @@ pub struct SessionStats {
     pub dismissed: u64,
     /// Sound ClientHellos turned away because too many handshakes or sessions were open.
     pub shed: u64,
+    /// Sound ClientHellos whose senders were asked to show that they receive.
+    pub unproven: u64,
+    /// ClientHellos that showed it.
+    pub proved: u64,
+    /// Handshakes given up to make room for newer ones.
+    pub displaced: u64,
+    /// Times that a dialler was asked to show that it receives.
+    pub asked: u64,
+    /// Handshakes under way at once, at most.
+    pub most_shaking: u64,
+    /// Peer addresses with state at once, at most.
+    pub most_peers: u64,
     /// Datagrams from unknown peers that open nothing.
     pub strangers: u64,
     /// Datagrams for which an association had no room.
@@ -149,6 +167,12 @@ impl SessionCounters {
             failed: get(&self.failed),
             dismissed: get(&self.dismissed),
             shed: get(&self.shed),
+            unproven: get(&self.unproven),
+            proved: get(&self.proved),
+            displaced: get(&self.displaced),
+            asked: get(&self.asked),
+            most_shaking: get(&self.most_shaking),
+            most_peers: get(&self.most_peers),
             strangers: get(&self.strangers),
             overflowed: get(&self.overflowed),
             abandoned: get(&self.abandoned),
@@ -158,6 +182,12 @@ impl SessionCounters {
             sent: get(&self.sent),
             unsent: get(&self.unsent),
         }
+    }
+
+    /// Notes how many handshakes are under way, and how many addresses have state.
+    pub(super) fn peak(&self, shaking: usize, peers: usize) {
+        self.most_shaking.fetch_max(shaking as u64, Ordering::Relaxed);
+        self.most_peers.fetch_max(peers as u64, Ordering::Relaxed);
     }
 
     pub(super) fn add(counter: &AtomicU64) {

@@ -8,6 +8,7 @@ use super::observe::Verdict;
 use super::record::{HANDSHAKE, Split, split};
 
 const CLIENT_HELLO: u8 = 1;
+const HELLO_VERIFY_REQUEST: u8 = 3;
 const MESSAGE_HEADER: usize = 12;
 
 /// The largest ClientHello that is looked at, in bytes.
@@ -48,6 +49,72 @@ pub fn at_the_door(datagram: &[u8]) -> Verdict {
         Some(Split::Record(raw)) if raw.content == HANDSHAKE && raw.epoch == 0 => Verdict::BadHello,
         Some(Split::Record(_) | Split::Remainder(_)) | None => Verdict::Stranger,
     }
+}
+
+/// What the door needs of a sound ClientHello.
+pub struct Parts<'a> {
+    /// Sequence number of its record.
+    pub sequence: u64,
+    /// Its random.
+    pub random: &'a [u8],
+    /// Its cookie, empty in a first hello.
+    pub cookie: &'a [u8],
+}
+
+/// Record and message headers, and the version behind them.
+const RANDOM: usize = super::record::HEADER + MESSAGE_HEADER + 2;
+/// Where the length of the cookie stands: behind random and an empty session identifier.
+const COOKIE: usize = RANDOM + 32 + 1;
+
+/// The parts of a datagram that [`opens_association`].
+pub fn parts(datagram: &[u8]) -> Option<Parts<'_>> {
+    let Some(Split::Record(raw)) = split(datagram).next() else { return None };
+    let length = usize::from(*datagram.get(COOKIE)?);
+    let (random, cookie) = (datagram.get(RANDOM..RANDOM + 32)?, datagram.get(COOKIE + 1..COOKIE + 1 + length)?);
+    Some(Parts { sequence: raw.sequence, random, cookie })
+}
+
+/// A HelloVerifyRequest with this cookie in a record with this sequence number. It speaks of DTLS 1.0, as RFC 6347 §4.2.1
+/// has it; the library's own speaks of 1.2, and by that our dialler knows them apart.
+pub fn verify_request(sequence: u64, cookie: &[u8]) -> Vec<u8> {
+    let body = [&[254, 255, cookie.len() as u8], cookie].concat();
+    let length = (body.len() as u32).to_be_bytes();
+    let message = [&[HELLO_VERIFY_REQUEST], &length[1..], &[0, 0, 0, 0, 0], &length[1..], &body].concat();
+    let mut record = vec![HANDSHAKE, 254, 253, 0, 0];
+    record.extend_from_slice(&sequence.to_be_bytes()[2..]);
+    record.extend_from_slice(&(message.len() as u16).to_be_bytes());
+    record.extend_from_slice(&message);
+    record
+}
+
+/// The cookie of a door's HelloVerifyRequest; `None` of anything else, the library's included.
+pub fn requested_cookie(datagram: &[u8]) -> Option<&[u8]> {
+    let mut pieces = split(datagram);
+    let (Some(Split::Record(raw)), None) = (pieces.next(), pieces.next()) else { return None };
+    let body = raw.body().get(MESSAGE_HEADER..)?;
+    let ours = raw.content == HANDSHAKE && raw.epoch == 0 && raw.body()[0] == HELLO_VERIFY_REQUEST;
+    let cookie = body.get(3..)?;
+    (ours && body[..2] == [254, 255] && usize::from(body[2]) == cookie.len()).then_some(cookie)
+}
+
+/// A first hello again, with a cookie: the second message of its handshake.
+pub fn with_cookie(first: &[u8], cookie: &[u8]) -> Option<Vec<u8>> {
+    if !opens_association(first) || !parts(first)?.cookie.is_empty() {
+        return None;
+    }
+    let mut hello = first[..COOKIE].to_vec();
+    hello.push(u8::try_from(cookie.len()).ok()?);
+    hello.extend_from_slice(cookie);
+    hello.extend_from_slice(&first[COOKIE + 1..]);
+    let record = u16::try_from(hello.len() - super::record::HEADER).ok()?.to_be_bytes();
+    let message = u32::from(u16::from_be_bytes(record)).checked_sub(MESSAGE_HEADER as u32)?.to_be_bytes();
+    hello[11..13].copy_from_slice(&record);
+    hello[14..17].copy_from_slice(&message[1..]);
+    hello[17..19].copy_from_slice(&[0, 1]);
+    hello[22..25].copy_from_slice(&message[1..]);
+    // Another record than the first, which the far end may have seen.
+    hello[10] = hello[10].wrapping_add(1);
+    Some(hello)
 }
 
 /// Walks a ClientHello to its exact end.

@@ -43,6 +43,9 @@ pub enum Verdict {
     /// Of a protected epoch, and nothing can have sealed it: shorter than nonce and tag, or a change of cipher.
     #[n(9)]
     Unsealed,
+    /// A sound ClientHello of one who has not shown that it receives: asked to, or with a cookie that is not ours.
+    #[n(10)]
+    Unproven,
 }
 
 /// One record as the target saw it arrive.
@@ -231,7 +234,7 @@ impl GuardCounters {
             Verdict::TooEarly => add(&self.too_early),
             Verdict::Unsealed => add(&self.unsealed),
             // Counted by the listener, which alone knows its peers.
-            Verdict::Stranger | Verdict::Unfinished | Verdict::Shed => {}
+            Verdict::Stranger | Verdict::Unfinished | Verdict::Shed | Verdict::Unproven => {}
         }
     }
 }

@@ -7,10 +7,12 @@ use link::dtls::dial::dial;
 use link::dtls::listen::{Listener, listen};
 use link::dtls::session::{SessionCounters, SessionEvent, SessionHandle, Settings};
 use link::guard::GuardMode;
+use link::guard::observe::ObservationLog;
 use link::loopback::LoopbackAddr;
-use link::pki::Credential;
+use link::pki::{Authority, Credential, Role};
 use link::relay::DatagramRelay;
 use link::spec::RelayLeg;
+use link::vet::Fault;
 use tokio::sync::mpsc;
 use wire::core::Input;
 use wire::id::PeerId;
@@ -100,6 +102,34 @@ async fn a_session_that_is_dropped_at_one_end_is_closed_at_the_other_and_opened_
     let second = opened(&mut unit).await.session;
     assert_ne!(first, second);
     assert!(gateway.counters.read().opened >= 1);
+}
+
+#[tokio::test]
+async fn a_session_ends_with_its_certificate_and_as_soon_as_that_is_revoked() {
+    #[expect(clippy::disallowed_methods, reason = "certificates are valid by the wall clock")]
+    let now = std::time::SystemTime::now();
+    let authority = Authority::new().unwrap();
+    let hour = Duration::from_secs(3600);
+    let short = authority.issue_between(PeerId::UNIT_A, Role::Dials, now - hour, now + Duration::from_secs(2)).unwrap();
+    let long = authority.issue(PeerId::UNIT_B, Role::Dials).unwrap();
+    let credential = authority.issue(PeerId::GATEWAY, Role::Listens).unwrap();
+    let (log, mut seen) = ObservationLog::new(1024);
+    let settings = Settings { log: Some(log), ..settings(&credential) };
+    let (held, counters) = (settings.revocations.clone(), settings.counters.clone());
+    let (tx, mut events) = mpsc::channel(64);
+    let listener = listen(LoopbackAddr::ANY_PORT, credential, settings, tx).unwrap();
+    for (unit, expected) in [(short, Fault::Expired), (long.clone(), Fault::Revoked)] {
+        let (tx, _at_unit) = mpsc::channel(64);
+        let _dialler = dial(listener.local(), unit.clone(), PeerId::GATEWAY, self::settings(&unit), tx);
+        let handle = opened(&mut events).await;
+        if expected == Fault::Revoked {
+            held.replace(authority.revoke(&[&long]).unwrap()).unwrap();
+        }
+        while !matches!(events.recv().await.unwrap(), SessionEvent::Closed(session) if session == handle.session) {}
+        let first = std::iter::from_fn(|| seen.try_recv().ok()).find_map(|seen| seen.fault);
+        assert_eq!(first, Some(expected));
+    }
+    assert_eq!(counters.read().dismissed, 2);
 }
 
 #[tokio::test]

@@ -30,7 +30,8 @@ fn start(directory: &Path) -> Running {
 fn spec(directory: &Path, boot: Boot) -> ServiceSpec {
     let clock = HostClock { zero_us: 1_000, drift_ppm: 0 };
     let mut spec = ServiceSpec::new(NodeId::RECORDER, boot, 1, clock, directory.to_owned());
-    spec.recorder = Some(RecorderSpec { socket: directory.join("audit"), directory: directory.join("record") });
+    spec.recorder =
+        Some(RecorderSpec { socket: directory.join("audit"), directory: directory.join("record"), tell: false });
     spec.config = serde_json::json!({
         "boot": boot,
         "secret": vec![7; 32],

@@ -1,10 +1,11 @@
 //! Localisation and wheel odometry: two readings of the plant's motion with noise of their own.
 //!
-//! A frozen source repeats its last reading; a dropped one gives nothing. Localisation states its usual deviation
-//! whatever a fault does to it, as a deceived receiver would.
+//! A frozen source repeats its last reading, but its receiver's time goes on: a place that stands still beside a time that
+//! does not is the harder lie. A dropped source gives nothing. Localisation states its usual deviation whatever a fault
+//! does to it, as a deceived receiver would. The receiver's time is true time, from which this host's clock drifts.
 
 use wire::event::Sensor;
-use wire::sensor::{Fix, Odometry, Pose};
+use wire::sensor::{Fix, Odometry, Pose, ReceiverTime};
 use wire::time::Span;
 
 use crate::fault::{Effect, Faults};
@@ -15,6 +16,10 @@ use crate::plant::State;
 pub const SIGMA_MM: u16 = 40;
 /// Deviation of heading, milliradians.
 const SIGMA_MRAD: f32 = 4.0;
+/// The receiver's time at the start of a run, microseconds of its count.
+const EPOCH_US: u64 = 1_400_000_000_000_000;
+/// Deviation of the receiver's time against the stamp of the reading, microseconds.
+const SIGMA_US: f32 = 300.0;
 /// Deviation of speed, mm/s.
 const SIGMA_MM_S: f32 = 15.0;
 /// Deviation of the rate of turn, mrad/s.
@@ -27,11 +32,17 @@ pub(crate) struct Navigators {
     odometry: Noise,
     last_fix: Option<Fix>,
     last_odometry: Option<Odometry>,
+    clock_ppm: i32,
+    /// Deviation of the newest reading's time, microseconds.
+    late_us: i64,
 }
 
 impl Navigators {
-    pub(crate) fn new(seed: u64) -> Self {
+    /// `clock_ppm`: how much faster than true time this host's clock runs.
+    pub(crate) fn new(seed: u64, clock_ppm: i32) -> Self {
         Navigators {
+            clock_ppm,
+            late_us: 0,
             localisation: Noise::new(seed, Stream::Localisation),
             odometry: Noise::new(seed, Stream::Odometry),
             last_fix: None,
@@ -51,12 +62,24 @@ impl Navigators {
         if fix.refreshes() {
             self.localisation.seek(n);
             self.last_fix = Some(locate(state, &mut self.localisation, &fix));
+            let late = self.localisation.normal() * SIGMA_US;
+            self.late_us = late as i64;
         }
+        let time = self.time(run, &fix);
+        let last_fix = self.last_fix.map(|fix| Fix { time, ..fix });
         if odometry.refreshes() {
             self.odometry.seek(n);
             self.last_odometry = Some(measure(state, &mut self.odometry, &odometry));
         }
-        (self.last_fix.filter(|_| !fix.dropout), self.last_odometry.filter(|_| !odometry.dropout))
+        (last_fix.filter(|_| !fix.dropout), self.last_odometry.filter(|_| !odometry.dropout))
+    }
+
+    /// The receiver's time, `run` after the start by this host's clock.
+    fn time(&self, run: Span, effect: &Effect) -> ReceiverTime {
+        let (run, ppm) = (run.0 as i128, i128::from(self.clock_ppm));
+        let elapsed = (run * 1_000_000 / (1_000_000 + ppm)) as i64;
+        let displaced = elapsed.saturating_add(self.late_us).saturating_add(effect.displaced_us);
+        ReceiverTime(EPOCH_US.saturating_add_signed(displaced))
     }
 }
 
@@ -69,7 +92,7 @@ fn locate(state: &State, noise: &mut Noise, effect: &Effect) -> Fix {
     let x_mm = axis(state.position.x, effect.displaced_mm[0]);
     let y_mm = axis(state.position.y, effect.displaced_mm[1]);
     let yaw_mrad = wrap_mrad(state.yaw() * 1000.0 + noise.normal() * SIGMA_MRAD * gain);
-    Fix { pose: Pose { x_mm, y_mm, yaw_mrad }, sigma_mm: SIGMA_MM }
+    Fix { pose: Pose { x_mm, y_mm, yaw_mrad }, sigma_mm: SIGMA_MM, time: ReceiverTime::default() }
 }
 
 fn measure(state: &State, noise: &mut Noise, effect: &Effect) -> Odometry {

@@ -65,7 +65,10 @@ impl Window {
     }
 
     /// Judges and, if nothing stands against it, takes note.
-    fn admit(&mut self, boot: Boot, got: Sequence) -> Result<(), Refusal> {
+    ///
+    /// # Errors
+    /// An older boot, a sequence too far ahead, or one that was seen or is behind the window.
+    pub fn admit(&mut self, boot: Boot, got: Sequence) -> Result<(), Refusal> {
         self.judge(boot, got)?;
         self.note(boot, got);
         Ok(())

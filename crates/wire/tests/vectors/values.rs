@@ -6,7 +6,9 @@ use wire::codec::{self, List, Malformed, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Order, Request};
 use wire::core::{Input, Output, Side, Subject, Topic};
 use wire::drive::{Act, Drive};
-use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor};
+use wire::event::{
+    Account, Action, Event, FaultKind, Freshness, GuardVerdict, Inconsistency, Interface, Sensor, ShownAs, Suspension,
+};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::hop::{HOP_VERSION, Hop, HopBody, Teammate};
 use wire::id::{
@@ -18,9 +20,10 @@ use wire::refusal::{Reason, Refusal};
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::{
     Blob, Candidates, Class, Cluster, DepthSample, Detection, Fix, Frames, Modalities, Modality, Navigation, Odometry,
-    PixelBox, Pose, ProductMode,
+    PixelBox, Pose, ProductMode, ReceiverTime,
 };
 use wire::sign::{Key, Purpose, Signed};
+use wire::step::StepName;
 use wire::stream::{Deed, Sight};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 use wire::track::{StageProduct, Track, Tracks};
@@ -261,7 +264,8 @@ fn candidates() -> Vec<Named> {
 }
 
 fn navigation() -> Vec<Named> {
-    let fix = Some(Fix { pose: Pose { x_mm: 1, y_mm: -2, yaw_mrad: 3141 }, sigma_mm: 50 });
+    let fix =
+        Some(Fix { pose: Pose { x_mm: 1, y_mm: -2, yaw_mrad: 3141 }, sigma_mm: 50, time: ReceiverTime(7_000_000) });
     let odometry = Some(Odometry { speed_mm_s: -200, yaw_rate_mrad_s: 100 });
     let stamp = Instant(1_250_000);
     vec![
@@ -365,6 +369,7 @@ fn inputs() -> Vec<Named> {
         named!("audit", Input, Input::Audit { bytes }),
         named!("quiesce", Input, Input::Quiesce),
         named!("finish", Input, Input::Finish),
+        named!("cue", Input, Input::Cue { step: step("cut") }),
     ]
 }
 
@@ -384,9 +389,9 @@ fn outputs() -> Vec<Named> {
     ]
 }
 
-/// The numbers of all kinds of event.
-pub(crate) fn events() -> Vec<u8> {
-    (0..30).chain([65]).collect()
+/// Numbers of the kinds of event.
+pub(crate) fn events() -> impl Iterator<Item = u8> {
+    (0..30).chain(40..43).chain(45..46).chain(60..62).chain(65..66)
 }
 
 fn entries() -> Vec<Named> {
@@ -506,6 +511,19 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ("frame-seen", Event::FrameSeen { frame: FrameId(41), present: Modalities(0b1011) }),
         ("navigation-seen", Event::NavigationSeen { fix: false, odometry: true }),
         (
+            "located",
+            Event::Located {
+                stamp: Instant(1_250_000),
+                x_mm: 1000,
+                y_mm: -2000,
+                time: ReceiverTime(7_000_000),
+                pose_x_mm: 990,
+                pose_y_mm: -2010,
+                distrusted: true,
+            },
+        ),
+        ("imposed", Event::Imposed { stamp: Instant(1_250_000), east_mm: 300, north_mm: -4, time_us: -2_000_000 }),
+        (
             "displayed",
             Event::Displayed {
                 unit: UnitId::A,
@@ -555,6 +573,7 @@ fn witnesses() -> Vec<(&'static str, Event)> {
             "stream-saw",
             Event::StreamSaw { sight: Sight::Arrived, stream: 1 << 50, offset: 4_000, length: 340, hash: 1 << 40 },
         ),
+        ("command-shown", Event::CommandShown { command: COMMAND, shown: ShownAs::NotAcknowledged }),
         ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
         (
             "mouth-saw",
@@ -563,9 +582,14 @@ fn witnesses() -> Vec<(&'static str, Event)> {
     ]
 }
 
+fn step(name: &str) -> StepName {
+    StepName::new(name).expect("a step's name")
+}
+
 /// What the instrument says of itself.
 fn instrument() -> Vec<(&'static str, Event)> {
     let refused = Account::Refused(Interface::Bus(Topic::Tracks), Reason::Stale);
+    let slow = Suspension::Slow { quota: 250, period: Span::ms(100) };
     vec![
         ("count-sent", Event::Count { account: Account::Sent, n: 90 }),
         ("count-refused", Event::Count { account: refused, n: 3 }),
@@ -575,5 +599,9 @@ fn instrument() -> Vec<(&'static str, Event)> {
         ("chain-broken", Event::ChainBroken { node: NodeId::SIM, counter: 12 }),
         ("ended", Event::Ended { node: NodeId::PERCEPTION, killed: true }),
         ("stalled", Event::Stalled { by: Span::ms(60) }),
+        ("step", Event::Step { step: step("cut"), begun: true }),
+        ("hung", Event::Suspended { node: NodeId::GATEWAY, how: Suspension::Hang, on: true }),
+        ("slowed", Event::Suspended { node: NodeId::GATEWAY, how: slow, on: false }),
+        ("restarted", Event::Restarted { node: NodeId::UNIT_A, boot: Boot(2) }),
     ]
 }

@@ -1,0 +1,338 @@
+//! The hostile broker: the holder of the broker's certificate and key, in the broker's place.
+//!
+//! It is handed every publication and delivers what its plan leaves of them to those who subscribed: fewer, later, in
+//! another order, more often, or others. It reads what it carries, for nothing on the command plane is secret from the
+//! broker, and holds no operator's and no unit's key. Making orders and acknowledgements is left to `forgery`.
+
+#![allow(clippy::wildcard_enum_match_arm, reason = "asks about one kind of action and skips the rest")]
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::VecDeque;
+
+use wire::audit::Journal;
+use wire::core::{Core, Input, Output, Side, Subject};
+use wire::event::{Account, Action, Event, wire_hash};
+use wire::id::{PeerId, UnitId, WorldId};
+use wire::setup::Setup;
+use wire::time::{Instant, Span};
+
+use super::forgery::Forger;
+use crate::opening::{self, Opening};
+use crate::plan::{BrokerAction, Direction, InsiderBrokerConfig, Kind, PlanError, Timed};
+use crate::schedule::Steps;
+
+/// Most publications remembered; the oldest goes first.
+const MAX_SEEN: usize = 256;
+/// Most publications held back at once; what comes beyond is not passed on.
+const MAX_HELD: usize = 256;
+
+/// See the module.
+#[derive(Debug)]
+pub struct InsiderBroker {
+    actions: Vec<Timed<BrokerAction>>,
+    /// When each action begins and ends.
+    openings: Vec<Opening>,
+    seen: VecDeque<Publication>,
+    held: Vec<Held>,
+    runs: Vec<Run>,
+    forger: Forger,
+    sent: u64,
+    quiet: bool,
+    journal: Journal,
+    out: VecDeque<Output>,
+}
+
+#[derive(Clone, Debug)]
+struct Publication {
+    at: Instant,
+    subject: Subject,
+    bytes: Vec<u8>,
+}
+
+/// A publication that waits for its time, or for the next of its direction.
+#[derive(Clone, Debug)]
+struct Held {
+    due: Instant,
+    overtaken: bool,
+    publication: Publication,
+}
+
+/// A run of publications by itself.
+#[derive(Clone, Debug)]
+struct Run {
+    /// Which of the actions.
+    index: usize,
+    action: BrokerAction,
+    direction: Direction,
+    /// Its times, once its beginning is settled.
+    steps: Option<Steps>,
+    taken: usize,
+}
+
+impl InsiderBroker {
+    /// A broker that starts at `now`.
+    ///
+    /// # Errors
+    /// A magnitude of the plan outside its bounds.
+    pub fn new(setup: Setup, config: InsiderBrokerConfig, now: Instant) -> Result<Self, PlanError> {
+        config.check()?;
+        let run = |(index, timed): (usize, &Timed<BrokerAction>)| {
+            timed.action.counted()?;
+            Some(Run { index, action: timed.action, direction: timed.direction, steps: None, taken: 0 })
+        };
+        let opening = |timed: &Timed<BrokerAction>| Opening::of(timed, now, timed.action.counted());
+        let mut broker = Self {
+            openings: config.actions.iter().map(opening).collect(),
+            seen: VecDeque::new(),
+            held: Vec::new(),
+            runs: config.actions.iter().enumerate().filter_map(run).collect(),
+            actions: config.actions,
+            forger: Forger::new(setup.key()),
+            sent: 0,
+            quiet: false,
+            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
+            out: VecDeque::new(),
+        };
+        broker.journal.write(now, Event::Started, &mut broker.out);
+        broker.line_up();
+        Ok(broker)
+    }
+
+    /// The same broker in a forked world.
+    #[must_use]
+    pub fn fork(&self, _world: WorldId) -> Self {
+        Self {
+            actions: self.actions.clone(),
+            openings: self.openings.clone(),
+            seen: self.seen.clone(),
+            held: self.held.clone(),
+            runs: self.runs.clone(),
+            forger: self.forger.fork(),
+            sent: self.sent,
+            quiet: self.quiet,
+            journal: self.journal.fork(),
+            out: self.out.clone(),
+        }
+    }
+
+    /// A publication came.
+    fn take(&mut self, now: Instant, subject: Subject, bytes: &[u8]) {
+        let publication = Publication { at: now, subject, bytes: bytes.to_vec() };
+        let side = towards(subject);
+        let kind = self.forger.note(subject, bytes);
+        self.remember(publication.clone());
+        if let (false, Subject::Command(unit)) = (self.quiet, subject) {
+            self.acknowledge(now, unit, bytes);
+        }
+        let open: Vec<BrokerAction> = if self.quiet { Vec::new() } else { self.open(now, side).collect() };
+        let about = |only: Option<Kind>| only.is_none() || only == kind;
+        if open.iter().any(|action| matches!(action, BrokerAction::Drop { only } if about(*only))) {
+            return self.told(now, Action::Drop, &publication, Span::ZERO);
+        }
+        let delay: u64 = open
+            .iter()
+            .map(|action| match action {
+                BrokerAction::Delay { ms, only } if about(*only) => *ms,
+                _ => 0,
+            })
+            .sum();
+        if delay > 0 {
+            self.told(now, Action::Delay, &publication, Span::ms(delay));
+            return self.hold(now, Held { due: now + Span::ms(delay), overtaken: false, publication });
+        }
+        let waits = self.held.iter().any(|held| held.overtaken && towards(held.publication.subject) == side);
+        let reorder = open.iter().find_map(|action| match action {
+            BrokerAction::Reorder { hold_ms } => Some(Span::ms(*hold_ms)),
+            _ => None,
+        });
+        if let Some(hold) = reorder.filter(|_| !waits) {
+            return self.hold(now, Held { due: now + hold, overtaken: true, publication });
+        }
+        self.deliver(publication.clone());
+        self.release(now, |held| held.overtaken && towards(held.publication.subject) == side);
+        let copies: u32 =
+            open.iter().map(|action| if let BrokerAction::Duplicate { copies } = action { *copies } else { 0 }).sum();
+        for _ in 0..copies {
+            self.told(now, Action::Duplicate, &publication, Span::ZERO);
+            self.deliver(publication.clone());
+        }
+    }
+
+    /// The actions that are open for what goes towards `side`.
+    fn open(&self, now: Instant, side: Side) -> impl Iterator<Item = BrokerAction> {
+        let actions = self.actions.iter().zip(&self.openings);
+        actions.filter(move |(_, opening)| opening.open(now, side)).map(|(timed, _)| timed.action)
+    }
+
+    /// Runs whose beginning is settled get their times.
+    fn line_up(&mut self) {
+        for run in self.runs.iter_mut().filter(|run| run.steps.is_none()) {
+            let (count, every_ms) = run.action.counted().unwrap_or_default();
+            run.steps = self.openings[run.index].opens().map(|opens| Steps::new(opens, every_ms, count, None));
+        }
+    }
+
+    /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
+    fn settle(&mut self, now: Instant, input: &Input) {
+        for opening in &mut self.openings {
+            match input {
+                Input::Published { subject, .. } => opening.passes(now, towards(*subject)),
+                Input::Cue { step } => opening.cue(now, *step),
+                _ => {}
+            }
+        }
+        opening::settle(self.openings.iter_mut(), now, &mut self.journal, &mut self.out);
+        self.line_up();
+    }
+
+    fn remember(&mut self, publication: Publication) {
+        if self.seen.len() == MAX_SEEN {
+            self.seen.pop_front();
+        }
+        self.seen.push_back(publication);
+    }
+
+    fn hold(&mut self, now: Instant, held: Held) {
+        if self.held.len() < MAX_HELD {
+            self.held.push(held);
+        } else {
+            self.told(now, Action::Drop, &held.publication, Span::ZERO);
+        }
+    }
+
+    /// Delivers what is held and `wanted`; of what was overtaken the journal says so now, when it is known for how long.
+    fn release(&mut self, now: Instant, wanted: impl Fn(&Held) -> bool) {
+        let (released, kept) = std::mem::take(&mut self.held).into_iter().partition(wanted);
+        self.held = kept;
+        let released: Vec<Held> = released;
+        for Held { overtaken, publication, .. } in released {
+            if overtaken {
+                self.told(now, Action::Reorder, &publication, now.since(publication.at));
+            }
+            self.deliver(publication);
+        }
+    }
+
+    /// Forged acknowledgements of an order that came.
+    fn acknowledge(&mut self, now: Instant, unit: UnitId, order: &[u8]) {
+        let forged: Vec<Vec<u8>> = self
+            .open(now, Side::Server)
+            .filter_map(|action| match action {
+                BrokerAction::Forge { forgery } => self.forger.acknowledgement(forgery, order),
+                _ => None,
+            })
+            .collect();
+        for bytes in forged {
+            let publication = Publication { at: now, subject: Subject::Ack(unit), bytes };
+            self.told(now, Action::Inject, &publication, Span::ZERO);
+            self.deliver(publication);
+        }
+    }
+
+    /// A subscriber's session stands.
+    fn connected(&mut self, now: Instant, peer: PeerId) {
+        let retains = |side: Side| self.open(now, side).any(|action| action == BrokerAction::Retain);
+        let of_peer = |p: &&Publication| match p.subject {
+            Subject::Command(unit) => unit.name() == peer.name(),
+            Subject::Ack(_) => peer == PeerId::GATEWAY,
+        };
+        let newest = self.seen.iter().rev().find(of_peer).filter(|p| retains(towards(p.subject)));
+        if let Some(publication) = newest.cloned().filter(|_| !self.quiet) {
+            self.told(now, Action::Replay, &publication, now.since(publication.at));
+            self.deliver(publication);
+        }
+    }
+
+    /// What is due by itself.
+    fn act(&mut self, now: Instant) {
+        self.release(now, |held| held.due <= now);
+        for i in 0..self.runs.len() {
+            while self.runs[i].steps.as_mut().is_some_and(|steps| steps.take(now)) {
+                let taken = self.runs[i].taken;
+                self.runs[i].taken += 1;
+                match self.runs[i].action {
+                    BrokerAction::Replay { .. } => self.replay(now, self.runs[i].direction, taken),
+                    BrokerAction::Invent { kind, forgery, .. } => {
+                        let Some(bytes) = self.forger.order(forgery, kind) else { continue };
+                        let publication = Publication { at: now, subject: Subject::Command(UnitId::A), bytes };
+                        self.told(now, Action::Inject, &publication, Span::ZERO);
+                        self.deliver(publication);
+                    }
+                    _ => {}
+                }
+            }
+        }
+    }
+
+    fn replay(&mut self, now: Instant, direction: Direction, taken: usize) {
+        let captured: Vec<&Publication> =
+            self.seen.iter().rev().filter(|p| direction.covers(towards(p.subject))).collect();
+        let Some(publication) = captured.get(taken % captured.len().max(1)).map(|p| (*p).clone()) else { return };
+        self.told(now, Action::Replay, &publication, now.since(publication.at));
+        self.deliver(publication);
+    }
+
+    /// Told first, then done, so that no effect is logged before its cause.
+    fn told(&mut self, now: Instant, action: Action, publication: &Publication, delay: Span) {
+        let length = u16::try_from(publication.bytes.len()).unwrap_or(u16::MAX);
+        let (side, hash) = (towards(publication.subject), wire_hash(&publication.bytes));
+        self.journal.write(now, Event::Attack { action, side, length, hash, delay }, &mut self.out);
+    }
+
+    fn deliver(&mut self, publication: Publication) {
+        self.sent += 1;
+        self.out.push_back(Output::Publish { subject: publication.subject, bytes: publication.bytes });
+    }
+}
+
+/// Orders go down to the client that is a unit, acknowledgements up to the gateway.
+fn towards(subject: Subject) -> Side {
+    match subject {
+        Subject::Command(_) => Side::Client,
+        Subject::Ack(_) => Side::Server,
+    }
+}
+
+impl Core for InsiderBroker {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        if !self.quiet {
+            self.settle(now, input);
+        }
+        match input {
+            Input::Published { subject, bytes } => self.take(now, *subject, bytes),
+            Input::Opened { session: _, peer } => self.connected(now, *peer),
+            Input::Quiesce => {
+                self.quiet = true;
+                self.release(now, |_| true);
+            }
+            Input::Finish => {
+                self.quiet = true;
+                self.journal.write(now, Event::Count { account: Account::Sent, n: self.sent }, &mut self.out);
+                return self.journal.sign(now, &mut self.out);
+            }
+            Input::Timeout
+            | Input::Bus { .. }
+            | Input::Record { .. }
+            | Input::Closed { .. }
+            | Input::Datagram { .. }
+            | Input::Stream { .. }
+            | Input::Cue { .. }
+            | Input::Audit { .. } => {}
+        }
+        if !self.quiet {
+            self.act(now);
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        let runs = self.runs.iter().filter_map(|run| run.steps.as_ref().and_then(Steps::due));
+        let begins = self.openings.iter().filter_map(Opening::due);
+        runs.chain(begins).chain(self.held.iter().map(|held| held.due)).min().filter(|_| !self.quiet)
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+}

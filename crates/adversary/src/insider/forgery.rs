@@ -1,0 +1,168 @@
+//! What can be made without an operator's or a unit's key, out of one's own key and what was seen: orders in the
+//! operator's name and acknowledgements in a unit's.
+//!
+//! All of it is well formed, so that what refuses it is not the schema. When it is sent is left to the insiders.
+
+use sha2::{Digest, Sha256};
+use wire::codec::{self, Text};
+use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
+use wire::core::Subject;
+use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, UnitId};
+use wire::mode::Mode;
+use wire::sign::{Key, Purpose, Signed};
+
+use super::voice::under_signature;
+use crate::plan::{AckForgery, Kind, OrderForgery};
+
+/// Most orders whose kind is remembered, for telling what an acknowledgement is about.
+const MAX_KINDS: usize = 64;
+
+/// See the module.
+#[derive(Debug)]
+pub(super) struct Forger {
+    key: Key,
+    /// The two newest orders with a confirmation, newest first.
+    orders: [Option<Vec<u8>>; 2],
+    kinds: Vec<(CommandId, Kind)>,
+    newest: Option<Intent>,
+    track: TrackId,
+    ack: Option<Vec<u8>>,
+}
+
+impl Forger {
+    /// A forger with nothing but `key`.
+    pub(super) fn new(key: Key) -> Self {
+        Self { key, orders: [None, None], kinds: Vec::new(), newest: None, track: TrackId(1), ack: None }
+    }
+
+    /// The same forger in a forked world.
+    pub(super) fn fork(&self) -> Self {
+        Self {
+            key: self.key.fork(),
+            orders: self.orders.clone(),
+            kinds: self.kinds.clone(),
+            newest: self.newest,
+            track: self.track,
+            ack: self.ack.clone(),
+        }
+    }
+
+    /// Reads what passes; the kind of the order that it is or is about, if that can be told.
+    pub(super) fn note(&mut self, subject: Subject, bytes: &[u8]) -> Option<Kind> {
+        match subject {
+            Subject::Command(_) => self.note_order(bytes),
+            Subject::Ack(_) => {
+                let ack: Ack = codec::decode(Signed::parse(bytes, MAX_ORDER).ok()?.payload, MAX_ORDER).ok()?;
+                self.ack = Some(bytes.to_vec());
+                self.kinds.iter().find(|(id, _)| *id == ack.id).map(|(_, kind)| *kind)
+            }
+        }
+    }
+
+    fn note_order(&mut self, bytes: &[u8]) -> Option<Kind> {
+        let (intent, order) = read(bytes)?;
+        let kind = kind_of(intent.kind);
+        if let CommandKind::Arm(track) | CommandKind::Confirm(track) = intent.kind {
+            self.track = track;
+        }
+        if self.newest.is_none_or(|newest| intent.id > newest.id) {
+            self.newest = Some(intent);
+        }
+        if self.kinds.len() == MAX_KINDS {
+            self.kinds.remove(0);
+        }
+        self.kinds.push((intent.id, kind));
+        if order.confirmation.is_some() {
+            self.orders = [Some(bytes.to_vec()), self.orders[0].take()];
+        }
+        Some(kind)
+    }
+
+    /// An order that asks for `kind`; `None` while nothing was seen that it could be made of.
+    pub(super) fn order(&self, forgery: OrderForgery, kind: Kind) -> Option<Vec<u8>> {
+        match forgery {
+            OrderForgery::OwnKey => Some(self.own_order(kind)),
+            OrderForgery::Altered => self.altered(kind),
+            OrderForgery::Spliced => self.spliced(),
+        }
+    }
+
+    fn own_order(&self, kind: Kind) -> Vec<u8> {
+        let payload = codec::encode(&self.intent(kind));
+        let intent = self.key.sign(Purpose::Intent, &payload);
+        let statement = Confirmation { id: self.intent(kind).id, intent: Sha256::digest(&intent).into() };
+        let confirmation = self.key.sign(Purpose::Confirmation, &codec::encode(&statement));
+        let confirmation = confirmation.as_slice();
+        codec::encode(&Order { intent: intent.as_slice().into(), confirmation: Some(confirmation.into()) })
+    }
+
+    /// In the name of the operator that was heard last, after everything that was heard.
+    fn intent(&self, kind: Kind) -> Intent {
+        let first = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(0) };
+        let id = self.newest.map_or(first, |newest| newest.id);
+        Intent {
+            id: CommandId { sequence: id.sequence.next(), ..id },
+            unit: UnitId::A,
+            nonce: self.newest.map_or(Nonce(1), |newest| newest.nonce),
+            kind: match kind {
+                Kind::Hold => CommandKind::Hold,
+                Kind::Disarm => CommandKind::Disarm,
+                Kind::Enable => CommandKind::Enable,
+                Kind::Resume => CommandKind::Resume,
+                Kind::Arm => CommandKind::Arm(self.track),
+                Kind::Confirm => CommandKind::Confirm(self.track),
+            },
+            reason: Text::new("invented"),
+        }
+    }
+
+    fn altered(&self, kind: Kind) -> Option<Vec<u8>> {
+        let (_, order) = read(self.orders[0].as_deref()?)?;
+        let signature = order.intent.last_chunk::<64>()?;
+        let intent = under_signature(&codec::encode(&self.intent(kind)), signature);
+        Some(codec::encode(&Order { intent: intent.as_slice().into(), confirmation: order.confirmation }))
+    }
+
+    fn spliced(&self) -> Option<Vec<u8>> {
+        let (_, newest) = read(self.orders[0].as_deref()?)?;
+        let (_, other) = read(self.orders[1].as_deref()?)?;
+        Some(codec::encode(&Order { intent: newest.intent, confirmation: other.confirmation }))
+    }
+
+    /// An acknowledgement that says that `order` was executed; `None` when it cannot be made of what was seen.
+    pub(super) fn acknowledgement(&self, forgery: AckForgery, order: &[u8]) -> Option<Vec<u8>> {
+        let (intent, order) = read(order)?;
+        let mode = match kind_of(intent.kind) {
+            Kind::Hold => Mode::HoldSafe,
+            Kind::Arm => Mode::PrepareToAct,
+            Kind::Disarm | Kind::Enable | Kind::Resume | Kind::Confirm => Mode::Ready,
+        };
+        let ack = Ack { id: intent.id, intent: Sha256::digest(&order.intent[..]).into(), refused: None, mode };
+        match forgery {
+            AckForgery::OwnKey => Some(self.key.sign(Purpose::Ack, &codec::encode(&ack))),
+            AckForgery::Altered => {
+                let signature = self.ack.as_deref()?.last_chunk::<64>()?;
+                Some(under_signature(&codec::encode(&ack), signature))
+            }
+            AckForgery::Replayed => self.ack.clone(),
+        }
+    }
+}
+
+/// The intent of an order, believed by nobody, and the order.
+fn read(bytes: &[u8]) -> Option<(Intent, Order<'_>)> {
+    let order: Order<'_> = codec::decode(bytes, MAX_ORDER).ok()?;
+    let signed = Signed::parse(order.intent, MAX_ORDER).ok()?;
+    Some((codec::decode(signed.payload, MAX_ORDER).ok()?, order))
+}
+
+fn kind_of(kind: CommandKind) -> Kind {
+    match kind {
+        CommandKind::Hold => Kind::Hold,
+        CommandKind::Disarm => Kind::Disarm,
+        CommandKind::Enable => Kind::Enable,
+        CommandKind::Resume => Kind::Resume,
+        CommandKind::Arm(_) => Kind::Arm,
+        CommandKind::Confirm(_) => Kind::Confirm,
+    }
+}

@@ -1,0 +1,217 @@
+//! When an action begins and ends: at its time, or once what it waits for has come.
+//!
+//! Each core holds one [`Opening`] an action and tells it what passes, what is heard and what it is called to. A step
+//! that has a name is told to the journal as it begins and ends, so that others can wait for it.
+
+use std::collections::VecDeque;
+
+use wire::audit::Journal;
+use wire::core::{Output, Side};
+use wire::event::Event;
+use wire::mode::Mode;
+use wire::step::StepName;
+use wire::time::{Instant, Span};
+
+use crate::plan::{Direction, On, Step, Timed};
+
+/// See the module.
+#[derive(Clone, Debug)]
+pub(crate) struct Opening {
+    step: Option<Step>,
+    direction: Direction,
+    earliest: Instant,
+    lasts: Span,
+    opens: Option<Instant>,
+    /// Datagrams or pieces since the earliest time.
+    passed: u32,
+    /// When the last of them passed; the earliest time before that.
+    last: Instant,
+    /// Whether the journal knows that it began, and that it ended.
+    told: [bool; 2],
+}
+
+impl Opening {
+    /// Of an action that may begin `start_ms` after `origin` and lasts `lasts`.
+    pub(crate) fn new(step: Option<Step>, direction: Direction, origin: Instant, start_ms: u64, lasts: Span) -> Self {
+        let earliest = origin + Span::ms(start_ms);
+        let waits = step.is_some_and(|step| step.wait.is_some());
+        let opens = (!waits).then_some(earliest);
+        Self { step, direction, earliest, lasts, opens, passed: 0, last: earliest, told: [false; 2] }
+    }
+
+    /// Of a timed action; `counted` is what it does by itself: how often, and how many ms apart.
+    pub(crate) fn of<A>(timed: &Timed<A>, origin: Instant, counted: Option<(u32, u64)>) -> Self {
+        let by_itself = counted.map(|(n, every_ms)| u64::from(n.saturating_sub(1)) * every_ms);
+        let window = Some(timed.duration_ms).filter(|ms| *ms > 0);
+        let lasts = by_itself.into_iter().chain(window).min().unwrap_or(0);
+        Self::new(timed.step, timed.direction, origin, timed.start_ms, Span::ms(lasts))
+    }
+
+    /// When it begins, as far as that is settled.
+    pub(crate) fn opens(&self) -> Option<Instant> {
+        self.opens
+    }
+
+    /// When it ends; an instant before which everything of it happens.
+    pub(crate) fn closes(&self) -> Option<Instant> {
+        self.opens.map(|opens| opens + self.lasts)
+    }
+
+    /// Whether it is open at `now`.
+    pub(crate) fn is_open(&self, now: Instant) -> bool {
+        self.opens.is_some_and(|opens| now >= opens && now < opens + self.lasts)
+    }
+
+    /// Whether it is open at `now` for what goes towards `side`.
+    pub(crate) fn open(&self, now: Instant, side: Side) -> bool {
+        self.direction.covers(side) && self.is_open(now)
+    }
+
+    /// The step `name` is called.
+    pub(crate) fn cue(&mut self, now: Instant, name: StepName) {
+        if self.step.is_some_and(|step| step.name == name) && self.waits_for() == Some(On::Cue) {
+            self.begin(now.max(self.earliest));
+        }
+    }
+
+    /// Something passes towards `towards`.
+    pub(crate) fn passes(&mut self, now: Instant, towards: Side) {
+        if self.waits_for().is_none() || now < self.earliest || !self.direction.covers(towards) {
+            return;
+        }
+        self.silence(now);
+        self.last = now;
+        self.passed = self.passed.saturating_add(1);
+        if self.waits_for() == Some(On::Passes(self.passed)) {
+            self.begin(now);
+        }
+    }
+
+    /// The unit under test reports `mode`.
+    pub(crate) fn hears(&mut self, now: Instant, mode: Mode) {
+        if now >= self.earliest && self.waits_for() == Some(On::Hears(mode)) {
+            self.begin(now);
+        }
+    }
+
+    /// Time has passed: a silence may have become long enough.
+    pub(crate) fn silence(&mut self, now: Instant) {
+        if let Some(On::Silence(ms)) = self.waits_for()
+            && self.last + Span::ms(ms) <= now
+        {
+            self.begin(self.last + Span::ms(ms));
+        }
+    }
+
+    /// When it wants to be asked again, for its silence or to be told of.
+    pub(crate) fn due(&self) -> Option<Instant> {
+        if let Some(On::Silence(ms)) = self.waits_for() {
+            return Some(self.last + Span::ms(ms));
+        }
+        self.step?;
+        match self.told {
+            [false, _] => self.opens(),
+            [true, false] => self.closes(),
+            [true, true] => None,
+        }
+    }
+
+    /// Tells of what has begun or ended by `now` and was not told yet.
+    pub(crate) fn tell(&mut self, now: Instant, journal: &mut Journal, out: &mut VecDeque<Output>) {
+        let Some(Step { name: step, .. }) = self.step else { return };
+        for (i, at) in [self.opens(), self.closes()].into_iter().enumerate() {
+            if !self.told[i] && at.is_some_and(|at| at <= now) {
+                self.told[i] = true;
+                journal.write(now, Event::Step { step, begun: i == 0 }, out);
+            }
+        }
+    }
+
+    /// What it still waits for.
+    fn waits_for(&self) -> Option<On> {
+        let wait = self.step.and_then(|step| step.wait)?;
+        self.opens.is_none().then_some(wait.on)
+    }
+
+    fn begin(&mut self, at: Instant) {
+        let after = self.step.and_then(|step| step.wait).map_or(0, |wait| wait.after_ms);
+        self.opens = Some(at + Span::ms(after));
+    }
+}
+
+/// Time has passed for all of a core's actions: silences are looked at, and what began or ended is told.
+pub(crate) fn settle<'o>(
+    openings: impl Iterator<Item = &'o mut Opening>,
+    now: Instant,
+    journal: &mut Journal,
+    out: &mut VecDeque<Output>,
+) {
+    openings.for_each(|opening| {
+        opening.silence(now);
+        opening.tell(now, journal, out);
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::Wait;
+    use crate::testing::at;
+
+    fn waiting(on: On, after_ms: u64) -> Opening {
+        let name = StepName::new("cut").unwrap();
+        let step = Some(Step { name, wait: Some(Wait { on, after_ms }) });
+        Opening::new(step, Direction::Up, at(0), 1000, Span::ms(500))
+    }
+
+    #[test]
+    fn what_comes_before_the_earliest_time_does_not_count() {
+        let mut passes = waiting(On::Passes(2), 0);
+        (990..1001).for_each(|ms| passes.passes(at(ms), Side::Server));
+        assert_eq!(passes.opens(), None, "one passed since");
+        passes.passes(at(1001), Side::Client);
+        assert_eq!(passes.opens(), None, "the other way");
+        passes.passes(at(1002), Side::Server);
+        assert!(passes.open(at(1002), Side::Server) && !passes.open(at(1502), Side::Server));
+        let mut heard = waiting(On::Hears(Mode::Ready), 0);
+        heard.hears(at(999), Mode::Ready);
+        heard.hears(at(1100), Mode::Degraded);
+        assert_eq!(heard.opens(), None);
+        heard.hears(at(1200), Mode::Ready);
+        assert_eq!(heard.opens(), Some(at(1200)));
+    }
+
+    #[test]
+    fn a_call_before_the_earliest_time_is_kept_and_one_to_another_step_is_not_ours() {
+        let mut opening = waiting(On::Cue, 30);
+        opening.cue(at(10), StepName::new("other").unwrap());
+        assert_eq!(opening.opens(), None);
+        opening.cue(at(10), StepName::new("cut").unwrap());
+        assert_eq!(opening.opens(), Some(at(1030)));
+        opening.cue(at(2000), StepName::new("cut").unwrap());
+        assert_eq!(opening.opens(), Some(at(1030)), "a step begins once");
+    }
+
+    #[test]
+    fn a_silence_is_one_after_the_last_that_passed_even_if_nobody_looked_in_time() {
+        let mut opening = waiting(On::Silence(100), 0);
+        assert_eq!(opening.due(), Some(at(1100)));
+        opening.passes(at(1050), Side::Server);
+        opening.silence(at(1149));
+        assert_eq!(opening.opens(), None);
+        opening.passes(at(1200), Side::Server);
+        assert_eq!(opening.opens(), Some(at(1150)));
+    }
+
+    #[test]
+    fn a_named_step_is_told_as_it_begins_and_as_it_ends() {
+        let mut opening = waiting(On::Cue, 0);
+        opening.cue(at(1200), StepName::new("cut").unwrap());
+        let (mut journal, mut out) = (Journal::new(wire::id::NodeId::SIM, wire::id::Boot(1), None), VecDeque::new());
+        for (ms, written) in [(1199, 0), (1200, 1), (1699, 1), (1700, 2), (1800, 2)] {
+            opening.tell(at(ms), &mut journal, &mut out);
+            assert_eq!(out.len(), written, "{ms}");
+        }
+        assert_eq!(opening.due(), None);
+    }
+}

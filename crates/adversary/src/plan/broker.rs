@@ -1,0 +1,153 @@
+//! Plan of the hostile broker: what is done to publications by the one whom every client dials.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Direction, MAX_COPIES, MAX_HOLD_MS, PlanError, Timed, at_most, repeats, within};
+
+/// Plan of the holder of the broker's certificate and key. Without actions it is an honest broker.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InsiderBrokerConfig {
+    /// Actions; where several are open, they apply in the order: drop, delay and reorder, duplicate.
+    #[serde(default)]
+    pub actions: Vec<Timed<BrokerAction>>,
+}
+
+/// What is done to publications, or published beside them. Down is towards the units (orders), up towards the gateway
+/// (acknowledgements).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum BrokerAction {
+    /// They are not passed on.
+    Drop {
+        /// Only those about an order of this kind.
+        only: Option<Kind>,
+    },
+    /// They are passed on later.
+    Delay {
+        /// By how much.
+        ms: u64,
+        /// Only those about an order of this kind.
+        only: Option<Kind>,
+    },
+    /// Each is held until the next of its direction has passed.
+    Reorder {
+        /// Longest hold.
+        hold_ms: u64,
+    },
+    /// Each is delivered more than once.
+    Duplicate {
+        /// Copies beside the original.
+        copies: u32,
+    },
+    /// Captured ones are delivered again, the newest first and then back in turn.
+    Replay {
+        /// How many.
+        count: u32,
+        /// Time between them.
+        every_ms: u64,
+    },
+    /// The newest of a subject is delivered again to each subscriber that connects, as if it had been retained.
+    Retain,
+    /// Orders of the broker's own making.
+    Invent {
+        /// What they ask.
+        kind: Kind,
+        /// What they are made of.
+        forgery: OrderForgery,
+        /// How many.
+        count: u32,
+        /// Time between them.
+        every_ms: u64,
+    },
+    /// For each order that is seen, an acknowledgement of the broker's own making: it was executed.
+    Forge {
+        /// What it is made of.
+        forgery: AckForgery,
+    },
+}
+
+/// What an order asks.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(missing_docs, reason = "named as in `wire::command::CommandKind`")]
+pub enum Kind {
+    Hold,
+    Disarm,
+    Enable,
+    Resume,
+    Arm,
+    Confirm,
+}
+
+/// What an invented order is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OrderForgery {
+    /// A new intent in the operator's name, with the newest nonce seen, both steps under the broker's own key.
+    OwnKey,
+    /// The newest captured intent, asking something else under a later id, with the signature it had.
+    Altered,
+    /// The newest captured intent with the confirmation of another.
+    Spliced,
+}
+
+/// What a forged acknowledgement is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AckForgery {
+    /// A new one under the broker's own key.
+    OwnKey,
+    /// The unit's newest, made to be about this order, with the signature it had.
+    Altered,
+    /// The unit's newest as it was.
+    Replayed,
+}
+
+impl InsiderBrokerConfig {
+    /// Every magnitude within its bounds.
+    pub fn check(&self) -> Result<(), PlanError> {
+        at_most(self.actions.len())?;
+        self.actions.iter().try_for_each(|timed| {
+            timed.check_window(timed.action.counted().is_none())?;
+            timed.action.check(timed.direction)
+        })
+    }
+}
+
+impl BrokerAction {
+    /// Number and spacing in ms of what is published by itself; `None` for what is done to what passes.
+    pub fn counted(&self) -> Option<(u32, u64)> {
+        match *self {
+            BrokerAction::Replay { count, every_ms } | BrokerAction::Invent { count, every_ms, .. } => {
+                Some((count, every_ms))
+            }
+            BrokerAction::Drop { .. }
+            | BrokerAction::Delay { .. }
+            | BrokerAction::Reorder { .. }
+            | BrokerAction::Duplicate { .. }
+            | BrokerAction::Retain
+            | BrokerAction::Forge { .. } => None,
+        }
+    }
+
+    fn check(&self, direction: Direction) -> Result<(), PlanError> {
+        match *self {
+            BrokerAction::Drop { only: _ } | BrokerAction::Retain => Ok(()),
+            BrokerAction::Delay { ms, only: _ } => within("ms", ms, 0, MAX_HOLD_MS),
+            BrokerAction::Reorder { hold_ms } => within("hold_ms", hold_ms, 1, MAX_HOLD_MS),
+            BrokerAction::Duplicate { copies } => within("copies", u64::from(copies), 1, u64::from(MAX_COPIES)),
+            BrokerAction::Replay { count, every_ms } => repeats(count, every_ms),
+            BrokerAction::Invent { count, every_ms, .. } => {
+                one_way("invent", direction, Direction::Down)?;
+                repeats(count, every_ms)
+            }
+            BrokerAction::Forge { forgery: _ } => one_way("forge", direction, Direction::Up),
+        }
+    }
+}
+
+/// An action that goes one way only; `Both` is read as that way.
+fn one_way(what: &'static str, got: Direction, way: Direction) -> Result<(), PlanError> {
+    if got == way || got == Direction::Both { Ok(()) } else { Err(PlanError::OneWay { what }) }
+}

@@ -1,0 +1,114 @@
+//! Plans of what an admitted teammate says that is old, untrue or of another kind.
+
+use serde::{Deserialize, Serialize};
+use wire::sensor::ProductMode;
+
+use super::{MAX_HOLD_MS, MAX_MS, PlanError, repeats, within};
+
+/// Largest speed of a lie, mm/s.
+const MAX_SPEED: u64 = 100_000;
+/// Largest angle, mrad.
+const MAX_ANGLE: u64 = 7_000;
+
+/// B ends its session, dials again and sends what it recorded in the one before.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Resend {
+    /// When the session ends.
+    pub at_ms: u64,
+    /// How many records are sent once the next one stands: the newest first, each whole and then its report alone.
+    pub count: u32,
+    /// Time between them.
+    pub every_ms: u64,
+    /// Whether B has a later boot from then on, and counts from the beginning.
+    pub restart: bool,
+}
+
+/// B claims to be where, or to move as, it does not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Falsehood {
+    /// From when.
+    pub at_ms: u64,
+    /// For how long.
+    pub duration_ms: u64,
+    /// How fast, mm/s.
+    pub drift_mm_s: u32,
+    /// Which way, mrad from east to north.
+    pub towards_mrad: i32,
+    /// What of it the claimed motion shows.
+    pub motion: Motion,
+}
+
+/// How the claimed motion stands to the claimed place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Motion {
+    /// The place drifts, the claimed motion is the true one.
+    Hidden,
+    /// The place drifts, and the claimed motion is the one that goes with it.
+    Owned,
+    /// The place is the true one, the motion is not.
+    Feigned,
+}
+
+/// B's reports are of another product mode, or stamped in another time base.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Confusion {
+    /// From when.
+    pub at_ms: u64,
+    /// For how long.
+    pub duration_ms: u64,
+    /// The product mode that the reports name.
+    pub product: Product,
+    /// How far their stamps are ahead of B's clock.
+    pub clock_ms: i64,
+}
+
+/// A product mode in a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Product {
+    /// Live.
+    Live,
+    /// Synthetic.
+    Synthetic,
+    /// Played back.
+    Replayed,
+}
+
+impl Product {
+    /// As reports name it.
+    pub fn mode(self) -> ProductMode {
+        match self {
+            Product::Live => ProductMode::Live,
+            Product::Synthetic => ProductMode::Synthetic,
+            Product::Replayed => ProductMode::Replay,
+        }
+    }
+}
+
+impl Resend {
+    pub(super) fn check(&self) -> Result<(), PlanError> {
+        within("at_ms", self.at_ms, 0, MAX_MS)?;
+        repeats(self.count, self.every_ms)
+    }
+}
+
+impl Falsehood {
+    pub(super) fn check(&self) -> Result<(), PlanError> {
+        within("at_ms", self.at_ms, 0, MAX_MS)?;
+        within("duration_ms", self.duration_ms, 1, MAX_MS)?;
+        within("drift_mm_s", u64::from(self.drift_mm_s), 0, MAX_SPEED)?;
+        within("towards_mrad", u64::from(self.towards_mrad.unsigned_abs()), 0, MAX_ANGLE)
+    }
+}
+
+impl Confusion {
+    pub(super) fn check(&self) -> Result<(), PlanError> {
+        within("at_ms", self.at_ms, 0, MAX_MS)?;
+        within("duration_ms", self.duration_ms, 1, MAX_MS)?;
+        within("clock_ms", self.clock_ms.unsigned_abs(), 0, MAX_HOLD_MS)
+    }
+}

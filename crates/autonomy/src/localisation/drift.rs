@@ -1,0 +1,112 @@
+//! The drift test: do fixes walk away from odometry more slowly than any single one would give away?
+//!
+//! Page's cumulative sum (E. S. Page, *Continuous inspection schemes*, Biometrika 41, 1954), two-sided, for east and for
+//! north. What is summed is the innovation: how far a fix lies from where odometry has carried the anchor. The anchor
+//! follows fixes with a time constant τ, so a drift at the rate *v* holds the innovation at *v·τ*, while noise leaves it
+//! around zero. What wheels can be wrong by is a share of the way that the anchor still remembers, so it is allowed for as
+//! long as it is remembered: a unit that has just stopped is judged by the way it came. At rest the test is four times as
+//! sharp as at full speed. The figures are derived in `docs/bounds.md`.
+
+/// Innovation that noise of the fix accounts for, millimetres: one deviation of a good fix.
+const NOISE_MM: f64 = 40.0;
+/// Share of the way by which odometry may be wrong for long: slopes, slip, wear of the tyres.
+const ODOMETRY_SHARE: f64 = 0.01;
+/// The sum of excesses at which fixes are taken to drift, millimetre seconds: half a second of one deviation.
+const LIMIT_MM_S: f64 = 20.0;
+/// Longest time that one reading may count for, seconds.
+const LONGEST_S: f64 = 0.25;
+
+/// The four sums: east, west, north, south.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Drift {
+    sums: [f64; 4],
+    /// The way by odometry that the anchor has not yet forgotten, millimetres.
+    way: f64,
+    found: bool,
+}
+
+impl Drift {
+    /// Takes the innovation `(east, north)` of a fix, `elapsed` seconds after the one before, at `speed` and with
+    /// `unobserved` millimetres travelled without odometry.
+    ///
+    /// What was found stays found until every sum has run empty again.
+    pub(super) fn take(&mut self, (east, north): (f64, f64), elapsed: f64, speed: f64, unobserved: f64) {
+        self.way += speed.abs() * elapsed;
+        let allowed = NOISE_MM + ODOMETRY_SHARE * self.way + unobserved;
+        let elapsed = elapsed.min(LONGEST_S);
+        for (sum, off) in self.sums.iter_mut().zip([east, -east, north, -north]) {
+            // Twice the limit at most, so that the end of a drift is found as soon as its beginning.
+            *sum = (*sum + (off - allowed) * elapsed).clamp(0.0, 2.0 * LIMIT_MM_S);
+        }
+        let above = self.sums.iter().any(|sum| *sum > LIMIT_MM_S);
+        let empty = self.sums.iter().all(|sum| *sum <= 0.0);
+        self.found = above || self.found && !empty;
+    }
+
+    /// The anchor took over this share of the newest innovation, and forgot as much of the way.
+    pub(super) fn forget(&mut self, share: f64) {
+        self.way *= 1.0 - share;
+    }
+
+    /// Whether fixes drift.
+    pub(super) fn found(&self) -> bool {
+        self.found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What an anchor forgets with a reading in its steady state.
+    const SHARE: f64 = 0.05 / 4.0;
+
+    /// A unit that has long gone at `speed`.
+    fn driven(speed: f64) -> Drift {
+        let mut drift = Drift::default();
+        for _ in 0..1000 {
+            drift.take((0.0, 0.0), 0.05, speed, 0.0);
+            drift.forget(SHARE);
+        }
+        drift
+    }
+
+    /// Seconds until a constant innovation is found at `speed`; `None` within a minute.
+    fn found_after(innovation: f64, speed: f64) -> Option<f64> {
+        let mut drift = driven(speed);
+        (1..1200).find_map(|i| {
+            drift.take((0.0, innovation), 0.05, speed, 0.0);
+            drift.forget(SHARE);
+            drift.found().then_some(f64::from(i) * 0.05)
+        })
+    }
+
+    #[test]
+    fn what_wheels_can_explain_is_never_found_and_at_rest_they_explain_little() {
+        assert_eq!(found_after(159.0, 3000.0), None);
+        assert!(found_after(260.0, 3000.0).is_some_and(|s| s < 0.3), "{:?}", found_after(260.0, 3000.0));
+        assert!(found_after(82.0, 0.0).is_some_and(|s| s < 0.6), "{:?}", found_after(82.0, 0.0));
+    }
+
+    #[test]
+    fn what_wheels_were_wrong_by_on_the_way_is_no_drift_of_a_unit_that_has_just_stopped() {
+        let (mut drift, mut off) = (driven(3000.0), 120.0);
+        for _ in 0..400 {
+            drift.take((off, 0.0), 0.05, 0.0, 0.0);
+            drift.forget(SHARE);
+            off *= 1.0 - SHARE;
+            assert!(!drift.found());
+        }
+    }
+
+    #[test]
+    fn a_finding_lasts_until_fixes_agree_for_as_long() {
+        let mut drift = Drift::default();
+        (0..100).for_each(|_| drift.take((-300.0, 0.0), 0.05, 0.0, 0.0));
+        assert!(drift.found());
+        drift.take((0.0, 0.0), 0.05, 0.0, 0.0);
+        assert!(drift.found(), "one good fix is none");
+        (0..30).for_each(|_| drift.take((0.0, 0.0), 0.05, 0.0, 0.0));
+        assert!(!drift.found());
+    }
+}

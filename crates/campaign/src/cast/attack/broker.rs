@@ -1,0 +1,79 @@
+//! The plan of the hostile broker, and what of it needs a receipt.
+
+use adversary::plan::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, OrderForgery};
+use wire::event::Action;
+
+use super::timed;
+use crate::scenario::{self, Direction, Scenario, Verb, Windowed};
+
+/// The plan, when the scenario has one.
+pub(in crate::cast) fn plan(s: &Scenario, phase: u64) -> Option<InsiderBrokerConfig> {
+    let mut actions = Vec::new();
+    let mut add = |of: &dyn Windowed, direction, action| actions.push(timed(of, direction, phase, action));
+    for a in s.broker_drop.iter() {
+        add(a, a.direction, BrokerAction::Drop { only: a.only.map(kind) });
+    }
+    for a in s.broker_delay.iter() {
+        add(a, a.direction, BrokerAction::Delay { ms: a.by_ms.unsigned(), only: a.only.map(kind) });
+    }
+    for a in s.broker_reorder.iter() {
+        add(a, a.direction, BrokerAction::Reorder { hold_ms: a.hold_ms.unsigned() });
+    }
+    for a in s.broker_duplicate.iter() {
+        add(a, a.direction, BrokerAction::Duplicate { copies: a.copies.unsigned() as u32 });
+    }
+    for a in s.broker_replay.iter() {
+        let (count, every_ms) = (a.count.unsigned() as u32, a.every_ms.unsigned());
+        add(a, a.direction, BrokerAction::Replay { count, every_ms });
+    }
+    s.broker_retain.iter().for_each(|a| add(a, a.direction, BrokerAction::Retain));
+    for a in s.broker_invent.iter() {
+        let (count, every_ms) = (a.count.unsigned() as u32, a.every_ms.unsigned());
+        let action = BrokerAction::Invent { kind: kind(a.verb), forgery: order(a.forgery), count, every_ms };
+        add(a, Direction::Down, action);
+    }
+    for a in s.broker_forge.iter() {
+        add(a, Direction::Up, BrokerAction::Forge { forgery: acknowledgement(a.forgery) });
+    }
+    (!actions.is_empty()).then_some(InsiderBrokerConfig { actions })
+}
+
+/// What it does, each kind once.
+pub(super) fn planned(s: &Scenario) -> impl Iterator<Item = Action> {
+    let actions = [
+        (!s.broker_drop.is_empty(), Action::Drop),
+        (!s.broker_delay.is_empty(), Action::Delay),
+        (!s.broker_reorder.is_empty(), Action::Reorder),
+        (!s.broker_duplicate.is_empty(), Action::Duplicate),
+        (!s.broker_replay.is_empty() || !s.broker_retain.is_empty(), Action::Replay),
+        (!s.broker_invent.is_empty() || !s.broker_forge.is_empty(), Action::Inject),
+    ];
+    actions.into_iter().filter_map(|(any, action)| any.then_some(action))
+}
+
+fn kind(verb: Verb) -> Kind {
+    match verb {
+        Verb::Enable => Kind::Enable,
+        Verb::Arm => Kind::Arm,
+        Verb::Confirm => Kind::Confirm,
+        Verb::Hold => Kind::Hold,
+        Verb::Resume => Kind::Resume,
+        Verb::Disarm => Kind::Disarm,
+    }
+}
+
+fn order(forgery: scenario::OrderForgery) -> OrderForgery {
+    match forgery {
+        scenario::OrderForgery::OwnKey => OrderForgery::OwnKey,
+        scenario::OrderForgery::Altered => OrderForgery::Altered,
+        scenario::OrderForgery::Spliced => OrderForgery::Spliced,
+    }
+}
+
+fn acknowledgement(forgery: scenario::AckForgery) -> AckForgery {
+    match forgery {
+        scenario::AckForgery::OwnKey => AckForgery::OwnKey,
+        scenario::AckForgery::Altered => AckForgery::Altered,
+        scenario::AckForgery::Replayed => AckForgery::Replayed,
+    }
+}

@@ -1,0 +1,156 @@
+//! What the trust boundary costs a record, and how often it allocates: with the origin's signature, without it, and beside
+//! them the same record through bare DTLS in memory. CPU time of this thread; rounds alternate.
+//!
+//! Run with `cargo bench --bench admission` (or with `--profile dev`: dependencies are optimised there too).
+
+#![expect(unsafe_code, reason = "counting allocations takes a global allocator, here and nowhere else")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::collections::BTreeMap;
+use std::hint::black_box;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use gateway::admit::Boundary;
+use gateway::session::Session;
+use link::clock::thread_cpu_us;
+use link::memory::{Pair, Party, clear};
+use link::pki::{Authority, Role};
+use wire::bounds::Bounds;
+use wire::codec::{self, List};
+use wire::core::Side;
+use wire::hop::{HOP_VERSION, Hop, HopBody};
+use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId};
+use wire::mode::{Cause, Guards, Mode};
+use wire::policy::{Check, Policy, Requirement};
+use wire::report::Report;
+use wire::sensor::{Pose, ProductMode};
+use wire::sign::{Key, Keyring, Purpose};
+use wire::time::{Echo, Instant, PeerStamp, Span};
+
+const ROUNDS: usize = 9;
+const RECORDS: u64 = 5_000;
+/// The unit's clock minus ours.
+const OFFSET: u64 = 77_000_000;
+
+/// The system's allocator, counted.
+struct Counting;
+
+static ALLOCATIONS: AtomicU64 = AtomicU64::new(0);
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+// SAFETY: everything is the system allocator's; counting touches nothing of it.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller's promise about the layout is passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, at: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promise about block and layout is passed on.
+        unsafe { System.dealloc(at, layout) }
+    }
+}
+
+/// One round: microseconds a record and all allocations, without and with the signature; microseconds through DTLS.
+struct Round {
+    unsigned: (f64, u64),
+    signed: (f64, u64),
+    bare: f64,
+}
+
+fn main() {
+    let key = Key::from_bytes(&[7; 32]);
+    let records: Vec<Vec<u8>> = (1..=RECORDS).map(|n| record(&key, n)).collect();
+    let unsigned = Policy { boundary: BTreeMap::from([(Check::Signature, Requirement::Waived)]), ..Policy::default() };
+    let mut dtls = pair();
+    let mut rounds = Vec::new();
+    for _ in 0..ROUNDS {
+        let bare = timed(|| assert_eq!(dtls.stream(Side::Client, &records[0], 1_000), 1_000)).0 / 1_000.0;
+        let (unsigned, signed) = (admitted(&unsigned, &key, &records), admitted(&Policy::default(), &key, &records));
+        rounds.push(Round { unsigned, signed, bare });
+    }
+    let median = |of: fn(&Round) -> f64| {
+        let mut values: Vec<f64> = rounds.iter().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let ns = |us: f64| us * 1e3;
+    println!("a record of {} bytes, {RECORDS} of them, median of {ROUNDS} rounds", records[0].len());
+    println!("admission without signature: {:.0} ns", ns(median(|r| r.unsigned.0)));
+    println!("  allocations: {:.3} a record", median(|r| r.unsigned.1 as f64) / RECORDS as f64);
+    println!("admission with signature: {:.0} ns", ns(median(|r| r.signed.0)));
+    println!("  allocations: {:.3} a record", median(|r| r.signed.1 as f64) / RECORDS as f64);
+    println!("bare DTLS in memory, sealed to opened, with the tasks between: {:.0} ns", ns(median(|r| r.bare)));
+}
+
+/// Microseconds a record, and all allocations.
+fn admitted(policy: &Policy, key: &Key, records: &[Vec<u8>]) -> (f64, u64) {
+    let mut keys = Keyring::default();
+    keys.insert(NodeId::UNIT_A, &key.public());
+    let mut boundary = Boundary::new(policy.clone(), Bounds::GROUND, keys);
+    let mut session = Session::new(SessionId(1), PeerId::UNIT_A, UnitId::A, Nonce(1), &Bounds::GROUND);
+    session.renew(at(0), || Nonce(2));
+    let (us, allocations) = timed(|| {
+        for (n, bytes) in records.iter().enumerate() {
+            let admitted = boundary.admit(&mut session, at(n as u64 + 1), bytes);
+            assert!(black_box(admitted).is_ok(), "record {n}");
+        }
+    });
+    (us / records.len() as f64, allocations)
+}
+
+/// CPU microseconds and allocations of `work`.
+fn timed(work: impl FnOnce()) -> (f64, u64) {
+    let (cpu, allocations) = (thread_cpu_us(), ALLOCATIONS.load(Ordering::Relaxed));
+    work();
+    ((thread_cpu_us() - cpu) as f64, ALLOCATIONS.load(Ordering::Relaxed) - allocations)
+}
+
+/// When record `n` arrives, on our clock.
+fn at(n: u64) -> Instant {
+    Instant(1_000_000 + n)
+}
+
+/// The unit's nth record, with its nth report.
+fn record(key: &Key, n: u64) -> Vec<u8> {
+    let stamp = PeerStamp(at(n).0 + OFFSET);
+    let report = Report {
+        origin: NodeId::UNIT_A,
+        boot: Boot(1),
+        sequence: Sequence(n),
+        stamp,
+        product: ProductMode::Live,
+        mode: Mode::Ready,
+        cause: Cause::Operator,
+        failing: Guards::default(),
+        pose: Pose { x_mm: 1, y_mm: 2, yaw_mrad: 3 },
+        speed_mm_s: 0,
+        pose_age: Span::ZERO,
+        authority: None,
+        command_nonce: Nonce(5),
+        last_command: None,
+        progress: 0,
+        tracks: List::default(),
+    };
+    let signed = key.sign(Purpose::Report, &codec::encode(&report));
+    codec::encode(&Hop {
+        version: HOP_VERSION,
+        session: Nonce(1),
+        boot: Boot(1),
+        sequence: Sequence(n),
+        stamp,
+        challenge: Nonce(9),
+        echo: Some(Echo { nonce: Nonce(2), seen: PeerStamp(at(0).0 + OFFSET) }),
+        body: HopBody::Report(signed.as_slice().into()),
+    })
+}
+
+fn pair() -> Pair {
+    let authority = Authority::new().expect("an authority");
+    let party = |peer, role| Party::honest(authority.issue(peer, role).expect("a credential"));
+    let parties = [party(PeerId::UNIT_A, Role::Dials), party(PeerId::GATEWAY, Role::Listens)];
+    Pair::open([&parties[0], &parties[1]], PeerId::GATEWAY, clear()).expect("a runtime")
+}

@@ -1,0 +1,35 @@
+//! What a dialler does when the door asks it to show that it receives ([`crate::guard::door`]): it sends the cookie back,
+//! and then its first hello again, below the library, which knows nothing of it.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
+
+use crate::guard::hello;
+
+/// How often one attempt answers: anybody can ask.
+const ANSWERS: u32 = 4;
+
+/// The memory of one attempt to dial.
+#[derive(Debug, Default)]
+pub(super) struct Knock {
+    first: Mutex<Option<Vec<u8>>>,
+    answered: AtomicU32,
+}
+
+impl Knock {
+    /// Notes what goes out; the first datagram of all is the hello.
+    pub(super) fn out(&self, datagram: &[u8]) {
+        let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
+        first.get_or_insert_with(|| datagram.to_vec());
+    }
+
+    /// What is to be sent when this comes in, which then is not the library's; `None` when it is.
+    pub(super) fn answer(&self, datagram: &[u8]) -> Option<Vec<Vec<u8>>> {
+        let cookie = hello::requested_cookie(datagram)?;
+        if self.answered.fetch_add(1, Ordering::Relaxed) >= ANSWERS {
+            return Some(Vec::new());
+        }
+        let first = self.first.lock().unwrap_or_else(PoisonError::into_inner).clone()?;
+        Some(vec![hello::with_cookie(&first, cookie)?, first])
+    }
+}

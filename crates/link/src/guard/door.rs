@@ -1,0 +1,167 @@
+//! The door of a listener: what a stranger's datagram comes to before anything is kept about the stranger.
+//!
+//! While few handshakes are open a sound first ClientHello is let in as it is. When more are, the stranger first has to
+//! show that it receives at its address: the door answers with a HelloVerifyRequest (RFC 6347 §4.2.1) whose cookie is a
+//! keyed hash over address and hello, and forgets it. Whoever sends the cookie back stands on a short list for a few
+//! seconds, and its next first hello is let in.
+//!
+//! The library draws a cookie of its own once it has made its state, and counts messages from zero, so it cannot take up
+//! a handshake that begins with our cookie: our dialler begins again ([`crate::dtls::knock`]), a foreign client
+//! has to wait until the door is calm. Room for handshakes is the listener's business.
+
+use std::collections::BTreeMap;
+use std::net::SocketAddr;
+use std::time::Duration;
+
+use ring::hmac;
+use ring::rand::SystemRandom;
+use tokio::time::Instant;
+
+use super::hello;
+use super::observe::Verdict;
+
+/// Handshakes that may be open before strangers have to show that they receive.
+pub const CALM: usize = 16;
+
+/// Addresses that may stand on the list.
+pub const PROVED: usize = 256;
+
+/// How long one stands on it: as long as a handshake may take.
+pub const PROOF: Duration = Duration::from_secs(3);
+
+/// What the door does with a stranger's datagram.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Lets it in.
+    Admit,
+    /// Sends this back, which is shorter than what came, and keeps nothing.
+    Challenge(Vec<u8>),
+    /// Notes that its sender receives.
+    Prove,
+    /// Drops it.
+    Refuse(Verdict),
+}
+
+/// A door with a key of its own.
+pub struct Door {
+    key: hmac::Key,
+    proved: BTreeMap<SocketAddr, Instant>,
+}
+
+impl Door {
+    /// A door; `None` when the host has no randomness.
+    pub fn new() -> Option<Self> {
+        let key = hmac::Key::generate(hmac::HMAC_SHA256, &SystemRandom::new()).ok()?;
+        Some(Self { key, proved: BTreeMap::new() })
+    }
+
+    /// Decides on a datagram of a stranger while `open` handshakes are open.
+    pub fn judge(&mut self, from: SocketAddr, datagram: &[u8], open: usize, now: Instant) -> Answer {
+        let verdict = hello::at_the_door(datagram);
+        let (Verdict::Passed, Some(parts)) = (verdict, hello::parts(datagram)) else {
+            return Answer::Refuse(verdict);
+        };
+        let said = said(from, parts.random);
+        if !parts.cookie.is_empty() {
+            if hmac::verify(&self.key, &said, parts.cookie).is_err() {
+                return Answer::Refuse(Verdict::Unproven);
+            }
+            self.prove(from, now);
+            return Answer::Prove;
+        }
+        let proved = self.proved.remove(&from).is_some_and(|since| now.duration_since(since) <= PROOF);
+        if proved || open < CALM {
+            return Answer::Admit;
+        }
+        let challenge = hello::verify_request(parts.sequence, hmac::sign(&self.key, &said).as_ref());
+        if challenge.len() > datagram.len() {
+            return Answer::Refuse(Verdict::Unproven);
+        }
+        Answer::Challenge(challenge)
+    }
+
+    fn prove(&mut self, from: SocketAddr, now: Instant) {
+        if self.proved.len() >= PROVED {
+            self.proved.retain(|_, since| now.duration_since(*since) <= PROOF);
+        }
+        if self.proved.len() >= PROVED {
+            let oldest = self.proved.iter().min_by_key(|(_, since)| **since).map(|(from, _)| *from);
+            oldest.and_then(|from| self.proved.remove(&from));
+        }
+        self.proved.insert(from, now);
+    }
+}
+
+/// What a cookie is made over: where the hello came from, and its random.
+fn said(from: SocketAddr, random: &[u8]) -> Vec<u8> {
+    let mut said = from.to_string().into_bytes();
+    said.push(0);
+    said.extend_from_slice(random);
+    said
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(port: u16) -> SocketAddr {
+        crate::loopback::LoopbackAddr::on_port(port).socket()
+    }
+
+    /// A first hello with this random: one suite, one compression, one extension.
+    fn first(random: u8) -> Vec<u8> {
+        let mut body = vec![254, 253];
+        body.extend([random; 32]);
+        body.extend([0, 0, 0, 2, 0xc0, 0x2b, 1, 0, 0, 4, 0, 0x17, 0, 0]);
+        let mut hello = vec![22, 254, 253, 0, 0, 0, 0, 0, 0, 0, 7, 0, (12 + body.len()) as u8];
+        hello.extend([1, 0, 0, body.len() as u8, 0, 0, 0, 0, 0, 0, 0, body.len() as u8]);
+        hello.extend(body);
+        hello
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_calm_door_lets_a_hello_in_and_a_busy_one_asks_for_a_proof_first() {
+        let mut door = Door::new().unwrap();
+        let hello = first(1);
+        assert_eq!(door.judge(at(1), &hello, CALM - 1, Instant::now()), Answer::Admit);
+        let Answer::Challenge(challenge) = door.judge(at(1), &hello, CALM, Instant::now()) else { panic!("let in") };
+        assert!(challenge.len() <= hello.len());
+        let cookie = hello::requested_cookie(&challenge).unwrap();
+        let proof = hello::with_cookie(&hello, cookie).unwrap();
+        let other = door.judge(at(2), &proof, CALM, Instant::now());
+        assert_eq!(other, Answer::Refuse(Verdict::Unproven), "the cookie is for another address");
+        let mut forged = proof.clone();
+        forged[13 + 12 + 36] ^= 1;
+        assert_eq!(door.judge(at(1), &forged, CALM, Instant::now()), Answer::Refuse(Verdict::Unproven));
+        assert_eq!(door.judge(at(1), &proof, CALM, Instant::now()), Answer::Prove);
+        assert_eq!(door.judge(at(1), &hello, CALM, Instant::now()), Answer::Admit);
+        assert!(matches!(door.judge(at(1), &hello, CALM, Instant::now()), Answer::Challenge(_)), "once");
+        assert_eq!(door.judge(at(1), &proof, CALM, Instant::now()), Answer::Prove);
+        tokio::time::advance(PROOF + Duration::from_millis(1)).await;
+        assert!(matches!(door.judge(at(1), &hello, CALM, Instant::now()), Answer::Challenge(_)), "too late");
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn the_list_is_bounded_and_forgets_the_oldest() {
+        let mut door = Door::new().unwrap();
+        let hello = first(1);
+        for port in 1..=PROVED as u16 + 1 {
+            let Answer::Challenge(challenge) = door.judge(at(port), &hello, CALM, Instant::now()) else { panic!() };
+            let proof = hello::with_cookie(&hello, hello::requested_cookie(&challenge).unwrap()).unwrap();
+            assert_eq!(door.judge(at(port), &proof, CALM, Instant::now()), Answer::Prove);
+            tokio::time::advance(Duration::from_millis(1)).await;
+        }
+        assert_eq!(door.proved.len(), PROVED);
+        assert!(matches!(door.judge(at(1), &hello, CALM, Instant::now()), Answer::Challenge(_)));
+        assert_eq!(door.judge(at(PROVED as u16 + 1), &hello, CALM, Instant::now()), Answer::Admit);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn what_is_no_hello_is_refused_by_name_however_calm_the_door() {
+        let mut door = Door::new().unwrap();
+        let mut broken = first(1);
+        broken[13 + 12 + 35] = 9;
+        assert_eq!(door.judge(at(1), &broken, 0, Instant::now()), Answer::Refuse(Verdict::BadHello));
+        assert_eq!(door.judge(at(1), b"noise", 0, Instant::now()), Answer::Refuse(Verdict::Stranger));
+    }
+}

@@ -1,0 +1,244 @@
+//! A listener with its door, in memory and paused time: honest guests, and strangers by the thousand.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use tokio::runtime::Runtime;
+use tokio::sync::mpsc;
+use tokio::time::Instant;
+use wire::id::{PeerId, SessionId};
+
+use super::{ROOM, lock};
+use crate::dtls::listen::{Listener, Port, accept};
+use crate::dtls::path::{INLET, Outlet, Path};
+use crate::dtls::session::{SessionCounters, SessionEvent, SessionHandle, SessionStats, Settings};
+use crate::dtls::{DtlsError, Secure, client};
+use crate::guard::observe::{Observation, ObservationLog};
+use crate::guard::{GuardMode, hello};
+use crate::loopback::LoopbackAddr;
+use crate::pki::{Credential, PkiError};
+use crate::vet::list::Revocations;
+
+/// Observations that wait to be read, and answers to strangers that do.
+const TOLD: usize = 1 << 16;
+
+/// How long an honest record may take: the platform's freshness bound.
+const FRESH: Duration = Duration::from_millis(300);
+
+/// Time between two honest records of the standing guest.
+const EVERY: Duration = Duration::from_millis(100);
+
+/// The ports of honest guests; strangers come from above.
+const GUESTS: [u16; 2] = [1, 2];
+
+/// The first port of a stranger.
+const STRANGERS: u16 = 1000;
+
+/// What strangers do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Crowd {
+    /// They say nothing more, whatever they are answered.
+    Silent,
+    /// They show that they receive when they are asked to, begin again, and say nothing more.
+    Proving,
+}
+
+/// What came of it.
+#[derive(Debug)]
+pub struct Stormed {
+    /// What the listener counted.
+    pub stats: SessionStats,
+    /// What it told of every record and stranger.
+    pub seen: Vec<Observation>,
+    /// Strangers' datagrams as they were put in, the proofs among them.
+    pub put: Vec<Vec<u8>>,
+    /// Honest records sent meanwhile, and those that came out in time.
+    pub honest: (u64, u64),
+    /// How long an honest newcomer took to open a session meanwhile; `None` when it did not.
+    pub newcomer: Option<Duration>,
+}
+
+/// Answers on their way to strangers.
+type Strays = Arc<Mutex<Vec<(LoopbackAddr, Vec<u8>)>>>;
+
+struct Hall {
+    inlet: mpsc::Sender<(LoopbackAddr, Vec<u8>)>,
+    homes: BTreeMap<LoopbackAddr, mpsc::Receiver<Vec<u8>>>,
+    events: mpsc::Receiver<SessionEvent>,
+    strays: Strays,
+    _listener: Listener,
+}
+
+/// Puts `datagrams` in at the door of `gateway`, each from a port of its own and `every` after the one before, while
+/// `standing` has a session and `newcomer` opens one.
+///
+/// # Errors
+/// When a credential is unusable, there is no runtime to be had, or `standing` gets no session before the storm.
+pub fn storm(
+    gateway: &Credential,
+    [standing, newcomer]: [(&Credential, PeerId); 2],
+    datagrams: &[Vec<u8>],
+    every: Duration,
+    crowd: Crowd,
+) -> Result<Stormed, DtlsError> {
+    crate::crypto::init();
+    let runtime: Runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build()?;
+    let (told, mut log) = ObservationLog::new(TOLD);
+    let held = Revocations::of(gateway).map_err(PkiError::from)?;
+    let settings = Settings { log: Some(told), ..Settings::new(GuardMode::Required, Duration::from_secs(60), held) };
+    let counters = settings.counters.clone();
+    runtime.block_on(async {
+        let mut hall = open(gateway, settings)?;
+        let first = hall.guest(0, standing.0, standing.1).await?;
+        let up = hall.opened().await.ok_or(DtlsError::TooSlow)?;
+        let raging = tokio::spawn(rage(hall.inlet.clone(), hall.strays.clone(), datagrams.to_vec(), every, crowd));
+        let length = every.saturating_mul(datagrams.len() as u32);
+        let begun = Instant::now();
+        let (mut sent, mut out, mut took, mut guests) = (0, 0, None, Vec::new());
+        let mut tried = false;
+        while begun.elapsed() < length || !tried {
+            sent += 2;
+            out += hall.exchange(&first, &up).await;
+            if begun.elapsed() >= length / 2 && !tried {
+                tried = true;
+                let knocked = Instant::now();
+                if let Ok(guest) = hall.guest(1, newcomer.0, newcomer.1).await {
+                    took = Some(knocked.elapsed());
+                    guests.push(guest);
+                }
+            }
+            tokio::time::sleep(EVERY).await;
+        }
+        let put = raging.await.unwrap_or_default();
+        let seen = std::iter::from_fn(|| log.try_recv().ok()).collect();
+        Ok(Stormed { stats: counters.read(), seen, put, honest: (sent, out), newcomer: took })
+    })
+}
+
+fn open(gateway: &Credential, settings: Settings) -> Result<Hall, DtlsError> {
+    let (inlet, to_hall) = mpsc::channel(ROOM);
+    let (from_hall, mut answers) = mpsc::channel::<(LoopbackAddr, Vec<u8>)>(ROOM);
+    let (told, events) = mpsc::channel(ROOM);
+    let listener = accept(LoopbackAddr::ANY_PORT, Port::Memory(to_hall, from_hall), gateway.clone(), settings, told)?;
+    let (mut doors, mut homes) = (BTreeMap::new(), BTreeMap::new());
+    for port in GUESTS {
+        let (door, home) = mpsc::channel(INLET);
+        doors.insert(LoopbackAddr::on_port(port), door);
+        homes.insert(LoopbackAddr::on_port(port), home);
+    }
+    let strays = Strays::default();
+    let kept = strays.clone();
+    tokio::spawn(async move {
+        while let Some((to, bytes)) = answers.recv().await {
+            if let Some(door) = doors.get(&to) {
+                // Like UDP: what finds no room is lost.
+                if door.try_send(bytes).is_err() {
+                    tracing::trace!("an answer in memory found no room");
+                }
+            } else if lock(&kept).len() < TOLD {
+                lock(&kept).push((to, bytes));
+            }
+        }
+    });
+    Ok(Hall { inlet, homes, events, strays, _listener: listener })
+}
+
+impl Hall {
+    /// An honest dialler at one of the guests' ports.
+    async fn guest(&mut self, n: usize, credential: &Credential, gateway: PeerId) -> Result<Secure, DtlsError> {
+        let at = LoopbackAddr::on_port(GUESTS[n]);
+        let home = self.homes.remove(&at).ok_or(DtlsError::TooSlow)?;
+        let held = Revocations::of(credential).map_err(PkiError::from)?;
+        let path = Path::new(home, Outlet::Port(self.inlet.clone(), at)).dialling(Arc::new(SessionCounters::default()));
+        let settings = Settings::new(GuardMode::Required, Duration::from_secs(60), held.clone());
+        client(Arc::new(path), credential, gateway, held, settings.guard(1)).await
+    }
+
+    async fn opened(&mut self) -> Option<SessionHandle> {
+        while let Some(event) = self.events.recv().await {
+            if let SessionEvent::Opened(handle) = event {
+                return Some(handle);
+            }
+        }
+        None
+    }
+
+    /// One record each way; how many came out in time.
+    async fn exchange(&mut self, guest: &Secure, handle: &SessionHandle) -> u64 {
+        let mut out = 0;
+        if guest.send(b"up").await.is_ok()
+            && let Ok(true) = tokio::time::timeout(FRESH, self.record(handle.session)).await
+        {
+            out += 1;
+        }
+        if handle.send(b"down".to_vec())
+            && let Ok(Ok(_)) = tokio::time::timeout(FRESH, guest.recv()).await
+        {
+            out += 1;
+        }
+        out
+    }
+
+    async fn record(&mut self, of: SessionId) -> bool {
+        while let Some(event) = self.events.recv().await {
+            if let SessionEvent::Record(session, _) = event
+                && session == of
+            {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// The strangers; gives back what they put in.
+async fn rage(
+    inlet: mpsc::Sender<(LoopbackAddr, Vec<u8>)>,
+    strays: Strays,
+    datagrams: Vec<Vec<u8>>,
+    every: Duration,
+    crowd: Crowd,
+) -> Vec<Vec<u8>> {
+    let mut put = Vec::new();
+    let mut say = |from: LoopbackAddr, bytes: Vec<u8>| {
+        if inlet.try_send((from, bytes.clone())).is_ok() {
+            put.push(bytes);
+        }
+    };
+    for (n, datagram) in datagrams.iter().enumerate() {
+        say(LoopbackAddr::on_port(STRANGERS.saturating_add(n as u16)), datagram.clone());
+        tokio::time::sleep(every).await;
+        for (from, answer) in std::mem::take(&mut *lock(&strays)) {
+            let first = datagrams.get(usize::from(from.port().saturating_sub(STRANGERS)));
+            if let (Crowd::Proving, Some(first), Some(cookie)) = (crowd, first, hello::requested_cookie(&answer))
+                && let Some(proof) = hello::with_cookie(first, cookie)
+            {
+                say(from, proof);
+                say(from, first.clone());
+            }
+        }
+    }
+    put
+}
+
+/// The first datagram of an honest handshake of `credential`'s holder.
+///
+/// # Errors
+/// When the credential is unusable or there is no runtime to be had.
+pub fn genuine_hello(credential: &Credential, gateway: PeerId) -> Result<Vec<u8>, DtlsError> {
+    crate::crypto::init();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_time().start_paused(true).build()?;
+    runtime.block_on(async {
+        let (_into, home) = mpsc::channel(1);
+        let (out, mut left) = mpsc::channel(8);
+        let held = Revocations::of(credential).map_err(PkiError::from)?;
+        let path = Path::new(home, Outlet::Memory(out));
+        let settings = Settings::new(GuardMode::Required, Duration::from_secs(60), held.clone());
+        let dialling = client(Arc::new(path), credential, gateway, held, settings.guard(1));
+        tokio::select! {
+            outcome = dialling => Err(outcome.err().unwrap_or(DtlsError::TooSlow)),
+            Some(hello) = left.recv() => Ok(hello),
+        }
+    })
+}

@@ -1,0 +1,87 @@
+//! Names of the steps of an attack, as scenario, plan, cue and log share them.
+//!
+//! A name says which step is meant and nothing else; when a step begins and what it does is left to the plan.
+
+use core::fmt;
+
+use arrayvec::ArrayString;
+use minicbor::decode::Error;
+use minicbor::encode::Write;
+use minicbor::{Decode, Decoder, Encode, Encoder};
+
+/// Longest name of a step, bytes.
+pub const MAX_STEP_NAME: usize = 24;
+
+/// The name of a step: 1 to 24 of `a-z`, `0-9`, `-` and `_`.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct StepName(ArrayString<MAX_STEP_NAME>);
+
+impl StepName {
+    /// The name, or `None` where the text is none.
+    pub fn new(text: &str) -> Option<Self> {
+        let fits = !text.is_empty() && text.bytes().all(|b| matches!(b, b'a'..=b'z' | b'0'..=b'9' | b'-' | b'_'));
+        ArrayString::from(text).ok().filter(|_| fits).map(Self)
+    }
+
+    /// As text.
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl fmt::Display for StepName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl fmt::Debug for StepName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:?}", self.as_str())
+    }
+}
+
+impl<C> Encode<C> for StepName {
+    fn encode<W: Write>(&self, e: &mut Encoder<W>, _: &mut C) -> Result<(), minicbor::encode::Error<W::Error>> {
+        e.str(&self.0)?.ok()
+    }
+}
+
+impl<'b, C> Decode<'b, C> for StepName {
+    fn decode(d: &mut Decoder<'b>, _: &mut C) -> Result<Self, Error> {
+        StepName::new(d.str()?).ok_or_else(|| Error::message("not the name of a step"))
+    }
+}
+
+impl serde::Serialize for StepName {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.0)
+    }
+}
+
+impl<'de> serde::Deserialize<'de> for StepName {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = <std::borrow::Cow<'de, str>>::deserialize(deserializer)?;
+        StepName::new(&text).ok_or_else(|| serde::de::Error::custom("not the name of a step"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_is_short_and_of_a_closed_alphabet() {
+        assert_eq!(StepName::new("cut-2").unwrap().to_string(), "cut-2");
+        for text in ["", "Cut", "a b", "a\n", "abcdefghijklmnopqrstuvwxyz"] {
+            assert_eq!(StepName::new(text), None, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_name_does_not_decode() {
+        let name = StepName::new("storm").unwrap();
+        assert_eq!(crate::codec::decode::<StepName>(&crate::codec::encode(&name), 32), Ok(name));
+        assert!(crate::codec::decode::<StepName>(&[0x61, b'A'], 8).is_err());
+    }
+}

@@ -1,0 +1,175 @@
+//! Attacks by the holder of the command broker's credentials, in the broker's place.
+
+use campaign::oracle::Witnessed;
+use campaign::trial::Outcome;
+use campaign::twin::trial::Run;
+use holdsafe_tests::{Ready, shipped};
+use wire::command::CommandKind;
+use wire::event::{Event, Interface, ShownAs};
+use wire::id::NodeId;
+use wire::policy::{Check, Requirement};
+use wire::refusal::Reason;
+
+use crate::SEEDS;
+
+/// The scenario with one check of the boundary waived, and no class expected.
+fn without(name: &str, check: Check) -> Ready {
+    let mut ready = shipped(name);
+    ready.setup.policy.boundary.insert(check, Requirement::Waived);
+    ready
+}
+
+/// What the unit said to orders of this kind, in order: carried out, or why not.
+fn answers(run: &Run, wanted: &str) -> Vec<Option<Reason>> {
+    let answer = |w: &Witnessed| match w.entry.event {
+        Event::Executed { kind, refused, .. } if w.entry.node == NodeId::UNIT_A && kind.name() == wanted => {
+            Some(refused)
+        }
+        _ => None,
+    };
+    run.evidence.entries.iter().filter_map(answer).collect()
+}
+
+fn acts(run: &Run) -> usize {
+    run.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::PlantAct { .. })).count()
+}
+
+/// How the display showed commands of this kind, in order.
+fn shown(run: &Run, wanted: CommandKind) -> Vec<(u64, ShownAs)> {
+    let given = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Intended { command, kind } if kind.name() == wanted.name() => Some(command),
+        _ => None,
+    });
+    let given: Vec<_> = given.collect();
+    let told = |w: &Witnessed| match w.entry.event {
+        Event::CommandShown { command, shown } if given.contains(&command) => Some((w.at, shown)),
+        _ => None,
+    };
+    run.evidence.entries.iter().filter_map(told).collect()
+}
+
+#[test]
+fn captured_orders_that_a_hostile_broker_delivers_again_are_refused_and_the_act_happens_once() {
+    for run in shipped("command_replay").expect(SEEDS) {
+        let confirmed = answers(&run, "confirm");
+        assert_eq!(confirmed.iter().filter(|a| a.is_none()).count(), 1, "{confirmed:?}");
+        assert!(confirmed.contains(&Some(Reason::Duplicate)), "{confirmed:?}");
+        assert_eq!(acts(&run), 1);
+    }
+}
+
+#[test]
+fn without_the_idempotency_key_the_mode_stops_a_repeated_confirmation_and_nothing_a_repeated_arming() {
+    let run = without("command_replay", Check::Duplicate).run(1);
+    assert_eq!(acts(&run), 1);
+    assert!(answers(&run, "confirm").contains(&Some(Reason::Interlock)), "{:?}", answers(&run, "confirm"));
+    let run = without("command_rearm", Check::Duplicate).run(1);
+    assert!(answers(&run, "arm").iter().filter(|a| a.is_none()).count() > 1, "{:?}", answers(&run, "arm"));
+    assert_eq!(run.verdict.outcome, Outcome::Unsafe, "carried out again: {:?}", run.verdict.findings);
+}
+
+#[test]
+fn an_arming_that_the_operator_took_back_is_not_carried_out_again() {
+    for run in shipped("command_rearm").expect(SEEDS) {
+        let armed = answers(&run, "arm");
+        assert!(armed[1..].iter().all(|a| *a == Some(Reason::Duplicate)) && armed.len() > 2, "{armed:?}");
+    }
+}
+
+#[test]
+fn orders_that_a_hostile_broker_keeps_for_three_seconds_are_late_and_nothing_is_done() {
+    for run in shipped("command_late").expect(SEEDS) {
+        let confirmed = answers(&run, "confirm");
+        assert!(!confirmed.is_empty() && confirmed.iter().all(|a| *a == Some(Reason::Late)), "{confirmed:?}");
+        assert_eq!(acts(&run), 0);
+    }
+}
+
+#[test]
+fn without_the_nonces_age_an_order_that_was_kept_is_carried_out_late() {
+    let run = without("command_late", Check::Late).run(1);
+    assert!(!answers(&run, "confirm").contains(&Some(Reason::Late)));
+}
+
+#[test]
+fn a_doubled_order_is_carried_out_once() {
+    for run in shipped("command_duplicate").expect(SEEDS) {
+        assert_eq!(answers(&run, "confirm"), [None, Some(Reason::Duplicate), Some(Reason::Duplicate)]);
+        assert_eq!(acts(&run), 1);
+    }
+}
+
+#[test]
+fn a_confirmation_that_a_hold_has_overtaken_is_refused() {
+    for run in shipped("command_reorder").expect(SEEDS) {
+        assert_eq!((answers(&run, "hold"), answers(&run, "confirm")), (vec![None], vec![Some(Reason::Duplicate)]));
+        assert_eq!(acts(&run), 0);
+    }
+}
+
+#[test]
+fn a_retained_order_is_refused_when_the_unit_comes_back() {
+    for run in shipped("command_retain").expect(SEEDS) {
+        let armed = answers(&run, "arm");
+        assert!(matches!(armed[..], [None, Some(Reason::Duplicate | Reason::Late)]), "{armed:?}");
+    }
+}
+
+#[test]
+fn what_a_hostile_broker_makes_in_the_operators_name_is_refused_by_name() {
+    for run in shipped("command_invent").expect(SEEDS) {
+        let invented = answers(&run, "confirm");
+        assert!(invented.len() >= 10 && invented.iter().all(|a| *a == Some(Reason::Signature)), "{invented:?}");
+        let spliced = answers(&run, "arm");
+        assert!(spliced[1..].iter().all(|a| *a == Some(Reason::Confirmation)) && spliced.len() == 6, "{spliced:?}");
+        assert_eq!(acts(&run), 0);
+    }
+}
+
+#[test]
+fn without_signatures_an_invented_confirmation_is_an_act_that_no_operator_asked_for() {
+    let run = without("command_invent", Check::Signature).run(1);
+    assert_eq!(run.verdict.outcome, Outcome::Unsafe);
+    assert_eq!(acts(&run), 1, "{:?}", run.verdict.findings);
+}
+
+#[test]
+fn a_forged_acknowledgement_is_refused_and_the_hold_takes_hold_by_the_lease() {
+    for run in shipped("ack_forge").expect(SEEDS) {
+        let refused = run.evidence.entries.iter().filter(|w| {
+            let signature =
+                matches!(w.entry.event, Event::Refused { at: Interface::Acks, reason: Reason::Signature, .. });
+            w.entry.node == NodeId::GATEWAY && signature
+        });
+        assert!(refused.count() >= 2);
+        let shown = shown(&run, CommandKind::Hold);
+        assert!(shown.iter().all(|(_, s)| *s != ShownAs::Executed), "{shown:?}");
+        assert!(shown.iter().any(|(_, s)| *s == ShownAs::NotAcknowledged), "{shown:?}");
+    }
+}
+
+#[test]
+fn without_signatures_a_forged_acknowledgement_is_shown_as_done() {
+    let run = without("ack_forge", Check::Signature).run(1);
+    assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.findings);
+    assert!(shown(&run, CommandKind::Hold).iter().any(|(_, s)| *s == ShownAs::Executed));
+}
+
+#[test]
+fn a_missing_acknowledgement_is_shown_within_a_second_and_nothing_is_shown_as_done() {
+    for name in ["ack_suppress", "hold_block"] {
+        let kind = if name == "hold_block" { "hold" } else { "confirm" };
+        for run in shipped(name).expect(SEEDS) {
+            let given = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+                Event::Intended { kind: k, .. } if k.name() == kind => Some((w.at, k)),
+                _ => None,
+            });
+            let (given, kind) = given.expect("the operator asked");
+            let shown = shown(&run, kind);
+            let alarm = shown.iter().find(|(_, s)| *s == ShownAs::NotAcknowledged).expect("an alarm").0;
+            // A confirmation is asked twice: the second is away once the gateway has staged the first.
+            assert!(alarm - given <= 1_050_000, "{name}: {} ms", (alarm - given) / 1000);
+            assert!(shown.iter().all(|(_, s)| *s != ShownAs::Executed), "{name}: {shown:?}");
+        }
+    }
+}

@@ -1,0 +1,99 @@
+//! Attacks composed in time: steps that wait for a mode, for traffic, for what is heard, for each other.
+
+use campaign::oracle::judge;
+use campaign::trial::Outcome;
+use campaign::twin::trial::Run;
+use holdsafe_tests::{shipped, under};
+use wire::event::{Action, Event};
+use wire::id::NodeId;
+use wire::mode::Mode;
+
+use crate::SEEDS;
+
+/// When the step of this name began or ended.
+fn told(run: &Run, name: &str, begun: bool) -> Option<u64> {
+    run.evidence.entries.iter().find_map(|w| match w.entry.event {
+        Event::Step { step, begun: is } if step.as_str() == name && is == begun => Some(w.at),
+        _ => None,
+    })
+}
+
+fn first(run: &Run, wanted: Action, node: NodeId) -> Option<u64> {
+    run.evidence.entries.iter().find_map(|w| match w.entry.event {
+        Event::Attack { action, .. } if action == wanted && w.entry.node == node => Some(w.at),
+        _ => None,
+    })
+}
+
+fn entered(run: &Run, mode: Mode) -> Option<u64> {
+    run.evidence.entries.iter().find_map(|w| match w.entry.event {
+        Event::Transition { to, .. } if to == mode && w.entry.node == NodeId::UNIT_A => Some(w.at),
+        _ => None,
+    })
+}
+
+#[test]
+fn a_link_cut_at_arming_is_cut_then_and_the_unit_holds() {
+    for run in shipped("cut_at_arming").expect(SEEDS) {
+        let armed = entered(&run, Mode::PrepareToAct).expect("it arms");
+        let cut = told(&run, "cut", true).expect("the step begins");
+        assert!((50_000..60_000).contains(&(cut - armed)), "armed at {armed}, cut at {cut}");
+        assert!(first(&run, Action::Drop, NodeId::RELAY_TELEMETRY).is_some_and(|at| at >= cut));
+    }
+}
+
+#[test]
+fn an_attack_whose_moment_never_comes_is_no_evidence() {
+    let mut ready = shipped("cut_at_arming");
+    ready.scenario.operator = Default::default();
+    for seed in SEEDS {
+        let run = ready.run(seed);
+        assert_eq!(told(&run, "cut", true), None);
+        assert_eq!(run.verdict.outcome, Outcome::Invalid, "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn a_step_that_is_claimed_and_whose_deed_is_not_seen_is_no_evidence() {
+    let attacked = shipped("cut_at_arming").run(1);
+    let mut ready = shipped("cut_at_arming");
+    ready.scenario.loss = Default::default();
+    let mut quiet = ready.run(1);
+    let claims = attacked.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::Step { .. }));
+    quiet.evidence.entries.extend(claims.copied());
+    quiet.evidence.planned = attacked.evidence.planned;
+    assert_eq!(judge(&quiet.evidence).outcome, Outcome::Invalid);
+}
+
+#[test]
+fn a_storm_a_cut_and_a_mute_follow_each_other_and_the_unit_holds() {
+    for run in shipped("storm_then_cut").expect(SEEDS) {
+        let at = |name, begun| told(&run, name, begun).unwrap_or_else(|| panic!("{name} {begun} is not told"));
+        let (storm, over) = (at("storm", true), at("storm", false));
+        assert!((990_000..1_010_000).contains(&(over - storm)), "200 hellos, 5 ms apart: {storm} to {over}");
+        let (cut, mute) = (at("cut", true), at("mute", true));
+        assert!(cut > over && cut - over < 10_000, "the cut waits for the end of the storm");
+        assert!((100_000..110_000).contains(&(mute - cut)), "the mute waits for the beginning of the cut");
+        let hello = first(&run, Action::Inject, NodeId::RELAY_TELEMETRY).expect("a hello is sent");
+        assert!(hello >= storm);
+    }
+}
+
+#[test]
+fn an_insider_forwards_from_the_first_report_of_authority_on_that_it_hears() {
+    for run in shipped("heard_then_forward").expect(SEEDS) {
+        let armed = entered(&run, Mode::PrepareToAct).expect("it arms");
+        let began = told(&run, "forward", true).expect("the step begins");
+        assert!(began > armed && began - armed < 300_000, "a report later: {armed}, {began}");
+        assert!(first(&run, Action::Forward, NodeId::INSIDER_B).is_some_and(|at| at >= began));
+    }
+}
+
+/// Without the moment the same forwarding is the table's; under a boundary that asks who speaks it is refused all the same.
+#[test]
+fn a_well_chosen_moment_does_not_get_a_forwarded_report_past_attribution() {
+    let ready = under("heard_then_forward", "session-bound");
+    for seed in SEEDS {
+        assert_eq!(ready.run(seed).verdict.outcome, Outcome::Rejected);
+    }
+}

@@ -1,0 +1,134 @@
+//! The threat catalogue against scenarios, tests, documents and code: nothing untested, nothing that nothing justifies.
+
+use std::fs;
+
+use campaign::ablation::Switch;
+use campaign::catalogue::Catalogue;
+use campaign::scenario::{self, Scenario};
+use wire::id::{NODES, NodeId};
+use wire::mode::Mode;
+use wire::refusal::Reason;
+
+use crate::{root, sources};
+
+fn scenarios() -> Vec<Scenario> {
+    let files = scenario::shipped(&root()).expect("scenarios/");
+    files.iter().map(|file| scenario::load(file).expect("a shipped scenario loads")).collect()
+}
+
+fn read(file: &str) -> String {
+    fs::read_to_string(root().join(file)).unwrap_or_else(|e| panic!("{file}: {e}"))
+}
+
+fn catalogue() -> Catalogue {
+    Catalogue::load().expect("docs/catalogue.toml loads")
+}
+
+#[test]
+fn every_row_has_a_scenario_and_a_test_or_says_why_and_every_scenario_fits_its_rows() {
+    assert_eq!(catalogue().disagreements(&scenarios()), Vec::<String>::new());
+}
+
+#[test]
+fn the_page_of_threats_is_the_one_that_the_catalogue_gives() {
+    assert!(
+        read("docs/threats.md") == catalogue().page(&scenarios()),
+        "docs/threats.md is not what docs/catalogue.toml and scenarios/ give: \
+         run `target/debug/holdsafe catalogue > docs/threats.md`"
+    );
+}
+
+#[test]
+fn every_test_that_a_row_names_exists() {
+    for row in &catalogue().row {
+        for test in &row.tests {
+            let (file, name) = test.split_once("::").expect("`file::name`");
+            let there = read(file).contains(&format!("#[test]\nfn {name}()"));
+            assert!(there, "{} names {test}: there is no such test", row.id.as_str());
+        }
+    }
+}
+
+/// A file of tests/attacks that no row knows tests something that nobody asked for, or was forgotten.
+#[test]
+fn every_test_named_after_an_attack_belongs_to_a_row() {
+    let catalogue = catalogue();
+    let known: Vec<&String> = catalogue.row.iter().flat_map(|row| &row.tests).collect();
+    for (file, text) in sources("tests/attacks") {
+        let named = text.contains("#[test]");
+        assert!(
+            !named || known.iter().any(|test| test.starts_with(&format!("{file}::"))),
+            "{file} has tests and docs/catalogue.toml names none of them: add them to the rows that they test"
+        );
+    }
+}
+
+/// The cells of the table rows of `file` that begin with `name` in code quotes.
+fn row_of(file: &str, name: &str) -> Vec<String> {
+    let text = read(file);
+    let begins = format!("| `{name}` |");
+    let row = text.lines().find(|line| line.starts_with(&begins));
+    let row = row.unwrap_or_else(|| panic!("{file} has no row for `{name}`: say what it is for, or take it out"));
+    row.split('|').map(|cell| cell.trim().to_owned()).collect()
+}
+
+#[test]
+fn every_check_and_every_mode_is_justified_by_rows_that_exist() {
+    let catalogue = catalogue();
+    let switches = Switch::all().into_iter().map(|switch| switch.name());
+    let modes = Mode::ALL.into_iter().map(|mode| mode.name().to_owned());
+    for name in switches.chain(modes) {
+        let cells = row_of("docs/checks.md", &name);
+        let rows: Vec<&str> = cells[3].split(' ').collect();
+        for id in &rows {
+            assert!(catalogue.row(id).is_some(), "docs/checks.md: `{name}` names {id}: there is no such row");
+        }
+    }
+}
+
+#[test]
+fn every_component_is_on_the_code_map() {
+    let map = read("ARCHITECTURE.md");
+    for entry in fs::read_dir(root().join("crates")).expect("crates/") {
+        let name = entry.expect("a readable entry").file_name().to_string_lossy().into_owned();
+        assert!(map.contains(&format!("**`{name}`**")), "ARCHITECTURE.md does not say what `{name}` is");
+    }
+}
+
+#[test]
+fn every_identity_is_accounted_for_with_rows_that_exist_or_not_covered() {
+    let catalogue = catalogue();
+    for number in 0..NODES as u8 {
+        let bytes = minicbor::to_vec(number).expect("a number");
+        let node: NodeId = minicbor::decode(&bytes).expect("an identity of the closed set");
+        let cells = row_of("docs/assumptions.md", node.name());
+        let covered = !cells[4].starts_with("not covered: ");
+        for id in cells[4].split(' ').filter(|_| covered) {
+            assert!(catalogue.row(id).is_some(), "docs/assumptions.md: `{node}` names {id}: there is no such row");
+        }
+    }
+}
+
+#[test]
+fn every_check_and_every_reason_has_its_place_at_a_boundary() {
+    let page = read("docs/trust-boundaries.md");
+    for switch in Switch::all() {
+        let name = switch.name();
+        let (table, check) = name.split_once('.').unwrap_or(("boundary", &name));
+        let placed = table == "guards" || page.contains(&format!("`{check}`"));
+        assert!(placed, "docs/trust-boundaries.md does not say where `{name}` is judged");
+    }
+    for reason in Reason::ALL {
+        let name = reason.name();
+        assert!(page.contains(&format!("`{name}`")), "docs/trust-boundaries.md does not say who refuses `{name}`");
+    }
+}
+
+#[test]
+fn every_stop_of_the_audit_exists() {
+    for place in
+        read("docs/audit.md").split('`').filter(|text| text.starts_with("crates/") || text.starts_with("docs/"))
+    {
+        assert!(root().join(place).exists(), "docs/audit.md sends its reader to {place}: there is no such place");
+    }
+}
