@@ -152,6 +152,9 @@ impl Log {
         self.journal.sign(self.clock.now(), &mut entries);
         self.send(entries);
         let links = self.instrument.as_mut().map(Instrument::finish);
-        say("stats", &json!({ "node": self.node, "lost_events": lost_events, "links": { "instrument": links, "head": link::instrument::head(&self.last_entry) } }));
+        say(
+            "stats",
+            &json!({ "node": self.node, "lost_events": lost_events, "links": { "instrument": links, "head": link::instrument::head(&self.last_entry) } }),
+        );
     }
 }

@@ -213,7 +213,10 @@ impl<'a> Custodian<'a> {
             let recorded = recorded.map(|head| HeldHead::from(*head));
             if recorded.as_ref() != Some(held) {
                 let kept = recorded.map_or(0, |head| head.counter);
-                let what = format!("{} wrote {} entries by its own account, {kept} are kept or their head differs", held.node, held.counter);
+                let what = format!(
+                    "{} wrote {} entries by its own account, {kept} are kept or their head differs",
+                    held.node, held.counter
+                );
                 found.push(Flaw { at: self.events + 1, what });
             }
         }

@@ -47,8 +47,7 @@ pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
 /// Lets `hands` at what went by way of the recorder.
 pub fn tamper(hands: &InsiderRecorder, log: &mut Vec<Logged>) {
     let (recorded, noted): (Vec<Logged>, Vec<Logged>) = log.drain(..).partition(|l| by_recorder(l.node));
-    let mut kept: Vec<Kept> =
-        recorded.into_iter().map(|Logged { at, node, bytes }| Kept { at, node, bytes }).collect();
+    let mut kept: Vec<Kept> = recorded.into_iter().map(|Logged { at, node, bytes }| Kept { at, node, bytes }).collect();
     hands.lay_on(&mut kept);
     log.extend(kept.into_iter().map(|Kept { at, node, bytes }| Logged { at, node, bytes }));
     log.extend(noted);
@@ -58,8 +57,7 @@ pub fn tamper(hands: &InsiderRecorder, log: &mut Vec<Logged>) {
 /// entries in (time, node, counter) order, the first problem found, and what became of the recording.
 pub fn read_against(log: &[Logged], held: &Held) -> (Vec<Witnessed>, Option<String>, Custody) {
     let (mut custodian, mut noted) = (Custodian::new(held), Chains::default());
-    let follow =
-        |l: &Logged| if by_recorder(l.node) { custodian.take(&l.bytes) } else { noted.follow(&l.bytes) };
+    let follow = |l: &Logged| if by_recorder(l.node) { custodian.take(&l.bytes) } else { noted.follow(&l.bytes) };
     let (entries, problem) = follow_all(log, follow);
     (entries, problem, custodian.close())
 }

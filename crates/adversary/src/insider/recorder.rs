@@ -4,7 +4,10 @@
 //! chain anew so that it holds together, with seals and signatures of the recorder's to go with it. What it cannot do is sign
 //! for another service, and it cannot reach what is held elsewhere. Nobody here looks at whether it was found out.
 
-#![expect(clippy::wildcard_enum_match_arm, reason = "a recorder changes its own seals and signatures and passes on the rest")]
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a recorder changes its own seals and signatures and passes on the rest"
+)]
 
 use std::collections::BTreeMap;
 

@@ -108,8 +108,7 @@ impl Batch<'_> {
         } else {
             engine::trial(self.mode, &variation.scenario, &setup, job.seed, stop)
         };
-        let mut trial = done
-            .map_err(|e| Failure::from(e).reproduced_by(self.reproduce(job)))?;
+        let mut trial = done.map_err(|e| Failure::from(e).reproduced_by(self.reproduce(job)))?;
         trial.cpu_seconds = cpu_seconds(self.mode) - before;
         trial.cell = variation.cell.clone();
         Ok(trial)

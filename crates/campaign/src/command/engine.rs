@@ -227,7 +227,8 @@ pub(super) fn verify(run: &Path) -> Result<Verified, EngineError> {
         message,
         remedy: "name the directory of one run, with `recording/` and `held.json` in it".to_owned(),
     };
-    let frames = link::recorded::frames(&run.join("recording")).map_err(|e| unreadable(run.to_owned(), e.to_string()))?;
+    let frames =
+        link::recorded::frames(&run.join("recording")).map_err(|e| unreadable(run.to_owned(), e.to_string()))?;
     let held = keep::read_held(run).map_err(|e| unreadable(run.join(keep::HELD), e.to_string()))?;
     let mut custodian = Custodian::new(&held);
     for frame in frames.iter().filter(|frame| by_recorder(frame.node)) {

@@ -59,8 +59,7 @@ struct Several {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let engine = if args.live { Mode::Live } else { Mode::Twin };
     let rendered = args.rendered || args.live;
-    let wanted =
-        Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered, sabotage: args.sabotage };
+    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered, sabotage: args.sabotage };
     // Every file is read before anything runs.
     let mut plans = Vec::new();
     for name in &args.scenarios {

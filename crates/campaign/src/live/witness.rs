@@ -29,8 +29,7 @@ use crate::sights::Claims;
 /// The recording, on the run's time; what was written before the start counts as written at the start.
 pub(super) fn recording(run_dir: &Path, start_us: u64) -> Result<Vec<Logged>, LiveError> {
     let frames = recorded::frames(&run_dir.join("recording")).map_err(|e| LiveError::Environment(e.to_string()))?;
-    let logged =
-        |f: Frame| Logged { at: f.trace_us.saturating_sub(start_us), node: f.node, bytes: f.bytes };
+    let logged = |f: Frame| Logged { at: f.trace_us.saturating_sub(start_us), node: f.node, bytes: f.bytes };
     Ok(frames.into_iter().map(logged).collect())
 }
 

@@ -170,7 +170,9 @@ fn killed(evidence: &Evidence, planned: &Planned) -> Option<Micros> {
     };
     let dead = |node: NodeId, at: Micros| silent(node, at) && (node != NodeId::BROKER || cut_off(at));
     evidence.entries.iter().find_map(|w| match (w.entry.event, planned) {
-        (Event::Ended { node, killed: true }, Planned::Kill(wanted)) if node == *wanted && dead(node, w.at) => Some(w.at),
+        (Event::Ended { node, killed: true }, Planned::Kill(wanted)) if node == *wanted && dead(node, w.at) => {
+            Some(w.at)
+        }
         (Event::Ended { node, killed: true }, Planned::Action(_)) if dead(node, w.at) => Some(w.at),
         _ => None,
     })
