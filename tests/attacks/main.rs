@@ -7,6 +7,7 @@
 mod broker;
 mod commands;
 mod controls;
+mod evidence;
 mod handshake;
 mod host;
 mod link;

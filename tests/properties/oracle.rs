@@ -169,6 +169,7 @@ impl Log {
         judge(&Evidence {
             entries,
             broken_log: None,
+            custody: Vec::new(),
             bounds: Bounds::GROUND,
             planned: self.planned.clone(),
             duration: 10_000_000,
@@ -406,6 +407,7 @@ fn p10_a_broken_log() {
     let verdict = judge(&Evidence {
         entries,
         broken_log: Some("chain of unit-a broken at entry 9".into()),
+        custody: Vec::new(),
         bounds: Bounds::GROUND,
         planned: Vec::new(),
         duration: 10_000_000,

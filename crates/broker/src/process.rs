@@ -118,6 +118,7 @@ struct Log {
     clock: HostClock,
     journal: Journal,
     instrument: Option<Instrument>,
+    last_entry: Vec<u8>,
 }
 
 impl Log {
@@ -125,7 +126,7 @@ impl Log {
         let key = config.secret.map(|secret| Key::from_bytes(&secret.0));
         let instrument = spec.instrument.clone().map(Instrument::start).transpose()?;
         let journal = Journal::new(spec.node, spec.boot, key);
-        let mut log = Self { node: spec.node, clock: spec.clock, journal, instrument };
+        let mut log = Self { node: spec.node, clock: spec.clock, journal, instrument, last_entry: Vec::new() };
         log.write(Audited::Started);
         Ok(log)
     }
@@ -145,6 +146,7 @@ impl Log {
         let Some(instrument) = &mut self.instrument else { return };
         for entry in entries {
             if let Output::Audit { bytes } = entry {
+                self.last_entry.clone_from(&bytes);
                 instrument.push(Frame { trace_us: trace_us(), node: self.node, bytes });
             }
         }
@@ -155,6 +157,9 @@ impl Log {
         self.journal.sign(self.clock.now(), &mut entries);
         self.send(entries);
         let links = self.instrument.as_mut().map(Instrument::finish);
-        say("stats", &json!({ "node": self.node, "lost_events": lost_events, "links": { "instrument": links } }));
+        say(
+            "stats",
+            &json!({ "node": self.node, "lost_events": lost_events, "links": { "instrument": links, "head": link::instrument::head(&self.last_entry) } }),
+        );
     }
 }

@@ -28,6 +28,7 @@ mod shared;
 pub mod stack;
 mod step;
 mod stream;
+mod tamper;
 mod template;
 mod value;
 
@@ -58,6 +59,7 @@ pub use setup::{Setup, find_root, load_policy, shipped};
 pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
 pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
+pub use tamper::{Tamper, Tampered};
 pub use template::{schema, template};
 pub use value::{
     Count, Extent, Label, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,
@@ -257,6 +259,10 @@ pub struct Scenario {
     /// An admitted teammate's reports are no live product, or in another time base.
     #[serde(default)]
     pub mode_confusion: List<ModeConfusion, 16>,
+
+    /// The recorder's insider changes the recording before it is judged.
+    #[serde(default)]
+    pub tamper: List<Tamper, 16>,
 
     /// Variations, each with its own expected classes; without any the scenario is its only cell.
     #[serde(default)]

@@ -183,6 +183,11 @@ impl NodeId {
         }
     }
 
+    /// Whether it is what stands at the mouth of a node's secure sessions ([`NodeId::guard`]).
+    pub fn is_mouth(self) -> bool {
+        matches!(self.0, 16..=19 | 23)
+    }
+
     /// Whether it holds a place or credentials in the platform and misuses them: what it says it sent, the mouth of whoever
     /// it was for has to confirm.
     pub fn is_insider(self) -> bool {

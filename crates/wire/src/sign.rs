@@ -134,6 +134,11 @@ pub struct Signed<'b> {
 }
 
 impl<'b> Signed<'b> {
+    /// A payload with the signature that stands apart from it.
+    pub fn detached(payload: &'b [u8], signature: &'b [u8; 64]) -> Self {
+        Signed { payload, signature }
+    }
+
     /// Parses the one profile that is spoken here; `max` bounds the whole encoding.
     pub fn parse(bytes: &'b [u8], max: usize) -> Result<Self, Refusal> {
         let outer: Sign1<'b> = codec::decode(bytes, max)?;

@@ -10,6 +10,7 @@ mod flaw;
 mod forged;
 mod forgery;
 mod operator;
+mod recorder;
 mod rogue;
 mod story;
 mod tape;
@@ -20,5 +21,6 @@ mod voice;
 
 pub use broker::InsiderBroker;
 pub use operator::InsiderOperator;
+pub use recorder::{InsiderRecorder, Kept};
 pub use rogue::Rogue;
 pub use teammate::InsiderTeammate;

@@ -4,7 +4,7 @@ pub(super) mod broker;
 
 use adversary::plan::{
     Content, Damage, DatagramAction, DatagramRelayConfig, Direction, Flaw, Form, Forward, InsiderTeammateConfig,
-    Malformed, On, Place, Step, StreamAction, StreamRelayConfig, Timed, Wait,
+    Malformed, On, Place, Step, StreamAction, StreamRelayConfig, Tampering, Timed, Wait,
 };
 use sim::fault::{Disturbance, Fault};
 use wire::event::{Action, Sensor};
@@ -123,8 +123,23 @@ pub(super) fn datagrams(s: &Scenario, phase: u64) -> DatagramRelayConfig {
     DatagramRelayConfig { actions }
 }
 
+/// What the recorder's insider does: one of the scenario's, in turn by the seed, at a place that the seed draws.
+pub(super) fn tampering(s: &Scenario, seed: u64) -> Option<(Tampering, u64)> {
+    let at = (seed % s.tamper.len().max(1) as u64) as usize;
+    let does = match s.tamper.get(at)?.does {
+        scenario::Tampered::Edit => Tampering::Edit,
+        scenario::Tampered::Swap => Tampering::Swap,
+        scenario::Tampered::Delete => Tampering::Delete,
+        scenario::Tampered::Truncate => Tampering::Truncate,
+        scenario::Tampered::Omit => Tampering::Omit,
+        scenario::Tampered::Rechain => Tampering::Rechain,
+        scenario::Tampered::CutAtSeal => Tampering::CutAtSeal,
+    };
+    Some((does, seed))
+}
+
 /// The link's own weather, carried out by the same relay; `planned` does not know it.
-fn conditions(s: &Scenario) -> impl Iterator<Item = Timed<DatagramAction>> {
+pub(super) fn conditions(s: &Scenario) -> impl Iterator<Item = Timed<DatagramAction>> {
     let duration_ms = (s.duration_s.get() * 1000.0) as u64;
     let all_along = move |action| Timed { start_ms: 0, duration_ms, direction: Direction::Both, step: None, action };
     let loss = Some(permille(*s.conditions.loss)).filter(|p| *p > 0);
@@ -256,6 +271,11 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
         // A millisecond a second is a thousand parts per million.
         scenario::FaultKind::TimeDrift => Disturbance::TimeDrift { ppm: mm(0) },
     }
+}
+
+/// Whether something is injected that needs a receipt.
+pub fn is_attacked(s: &Scenario) -> bool {
+    !planned(s).is_empty()
 }
 
 /// What the oracle has to find receipts for.

@@ -4,6 +4,7 @@
 //! live launcher hands the same setups to processes; neither adds anything of its own.
 
 mod attack;
+mod control;
 mod keys;
 mod peer;
 mod process;
@@ -22,17 +23,22 @@ use sim::SimConfig;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::policy::{Check, Requirement};
-use wire::setup::{Ablation, Setup};
+use wire::setup::{Ablation, Secret, Setup};
+use wire::sign::Key;
 
+use adversary::insider::InsiderRecorder;
 use adversary::plan::{
     DatagramRelayConfig, InsiderBrokerConfig, InsiderOperatorConfig, InsiderTeammateConfig, RogueConfig,
-    StreamRelayConfig,
+    StreamRelayConfig, Tampering,
 };
 
 use crate::cue::Cue;
+use crate::custody::Held;
+use crate::evidence::hex;
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
 
+pub use attack::is_attacked;
 pub use keys::RunSecret;
 pub use process::{Ordeal, OrdealKind, Turn, next_turn, node_of};
 
@@ -169,12 +175,29 @@ pub struct Cast {
     pub duration: u64,
     /// Whether link and stage delays vary with the seed.
     pub varied_delays: bool,
+    /// What the recorder's insider does to the recording, and the seed of where.
+    pub tampering: Option<(Tampering, u64)>,
 }
 
 impl Cast {
     /// Whether the broker's table of rights stands: the policy's word, which is the same for everybody.
     pub fn rights(&self) -> Requirement {
         self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))
+    }
+
+    /// The public keys under which everybody's log is signed, and who owes no last signature; no head yet.
+    pub fn held(&self, broker: Option<&Secret>) -> Held {
+        let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
+        let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
+        let keys = members.chain(broker.map(|secret| key(NodeId::BROKER, secret))).collect();
+        Held { keys, heads: Vec::new(), killed: self.killed() }
+    }
+
+    /// The insider whose hands the recorder is in, when the scenario has one.
+    pub fn hands(&self) -> Option<InsiderRecorder> {
+        let (does, seed) = self.tampering?;
+        let recorder = self.members.iter().find(|m| m.node() == NodeId::RECORDER)?;
+        Some(InsiderRecorder::new(recorder.setup.key(), does, seed))
     }
 
     /// Who routes the command plane: the broker, or the one who stands in its place.
@@ -234,6 +257,7 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
         planned: attack::planned(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
+        tampering: attack::tampering(scenario, seed),
         members,
     }
 }

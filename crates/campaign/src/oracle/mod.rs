@@ -32,6 +32,7 @@ use wire::bounds::Bounds;
 use wire::event::{Action, Sensor};
 use wire::stream::Deed;
 
+use crate::custody::Flaw;
 use crate::trial::{Latency, Outcome, TransitionRow};
 
 pub use timeline::Timeline;
@@ -78,6 +79,9 @@ pub struct Evidence {
     pub entries: Vec<Witnessed>,
     /// First problem found while following the chains and seals, if any.
     pub broken_log: Option<String>,
+    /// What does not hold of the recording against what is held outside the recorder (`crate::custody`). Such a log is no
+    /// evidence of safety or of its lack.
+    pub custody: Vec<Flaw>,
     /// Bounds in force.
     pub bounds: Bounds,
     /// What was planned; empty for a null attack.

@@ -111,6 +111,13 @@ impl Scenario {
         scenario
     }
 
+    /// The same scenario, of which nothing is believed: expected INVALID.
+    pub fn sabotaged(&self) -> Scenario {
+        let mut scenario = self.clone();
+        scenario.expected = Located::nowhere(List::of([Outcome::Invalid]));
+        scenario
+    }
+
     /// The same scenario with `process` ended, hung or slowed when the unit under test changes from one mode to another.
     /// The scenario's faults are kept only where that change comes of them, so that each planned one can arrive. Through a
     /// broker that does nothing the operator then asks for a HOLD.

@@ -42,7 +42,7 @@ pub use guard::STRANGER;
 
 use crate::cast::{Member, Ordeal, Turn};
 use crate::cue::{Cue, Watch};
-use crate::evidence::Logged;
+use crate::evidence::{Logged, by_recorder};
 use crate::sights::Claims;
 
 /// When associations are set up.
@@ -500,6 +500,7 @@ impl Twin {
     /// Writes an entry to the log and sends it to the recorder.
     fn record(&mut self, id: NodeId, bytes: Vec<u8>) {
         if id != NodeId::RECORDER
+            && by_recorder(id)
             && let Some(recorder) = self.index(NodeId::RECORDER)
         {
             let at = self.now + delay::INSTRUMENT;
