@@ -54,7 +54,9 @@ pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     if let Some(stopwatch) = &mut stopwatch {
         stopwatch.enter(Stage::Judging);
     }
-    let held = Held { heads: heads(&log), ..cast.held(None) };
+    let mut held = Held { heads: heads(&log), ..cast.held(None) };
+    // The model of the broker has no key: its chain is held by its head alone.
+    held.killed.push(wire::id::NodeId::BROKER);
     if let Some(hands) = cast.hands() {
         tamper(&hands, &mut log);
     }
