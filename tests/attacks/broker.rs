@@ -120,8 +120,18 @@ fn what_a_hostile_broker_makes_in_the_operators_name_is_refused_by_name() {
     for run in shipped("command_invent").expect(SEEDS) {
         let invented = answers(&run, "confirm");
         assert!(invented.len() >= 10 && invented.iter().all(|a| *a == Some(Reason::Signature)), "{invented:?}");
+        // The unit has heard the spliced arming already, which costs it less to see than whose the other half is.
         let spliced = answers(&run, "arm");
-        assert!(spliced[1..].iter().all(|a| *a == Some(Reason::Confirmation)) && spliced.len() == 6, "{spliced:?}");
+        assert!(spliced[1..].iter().all(|a| *a == Some(Reason::Duplicate)) && spliced.len() == 6, "{spliced:?}");
+        assert_eq!(acts(&run), 0);
+    }
+}
+
+#[test]
+fn an_intent_that_the_unit_never_heard_with_the_confirmation_of_another_is_refused_by_its_confirmation() {
+    for run in shipped("command_splice").expect(SEEDS) {
+        let spliced = answers(&run, "arm");
+        assert!(spliced.len() >= 3 && spliced.iter().all(|a| *a == Some(Reason::Confirmation)), "{spliced:?}");
         assert_eq!(acts(&run), 0);
     }
 }

@@ -7,9 +7,11 @@
 mod broker;
 mod commands;
 mod controls;
+mod evidence;
 mod handshake;
 mod host;
 mod link;
+mod orders;
 mod peers;
 mod processes;
 mod sensing;

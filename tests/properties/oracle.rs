@@ -13,6 +13,7 @@ use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Seq
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::Waived;
 use wire::sensor::{Class, Modalities, Modality, ReceiverTime};
+use wire::settings::Settings;
 use wire::stream::{Deed, Sight};
 use wire::time::{Instant, Span};
 
@@ -168,6 +169,7 @@ impl Log {
         judge(&Evidence {
             entries,
             broken_log: None,
+            custody: Vec::new(),
             bounds: Bounds::GROUND,
             planned: self.planned.clone(),
             duration: 10_000_000,
@@ -348,6 +350,43 @@ fn p8_a_command_executed_twice_and_one_executed_late() {
 }
 
 #[test]
+fn p3_an_operator_who_holds_is_not_obeyed_in_time() {
+    let mut log = Log::whole();
+    log.add(5000, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Hold });
+    assert_eq!(log.breaks(), [Property::P3]);
+    assert_eq!(log.judge().outcome, Outcome::Late);
+}
+
+#[test]
+fn p4_values_under_which_a_blind_unit_leaves_the_fence() {
+    let values = |margin_mm| Settings { speed_mm_s: 3000, margin_mm, arm_permille: 600, keep_permille: 450 };
+    let mut log = Log::whole();
+    log.command(500, 3, CommandKind::Configure(values(600)));
+    assert_eq!(log.breaks(), []);
+    log.command(600, 4, CommandKind::Configure(values(599)));
+    assert_eq!(log.breaks(), [Property::P4]);
+}
+
+#[test]
+fn a_rogues_order_needs_somebody_who_judged_it_and_only_its_stops_are_no_finding() {
+    let rogue = |kind| {
+        let event = Event::Rogue { command: command(9), kind, key: NodeId::OPERATOR_2, certificate: None };
+        let mut log = Log::whole();
+        log.planned.push(Planned::Rogue);
+        log.add(5000, NodeId::INSIDER_OPERATOR, event);
+        log
+    };
+    assert_eq!(rogue(CommandKind::Disarm).judge().outcome, Outcome::Invalid, "its word alone");
+    let execute = |kind| {
+        let mut log = rogue(kind);
+        log.add(5010, NodeId::UNIT_A, Event::Executed { command: command(9), kind, refused: None });
+        log.judge().outcome
+    };
+    assert_eq!(execute(CommandKind::Disarm), Outcome::Undetected);
+    assert_eq!(execute(CommandKind::Resume), Outcome::Unsafe);
+}
+
+#[test]
 fn p9_hold_safe_left_and_authority_entered_without_an_operator() {
     let mut log = Log::whole();
     log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator);
@@ -368,6 +407,7 @@ fn p10_a_broken_log() {
     let verdict = judge(&Evidence {
         entries,
         broken_log: Some("chain of unit-a broken at entry 9".into()),
+        custody: Vec::new(),
         bounds: Bounds::GROUND,
         planned: Vec::new(),
         duration: 10_000_000,

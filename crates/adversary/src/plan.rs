@@ -7,21 +7,26 @@
 
 use serde::{Deserialize, Serialize};
 use wire::core::Side;
+use wire::setup::NoChannel;
 
 mod broker;
 mod gateway;
 mod insider;
 mod peer;
+mod recorder;
 mod relay;
 mod rogue;
+mod station;
 mod step;
 
 pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, OrderForgery};
 pub use gateway::{FeedAction, FeedForgery, InsiderGatewayConfig};
 pub use insider::{Flaw, Form, Forward, InsiderTeammateConfig, Malformed, Place};
 pub use peer::{Confusion, Falsehood, Motion, Product, Resend};
+pub use recorder::Tampering;
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
 pub use rogue::{RogueConfig, RogueMove, Says, Spot};
+pub use station::{Demand, InsiderOperatorConfig, RogueOrders};
 pub use step::{MAX_PASSES, On, Step, Wait};
 
 /// Longest time in a plan, ms: an hour.
@@ -45,6 +50,8 @@ pub enum AdversaryConfig {
     StreamRelay(StreamRelayConfig),
     /// The holder of teammate B's credentials.
     InsiderTeammate(InsiderTeammateConfig),
+    /// The holder of a signing key that is not its own.
+    InsiderOperator(InsiderOperatorConfig),
     /// The holder of the broker's credentials, in the broker's place.
     InsiderBroker(InsiderBrokerConfig),
     /// The holder of the gateway's keys, between it and the console.
@@ -82,6 +89,9 @@ pub enum PlanError {
         /// Which action.
         what: &'static str,
     },
+    /// The setup lacks a channel that the plan needs.
+    #[error(transparent)]
+    Channel(#[from] NoChannel),
     /// The action goes the other way only.
     #[error("{what} goes the other way only")]
     OneWay {

@@ -5,7 +5,7 @@ use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::Instant;
 
-use crate::insider::{InsiderBroker, InsiderGateway, InsiderTeammate, Rogue};
+use crate::insider::{InsiderBroker, InsiderGateway, InsiderOperator, InsiderTeammate, Rogue};
 use crate::plan::{AdversaryConfig, PlanError};
 use crate::relay::{DatagramRelay, StreamRelay};
 
@@ -21,6 +21,8 @@ pub enum Adversary {
     StreamRelay(Box<StreamRelay>),
     /// The holder of teammate B's credentials.
     InsiderTeammate(Box<InsiderTeammate>),
+    /// The holder of a signing key that is not its own.
+    InsiderOperator(Box<InsiderOperator>),
     /// The holder of the broker's credentials.
     InsiderBroker(Box<InsiderBroker>),
     /// The holder of the gateway's keys.
@@ -49,6 +51,9 @@ impl Adversary {
             AdversaryConfig::InsiderGateway(plan) => {
                 Adversary::InsiderGateway(Box::new(InsiderGateway::new(setup, plan, now)?))
             }
+            AdversaryConfig::InsiderOperator(plan) => {
+                Adversary::InsiderOperator(Box::new(InsiderOperator::new(setup, plan, now)?))
+            }
             AdversaryConfig::Rogue(plan) => Adversary::Rogue(Box::new(Rogue::new(setup, plan, now)?)),
         })
     }
@@ -60,6 +65,7 @@ impl Adversary {
             Adversary::DatagramRelay(core) => Adversary::DatagramRelay(Box::new(core.fork(world))),
             Adversary::StreamRelay(core) => Adversary::StreamRelay(Box::new(core.fork(world))),
             Adversary::InsiderTeammate(core) => Adversary::InsiderTeammate(Box::new(core.fork(world))),
+            Adversary::InsiderOperator(core) => Adversary::InsiderOperator(Box::new(core.fork(world))),
             Adversary::InsiderBroker(core) => Adversary::InsiderBroker(Box::new(core.fork(world))),
             Adversary::InsiderGateway(core) => Adversary::InsiderGateway(Box::new(core.fork(world))),
             Adversary::Rogue(core) => Adversary::Rogue(Box::new(core.fork(world))),
@@ -71,6 +77,7 @@ impl Adversary {
             Adversary::DatagramRelay(core) => core.as_ref(),
             Adversary::StreamRelay(core) => core.as_ref(),
             Adversary::InsiderTeammate(core) => core.as_ref(),
+            Adversary::InsiderOperator(core) => core.as_ref(),
             Adversary::InsiderBroker(core) => core.as_ref(),
             Adversary::InsiderGateway(core) => core.as_ref(),
             Adversary::Rogue(core) => core.as_ref(),
@@ -82,6 +89,7 @@ impl Adversary {
             Adversary::DatagramRelay(core) => core.as_mut(),
             Adversary::StreamRelay(core) => core.as_mut(),
             Adversary::InsiderTeammate(core) => core.as_mut(),
+            Adversary::InsiderOperator(core) => core.as_mut(),
             Adversary::InsiderBroker(core) => core.as_mut(),
             Adversary::InsiderGateway(core) => core.as_mut(),
             Adversary::Rogue(core) => core.as_mut(),

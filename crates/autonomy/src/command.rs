@@ -18,13 +18,13 @@ use std::collections::VecDeque;
 use sha2::{Digest, Sha256};
 use wire::codec;
 use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
-use wire::id::{CommandId, NODES, NodeId, Nonce, UnitId};
+use wire::id::{CommandId, NodeId, Nonce, UnitId};
 use wire::mode::Mode;
 use wire::policy::{Check, Policy, Requirement, Waived};
 use wire::refusal::{Reason, Refusal};
 use wire::sign::{Key, Keyring, Purpose};
 use wire::time::{Age, Instant, Span};
-use wire::trust::{Accepted, Decoded, SignedStatement};
+use wire::trust::{Accepted, Counters, Decoded, Rates, Roll, SignedStatement};
 
 /// Nonces kept; more than are issued within any command limit in use.
 const NONCES: usize = 16;
@@ -36,8 +36,8 @@ pub struct CommandGate {
     operators: Vec<NodeId>,
     limit: Span,
     nonces: VecDeque<(Nonce, Instant)>,
-    /// The newest order of each operator, by identity.
-    last: [Option<CommandId>; NODES],
+    counters: Counters,
+    rates: Rates,
 }
 
 /// An order that passed the trust boundary: an operator's, in time, confirmed where it leads away from safe, and new.
@@ -100,7 +100,8 @@ impl Ordered {
 impl CommandGate {
     /// The gate of `unit` for orders of `operators`; a nonce may be at most `limit` old.
     pub fn new(unit: UnitId, operators: Vec<NodeId>, limit: Span) -> Self {
-        CommandGate { unit, operators, limit, nonces: VecDeque::with_capacity(NONCES), last: [None; NODES] }
+        let nonces = VecDeque::with_capacity(NONCES);
+        CommandGate { unit, operators, limit, nonces, counters: Counters::default(), rates: Rates::default() }
     }
 
     /// Takes a new nonce into use.
@@ -116,22 +117,49 @@ impl CommandGate {
         self.nonces.back().copied()
     }
 
-    /// Judges one order, received at `now`. Nothing is remembered of it unless every check has passed.
-    pub fn admit(&mut self, policy: &Policy, keys: &Keyring, now: Instant, bytes: &[u8]) -> Result<Ordered, Rejected> {
+    /// Judges one order, received at `now`. Nothing is remembered of it unless every check has passed. What costs little
+    /// to find out is found out first: of a flood only as many signatures are verified as the sender's rate lets through.
+    pub fn admit(
+        &mut self,
+        policy: &Policy,
+        keys: &Keyring,
+        roll: &Roll,
+        now: Instant,
+        bytes: &[u8],
+    ) -> Result<Ordered, Rejected> {
         let unread = |refusal| Rejected { refusal, claimed: None };
         let order = codec::decode::<Order<'_>>(bytes, MAX_ORDER).map_err(|malformed| unread(malformed.into()))?;
         let (intent, signed) = Decoded::<Intent>::parse(now, order.intent, MAX_ORDER).map_err(unread)?;
         let claim = *intent.claim();
         let claimed = Claimed { id: claim.id, kind: claim.kind, intent: Sha256::digest(&order.intent[..]).into() };
         let judged = self.addressed(&claim).and_then(|()| {
+            let who = claim.id.operator;
             let fresh = intent.in_time(policy, self.age(claim.nonce, now), self.limit)?;
-            let attributed = fresh.by_operator(policy, &self.operators, keys, &signed)?;
+            let admitted = fresh.by_role(policy, &self.operators)?.standing(policy, roll, now)?;
+            let needed = admitted.not_repeated(policy, &self.counters, &claimed.intent)?.within_rate(
+                policy,
+                &self.rates,
+                who,
+                now,
+            )?;
+            let attributed = needed.by_operator(policy, keys, &signed)?;
             let confirmation =
                 confirm(policy, keys, now, (&claim, &claimed), order.confirmation.map(|bytes| &**bytes))?;
-            let ordered = attributed.once(policy, &mut self.last[claim.id.operator.index()])?;
+            let ordered = attributed.once(policy, &mut self.counters, &claimed.intent)?;
+            self.rates.charge(who, claim.kind.towards_safe(), now);
             Ok(Ordered::new(ordered.accept_message(), &claimed, confirmation))
         });
         judged.map_err(|refusal| Rejected { refusal, claimed: Some(claimed) })
+    }
+
+    /// Whether a refusal for rate at `now` is to be told, beside being counted.
+    pub fn tell(&mut self, now: Instant) -> bool {
+        self.rates.tell(now)
+    }
+
+    /// Whether this command, or one after it, has moved its operator's counter.
+    pub fn counted(&self, id: CommandId) -> bool {
+        self.counters.counted(id)
     }
 
     fn addressed(&self, claim: &Intent) -> Result<(), Refusal> {

@@ -1,8 +1,9 @@
 //! What an autonomy core is told about its mission and its surroundings. World frame, millimetres.
 
 use serde::{Deserialize, Serialize};
-use wire::id::{NodeId, PeerId, UnitId};
+use wire::id::{NODES, NodeId, PeerId, UnitId};
 use wire::setup::{NoChannel, Setup};
+use wire::trust::Mandate;
 
 use crate::consistency::MAX_TEAMMATES;
 
@@ -34,6 +35,9 @@ pub struct AutonomyConfig {
     pub teammates: Vec<UnitId>,
     /// Who may order.
     pub operators: Vec<NodeId>,
+    /// Identities that are admitted for a time only.
+    #[serde(default)]
+    pub mandates: Vec<Mandate>,
     /// Who may open a session and grant leases.
     #[serde(default = "gateway")]
     pub supervisor: PeerId,
@@ -105,6 +109,7 @@ impl AutonomyConfig {
         count("obstacles", self.obstacles.len(), 0, MAX_POINTS)?;
         count("teammates", self.teammates.len(), 0, MAX_TEAMMATES)?;
         count("operators", self.operators.len(), 0, MAX_OPERATORS)?;
+        count("mandates", self.mandates.len(), 0, NODES)?;
         points("route", self.route.iter().copied())?;
         points("geofence", self.geofence.iter().copied())?;
         points("obstacles", self.obstacles.iter().map(|disc| (disc.x_mm, disc.y_mm)))?;

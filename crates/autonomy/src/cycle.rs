@@ -8,7 +8,9 @@ use wire::event::{Account, Event};
 use wire::hop::HopBody;
 use wire::id::TrackId;
 use wire::mode::{Because, Guard, Mode};
+use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
+use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
 use crate::Autonomy;
@@ -19,6 +21,7 @@ use crate::grid::Keepout;
 use crate::health::{Findings, Health};
 use crate::intake::report_body;
 use crate::navigation::{self, SetPoint, Surroundings};
+use crate::settings;
 use crate::state::Machine;
 use crate::telemetry::Sources;
 use crate::transition::{Context, Effect, Effects, Stimulus, Timing};
@@ -54,7 +57,7 @@ impl Autonomy {
 
     /// Judges every guard.
     pub(crate) fn assess(&self, now: Instant) -> Health {
-        let bounds = &self.identity.bounds;
+        let bounds = &self.bounds;
         let limit = bounds.product_limit();
         let lost = self.localisation.lost(now, limit);
         // Without a place there is no distance to the fence; localisation's own guards say so.
@@ -93,8 +96,18 @@ impl Autonomy {
         match order.kind() {
             CommandKind::Resume => self.resume(now, order),
             CommandKind::Arm(track) | CommandKind::Confirm(track) => self.give(now, order, Some(track)),
+            CommandKind::Configure(values) => self.configure(now, order, &values),
             CommandKind::Hold | CommandKind::Disarm | CommandKind::Enable => self.give(now, order, None),
         }
+    }
+
+    /// What is not safe together is refused in every mode, before it is asked whether the mode lets values change.
+    fn configure(&mut self, now: Instant, order: &Ordered, values: &Settings) -> Option<Refusal> {
+        let safe = match self.identity.policy.check(Check::Joint) {
+            Requirement::Required => settings::jointly_safe(values, &self.identity.bounds),
+            Requirement::Waived => Ok(()),
+        };
+        safe.err().or_else(|| self.give(now, order, None))
     }
 
     /// To go on is to take note of what teammates were found at: the finding is set aside, and restored if the other
@@ -119,7 +132,7 @@ impl Autonomy {
         let track = track.ok_or(Because::Itself)?;
         let held = self.machine.authority().is_some_and(|authority| authority.track() == track);
         let stage = if held { Stage::Held } else { Stage::Arming };
-        Designated::judge(&self.picture, track, stage, &self.identity.bounds, now)
+        Designated::judge(&self.picture, track, stage, &self.bounds, now)
     }
 
     fn step(
@@ -155,6 +168,7 @@ impl Autonomy {
                 }
                 Effect::Acted(spent) => self.act(now, &spent),
                 Effect::Refused(refusal) => refused = Some(refusal),
+                Effect::Configured(settings) => self.bounds = settings::under(&settings, &self.identity.bounds),
             }
         }
         refused
@@ -191,13 +205,13 @@ impl Autonomy {
         let Some(motion) = motion else { return SetPoint::default() };
         let seen = self.seen(now);
         let Some(way) = self.mission.way(motion.at, &seen, now) else { return SetPoint::default() };
-        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds: &self.identity.bounds };
+        let around = Surroundings { mode_speed, seen: &seen, fence: &self.fence, bounds: &self.bounds };
         navigation::follow(&motion, &way, &around)
     }
 
     /// The most that the mode allows, mm/s. Without localisation no speed is safe.
     fn mode_speed(&self) -> f64 {
-        let bounds = &self.identity.bounds;
+        let bounds = &self.bounds;
         let lost = self.health.failing().has(Guard::Localisation) || self.health.unplaced().is_some();
         match self.mode() {
             Mode::Ready | Mode::PrepareToAct if !lost => f64::from(bounds.max_speed_mm_s),

@@ -11,7 +11,7 @@ use wire::mode::Because;
 pub type Point = (f64, f64);
 
 /// Time from a decision to the brakes, seconds: a control period, a set-point's way, the plant's own.
-const REACTION_S: f64 = 0.15;
+pub(crate) const REACTION_S: f64 = 0.15;
 
 /// The fence.
 #[derive(Clone, Debug)]

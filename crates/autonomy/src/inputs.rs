@@ -8,13 +8,14 @@ use wire::core::{Subject, Topic};
 use wire::event::{Event, Interface};
 use wire::hop::{Hop, HopBody, Teammate};
 use wire::id::{NodeId, PeerId, RecordId, SessionId};
+use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
 use wire::sensor::Navigation;
 use wire::time::{Age, Instant, Span};
 use wire::track::Tracks;
 use wire::trust::Evidence;
 
-use crate::command::{Claimed, Ordered};
+use crate::command::{Claimed, Ordered, Rejected};
 use crate::intake::{self, Session};
 use crate::{Autonomy, command};
 
@@ -140,11 +141,24 @@ impl Autonomy {
                     session.watch(*challenge, evidence.received);
                 }
             }
+            HopBody::Revoked(revocation) => {
+                if let Err(refusal) = self.strike(now, revocation) {
+                    return self.refuse(now, Interface::Downlink, Some(peer), &refusal);
+                }
+            }
             // A supervisor reports nothing to a unit; if it does, nothing follows from it.
             HopBody::Hello(_) | HopBody::Report(_) => {}
         }
         let record = RecordId { node: node_of(peer), boot: hop.boot, sequence: hop.sequence };
         self.accept(now, peer, record, &evidence);
+    }
+
+    /// A revocation in a record that was accepted: the supervisor brings it, the authority's signature makes it good.
+    fn strike(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
+        if let Some(who) = self.roll.revoke(&self.identity.keys, now, bytes)? {
+            self.write(now, Event::Struck { who });
+        }
+        Ok(())
     }
 
     /// A teammate's report in a record that was accepted: the verdict over the report is the verdict over the record.
@@ -168,6 +182,11 @@ impl Autonomy {
         let Some(unit) = report.origin.unit().filter(|unit| identity.teammates.contains(unit)) else {
             return self.refuse(now, Interface::Downlink, Some(via), &Refusal::Role { got: report.origin });
         };
+        let struck = self.roll.stands(report.origin, now).err();
+        let struck = struck.filter(|_| identity.policy.check(Check::Standing) == Requirement::Required);
+        if let Some(refusal) = struck {
+            return self.refuse(now, Interface::Downlink, Some(via), &refusal);
+        }
         let waived = inner.waived.union(outer.waived);
         self.accept(now, via, report.id(), &Evidence { waived, ..inner });
         let age = inner.age.map_or(Span::ZERO, Age::upper);
@@ -187,8 +206,15 @@ impl Autonomy {
             return self.refuse(now, Interface::Commands, None, &Refusal::Schema { at: 0 });
         }
         let identity = Arc::clone(&self.identity);
-        match self.commands.admit(&identity.policy, &identity.keys, now, bytes) {
+        match self.commands.admit(&identity.policy, &identity.keys, &self.roll, now, bytes) {
             Ok(order) => self.ordered(now, &order),
+            // Neither told one by one nor answered: a flood must not make us sign and write as fast as it sends.
+            Err(Rejected { refusal: refusal @ Refusal::Rate { .. }, .. }) => {
+                let event = self.accounts.refused(Interface::Commands, None, &refusal);
+                if self.commands.tell(now) {
+                    self.write(now, event);
+                }
+            }
             Err(rejected) => {
                 self.refuse(now, Interface::Commands, None, &rejected.refusal);
                 if let Some(claimed) = rejected.claimed {
@@ -204,7 +230,11 @@ impl Autonomy {
             None => self.accounts.accepted(Interface::Commands),
             Some(refusal) => self.refuse(now, Interface::Commands, None, refusal),
         }
-        self.standing.last_command = Some((order.id(), refused.as_ref().map(Refusal::reason)));
+        // A hold from far ahead of its operator's counter is obeyed and not reported: the operator's console goes on above
+        // what is, and would be led to where nothing of it is heard.
+        if self.commands.counted(order.id()) {
+            self.standing.last_command = Some((order.id(), refused.as_ref().map(Refusal::reason)));
+        }
         self.answer(now, &order.claimed(), refused.as_ref());
     }
 

@@ -39,6 +39,7 @@ pub mod picture;
 #[cfg(feature = "process")]
 pub mod process;
 pub mod seals;
+pub mod settings;
 pub mod telemetry;
 pub mod transition;
 
@@ -49,6 +50,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use wire::account::Accounts;
 use wire::audit::Journal;
+use wire::bounds::Bounds;
 use wire::bus::Sender;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::Event;
@@ -57,7 +59,7 @@ use wire::mode::Mode;
 use wire::policy::Waived;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
-use wire::trust::{BusGate, Windows};
+use wire::trust::{BusGate, Roll, Windows};
 
 pub use config::{AutonomyConfig, ConfigError, Disc};
 pub use transition::{authority, state};
@@ -93,6 +95,8 @@ pub struct Autonomy {
     picture: Picture,
     localisation: Localisation,
     fence: Arc<Geofence>,
+    /// The platform's bounds under what an operator has set.
+    bounds: Bounds,
     lease: Lease,
     teammates: Teammates,
     seals: Seals,
@@ -100,6 +104,7 @@ pub struct Autonomy {
     session: Option<Session>,
     windows: Windows,
     commands: CommandGate,
+    roll: Roll,
     mission: Mission,
     drive: Sender,
     act: Sender,
@@ -136,8 +141,11 @@ impl Autonomy {
         let grid = Grid::new(&fence, &map, clearance);
         let identity = Arc::new(Identity::new(&setup, &config));
         let waived = identity.waived_guards;
+        let mut random = ChaCha8Rng::seed_from_u64(setup.seed);
+        // A restart must not repeat the nonces of the boot before: an order of then would be young and new again.
+        random.set_stream(u64::from(setup.boot.0));
         let mut core = Autonomy {
-            random: ChaCha8Rng::seed_from_u64(setup.seed),
+            random,
             machine: Machine::start(),
             mint: Mint::new(&setup),
             health: Health::judge(Findings::default(), waived, Waived::default()),
@@ -145,6 +153,7 @@ impl Autonomy {
             picture: Picture::default(),
             localisation: Localisation::new(waived),
             fence,
+            bounds,
             lease: Lease::default(),
             teammates: Teammates::default(),
             seals: Seals::new(setup.node, setup.boot, seal_limit),
@@ -156,6 +165,7 @@ impl Autonomy {
             session: None,
             windows: Windows::new(bounds.replay_window, bounds.sequence_jump),
             commands: CommandGate::new(config.unit, config.operators, Span::ms(bounds.command_limit_ms)),
+            roll: Roll::new(&config.mandates, now),
             mission: Mission::new(&config.route, config.looped, grid),
             drive: setup.sender(Topic::Drive)?,
             act: setup.sender(Topic::Act)?,
@@ -192,6 +202,7 @@ impl Autonomy {
             picture: self.picture.clone(),
             localisation: self.localisation.clone(),
             fence: Arc::clone(&self.fence),
+            bounds: self.bounds,
             lease: self.lease.clone(),
             teammates: self.teammates.clone(),
             seals: self.seals.clone(),
@@ -199,6 +210,7 @@ impl Autonomy {
             session: self.session.clone(),
             windows: self.windows.clone(),
             commands: self.commands.clone(),
+            roll: self.roll.clone(),
             mission: self.mission.clone(),
             drive: self.drive.clone(),
             act: self.act.clone(),

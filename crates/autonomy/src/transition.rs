@@ -34,10 +34,11 @@ use wire::id::{CommandId, TrackId, WorldId};
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::Waived;
 use wire::refusal::Refusal;
+use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
 use crate::command::Ordered;
-use crate::command::given::{Arm, Command, Confirm, Disarm, Enable, Given, Hold, Resume};
+use crate::command::given::{Arm, Command, Configure, Confirm, Disarm, Enable, Given, Hold, Resume};
 use crate::designation::Designated;
 use crate::health::{Health, Healthy, SubsystemLoss, TrustLoss, Verdict};
 use authority::{ActAuthority, Mint, Revoked, Spent};
@@ -123,6 +124,8 @@ pub enum Effect {
     Acted(Spent),
     /// The order was not carried out.
     Refused(Refusal),
+    /// These values hold from now on.
+    Configured(Settings),
 }
 
 /// At most: an authority's beginning or end, a transition, a refusal.
@@ -305,6 +308,7 @@ impl Machine {
             Command::Resume(order) => self.resume(&order, ctx, effects),
             Command::Arm(order) => self.arm(&order, ctx, effects),
             Command::Confirm(order) => self.confirm(&order, ctx, effects),
+            Command::Configure(order) => self.configure(&order, effects),
         }
     }
 
@@ -386,6 +390,19 @@ impl Machine {
                 (Machine::Ready(ready), Some((Cause::Acted, Because::Command(order.id()))))
             }
             (kept, Verdict::Healthy(_) | Verdict::Subsystem(_) | Verdict::Trust(_), Ok(_) | Err(_)) => {
+                kept.interlock(effects)
+            }
+        }
+    }
+
+    /// Values are set before the mission begins and never under way: what guards judge by does not change beneath them.
+    fn configure(self, order: &Given<'_, Configure>, effects: &mut Effects) -> Next {
+        match self {
+            Machine::Idle(idle) => {
+                effects.push(Effect::Configured(order.settings()));
+                (Machine::Idle(idle), None)
+            }
+            kept @ (Machine::Ready(_) | Machine::PrepareToAct(_) | Machine::Degraded(_) | Machine::HoldSafe(_)) => {
                 kept.interlock(effects)
             }
         }

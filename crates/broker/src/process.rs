@@ -20,6 +20,7 @@ use wire::audit::Journal;
 use wire::core::Output;
 use wire::event::Event as Audited;
 use wire::id::NodeId;
+use wire::policy::Requirement;
 use wire::setup::Secret;
 use wire::sign::Key;
 
@@ -37,6 +38,9 @@ pub struct Config {
     /// The key that signs the broker's audit chain; without one the chain is not signed.
     #[serde(default)]
     pub secret: Option<Secret>,
+    /// Whether the table of rights stands.
+    #[serde(default)]
+    pub rights: Requirement,
 }
 
 /// Why the process did not serve.
@@ -79,10 +83,12 @@ fn run(spec: &ServiceSpec) -> Result<(), ProcessError> {
 
 async fn serve(spec: &ServiceSpec) -> Result<(), ProcessError> {
     let listen = spec.broker.as_ref().ok_or(ProcessError::NotBroker)?;
-    let mut log = Log::open(spec)?;
+    let config = Option::<Config>::deserialize(&spec.config)?.unwrap_or_default();
+    let limits = Limits { rights: config.rights, ..Limits::default() };
+    let mut log = Log::open(spec, config)?;
     let mut controls = watch()?;
     let streams = StreamLog::create(&spec.run_dir, spec.node)?;
-    let mut server = Server::start(listen.at, &listen.credential, Limits::default(), streams).await?;
+    let mut server = Server::start(listen.at, &listen.credential, limits, streams).await?;
     let address = server.address();
     say("ready", &json!({ "node": spec.node, "pid": std::process::id(), "mqtt": address, "port": address.port() }));
     loop {
@@ -112,15 +118,15 @@ struct Log {
     clock: HostClock,
     journal: Journal,
     instrument: Option<Instrument>,
+    last_entry: Vec<u8>,
 }
 
 impl Log {
-    fn open(spec: &ServiceSpec) -> Result<Self, ProcessError> {
-        let config = Option::<Config>::deserialize(&spec.config)?.unwrap_or_default();
+    fn open(spec: &ServiceSpec, config: Config) -> Result<Self, ProcessError> {
         let key = config.secret.map(|secret| Key::from_bytes(&secret.0));
         let instrument = spec.instrument.clone().map(Instrument::start).transpose()?;
         let journal = Journal::new(spec.node, spec.boot, key);
-        let mut log = Self { node: spec.node, clock: spec.clock, journal, instrument };
+        let mut log = Self { node: spec.node, clock: spec.clock, journal, instrument, last_entry: Vec::new() };
         log.write(Audited::Started);
         Ok(log)
     }
@@ -140,6 +146,7 @@ impl Log {
         let Some(instrument) = &mut self.instrument else { return };
         for entry in entries {
             if let Output::Audit { bytes } = entry {
+                self.last_entry.clone_from(&bytes);
                 instrument.push(Frame { trace_us: trace_us(), node: self.node, bytes });
             }
         }
@@ -150,6 +157,9 @@ impl Log {
         self.journal.sign(self.clock.now(), &mut entries);
         self.send(entries);
         let links = self.instrument.as_mut().map(Instrument::finish);
-        say("stats", &json!({ "node": self.node, "lost_events": lost_events, "links": { "instrument": links } }));
+        say(
+            "stats",
+            &json!({ "node": self.node, "lost_events": lost_events, "links": { "instrument": links, "head": link::instrument::head(&self.last_entry) } }),
+        );
     }
 }

@@ -35,6 +35,7 @@ use tokio::sync::{Semaphore, broadcast, mpsc};
 use tokio::task::{JoinHandle, JoinSet};
 use tokio_rustls::TlsAcceptor;
 use wire::id::{NODES, PeerId};
+use wire::policy::Requirement;
 
 use crate::gate::{Denial, Event, Events, Gate, Standing};
 use crate::tls;
@@ -69,11 +70,13 @@ pub struct Limits {
     pub connections: usize,
     /// How long a TLS handshake may take.
     pub handshake: Duration,
+    /// Whether the table of rights stands: the policy's `Check::Rights`.
+    pub rights: Requirement,
 }
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { connections: 32, handshake: Duration::from_secs(3) }
+        Self { connections: 32, handshake: Duration::from_secs(3), rights: Requirement::Required }
     }
 }
 
@@ -327,7 +330,7 @@ async fn serve(
         return Err(Denial::ConnectionsOfPeer { peer, expected: MAX_CONNECTIONS_OF_PEER });
     };
     let chain: Vec<_> = stream.get_ref().1.peer_certificates().unwrap_or_default().to_vec();
-    let gate = Arc::new(Gate::new(peer, front.events.clone(), Arc::clone(&front.standing)));
+    let gate = Arc::new(Gate::new(peer, front.limits.rights, front.events.clone(), Arc::clone(&front.standing)));
     let (end, ended) = broadcast::channel(1);
     let session = ClientHandler::new(
         BrokerTransport::tls(TlsStreamWrapper::new(stream)),

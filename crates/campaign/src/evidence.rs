@@ -6,14 +6,18 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
+use std::collections::BTreeMap;
+
+use adversary::insider::{InsiderRecorder, Kept};
 use link::guard::observe::Verdict;
 use sha2::{Digest, Sha256};
-use wire::audit::Chains;
+use wire::audit::{ChainError, Chains, Entry, Head};
 use wire::codec;
 use wire::event::{Event, GuardVerdict};
 use wire::id::{NodeId, WorldId};
 use wire::policy::Waived;
 
+use crate::custody::{Custodian, Custody, Held, HeldHead};
 use crate::oracle::Witnessed;
 
 /// An encoded audit entry with the trace time at which it was written.
@@ -27,13 +31,51 @@ pub struct Logged {
     pub bytes: Vec<u8>,
 }
 
+/// Whether a node's entries go by way of the recorder: everybody's but the guards' and the launcher's.
+pub fn by_recorder(node: NodeId) -> bool {
+    node != NodeId::CAMPAIGN && !node.is_mouth()
+}
+
+/// The head of each chain that goes by way of the recorder, from the log before it was in anybody's hands. The recorder's own
+/// is no witness against it.
+pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
+    let kept = log.iter().filter(|l| by_recorder(l.node) && l.node != NodeId::RECORDER);
+    let last: BTreeMap<NodeId, &[u8]> = kept.map(|l| (l.node, l.bytes.as_slice())).collect();
+    last.values().filter_map(|bytes| Head::of(bytes)).map(HeldHead::from).collect()
+}
+
+/// Lets `hands` at what went by way of the recorder.
+pub fn tamper(hands: &InsiderRecorder, log: &mut Vec<Logged>) {
+    let (recorded, noted): (Vec<Logged>, Vec<Logged>) = log.drain(..).partition(|l| by_recorder(l.node));
+    let mut kept: Vec<Kept> = recorded.into_iter().map(|Logged { at, node, bytes }| Kept { at, node, bytes }).collect();
+    hands.lay_on(&mut kept);
+    log.extend(kept.into_iter().map(|Kept { at, node, bytes }| Logged { at, node, bytes }));
+    log.extend(noted);
+}
+
+/// Decodes a log and follows its chains; what went by way of the recorder is set against what is `held` elsewhere. Gives the
+/// entries in (time, node, counter) order, the first problem found, and what became of the recording.
+pub fn read_against(log: &[Logged], held: &Held) -> (Vec<Witnessed>, Option<String>, Custody) {
+    let (mut custodian, mut noted) = (Custodian::new(held), Chains::default());
+    let follow = |l: &Logged| if by_recorder(l.node) { custodian.take(&l.bytes) } else { noted.follow(&l.bytes) };
+    let (entries, problem) = follow_all(log, follow);
+    (entries, problem, custodian.close())
+}
+
 /// Decodes a log and follows its chains. Gives the entries in (time, node, counter) order and the first problem found.
 pub fn read(log: &[Logged]) -> (Vec<Witnessed>, Option<String>) {
     let mut chains = Chains::default();
+    follow_all(log, |l| chains.follow(&l.bytes))
+}
+
+fn follow_all(
+    log: &[Logged],
+    mut follow: impl FnMut(&Logged) -> Result<Entry, ChainError>,
+) -> (Vec<Witnessed>, Option<String>) {
     let mut entries = Vec::with_capacity(log.len());
     let mut problem = None;
     for logged in log {
-        match chains.follow(&logged.bytes) {
+        match follow(logged) {
             Ok(entry) => entries.push(Witnessed { at: logged.at, entry }),
             Err(error) => {
                 problem.get_or_insert_with(|| error.to_string());

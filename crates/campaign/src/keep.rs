@@ -7,6 +7,7 @@ use link::instrument::Frame;
 use link::recorder::Recording;
 use serde_json::json;
 
+use crate::custody::Held;
 use crate::evidence::Logged;
 use crate::live::mouths::CoreReplay;
 use crate::oracle::Witnessed;
@@ -22,6 +23,22 @@ pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {
     }
     recording.finish();
     Ok(())
+}
+
+/// The file with public keys and heads.
+pub const HELD: &str = "held.json";
+/// The longest that is read.
+const MAX_HELD_BYTES: u64 = 1 << 20;
+
+/// Writes what is held of the recording outside the recorder: public keys and heads, no secret.
+pub fn held(directory: &Path, held: &Held) -> std::io::Result<()> {
+    std::fs::write(directory.join(HELD), serde_json::to_vec_pretty(held)?)
+}
+
+/// Reads it back.
+pub fn read_held(directory: &Path) -> std::io::Result<Held> {
+    let file = std::fs::File::open(directory.join(HELD))?;
+    Ok(serde_json::from_reader(std::io::Read::take(file, MAX_HELD_BYTES))?)
 }
 
 /// Writes what came of replaying the mouth logs.

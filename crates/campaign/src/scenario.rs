@@ -21,6 +21,7 @@ mod peer;
 mod platform;
 mod problem;
 mod read;
+mod rogue;
 mod scene;
 mod set;
 mod setup;
@@ -28,6 +29,7 @@ mod shared;
 pub mod stack;
 mod step;
 mod stream;
+mod tamper;
 mod template;
 mod value;
 
@@ -52,12 +54,14 @@ pub use peer::{Falsehood, ModeConfusion, Motion, Product, SessionReplay};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use problem::{Problem, ProblemRow, Problems};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
+pub use rogue::{Mandate, Order, Rogue, Values, Way};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene};
 pub use set::Settings;
 pub use setup::{Setup, find_root, load_policy, shipped};
 pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
 pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
+pub use tamper::{Tamper, Tampered};
 pub use template::{schema, template};
 pub use value::{
     Count, Extent, Label, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,
@@ -196,6 +200,12 @@ pub struct Scenario {
     /// An admitted teammate sends records that are authenticated and broken.
     #[serde(default)]
     pub malformed: List<Malformed, 16>,
+    /// A rogue station gives orders under a key that is not its own.
+    #[serde(default)]
+    pub rogue: List<Rogue, 16>,
+    /// Identities that are admitted for a time only.
+    #[serde(default)]
+    pub mandate: List<Mandate, 8>,
 
     /// On the real stacks: somebody with a certificate that is no good.
     #[serde(default)]
@@ -267,6 +277,10 @@ pub struct Scenario {
     /// What the operator asks for, kept from the gateway.
     #[serde(default)]
     pub intent_drop: List<IntentDrop, 16>,
+
+    /// The recorder's insider changes the recording before it is judged.
+    #[serde(default)]
+    pub tamper: List<Tamper, 16>,
 
     /// Variations, each with its own expected classes; without any the scenario is its only cell.
     #[serde(default)]

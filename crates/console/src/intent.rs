@@ -48,6 +48,14 @@ impl Issuer {
         Self { key: self.key.fork(), operator: self.operator, boot: self.boot, sequence: self.sequence }
     }
 
+    /// A unit says that this was the last command it heard. If it is of our name and beyond what we gave, somebody else
+    /// holds our key, or we have started anew: we go on above it, because below it nothing of ours would be heard.
+    pub fn after(&mut self, heard: CommandId) {
+        if heard.operator == self.operator && (heard.boot, heard.sequence) > (self.boot, self.sequence) {
+            (self.boot, self.sequence) = (heard.boot, heard.sequence);
+        }
+    }
+
     /// Signs an intent under the next id.
     pub fn intent(&mut self, unit: UnitId, nonce: Nonce, kind: CommandKind, reason: &str) -> Issued {
         self.sequence = self.sequence.next();

@@ -53,6 +53,9 @@ pub struct ConsoleConfig {
     /// What the operator does, at most [`MAX_STEPS`] steps.
     #[serde(default)]
     pub script: Vec<Step>,
+    /// Revocations that the authority signed in advance, by whose standing they end.
+    #[serde(default)]
+    pub revocations: Vec<(NodeId, Vec<u8>)>,
     /// Whether to give the display as text.
     #[serde(default)]
     pub text: bool,
@@ -79,6 +82,7 @@ pub struct Console {
     operator: Operator,
     issuer: Issuer,
     requests: Sender,
+    revocations: Vec<(NodeId, Vec<u8>)>,
     accounts: Accounts,
     journal: Journal,
     /// The mark of a run whose policy waives something.
@@ -111,6 +115,7 @@ impl Console {
             operator,
             issuer: Issuer::new(Key::from_bytes(&config.operator_secret.0), config.operator, setup.boot),
             requests: setup.sender(Topic::Intents)?,
+            revocations: config.revocations,
             accounts: Accounts::default(),
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
             ablation,
@@ -136,6 +141,7 @@ impl Console {
             operator: self.operator.clone(),
             issuer: self.issuer.fork(),
             requests: self.requests.clone(),
+            revocations: self.revocations.clone(),
             accounts: self.accounts.clone(),
             journal: self.journal.fork(),
             ablation: self.ablation.clone(),
@@ -180,6 +186,9 @@ impl Console {
         match self.intake.report(now, message) {
             Ok(accepted) => {
                 self.model.report(&accepted, message.via, message.waived);
+                if let Some((heard, _)) = accepted.message().report.last_command {
+                    self.issuer.after(heard);
+                }
                 self.accounts.accepted(at);
             }
             Err(refusal) => {
@@ -240,6 +249,10 @@ impl Console {
                 let confirmation = self.issuer.confirmation(id, hash);
                 self.model.commands_mut().released(now, id);
                 self.request(now, &Request::Release(confirmation.as_slice().into()));
+            }
+            Wish::Revoke(who) => {
+                let Some((_, signed)) = self.revocations.iter().find(|(of, _)| *of == who).cloned() else { return };
+                self.request(now, &Request::Revoke(signed.as_slice().into()));
             }
         }
     }

@@ -7,11 +7,12 @@
 
 use serde::{Deserialize, Serialize};
 use wire::command::CommandKind;
-use wire::id::{CommandId, Nonce, TrackId, UnitId};
+use wire::id::{CommandId, NodeId, Nonce, TrackId, UnitId};
 use wire::mode::Mode;
 use wire::refusal::Reason;
 use wire::report::ReportedTrack;
 use wire::sensor::Class;
+use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
 use crate::intent::nonce_for;
@@ -85,6 +86,10 @@ pub enum Action {
     Arm(Class),
     /// Use the authority that is displayed.
     Confirm,
+    /// Strike this identity from the roll.
+    Revoke(NodeId),
+    /// Set these values.
+    Configure(Settings),
 }
 
 /// What the operator wants done now.
@@ -105,6 +110,8 @@ pub enum Wish {
     },
     /// Confirm a staged command.
     Release(CommandId),
+    /// Ask for an identity to be struck from the roll.
+    Revoke(NodeId),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -176,6 +183,10 @@ impl Operator {
             Progress::Done(_) => None,
             Progress::Waiting { not_before, .. } if now < not_before => None,
             Progress::Waiting { tries, .. } => {
+                if let Action::Revoke(who) = step.action {
+                    *progress = Progress::Done(now);
+                    return Some(Wish::Revoke(who));
+                }
                 let impatient = now.since(due) > Span::ms(step.within_ms);
                 let wish = if impatient && tries == 0 { None } else { step.wish(at, shown, confidence) };
                 if impatient && wish.is_none() {
@@ -232,6 +243,9 @@ impl Step {
                 best(unit?, TrackCondition { class, confidence }).map(CommandKind::Arm)
             }
             Action::Confirm => unit?.state.fresh()?.authority.map(|held| CommandKind::Confirm(held.track)),
+            // No command: what is asked for is the authority's own statement.
+            Action::Revoke(_) => None,
+            Action::Configure(settings) => Some(CommandKind::Configure(settings)),
         }
     }
 }

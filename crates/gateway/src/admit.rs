@@ -105,8 +105,8 @@ impl Boundary {
         let content = match hop.body {
             HopBody::Hello(_) => Content::Exchange(without_report(session, &hop)),
             HopBody::Report(report) => Content::Report(self.report(session, evidence, report)?),
-            // Supervision, teammates' reports and the display's challenges are the gateway's to give, not a unit's.
-            HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) => {
+            // Supervision, teammates' reports, the display's challenges and revocations are the gateway's to give, not a unit's.
+            HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) | HopBody::Revoked(_) => {
                 return Err(Refusal::Role { got: session.unit().node() });
             }
         };

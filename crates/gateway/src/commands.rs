@@ -2,11 +2,13 @@
 //!
 //! Judging intents, confirmations and acknowledgements is left to `stage`, passing the display's challenge on to `telemetry`.
 
+use wire::bus;
 use wire::command::{CommandKind, Request};
 use wire::core::{Output, Subject, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{CommandStage, Feed};
-use wire::id::CommandId;
+use wire::id::{CommandId, NodeId};
+use wire::refusal::Refusal;
 use wire::time::Instant;
 use wire::trust::Accepted;
 
@@ -19,22 +21,35 @@ impl Gateway {
             return;
         }
         let at = Interface::Bus(topic);
-        match self.requests.admit::<Request<'_>>(&self.policy, now, bytes) {
+        // Whose channel it says it is decides which gate it has to pass; the tag decides whether it is.
+        let says = bus::claimed_producer(bytes);
+        let gate = self.requests.iter().position(|gate| Some(gate.producer.index()) == says).unwrap_or(0);
+        let gate = &mut self.requests[gate];
+        let station = gate.producer;
+        match gate.admit::<Request<'_>>(&self.policy, now, bytes) {
             Err(refusal) => self.refuse(now, at, None, &refusal),
             Ok(accepted) => {
                 self.accounts.accepted(at);
-                self.request(now, &accepted);
+                self.request(now, station, &accepted);
             }
         }
     }
 
-    fn request(&mut self, now: Instant, accepted: &Accepted<Request<'_>>) {
+    fn request(&mut self, now: Instant, station: NodeId, accepted: &Accepted<Request<'_>>) {
         let verdict = match accepted.message() {
-            Request::Stage(intent) => self.staging.stage(now, accepted.evidence().age, intent),
-            Request::Release(confirmation) => self.staging.release(now, confirmation),
             Request::Watch(challenge) => return self.watch(now, *challenge),
+            Request::Stage(intent) => self.staging.stage(now, (station, accepted.evidence().age), &self.roll, intent),
+            Request::Release(confirmation) => self.staging.release(now, station, confirmation),
+            Request::Revoke(revocation) => match self.staging.needed(now, station, true) {
+                Ok(()) => return self.revoke(now, revocation),
+                Err(refusal) => Err(refusal.into()),
+            },
         };
         match verdict {
+            // Counted, and not told one by one: a flood must not make us write as fast as it asks.
+            Err(Rejected { refusal: refusal @ Refusal::Rate { .. }, .. }) if !self.staging.tell(now) => {
+                self.accounts.refused(Interface::Requests, None, &refusal);
+            }
             Ok(progress) => {
                 self.accounts.accepted(Interface::Requests);
                 match progress {
@@ -49,6 +64,23 @@ impl Gateway {
                 }
             }
         }
+    }
+
+    /// A revocation: it holds here at once, and units are told of it until they are gone.
+    fn revoke(&mut self, now: Instant, bytes: &[u8]) {
+        match self.roll.revoke(&self.keys, now, bytes) {
+            Err(refusal) => return self.refuse(now, Interface::Requests, None, &refusal),
+            Ok(None) => {}
+            Ok(Some(who)) => {
+                self.note(now, Event::Struck { who });
+                for command in self.staging.strike(who) {
+                    self.staged(now, command, CommandStage::Refused);
+                }
+                self.revocations.push(bytes.to_vec());
+                self.pass_on_revocations(now);
+            }
+        }
+        self.accounts.accepted(Interface::Requests);
     }
 
     fn send(&mut self, now: Instant, dispatch: Dispatch) {

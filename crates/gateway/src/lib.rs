@@ -32,8 +32,9 @@ use wire::id::{Boot, NodeId, Nonce, PeerId, UnitId, WorldId};
 use wire::policy::Policy;
 use wire::refusal::Refusal;
 use wire::setup::{NoChannel, Setup};
+use wire::sign::Keyring;
 use wire::time::{Instant, Span};
-use wire::trust::BusGate;
+use wire::trust::{BusGate, Mandate, Roll};
 
 use crate::admit::Boundary;
 use crate::feed::Feeder;
@@ -51,6 +52,9 @@ pub struct GatewayConfig {
     pub fanout: Vec<UnitId>,
     /// Operators whose intents are staged.
     pub operators: Vec<NodeId>,
+    /// Identities that are admitted for a time only.
+    #[serde(default)]
+    pub mandates: Vec<Mandate>,
 }
 
 /// The gateway's core.
@@ -64,7 +68,13 @@ pub struct Gateway {
     sessions: Sessions,
     leases: Leases,
     staging: Staging,
-    requests: BusGate,
+    /// One for each station.
+    requests: Vec<BusGate>,
+    keys: Keyring,
+    roll: Roll,
+    /// Revocations that hold, as the authority signed them, and when units are next told of them.
+    revocations: Vec<Vec<u8>>,
+    retell: Instant,
     feed: Feeder,
     nonces: ChaCha8Rng,
     accounts: Accounts,
@@ -91,11 +101,15 @@ impl Gateway {
         let mut nonces = ChaCha8Rng::seed_from_u64(setup.seed);
         nonces.set_stream(u64::from(setup.boot.0)); // A restart must not repeat the nonces of the boot before.
         let mut gateway = Self {
-            boundary: Boundary::new(setup.policy.clone(), setup.bounds, keys),
+            boundary: Boundary::new(setup.policy.clone(), setup.bounds, keys.clone()),
             sessions: Sessions::default(),
             leases: Leases::new(&setup.bounds),
             staging: Staging::new(rules),
-            requests: setup.gate(Topic::Intents, freshness)?,
+            requests: setup.gates(Topic::Intents, freshness)?,
+            keys,
+            roll: Roll::new(&config.mandates, now),
+            revocations: Vec::new(),
+            retell: now,
             feed: Feeder::new(setup.sender(Topic::Feed)?, now),
             nonces,
             accounts: Accounts::default(),
@@ -126,6 +140,10 @@ impl Gateway {
             leases: self.leases.clone(),
             staging: self.staging.clone(),
             requests: self.requests.clone(),
+            keys: self.keys.clone(),
+            roll: self.roll.clone(),
+            revocations: self.revocations.clone(),
+            retell: self.retell,
             feed: self.feed.clone(),
             nonces: self.nonces.clone(),
             accounts: self.accounts.clone(),
@@ -148,6 +166,9 @@ impl Gateway {
         }
         let Some(due) = self.tick.filter(|tick| now >= *tick) else { return };
         self.keep_up(now, None);
+        if now >= self.retell {
+            self.pass_on_revocations(now);
+        }
         let period = Span::ms(self.bounds.grant_period_ms);
         let next = if now.since(due) < period { due + period } else { now + period };
         self.tick = (!self.sessions.is_empty()).then_some(next);

@@ -7,10 +7,11 @@ use rand_core::RngCore;
 use wire::event::{Account, Event, Interface};
 use wire::feed::{AcceptedReport, Feed};
 use wire::hop::HopBody;
-use wire::id::{Nonce, PeerId, SessionId, UnitId};
-use wire::policy::Waived;
+use wire::id::{NodeId, Nonce, PeerId, SessionId, UnitId};
+use wire::policy::{Check, Policy, Requirement, Waived};
+use wire::refusal::Refusal;
 use wire::time::{Instant, Span};
-use wire::trust::{Accepted, SignedReport};
+use wire::trust::{Accepted, Roll, SignedReport};
 
 use crate::Gateway;
 use crate::admit::{Admitted, Content};
@@ -47,9 +48,25 @@ impl Gateway {
             Err((peer, refusal)) => return self.refuse(now, Interface::Uplink, peer, &refusal),
         };
         let peer = session.peer();
+        if let Some(refusal) = struck(&self.roll, &self.policy, peer, now) {
+            return self.refuse(now, Interface::Uplink, Some(peer), &refusal);
+        }
         match self.boundary.admit(session, now, bytes) {
             Err(refusal) => self.refuse(now, Interface::Uplink, Some(peer), &refusal),
             Ok(admitted) => self.admitted(now, id, peer, admitted),
+        }
+    }
+
+    /// Tells every unit of the revocations that hold; it is told again each challenge period, because a record may be
+    /// lost and a unit start anew.
+    pub(crate) fn pass_on_revocations(&mut self, now: Instant) {
+        self.retell = now + Span::ms(self.bounds.challenge_period_ms);
+        for session in self.sessions.iter_mut().filter(|session| session.established() && !self.quiet) {
+            for revocation in &self.revocations {
+                let body = HopBody::Revoked(revocation.as_slice().into());
+                self.out.push_back(session.seal(now, self.boot, body));
+                self.accounts.count(Account::Sent);
+            }
         }
     }
 
@@ -122,6 +139,13 @@ impl Gateway {
             self.accounts.count(Account::Sent);
         }
     }
+}
+
+/// Why a session's peer is heard no longer, if that is so. Asked before anything is read of what it says.
+fn struck(roll: &Roll, policy: &Policy, peer: PeerId, now: Instant) -> Option<Refusal> {
+    let who = NodeId::from_name(peer.name())?;
+    let required = policy.check(Check::Standing) == Requirement::Required;
+    roll.stands(who, now).err().filter(|_| required)
 }
 
 /// An unguessable number other than zero, which stands for "none yet".

@@ -132,6 +132,14 @@ pub struct Head {
     pub hash: [u8; 32],
 }
 
+impl Head {
+    /// The head of a chain that ends with this entry; `None` when it is unreadable.
+    pub fn of(last: &[u8]) -> Option<Head> {
+        let entry = Entry::decode(last).ok()?;
+        Some(Head { node: entry.node, boot: entry.boot, counter: entry.counter, hash: Sha256::digest(last).into() })
+    }
+}
+
 /// Why an entry does not continue its chain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ChainError {

@@ -100,6 +100,11 @@ pub(crate) fn tag(key: &ChannelKey, bytes: &[u8]) -> [u8; TAG_LEN] {
     tag
 }
 
+/// Who a message says made it: for finding the gate that is to judge it.
+pub fn claimed_producer(bytes: &[u8]) -> Option<usize> {
+    split(bytes).map(|parts| usize::from(parts.header.producer))
+}
+
 /// A message taken apart.
 #[derive(Debug)]
 pub(crate) struct Parts<'b> {

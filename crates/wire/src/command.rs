@@ -10,6 +10,7 @@ use crate::codec::Text;
 use crate::id::{CommandId, Nonce, TrackId, UnitId};
 use crate::mode::Mode;
 use crate::refusal::Reason;
+use crate::settings::Settings;
 
 /// Longest payload on the command plane, bytes.
 pub const MAX_ORDER: usize = 1024;
@@ -35,6 +36,9 @@ pub enum CommandKind {
     /// Use the authority held on this track.
     #[n(5)]
     Confirm(#[n(0)] TrackId),
+    /// Set these values; in IDLE only.
+    #[n(6)]
+    Configure(#[n(0)] Settings),
 }
 
 impl CommandKind {
@@ -42,7 +46,11 @@ impl CommandKind {
     pub fn towards_safe(self) -> bool {
         match self {
             CommandKind::Hold | CommandKind::Disarm => true,
-            CommandKind::Enable | CommandKind::Resume | CommandKind::Arm(_) | CommandKind::Confirm(_) => false,
+            CommandKind::Enable
+            | CommandKind::Resume
+            | CommandKind::Arm(_)
+            | CommandKind::Confirm(_)
+            | CommandKind::Configure(_) => false,
         }
     }
 
@@ -55,6 +63,7 @@ impl CommandKind {
             CommandKind::Resume => "resume",
             CommandKind::Arm(_) => "arm",
             CommandKind::Confirm(_) => "confirm",
+            CommandKind::Configure(_) => "configure",
         }
     }
 }
@@ -130,4 +139,7 @@ pub enum Request<'b> {
     /// Have the units repeat this in their reports: the display's challenge.
     #[n(2)]
     Watch(#[n(0)] Nonce),
+    /// Strike an identity from the roll: the authority's signed revocation.
+    #[n(50)]
+    Revoke(#[b(0)] &'b ByteSlice),
 }

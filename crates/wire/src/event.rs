@@ -676,6 +676,26 @@ pub enum Event {
         #[n(4)]
         hash: u64,
     },
+    /// A rogue station gave a command under a key that is not its own.
+    #[n(50)]
+    Rogue {
+        #[n(0)]
+        command: CommandId,
+        #[n(1)]
+        kind: CommandKind,
+        /// Whose key it was signed with.
+        #[n(2)]
+        key: NodeId,
+        /// Under whose certificate it was published; absent when it was asked of the gateway.
+        #[n(3)]
+        certificate: Option<PeerId>,
+    },
+    /// A service learned that the authority has revoked an identity.
+    #[n(51)]
+    Struck {
+        #[n(0)]
+        who: NodeId,
+    },
     /// A step of an attack began (true) or ended, by the word of who carries it out.
     #[n(40)]
     Step {

@@ -62,6 +62,9 @@ pub enum HopBody<'b> {
     /// The display's challenge: "repeat it in your reports, with when you first saw it".
     #[n(4)]
     Watch(#[n(0)] Nonce),
+    /// A signed revocation ([`crate::trust::Revocation`]), as the authority made it. Repeated while the session lasts.
+    #[n(50)]
+    Revoked(#[b(0)] &'b ByteSlice),
 }
 
 /// The gateway's envelope around a teammate's report.

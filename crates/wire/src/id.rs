@@ -149,12 +149,18 @@ impl NodeId {
     pub const INSIDER_B: NodeId = NodeId(12);
     /// The first operator.
     pub const OPERATOR: NodeId = NodeId(13);
+    /// The second operator: admitted in every run; in those of some scenarios a rogue holds its key.
+    pub const OPERATOR_2: NodeId = NodeId(14);
     /// The campaign engine or launcher itself.
     pub const CAMPAIGN: NodeId = NodeId(15);
+    /// Whose key signs revocations: the launcher's, used once before the first service starts.
+    pub const AUTHORITY: NodeId = NodeId::CAMPAIGN;
     /// Perception of the third unit.
     pub const PERCEPTION_C: NodeId = NodeId(20);
     /// The third unit's simulation.
     pub const SIM_C: NodeId = NodeId(21);
+    /// The rogue station: whoever gives orders under a key that is not its own.
+    pub const INSIDER_OPERATOR: NodeId = NodeId(24);
     /// The insider who holds the broker's credentials.
     pub const INSIDER_BROKER: NodeId = NodeId(25);
     /// The insider who holds the gateway's keys.
@@ -177,6 +183,11 @@ impl NodeId {
             NodeId::UNIT_C => Some(NodeId(19)),
             NodeId(_) => None,
         }
+    }
+
+    /// Whether it is what stands at the mouth of a node's secure sessions ([`NodeId::guard`]).
+    pub fn is_mouth(self) -> bool {
+        matches!(self.0, 16..=19 | 23)
     }
 
     /// Whether it holds a place or credentials in the platform and misuses them: what it says it sent, the mouth of whoever

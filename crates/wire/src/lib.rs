@@ -36,6 +36,7 @@ pub mod policy;
 pub mod refusal;
 pub mod report;
 pub mod sensor;
+pub mod settings;
 pub mod setup;
 pub mod sign;
 pub mod step;

@@ -35,11 +35,21 @@ pub enum Check {
     Duplicate,
     /// The second signed step of a command away from safe.
     Confirmation,
+    /// A certificate may publish or subscribe there at all (`broker::acl`).
+    Rights,
+    /// The peer or signer is neither revoked nor past its time.
+    Standing,
+    /// A command no further ahead than an operator can have come.
+    Jump,
+    /// No more commands in a short time than there can be need for.
+    Rate,
+    /// Values that are legal one by one are safe together.
+    Joint,
 }
 
 impl Check {
     /// Every check, in order.
-    pub const ALL: [Check; 11] = [
+    pub const ALL: [Check; 16] = [
         Check::Freshness,
         Check::Origin,
         Check::Signature,
@@ -51,6 +61,11 @@ impl Check {
         Check::Late,
         Check::Duplicate,
         Check::Confirmation,
+        Check::Rights,
+        Check::Standing,
+        Check::Jump,
+        Check::Rate,
+        Check::Joint,
     ];
 
     /// Name in policy files and events.
@@ -67,6 +82,11 @@ impl Check {
             Check::Late => "late",
             Check::Duplicate => "duplicate",
             Check::Confirmation => "confirmation",
+            Check::Rights => "rights",
+            Check::Standing => "standing",
+            Check::Jump => "jump",
+            Check::Rate => "rate",
+            Check::Joint => "joint",
         }
     }
 }

@@ -170,6 +170,50 @@ pub enum Refusal {
         /// Bound.
         limit: usize,
     },
+    /// Further ahead than an operator can have come.
+    #[error("jump: a command at most {limit} after {last:?} expected, got {got:?}")]
+    Ahead {
+        /// Largest step.
+        limit: u64,
+        /// Newest seen, if any.
+        last: Option<CommandId>,
+        /// In the intent.
+        got: CommandId,
+    },
+    /// More of them in a short time than there can be need for.
+    #[error("rate: at most {burst} at once and {per_s} a second of {got} expected, got more")]
+    Rate {
+        /// At once.
+        burst: u32,
+        /// In a second.
+        per_s: u32,
+        /// Who sent them.
+        got: NodeId,
+    },
+    /// The authority of the run has revoked the peer or signer.
+    #[error("revoked: one that stands expected, got {got}")]
+    Revoked {
+        /// Who.
+        got: NodeId,
+    },
+    /// The time for which the peer or signer was admitted is over.
+    #[error("expired: one that is still admitted expected, got {got}, over for {over}")]
+    Expired {
+        /// Who.
+        got: NodeId,
+        /// For how long it has been over.
+        over: Span,
+    },
+    /// Each value is legal, and together they are not safe.
+    #[error("joint: {what} of at least {least} expected, got {got}")]
+    Joint {
+        /// Which value is too small for the others.
+        what: &'static str,
+        /// The least that goes with the others.
+        least: u32,
+        /// What was asked for.
+        got: u32,
+    },
 }
 
 /// [`Refusal`] without its particulars: what is counted, acknowledged and documented.
@@ -226,6 +270,14 @@ pub enum Reason {
     Interlock,
     #[n(22)]
     Full,
+    #[n(27)]
+    Rate,
+    #[n(28)]
+    Revoked,
+    #[n(29)]
+    Expired,
+    #[n(30)]
+    Joint,
     /// A certificate that proves nobody, or nobody any more; decided by a link before there is a session.
     #[n(41)]
     Certificate,
@@ -236,7 +288,7 @@ pub enum Reason {
 
 impl Reason {
     /// Every reason, in wire order.
-    pub const ALL: [Reason; 25] = [
+    pub const ALL: [Reason; 29] = [
         Reason::Length,
         Reason::Schema,
         Reason::Canonical,
@@ -260,6 +312,10 @@ impl Reason {
         Reason::NoReason,
         Reason::Interlock,
         Reason::Full,
+        Reason::Rate,
+        Reason::Revoked,
+        Reason::Expired,
+        Reason::Joint,
         Reason::Certificate,
         Reason::Handshake,
     ];
@@ -290,6 +346,10 @@ impl Reason {
             Reason::NoReason => "no_reason",
             Reason::Interlock => "interlock",
             Reason::Full => "full",
+            Reason::Rate => "rate",
+            Reason::Revoked => "revoked",
+            Reason::Expired => "expired",
+            Reason::Joint => "joint",
             Reason::Certificate => "certificate",
             Reason::Handshake => "handshake",
         }
@@ -323,6 +383,11 @@ impl Refusal {
             Refusal::NoReason => Reason::NoReason,
             Refusal::Interlock { .. } => Reason::Interlock,
             Refusal::Full { .. } => Reason::Full,
+            Refusal::Ahead { .. } => Reason::Jump,
+            Refusal::Rate { .. } => Reason::Rate,
+            Refusal::Revoked { .. } => Reason::Revoked,
+            Refusal::Expired { .. } => Reason::Expired,
+            Refusal::Joint { .. } => Reason::Joint,
         }
     }
 }

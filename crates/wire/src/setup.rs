@@ -105,6 +105,13 @@ impl Setup {
         Ok(BusGate::new(topic, channel.producer, channel.key.clone(), freshness))
     }
 
+    /// The gates in front of `topic`, one for each station that may write there; a message may be at most `freshness` old.
+    pub fn gates(&self, topic: Topic, freshness: Span) -> Result<Vec<BusGate>, NoChannel> {
+        let of_topic = self.channels.iter().filter(|c| c.topic == topic);
+        let gates: Vec<BusGate> = of_topic.map(|c| BusGate::new(topic, c.producer, c.key.clone(), freshness)).collect();
+        if gates.is_empty() { Err(NoChannel(topic)) } else { Ok(gates) }
+    }
+
     /// Whether authority may be minted under this policy: full, or an admitted ablation.
     pub fn admits_authority(&self) -> bool {
         self.policy.is_full() || self.ablation.is_some()

@@ -36,6 +36,8 @@ pub enum Purpose {
     Ack,
     /// The head of an audit chain.
     Head,
+    /// The authority's revocation of an identity.
+    Revocation,
 }
 
 impl Purpose {
@@ -46,6 +48,7 @@ impl Purpose {
             Purpose::Confirmation => b"holdsafe confirmation v1",
             Purpose::Ack => b"holdsafe ack v1",
             Purpose::Head => b"holdsafe head v1",
+            Purpose::Revocation => b"holdsafe revocation v1",
         }
     }
 }
@@ -131,6 +134,11 @@ pub struct Signed<'b> {
 }
 
 impl<'b> Signed<'b> {
+    /// A payload with the signature that stands apart from it.
+    pub fn detached(payload: &'b [u8], signature: &'b [u8; 64]) -> Self {
+        Signed { payload, signature }
+    }
+
     /// Parses the one profile that is spoken here; `max` bounds the whole encoding.
     pub fn parse(bytes: &'b [u8], max: usize) -> Result<Self, Refusal> {
         let outer: Sign1<'b> = codec::decode(bytes, max)?;

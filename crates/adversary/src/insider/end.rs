@@ -70,7 +70,8 @@ impl End {
             HopBody::Watch(nonce) if self.watched.is_none_or(|echo| echo.nonce != nonce) => {
                 self.watched = Some(Echo { nonce, seen: now.stamp() });
             }
-            HopBody::Watch(_) | HopBody::Report(_) | HopBody::Grant(_) | HopBody::Teammate(_) => {}
+            HopBody::Watch(_) | HopBody::Report(_) | HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Revoked(_) => {
+            }
         }
         Some(hop.body)
     }

@@ -9,10 +9,14 @@ use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
 use wire::core::Subject;
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, UnitId};
 use wire::mode::Mode;
+use wire::settings::Settings;
 use wire::sign::{Key, Purpose, Signed};
 
 use super::voice::under_signature;
 use crate::plan::{AckForgery, Kind, OrderForgery};
+
+/// The values that a broker invents: as fast, as near the fence and as unsure as each range allows.
+const BOLDEST: Settings = Settings { speed_mm_s: 3000, margin_mm: 300, arm_permille: 500, keep_permille: 300 };
 
 /// Most orders whose kind is remembered, for telling what an acknowledgement is about.
 const MAX_KINDS: usize = 64;
@@ -111,6 +115,7 @@ impl Forger {
                 Kind::Resume => CommandKind::Resume,
                 Kind::Arm => CommandKind::Arm(self.track),
                 Kind::Confirm => CommandKind::Confirm(self.track),
+                Kind::Configure => CommandKind::Configure(BOLDEST),
             },
             reason: Text::new("invented"),
         }
@@ -136,6 +141,7 @@ impl Forger {
             Kind::Hold => Mode::HoldSafe,
             Kind::Arm => Mode::PrepareToAct,
             Kind::Disarm | Kind::Enable | Kind::Resume | Kind::Confirm => Mode::Ready,
+            Kind::Configure => Mode::Idle,
         };
         let ack = Ack { id: intent.id, intent: Sha256::digest(&order.intent[..]).into(), refused: None, mode };
         match forgery {
@@ -164,5 +170,6 @@ pub(super) fn kind_of(kind: CommandKind) -> Kind {
         CommandKind::Resume => Kind::Resume,
         CommandKind::Arm(_) => Kind::Arm,
         CommandKind::Confirm(_) => Kind::Confirm,
+        CommandKind::Configure(_) => Kind::Configure,
     }
 }

@@ -245,7 +245,7 @@ fn intent_of(request: &[u8]) -> Option<Intent> {
             let signed: &[u8] = signed;
             codec::decode(Signed::parse(signed, MAX_ORDER).ok()?.payload, MAX_ORDER).ok()
         }
-        Request::Release(_) | Request::Watch(_) => None,
+        Request::Release(_) | Request::Watch(_) | Request::Revoke(_) => None,
     }
 }
 

@@ -1,8 +1,9 @@
 //! Insiders: identities of their own that hold valid credentials and do what their role does not allow.
 //!
-//! `teammate` holds teammate B's certificate and signing key, `broker` the command broker's, `gateway` the gateway's. They
-//! keep every rule of the protocol they speak; what they break is the meaning. `rogue` is a process on a host's shared memory
-//! that speaks in another's name, with that one's keys or without.
+//! `teammate` holds teammate B's certificate and signing key, `broker` the command broker's, `gateway` the gateway's,
+//! `operator` somebody's signing key and a way to give orders with it. They keep every rule of the protocol they speak; what
+//! they break is the meaning. `rogue` is a process on a host's shared memory that speaks in another's name, with that one's
+//! keys or without.
 
 mod broker;
 mod end;
@@ -10,6 +11,8 @@ mod flaw;
 mod forged;
 mod forgery;
 mod gateway;
+mod operator;
+mod recorder;
 mod rogue;
 mod story;
 mod tape;
@@ -20,5 +23,7 @@ mod voice;
 
 pub use broker::InsiderBroker;
 pub use gateway::InsiderGateway;
+pub use operator::InsiderOperator;
+pub use recorder::{InsiderRecorder, Kept};
 pub use rogue::Rogue;
 pub use teammate::InsiderTeammate;

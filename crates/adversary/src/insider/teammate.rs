@@ -163,7 +163,12 @@ impl InsiderTeammate {
             HopBody::Report(report) if end.peer == PeerId::UNIT_C => report,
             HopBody::Teammate(teammate) if teammate.via == PeerId::UNIT_C => teammate.report,
             HopBody::Watch(challenge) if end.peer == PeerId::GATEWAY => return self.pass_watch(now, challenge),
-            HopBody::Report(_) | HopBody::Teammate(_) | HopBody::Hello(_) | HopBody::Grant(_) | HopBody::Watch(_) => {
+            HopBody::Report(_)
+            | HopBody::Teammate(_)
+            | HopBody::Hello(_)
+            | HopBody::Grant(_)
+            | HopBody::Watch(_)
+            | HopBody::Revoked(_) => {
                 return;
             }
         };

@@ -169,7 +169,7 @@ fn forwarded(form: Form) -> Vec<u8> {
     let out = records(turn(&mut insider, at(1000), &record, &mut said), UP);
     let mut reports = out.iter().filter_map(|bytes| match codec::decode::<Hop<'_>>(bytes, MAX_HOP).unwrap().body {
         HopBody::Report(report) => Some((wire_hash(bytes), report.to_vec())),
-        HopBody::Hello(_) | HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) => None,
+        HopBody::Hello(_) | HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) | HopBody::Revoked(_) => None,
     });
     let (record, forwarded) = reports.next().unwrap();
     let told = |event: &Event| matches!(event, Event::Attack { hash, .. } if *hash == record);

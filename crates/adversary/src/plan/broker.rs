@@ -78,6 +78,7 @@ pub enum Kind {
     Resume,
     Arm,
     Confirm,
+    Configure,
 }
 
 /// What an invented order is made of.

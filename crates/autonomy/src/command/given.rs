@@ -6,6 +6,7 @@
 use wire::command::CommandKind;
 use wire::id::{CommandId, TrackId};
 use wire::mode::{Because, Cause};
+use wire::settings::Settings;
 
 use super::Ordered;
 
@@ -40,6 +41,10 @@ pub struct Arm(TrackId);
 #[derive(Clone, Copy, Debug)]
 pub struct Confirm(TrackId);
 
+/// Set values for the mission.
+#[derive(Clone, Copy, Debug)]
+pub struct Configure(Settings);
+
 /// An accepted order, sorted by kind.
 #[derive(Clone, Copy, Debug)]
 pub enum Command<'a> {
@@ -55,6 +60,8 @@ pub enum Command<'a> {
     Arm(Given<'a, Arm>),
     /// See [`Confirm`].
     Confirm(Given<'a, Confirm>),
+    /// See [`Configure`].
+    Configure(Given<'a, Configure>),
 }
 
 impl Ordered {
@@ -67,6 +74,7 @@ impl Ordered {
             CommandKind::Resume => Command::Resume(Given { order: self, kind: Resume(()) }),
             CommandKind::Arm(track) => Command::Arm(Given { order: self, kind: Arm(track) }),
             CommandKind::Confirm(track) => Command::Confirm(Given { order: self, kind: Confirm(track) }),
+            CommandKind::Configure(settings) => Command::Configure(Given { order: self, kind: Configure(settings) }),
         }
     }
 }
@@ -98,6 +106,13 @@ impl Given<'_, Arm> {
 impl Given<'_, Confirm> {
     /// The track to act on.
     pub fn track(&self) -> TrackId {
+        self.kind.0
+    }
+}
+
+impl Given<'_, Configure> {
+    /// The values to set.
+    pub fn settings(&self) -> Settings {
         self.kind.0
     }
 }

@@ -14,8 +14,10 @@ use wire::command::{CommandKind, Confirmation, Intent, Order};
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::{Policy, Waived};
+use wire::settings::Settings;
 use wire::sign::{Key, Keyring, Purpose};
 use wire::time::{Instant, Span};
+use wire::trust::Roll;
 
 use super::authority::Mint;
 use super::state::Machine;
@@ -27,6 +29,7 @@ use crate::health::{Findings, Health};
 /// The track that is designated, and another.
 const TRACK: TrackId = TrackId(1);
 const OTHER: TrackId = TrackId(2);
+const VALUES: Settings = Settings { speed_mm_s: 3000, margin_mm: 1000, arm_permille: 600, keep_permille: 450 };
 const LIFETIME: Span = Span::ms(5000);
 const TIMING: Timing = Timing { hysteresis: Span::ms(1000), unrecovered: Span::ms(400) };
 
@@ -90,7 +93,7 @@ impl Start {
 }
 
 /// A stimulus, in words and as an order.
-const STIMULI: [(&str, Option<CommandKind>); 9] = [
+const STIMULI: [(&str, Option<CommandKind>); 10] = [
     ("guards judged", None),
     ("Hold", Some(CommandKind::Hold)),
     ("Disarm", Some(CommandKind::Disarm)),
@@ -100,6 +103,7 @@ const STIMULI: [(&str, Option<CommandKind>); 9] = [
     ("Arm another track", Some(CommandKind::Arm(OTHER))),
     ("Confirm", Some(CommandKind::Confirm(TRACK))),
     ("Confirm another track", Some(CommandKind::Confirm(OTHER))),
+    ("Configure", Some(CommandKind::Configure(VALUES))),
 ];
 
 /// What one step came to.
@@ -214,6 +218,7 @@ impl Bench {
                 Effect::Revoked(_) => words.push("authority revoked"),
                 Effect::Acted(_) => words.push("acts"),
                 Effect::Refused(_) => words.push("refused: interlock"),
+                Effect::Configured(_) => words.push("values set"),
             }
         }
         Outcome { from, to: machine.mode(), cause, effects: words.join(", ") }
@@ -326,6 +331,7 @@ fn ordered(kind: CommandKind, n: u64) -> Ordered {
     gate.admit(
         &policy,
         &keys,
+        &Roll::new(&[], now),
         now,
         &signed_order(&key, &Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new("table") }),
     )

@@ -78,8 +78,17 @@ impl Bench {
     }
 
     pub(crate) fn under(policy: Policy, ablation: Option<Ablation>) -> Bench {
+        Bench::made(setup(policy, ablation))
+    }
+
+    /// The core as it starts the `n`th time.
+    pub(crate) fn of_boot(n: u32) -> Bench {
+        Bench::made(Setup { boot: Boot(n), ..setup(Policy::default(), None) })
+    }
+
+    fn made(setup: Setup) -> Bench {
         let now = Instant(50_000_000);
-        let core = Autonomy::new(setup(policy, ablation), config(), now).unwrap();
+        let core = Autonomy::new(setup, config(), now).unwrap();
         let sender = |topic, producer| Sender::new(topic, producer, Boot(1), channel_key(topic));
         let mut bench = Bench {
             core,
@@ -337,8 +346,8 @@ impl Bench {
                 let signed = Signed::parse(bytes, MAX_REPORT).unwrap();
                 self.report = Some(codec::decode(signed.payload, MAX_REPORT).unwrap());
             }
-            HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) => {
-                panic!("a unit grants nothing and forwards nothing")
+            HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) | HopBody::Revoked(_) => {
+                panic!("a unit says nothing of others")
             }
         }
     }
@@ -346,7 +355,7 @@ impl Bench {
 
 /// An order's bytes, with or without its second step.
 pub(crate) fn order_bytes(intent: &Intent, confirmed: bool) -> Vec<u8> {
-    let key = key_of(NodeId::OPERATOR);
+    let key = key_of(intent.id.operator);
     let signed = key.sign(Purpose::Intent, &codec::encode(intent));
     let hash = Sha256::digest(&signed).into();
     let second = key.sign(Purpose::Confirmation, &codec::encode(&Confirmation { id: intent.id, intent: hash }));
@@ -377,7 +386,7 @@ pub(crate) fn lose(bench: &mut Bench, guard: Guard) {
     }
 }
 
-fn key_of(node: NodeId) -> Key {
+pub(crate) fn key_of(node: NodeId) -> Key {
     Key::from_bytes(&[node.index() as u8 + 1; 32])
 }
 
@@ -398,7 +407,8 @@ fn config() -> AutonomyConfig {
         geofence: vec![(-20_000, -20_000), (20_000, -20_000), (20_000, 20_000), (-20_000, 20_000)],
         obstacles: Vec::new(),
         teammates: vec![UnitId::B, UnitId::C],
-        operators: vec![NodeId::OPERATOR],
+        operators: vec![NodeId::OPERATOR, NodeId::OPERATOR_2],
+        mandates: Vec::new(),
         supervisor: PeerId::GATEWAY,
     }
 }
@@ -414,7 +424,16 @@ fn setup(policy: Policy, ablation: Option<Ablation>) -> Setup {
         policy,
         bounds: Bounds::GROUND,
         secret: Secret([NodeId::UNIT_A.index() as u8 + 1; 32]),
-        public_keys: [NodeId::UNIT_A, NodeId::UNIT_B, NodeId::UNIT_C, NodeId::OPERATOR].map(public).to_vec(),
+        public_keys: [
+            NodeId::UNIT_A,
+            NodeId::UNIT_B,
+            NodeId::UNIT_C,
+            NodeId::OPERATOR,
+            NodeId::OPERATOR_2,
+            NodeId::AUTHORITY,
+        ]
+        .map(public)
+        .to_vec(),
         channels: vec![
             channel(Topic::Navigation, NodeId::SIM),
             channel(Topic::Tracks, NodeId::PERCEPTION),

@@ -1,12 +1,16 @@
 //! Orders: at most once, never late, never by halves, never by another.
 
 use wire::command::CommandKind;
-use wire::event::Event;
-use wire::id::{NodeId, Nonce, UnitId};
+use wire::event::{Account, Event, Interface};
+use wire::hop::HopBody;
+use wire::id::{NodeId, Nonce, Sequence, UnitId};
 use wire::mode::Mode;
+use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
+use wire::settings::Settings;
+use wire::trust::Revocation;
 
-use crate::bench::{Bench, order_bytes};
+use crate::bench::{Bench, key_of, order_bytes};
 
 fn idle() -> Bench {
     let mut bench = Bench::new();
@@ -73,7 +77,7 @@ fn orders_of_others_for_others_and_of_invented_nonces_are_refused() {
     intent.unit = UnitId::B;
     bench.publish(order_bytes(&intent, false));
     intent = bench.intent(CommandKind::Hold, "");
-    intent.id.operator = NodeId::UNIT_B;
+    intent.id.operator = NodeId::UNIT_B; // And signed by it.
     bench.publish(order_bytes(&intent, false));
     intent = bench.intent(CommandKind::Hold, "");
     intent.nonce = Nonce(1);
@@ -94,4 +98,100 @@ fn every_order_is_answered_under_signature_with_the_mode_after_it() {
     bench.order(CommandKind::Enable);
     let answers: Vec<_> = bench.acks.iter().map(|ack| (ack.refused, ack.mode)).collect();
     assert_eq!(answers, [(None, Mode::Ready), (Some(Reason::Interlock), Mode::Ready)]);
+}
+
+#[test]
+fn an_order_of_the_boot_before_is_late_in_the_next_one() {
+    let mut before = idle();
+    let enable = before.signed_order(CommandKind::Enable);
+    let mut after = Bench::of_boot(2);
+    after.run(2000);
+    after.publish(enable.clone());
+    assert_eq!(executed(&after), [Some(Reason::Late)], "the same seed issues other nonces after a restart");
+    before.publish(enable);
+    assert_eq!(executed(&before), [None]);
+}
+
+#[test]
+fn a_counter_run_ahead_is_refused_and_a_hold_from_far_ahead_is_obeyed_and_moves_nothing() {
+    let mut bench = idle();
+    let mut ahead = |kind, sequence| {
+        let mut intent = bench.intent(kind, "for a reason");
+        intent.id.sequence = Sequence(sequence);
+        bench.publish(order_bytes(&intent, true));
+    };
+    ahead(CommandKind::Resume, u64::MAX);
+    ahead(CommandKind::Resume, 5);
+    ahead(CommandKind::Resume, 5 + 65);
+    ahead(CommandKind::Hold, u64::MAX);
+    ahead(CommandKind::Resume, 6);
+    let reasons = [Some(Reason::Jump), Some(Reason::Interlock), Some(Reason::Jump), None, None];
+    assert_eq!(executed(&bench), reasons);
+    bench.run(200);
+    let (heard, _) = bench.report.as_ref().unwrap().last_command.unwrap();
+    assert_eq!(heard.sequence, Sequence(6), "the operator's console is not led to the far end");
+}
+
+#[test]
+fn an_operator_who_floods_is_cut_off_and_neither_answered_nor_told_one_by_one_and_the_other_is_heard() {
+    let mut bench = idle();
+    let flood = |bench: &mut Bench, kind: CommandKind, from: u64| {
+        for sequence in from..from + 60 {
+            let mut intent = bench.intent(kind, "for a reason");
+            (intent.id.operator, intent.id.sequence) = (NodeId::OPERATOR_2, Sequence(sequence));
+            bench.publish(order_bytes(&intent, !kind.towards_safe()));
+        }
+    };
+    flood(&mut bench, CommandKind::Resume, 1);
+    assert_eq!(executed(&bench).len(), 8, "the burst is answered");
+    let rate = Account::Refused(Interface::Commands, Reason::Rate);
+    let told = |bench: &Bench| {
+        bench.events.iter().filter(|e| matches!(e, Event::Refused { reason: Reason::Rate, .. })).count()
+    };
+    assert_eq!(told(&bench), 1);
+    assert_eq!(bench.order(CommandKind::Enable), None, "the other operator has a rate of its own");
+    flood(&mut bench, CommandKind::Hold, 100);
+    assert_eq!(bench.core.mode(), Mode::HoldSafe, "the first hold of a flood holds");
+    bench.run(200);
+    assert_eq!(bench.order(CommandKind::Resume), None);
+    assert_eq!(bench.order(CommandKind::Hold), None, "and the other operator's is executed beside it");
+    bench.feed(&wire::core::Input::Finish);
+    let counted = bench.events.iter().find_map(|e| match e {
+        Event::Count { account, n } if *account == rate => Some(*n),
+        _ => None,
+    });
+    assert_eq!(counted, Some(52 + 52), "every one is counted");
+}
+
+#[test]
+fn a_revoked_operator_is_refused_once_the_authority_has_said_so_and_by_nobody_elses_word() {
+    let mut bench = idle();
+    let revocation = Revocation { of: NodeId::OPERATOR };
+    let forged = revocation.sign(&key_of(NodeId::OPERATOR_2));
+    bench.downlink(HopBody::Revoked(forged.as_slice().into()));
+    assert_eq!(bench.order(CommandKind::Enable), None);
+    let signed = revocation.sign(&key_of(NodeId::AUTHORITY));
+    bench.downlink(HopBody::Revoked(signed.as_slice().into()));
+    bench.downlink(HopBody::Revoked(signed.as_slice().into()));
+    assert_eq!(bench.events.iter().filter(|e| matches!(e, Event::Struck { .. })).count(), 1);
+    assert_eq!(bench.order(CommandKind::Hold), Some(Reason::Revoked), "also towards safe: the lease is what stops");
+}
+
+#[test]
+fn values_change_in_idle_only_and_only_if_they_are_safe_together() {
+    let narrow = Settings { speed_mm_s: 3000, margin_mm: 300, arm_permille: 600, keep_permille: 450 };
+    let slow = Settings { speed_mm_s: 1000, margin_mm: 600, ..narrow };
+    let mut bench = idle();
+    assert_eq!(bench.order(CommandKind::Configure(narrow)), Some(Reason::Joint));
+    assert_eq!(bench.order(CommandKind::Configure(slow)), None);
+    assert_eq!(bench.order(CommandKind::Enable), None);
+    assert_eq!(bench.order(CommandKind::Configure(narrow)), Some(Reason::Joint), "also where no value may change");
+    assert_eq!(bench.order(CommandKind::Configure(slow)), Some(Reason::Interlock));
+    bench.run(500);
+    assert_eq!(bench.drive.as_ref().unwrap().speed_mm_s, 1000, "the speed that was set is the speed that is driven");
+    let mut policy = Policy::default();
+    policy.boundary.insert(Check::Joint, Requirement::Waived);
+    let mut waived = Bench::under(policy, None);
+    waived.run(2000);
+    assert_eq!(waived.order(CommandKind::Configure(narrow)), None);
 }

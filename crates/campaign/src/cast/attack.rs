@@ -5,7 +5,7 @@ pub(super) mod gateway;
 
 use adversary::plan::{
     Content, Damage, DatagramAction, DatagramRelayConfig, Direction, Flaw, Form, Forward, InsiderTeammateConfig,
-    Malformed, On, Place, Step, StreamAction, StreamRelayConfig, Timed, Wait,
+    Malformed, On, Place, Step, StreamAction, StreamRelayConfig, Tampering, Timed, Wait,
 };
 use sim::fault::{Disturbance, Fault};
 use wire::event::{Action, Sensor};
@@ -124,8 +124,23 @@ pub(super) fn datagrams(s: &Scenario, phase: u64) -> DatagramRelayConfig {
     DatagramRelayConfig { actions }
 }
 
+/// What the recorder's insider does: one of the scenario's, in turn by the seed, at a place that the seed draws.
+pub(super) fn tampering(s: &Scenario, seed: u64) -> Option<(Tampering, u64)> {
+    let at = (seed % s.tamper.len().max(1) as u64) as usize;
+    let does = match s.tamper.get(at)?.does {
+        scenario::Tampered::Edit => Tampering::Edit,
+        scenario::Tampered::Swap => Tampering::Swap,
+        scenario::Tampered::Delete => Tampering::Delete,
+        scenario::Tampered::Truncate => Tampering::Truncate,
+        scenario::Tampered::Omit => Tampering::Omit,
+        scenario::Tampered::Rechain => Tampering::Rechain,
+        scenario::Tampered::CutAtSeal => Tampering::CutAtSeal,
+    };
+    Some((does, seed))
+}
+
 /// The link's own weather, carried out by the same relay; `planned` does not know it.
-fn conditions(s: &Scenario) -> impl Iterator<Item = Timed<DatagramAction>> {
+pub(super) fn conditions(s: &Scenario) -> impl Iterator<Item = Timed<DatagramAction>> {
     let duration_ms = (s.duration_s.get() * 1000.0) as u64;
     let all_along = move |action| Timed { start_ms: 0, duration_ms, direction: Direction::Both, step: None, action };
     let loss = Some(permille(*s.conditions.loss)).filter(|p| *p > 0);
@@ -259,6 +274,11 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
     }
 }
 
+/// Whether something is injected that needs a receipt.
+pub fn is_attacked(s: &Scenario) -> bool {
+    !planned(s).is_empty()
+}
+
 /// What the oracle has to find receipts for.
 pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
     let mut planned = Vec::new();
@@ -278,6 +298,7 @@ pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
     add(!s.teammate.is_empty(), Action::Forward);
     planned.extend(super::peer::planned(s));
     planned.extend(tampered(s).map(Planned::Stream));
+    planned.extend((!s.rogue.is_empty()).then_some(Planned::Rogue));
     planned.extend(broker::planned(s).map(Planned::Broker));
     planned.extend(gateway::planned(s).map(Planned::Feed));
     planned.extend((!s.intent_drop.is_empty()).then_some(Planned::Swallowed));

@@ -7,6 +7,7 @@ use wire::core::Topic;
 use wire::id::NodeId;
 use wire::setup::{Channel, Secret};
 use wire::sign::Key;
+use wire::trust::Revocation;
 
 use super::Host;
 
@@ -30,6 +31,13 @@ impl RunSecret {
         Secret(self.derive("holdsafe signing secret v1", node.name().as_bytes()))
     }
 
+    /// A revocation of each identity that can be struck from the roll. Here the authority's key is used, and only here.
+    pub fn revocations(&self) -> Vec<(NodeId, Vec<u8>)> {
+        let authority = Key::from_bytes(&self.of(NodeId::AUTHORITY).0);
+        let strikable = [NodeId::OPERATOR, NodeId::OPERATOR_2, NodeId::UNIT_B, NodeId::UNIT_C];
+        strikable.map(|of| (of, Revocation { of }.sign(&authority))).to_vec()
+    }
+
     /// Everybody's public keys.
     pub fn public_keys(&self) -> Vec<(NodeId, [u8; 32])> {
         let signers = [
@@ -37,6 +45,8 @@ impl RunSecret {
             NodeId::UNIT_B,
             NodeId::UNIT_C,
             NodeId::OPERATOR,
+            NodeId::OPERATOR_2,
+            NodeId::AUTHORITY,
             NodeId::GATEWAY,
             NodeId::CONSOLE,
             NodeId::RECORDER,
@@ -47,10 +57,9 @@ impl RunSecret {
     /// The keys of these channels on `host` that `node` gets: of each that it writes, every reader's; of each that it reads,
     /// its own.
     pub fn channels(&self, host: Host, node: NodeId, topics: &[(Topic, NodeId)]) -> Vec<Channel> {
-        let channel = |(topic, producer): (Topic, NodeId), reader: usize| Channel {
-            topic,
-            producer,
-            key: ChannelKey(self.derive("holdsafe channel key v2", &[host as u8, topic as u8, reader as u8])),
+        let channel = |(topic, producer): (Topic, NodeId), reader: usize| {
+            let of = [host as u8, topic as u8, producer.index() as u8, reader as u8];
+            Channel { topic, producer, key: ChannelKey(self.derive("holdsafe channel key v3", &of)) }
         };
         let of = |(topic, producer): (Topic, NodeId)| {
             let readers =

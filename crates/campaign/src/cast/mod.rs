@@ -4,12 +4,14 @@
 //! live launcher hands the same setups to processes; neither adds anything of its own.
 
 mod attack;
+mod control;
 mod keys;
 mod peer;
 mod process;
 mod rogue;
 mod scene;
 mod script;
+mod station;
 
 use autonomy::AutonomyConfig;
 use console::ConsoleConfig;
@@ -20,19 +22,28 @@ use rand_core::{RngCore, SeedableRng};
 use sim::SimConfig;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
-use wire::setup::{Ablation, Setup};
+use wire::policy::{Check, Requirement};
+use wire::setup::{Ablation, Secret, Setup};
+use wire::sign::Key;
 
+use adversary::insider::InsiderRecorder;
 use adversary::plan::{
-    DatagramRelayConfig, InsiderBrokerConfig, InsiderGatewayConfig, InsiderTeammateConfig, RogueConfig,
-    StreamRelayConfig,
+    DatagramRelayConfig, InsiderBrokerConfig, InsiderGatewayConfig, InsiderOperatorConfig, InsiderTeammateConfig,
+    RogueConfig, StreamRelayConfig, Tampering,
 };
 
 use crate::cue::Cue;
+use crate::custody::Held;
+use crate::evidence::hex;
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
 
+pub use attack::is_attacked;
 pub use keys::RunSecret;
 pub use process::{Ordeal, OrdealKind, Turn, next_turn, node_of};
+
+/// Who may give commands, in every run. Nobody holds the second one's key but the rogue of some scenarios.
+const OPERATORS: [NodeId; 2] = [NodeId::OPERATOR, NodeId::OPERATOR_2];
 
 /// A host: its nodes share a clock and shared memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -75,6 +86,8 @@ pub enum Role {
     StreamRelay(StreamRelayConfig),
     /// Holds unit B's credentials.
     InsiderTeammate(InsiderTeammateConfig),
+    /// Gives orders under a key that is not its own.
+    InsiderOperator(InsiderOperatorConfig),
     /// Holds the broker's credentials and stands in its place.
     InsiderBroker(InsiderBrokerConfig),
     /// Holds the gateway's keys and sits between it and the console.
@@ -144,6 +157,7 @@ impl Role {
             Role::DatagramRelay(_)
             | Role::StreamRelay(_)
             | Role::InsiderTeammate(_)
+            | Role::InsiderOperator(_)
             | Role::InsiderBroker(_)
             | Role::InsiderGateway(_) => true,
             Role::Rogue(_) => false,
@@ -191,9 +205,31 @@ pub struct Cast {
     pub duration: u64,
     /// Whether link and stage delays vary with the seed.
     pub varied_delays: bool,
+    /// What the recorder's insider does to the recording, and the seed of where.
+    pub tampering: Option<(Tampering, u64)>,
 }
 
 impl Cast {
+    /// Whether the broker's table of rights stands: the policy's word, which is the same for everybody.
+    pub fn rights(&self) -> Requirement {
+        self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))
+    }
+
+    /// The public keys under which everybody's log is signed, and who owes no last signature; no head yet.
+    pub fn held(&self, broker: Option<&Secret>) -> Held {
+        let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
+        let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
+        let keys = members.chain(broker.map(|secret| key(NodeId::BROKER, secret))).collect();
+        Held { keys, heads: Vec::new(), killed: self.killed() }
+    }
+
+    /// The insider whose hands the recorder is in, when the scenario has one.
+    pub fn hands(&self) -> Option<InsiderRecorder> {
+        let (does, seed) = self.tampering?;
+        let recorder = self.members.iter().find(|m| m.node() == NodeId::RECORDER)?;
+        Some(InsiderRecorder::new(recorder.setup.key(), does, seed))
+    }
+
     /// Who routes the command plane: the broker, or the one who stands in its place.
     pub fn broker(&self) -> NodeId {
         let hostile = self.members.iter().any(|m| m.node() == NodeId::INSIDER_BROKER);
@@ -251,6 +287,7 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
         planned: attack::planned(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
+        tampering: attack::tampering(scenario, seed),
         members,
     }
 }
@@ -306,7 +343,8 @@ impl Company<'_> {
     ) -> &mut Member {
         let topics: Vec<_> = reads.iter().copied().chain(writes.iter().map(|t| (*t, node))).collect();
         let setup = self.setup(node, host, &topics);
-        let subscribes = reads.iter().map(|(t, _)| *t).collect();
+        let mut subscribes: Vec<Topic> = reads.iter().map(|(t, _)| *t).collect();
+        subscribes.dedup(); // A topic with several producers is still one topic.
         let member = Member {
             host,
             role,
@@ -376,23 +414,31 @@ impl Company<'_> {
             geofence: world.geofence.iter().map(|p| scene::millimetres(*p)).collect(),
             obstacles: scene::map(world),
             teammates: others.collect(),
-            operators: vec![NodeId::OPERATOR],
+            operators: OPERATORS.to_vec(),
+            mandates: station::mandates(self.scenario),
             supervisor: if silent { PeerId::UNIT_B } else { PeerId::GATEWAY },
         }
     }
 
     fn control(&mut self) {
         let units = vec![UnitId::A, UnitId::B, UnitId::C];
-        let config = GatewayConfig { units: units.clone(), fanout: units, operators: vec![NodeId::OPERATOR] };
+        let config = GatewayConfig {
+            units: units.clone(),
+            fanout: units,
+            operators: OPERATORS.to_vec(),
+            mandates: station::mandates(self.scenario),
+        };
         let (gateway, console) = (NodeId::GATEWAY, NodeId::CONSOLE);
-        let reads = [(Topic::Intents, console)];
+        let stations = std::iter::once(console).chain(station::channel(self.scenario));
+        let reads: Vec<_> = stations.map(|station| (Topic::Intents, station)).collect();
         let member = self.add(Host::Control, Role::Gateway(config), gateway, &reads, &[Topic::Feed]);
         member.peer = peer_of(gateway);
         member.commands = true;
         if attack::gateway::plan(self.scenario, 0).is_some() {
             self.members.iter_mut().filter(|m| m.node() == gateway).for_each(|m| m.seat = Seat::Inside);
         }
-        let config = script::console(self.scenario, self.secret.of(NodeId::OPERATOR));
+        let (secret, revocations) = (self.secret.of(NodeId::OPERATOR), self.secret.revocations());
+        let config = script::console(self.scenario, secret, revocations);
         self.add(Host::Control, Role::Console(config), console, &[(Topic::Feed, gateway)], &[Topic::Intents]);
     }
 
@@ -419,6 +465,14 @@ impl Company<'_> {
             let member = self.add(Host::Control, insider, NodeId::INSIDER_GATEWAY, &reads, &[]);
             member.publishes = vec![Topic::Feed, Topic::Intents];
             member.seat = Seat::Between;
+        }
+        if let Some(config) = station::plan(self.scenario, draw.phase_ms, self.secret) {
+            let peer = config.certificate;
+            let writes: &[Topic] = if peer.is_none() { &[Topic::Intents] } else { &[] };
+            let (rogue, reads) = (NodeId::INSIDER_OPERATOR, [(Topic::Feed, NodeId::GATEWAY)]);
+            let member = self.add(Host::Control, Role::InsiderOperator(config), rogue, &reads, writes);
+            member.peer = peer;
+            member.commands = peer.is_some();
         }
         if let Some(casting) = rogue::of(self.scenario, draw.phase_ms) {
             self.rogue(casting);

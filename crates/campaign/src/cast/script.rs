@@ -13,12 +13,17 @@ use crate::scenario::{self, DisplayedState, Scenario, Verb};
 const CONFIDENCE: u16 = 600;
 
 /// The console's configuration, with the operator's own key.
-pub(super) fn console(scenario: &Scenario, operator_secret: Secret) -> ConsoleConfig {
+pub(super) fn console(
+    scenario: &Scenario,
+    operator_secret: Secret,
+    revocations: Vec<(NodeId, Vec<u8>)>,
+) -> ConsoleConfig {
     ConsoleConfig {
         units: vec![UnitId::A, UnitId::B, UnitId::C],
         operator: NodeId::OPERATOR,
         operator_secret,
         script: scenario.operator.step.iter().map(step).collect(),
+        revocations,
         text: true,
     }
 }
@@ -39,6 +44,14 @@ fn step(step: &scenario::Step) -> Step {
             Verb::Hold => Action::Hold,
             Verb::Resume => Action::Resume,
             Verb::Disarm => Action::Disarm,
+            Verb::Configure => {
+                let values = step.values.expect("invariant: a loaded step that configures has its values");
+                Action::Configure(values.settings())
+            }
+            Verb::Revoke => {
+                let who = step.who.as_ref().and_then(|name| NodeId::from_name(name.as_str()));
+                Action::Revoke(who.expect("invariant: a loaded step that revokes names somebody"))
+            }
         },
         reason: step.reason.as_ref().map(|r| r.as_str().to_owned()).unwrap_or_default(),
         within_ms: (step.within_s.get() * 1000.0) as u64,

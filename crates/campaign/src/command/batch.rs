@@ -103,8 +103,12 @@ impl Batch<'_> {
             setup.run_dir = Some(dir);
         }
         let before = cpu_seconds(self.mode);
-        let mut trial = engine::trial(self.mode, &variation.scenario, &setup, job.seed, stop)
-            .map_err(|e| Failure::from(e).reproduced_by(self.reproduce(job)))?;
+        let done = if job.planned.sabotage {
+            engine::sabotaged(&variation.scenario, &setup, job.seed)
+        } else {
+            engine::trial(self.mode, &variation.scenario, &setup, job.seed, stop)
+        };
+        let mut trial = done.map_err(|e| Failure::from(e).reproduced_by(self.reproduce(job)))?;
         trial.cpu_seconds = cpu_seconds(self.mode) - before;
         trial.cell = variation.cell.clone();
         Ok(trial)

@@ -43,7 +43,7 @@ struct Line {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: false };
+    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     let Some(curve) = &scenario.curve else {
         let message = format!("`{}` has no curve; add a `[curve]` table to it", scenario.name.as_str());

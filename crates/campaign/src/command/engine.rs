@@ -4,18 +4,18 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use crate::custody::Custodian;
+use crate::evidence::by_recorder;
 use crate::live::child::Services;
 use crate::live::mouths::CoreReplay;
 use crate::live::{self, LiveError};
 use crate::progress::Stop;
 use crate::report::Mode;
+use crate::sabotage::sabotage;
 use crate::scenario::{Scenario, Setup};
 use crate::stages::Delays;
 use crate::trial::Trial;
-use crate::{evidence, judged, keep, stack, twin};
-use wire::audit::Chains;
-use wire::event::Event;
-use wire::id::NodeId;
+use crate::{judged, keep, stack, twin};
 
 /// The longest `replay.json` that is read.
 const MAX_REPLAY_BYTES: u64 = 1 << 20;
@@ -64,6 +64,8 @@ pub struct Verified {
     pub events: u64,
     /// Head of the chain, hexadecimal.
     pub head: String,
+    /// Heads held outside the recorder that it was set against.
+    pub heads: u64,
     /// Whether the closing seal is there; without it the log is TRUNCATED.
     pub sealed: bool,
     /// What does not hold, each with its position.
@@ -85,6 +87,7 @@ pub(super) fn trial(
             let run = twin::trial::conclude(cast, twin, setup);
             if let Some(directory) = &setup.run_dir {
                 keep::recording(directory, &run.log).map_err(failed)?;
+                keep::held(directory, &run.held).map_err(failed)?;
                 keep::events(directory, &run.evidence.entries).map_err(failed)?;
             }
             Ok(judged::trial(seed, scenario.level(), &run.evidence, &run.verdict))
@@ -92,6 +95,12 @@ pub(super) fn trial(
         Mode::Stack => stack::trial(scenario, seed).map_err(failed),
         Mode::Live => live_trial(scenario, setup, seed, stop, &mut |_| {}),
     }
+}
+
+/// Sabotages the receipts of one trial in the twin.
+pub(super) fn sabotaged(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trial, EngineError> {
+    let done = sabotage(scenario, setup, seed).map_err(failed)?;
+    Ok(judged::trial(seed, scenario.level(), &done.evidence, &done.verdict))
 }
 
 /// Runs one live trial and gives what the console shows, text by text, to `show`.
@@ -119,6 +128,7 @@ fn live_trial(
     let kept = match (&run, &setup.run_dir) {
         (Ok(run), Some(_)) => keep::events(&run_dir, &run.evidence.entries)
             .and_then(|()| keep::replays(&run_dir, &run.replays))
+            .and_then(|()| keep::held(&run_dir, &run.held))
             .map_err(failed),
         (_, None) => std::fs::remove_dir_all(&scratch).or(Ok(())),
         (Err(_), Some(_)) => Ok(()),
@@ -209,28 +219,26 @@ pub(super) fn replay(run: &Path) -> Result<Vec<MouthReplay>, EngineError> {
     Ok(cores.into_iter().map(told).collect())
 }
 
-/// Checks chains, seals and signatures of the run in `run`.
+/// Checks chains, seals, signatures and heads of the run in `run`, by the public keys and heads that are kept beside it.
 pub(super) fn verify(run: &Path) -> Result<Verified, EngineError> {
     readable(run)?;
-    let unreadable = |e: link::recorded::RecordedError| EngineError::Unreadable {
-        file: run.to_owned(),
-        message: e.to_string(),
-        remedy: "name the directory of one run, with `recording/` in it".to_owned(),
+    let unreadable = |file: PathBuf, message: String| EngineError::Unreadable {
+        file,
+        message,
+        remedy: "name the directory of one run, with `recording/` and `held.json` in it".to_owned(),
     };
-    let frames = link::recorded::frames(&run.join("recording")).map_err(unreadable)?;
-    let (mut chains, mut findings, mut sealed, mut events) = (Chains::default(), Vec::new(), None, 0);
-    for frame in &frames {
-        events += 1;
-        match chains.follow(&frame.bytes) {
-            Ok(entry) => sealed = matches!(entry.event, Event::Sealed { .. }).then_some(events).or(sealed),
-            Err(error) => findings.push(format!("event {events}: {error}")),
-        }
+    let frames =
+        link::recorded::frames(&run.join("recording")).map_err(|e| unreadable(run.to_owned(), e.to_string()))?;
+    let held = keep::read_held(run).map_err(|e| unreadable(run.join(keep::HELD), e.to_string()))?;
+    let mut custodian = Custodian::new(&held);
+    for frame in frames.iter().filter(|frame| by_recorder(frame.node)) {
+        // What does not continue its chain is in the custodian's own list.
+        let _noted = custodian.take(&frame.bytes);
     }
-    let recorder = chains.heads().iter().find(|h| h.node == NodeId::RECORDER);
-    let head = recorder.map(|h| evidence::hex(&h.hash)).unwrap_or_default();
-    // Behind the closing seal stands the recorder's own signature and nothing else.
-    let closed = sealed.is_some_and(|at| frames[at..].iter().all(|f| f.node == NodeId::RECORDER));
-    Ok(Verified { events: events as u64, head, sealed: closed, findings })
+    let custody = custodian.close();
+    let findings = custody.flaws.iter().map(ToString::to_string).collect();
+    let heads = held.heads.len() as u64;
+    Ok(Verified { events: custody.events as u64, head: custody.head, heads, sealed: custody.sealed, findings })
 }
 
 fn readable(run: &Path) -> Result<(), EngineError> {

@@ -26,7 +26,7 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: true };
+    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: true, ..Wanted::default() };
     let (_, mut planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     planned.truncate(1);
     let Some(one) = planned.first_mut() else {

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::Context;
 use super::failure::{Exit, Failure};
+use crate::cast::is_attacked;
 use crate::scenario::{self, Scenario, Setup, Variation};
 
 /// One variation of a scenario, ready to run.
@@ -17,6 +18,8 @@ pub(super) struct Planned {
     pub(super) options: String,
     /// The line that reproduces it without its seed, where that is not `run`.
     pub(super) command: Option<String>,
+    /// Nobody acts, and the actors say that they did.
+    pub(super) sabotage: bool,
 }
 
 /// What is asked of every scenario of a plan.
@@ -28,6 +31,8 @@ pub(super) struct Wanted {
     pub(super) cell: Option<String>,
     /// Rendered sensors and the detector.
     pub(super) rendered: bool,
+    /// Nobody acts, and the actors say that they did.
+    pub(super) sabotage: bool,
 }
 
 /// The file of a scenario given by name or by path.
@@ -67,10 +72,20 @@ pub(super) fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wante
 
 /// Gives a variation its policy, bounds and platform.
 pub(super) fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Result<Planned, Failure> {
+    let variation = if wanted.sabotage {
+        if !is_attacked(&variation.scenario) {
+            let message =
+                format!("`{}` injects nothing whose receipt could be denied", variation.scenario.name.as_str());
+            return Err(Failure::new(Exit::Usage, message));
+        }
+        Variation { scenario: variation.scenario.sabotaged(), ..variation }
+    } else {
+        variation
+    };
     let mut setup = Setup::load(&context.root()?, &variation.scenario, wanted.policy.as_deref(), wanted.rendered)?;
     setup.stop = context.stop.clone();
     let options = options(wanted, variation.cell.as_deref());
-    Ok(Planned { variation, setup, options, command: None })
+    Ok(Planned { variation, setup, options, command: None, sabotage: wanted.sabotage })
 }
 
 fn options(wanted: &Wanted, cell: Option<&str>) -> String {
@@ -83,6 +98,9 @@ fn options(wanted: &Wanted, cell: Option<&str>) -> String {
     }
     if wanted.rendered {
         options.push_str(" --rendered");
+    }
+    if wanted.sabotage {
+        options.push_str(" --sabotage");
     }
     options
 }

@@ -36,6 +36,9 @@ pub(super) struct Args {
     /// Render the sensors and run the detector, in the twin; live runs always do.
     #[arg(long)]
     rendered: bool,
+    /// Deny every injection: the actors' claims in a log of the same trial in which nobody acted. INVALID is expected.
+    #[arg(long, conflicts_with_all = ["live", "rendered"])]
+    sabotage: bool,
     /// Live trials at a time.
     #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
     jobs: usize,
@@ -56,7 +59,7 @@ struct Several {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let engine = if args.live { Mode::Live } else { Mode::Twin };
     let rendered = args.rendered || args.live;
-    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered };
+    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered, sabotage: args.sabotage };
     // Every file is read before anything runs.
     let mut plans = Vec::new();
     for name in &args.scenarios {

@@ -29,7 +29,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let holds = verified.sealed && verified.findings.is_empty();
     if !context.json {
         let closed = if verified.sealed { "sealed" } else { "TRUNCATED: no closing seal" };
-        out::say(format_args!("{} events, head {}, {closed}", verified.events, verified.head));
+        let (events, head, heads) = (verified.events, &verified.head, verified.heads);
+        out::say(format_args!("{events} events, head {head}, {heads} heads held outside the recorder, {closed}"));
         for finding in &verified.findings {
             out::say(format_args!("{finding}"));
         }

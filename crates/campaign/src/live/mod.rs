@@ -31,6 +31,7 @@ use wire::time::Span;
 
 use crate::cast::{Cast, RunSecret};
 use crate::cue::Watch;
+use crate::custody::Held;
 use crate::evidence::Logged;
 use crate::progress::Stop;
 
@@ -80,8 +81,12 @@ pub struct Options<'a> {
 
 /// What a live run left, before anybody judges it.
 pub struct Aftermath {
-    /// The recording, on the run's time.
+    /// The recording, on the run's time; behind it what guards and launcher noted.
     pub log: Vec<Logged>,
+    /// How much of it is the recording, in the order in which it was kept; nothing where the recorder died.
+    pub recorded: usize,
+    /// What is held of it outside the recorder.
+    pub held: Held,
     /// The first process that ended by itself, and when, microseconds of the run.
     pub lost: Option<(u64, NodeId)>,
 }
@@ -121,8 +126,13 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     let mut log = if dead {
         witness::mouths(cast, &places.run_dir, start_us)
     } else {
+        if let Some(hands) = cast.hands() {
+            witness::lay_on(&hands, &places.run_dir)?;
+        }
         witness::recording(&places.run_dir, start_us)?
     };
+    let recorded = if dead { 0 } else { log.len() };
+    let held = Held { heads: witness::heads(&company.stats), ..cast.held(Some(&secret.of(NodeId::BROKER))) };
     log.extend(witness::guards(cast, &places.run_dir, start_us, &company.stats));
     let mut told = stayed.events.clone();
     told.push((cast.duration, Event::Stalled { by: Span(stayed.overslept) }));
@@ -134,7 +144,7 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
         witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, at, event);
     }
     drop(company);
-    Ok(Aftermath { log, lost: stayed.lost() })
+    Ok(Aftermath { log, recorded, held, lost: stayed.lost() })
 }
 
 /// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in

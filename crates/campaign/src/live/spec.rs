@@ -53,6 +53,9 @@ impl Places {
     }
 }
 
+/// Where the channel of a second station is, beside its host's own.
+const SECOND_STATION: &str = "station-2";
+
 fn scope(host: Host) -> &'static str {
     match host {
         Host::VehicleA => "vehicle",
@@ -134,7 +137,7 @@ impl Specs<'_> {
     pub(super) fn broker(&self, secret: &wire::setup::Secret) -> Result<ServiceSpec, String> {
         let mut spec = self.plain(NodeId::BROKER, Host::Control, 0);
         spec.broker = Some(BrokerListen { at: LoopbackAddr::on_port(0), credential: self.credential(NodeId::BROKER)? });
-        spec.config = json!({ "secret": secret });
+        spec.config = json!({ "secret": secret, "rights": self.cast.rights() });
         Ok(spec)
     }
 
@@ -175,16 +178,22 @@ impl Specs<'_> {
     }
 
     fn bus(&self, member: &Member) -> Vec<BusSpec> {
-        let scope = scope(member.host).to_owned();
-        let channel = |topic: &Topic, inside: bool| {
-            let scope = if inside { format!("{scope}-inside") } else { scope.clone() };
-            ChannelSpec { scope, topic: *topic }
-        };
-        let seat = member.seat;
-        let subscribe = member.subscribes.iter().map(|topic| channel(topic, seat.reads_inside(*topic))).collect();
-        let publish = member.publishes.iter().map(|topic| channel(topic, seat.writes_inside(*topic))).collect();
         if member.subscribes.is_empty() && member.publishes.is_empty() {
             return Vec::new();
+        }
+        let (host, seat) = (scope(member.host), member.seat);
+        let channel = |scope: &str, inside: bool, topic: Topic| {
+            let scope = if inside { format!("{scope}-inside") } else { scope.to_owned() };
+            ChannelSpec { scope, topic }
+        };
+        // A channel has one producer: the second station's is beside the console's, and the gateway reads both.
+        let second = |m: &Member| matches!(m.role, Role::InsiderOperator(_)) && m.publishes.contains(&Topic::Intents);
+        let own = if second(member) { SECOND_STATION } else { host };
+        let publish = member.publishes.iter().map(|t| channel(own, seat.writes_inside(*t), *t)).collect();
+        let mut subscribe: Vec<_> =
+            member.subscribes.iter().map(|t| channel(host, seat.reads_inside(*t), *t)).collect();
+        if matches!(member.role, Role::Gateway(_)) && self.cast.members.iter().any(second) {
+            subscribe.push(channel(SECOND_STATION, false, Topic::Intents));
         }
         let (prefix, root) = self.places.domain(member.host);
         // A rogue comes first and makes the channels of its own, with room for their producers beside it.
@@ -212,6 +221,7 @@ impl Specs<'_> {
             | Role::InsiderTeammate(_)
             | Role::InsiderBroker(_)
             | Role::InsiderGateway(_)
+            | Role::InsiderOperator(_)
             | Role::Rogue(_) => None,
         })
     }
@@ -225,8 +235,9 @@ impl Specs<'_> {
         } else {
             self.address(self.cast.broker(), "mqtt")?
         };
-        let subscribe = match node.unit() {
+        let subscribe = match UnitId::from_name(own.name()).filter(|unit| unit.node().unit().is_some()) {
             Some(unit) => vec![Subject::Command(unit)],
+            None if own != PeerId::GATEWAY => Vec::new(),
             None => [UnitId::A, UnitId::B, UnitId::C].map(Subject::Ack).to_vec(),
         };
         let expect = PeerId::BROKER;
@@ -249,6 +260,7 @@ fn config(member: &Member) -> Value {
         Role::DatagramRelay(config) => json!({ "setup": setup, "config": { "datagram_relay": config } }),
         Role::StreamRelay(config) => json!({ "setup": setup, "config": { "stream_relay": config } }),
         Role::InsiderTeammate(config) => json!({ "setup": setup, "config": { "insider_teammate": config } }),
+        Role::InsiderOperator(config) => json!({ "setup": setup, "config": { "insider_operator": config } }),
         Role::InsiderBroker(config) => json!({ "setup": setup, "config": { "insider_broker": config } }),
         Role::InsiderGateway(config) => json!({ "setup": setup, "config": { "insider_gateway": config } }),
         Role::Rogue(config) => json!({ "setup": setup, "config": { "rogue": config } }),
@@ -269,6 +281,7 @@ pub(super) fn service(role: &Role) -> &'static str {
         | Role::InsiderTeammate(_)
         | Role::InsiderBroker(_)
         | Role::InsiderGateway(_)
+        | Role::InsiderOperator(_)
         | Role::Rogue(_) => "adversary",
     }
 }

@@ -5,7 +5,8 @@ use std::io::Read;
 use super::mouths::{self, CoreReplay};
 use super::{Aftermath, LiveError, Options, run};
 use crate::cast::{Cast, RunSecret, cast};
-use crate::evidence::read;
+use crate::custody::{Custodian, Flaw, Held};
+use crate::evidence::{Logged, read};
 use crate::oracle::{Evidence, Verdict, judge};
 use crate::scenario::{Scenario, Setup};
 
@@ -16,6 +17,8 @@ const STALL_LIMIT_US: u64 = 100_000;
 pub struct Run {
     /// Who took part.
     pub cast: Cast,
+    /// What is held of the recording outside the recorder.
+    pub held: Held,
     /// What the oracle saw.
     pub evidence: Evidence,
     /// What it said.
@@ -32,13 +35,15 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     let secret = RunSecret::random(secret);
     let cast = cast(scenario, setup, seed, &secret);
     let run_dir = options.run_dir.clone();
-    let Aftermath { mut log, lost } = run(&cast, &secret, setup.policy.record_guard, options)?;
+    let Aftermath { mut log, recorded, held, lost } = run(&cast, &secret, setup.policy.record_guard, options)?;
+    let custody = custody(&log[..recorded], &held);
     log.sort_by_key(|l| l.at);
     let (entries, broken_log) = read(&log);
     let lost = lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
     let evidence = Evidence {
         entries,
         broken_log: broken_log.or(lost),
+        custody,
         bounds: setup.bounds,
         planned: cast.planned.clone(),
         duration: cast.duration,
@@ -47,5 +52,18 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     };
     let verdict = judge(&evidence);
     let replays = mouths::replay(&cast, &run_dir);
-    Ok(Run { cast, evidence, verdict, replays })
+    Ok(Run { cast, held, evidence, verdict, replays })
+}
+
+/// What does not hold of the recording, in the order in which it was kept. A recorder that died left none to judge.
+fn custody(recorded: &[Logged], held: &Held) -> Vec<Flaw> {
+    if recorded.is_empty() {
+        return Vec::new();
+    }
+    let mut custodian = Custodian::new(held);
+    for logged in recorded {
+        // What does not continue its chain is in the custodian's own list.
+        let _noted = custodian.take(&logged.bytes);
+    }
+    custodian.close().flaws
 }

@@ -5,8 +5,11 @@ use std::collections::VecDeque;
 use std::io::BufReader;
 use std::path::Path;
 
+use adversary::insider::{InsiderRecorder, Kept};
+use link::instrument::Frame;
 use link::mouth;
 use link::recorded;
+use link::recorder::Recording;
 use link::stream::{StreamLog, StreamSight};
 use link::vet::Fault;
 use serde_json::Value;
@@ -19,15 +22,44 @@ use wire::time::Instant;
 
 use super::LiveError;
 use crate::cast::{Cast, Member};
+use crate::custody::HeldHead;
 use crate::evidence::{Logged, guard_verdict};
 use crate::sights::Claims;
 
 /// The recording, on the run's time; what was written before the start counts as written at the start.
 pub(super) fn recording(run_dir: &Path, start_us: u64) -> Result<Vec<Logged>, LiveError> {
     let frames = recorded::frames(&run_dir.join("recording")).map_err(|e| LiveError::Environment(e.to_string()))?;
-    let logged =
-        |f: link::instrument::Frame| Logged { at: f.trace_us.saturating_sub(start_us), node: f.node, bytes: f.bytes };
+    let logged = |f: Frame| Logged { at: f.trace_us.saturating_sub(start_us), node: f.node, bytes: f.bytes };
     Ok(frames.into_iter().map(logged).collect())
+}
+
+/// Lets the hands that the recorder is in at the files of its recording.
+pub(super) fn lay_on(hands: &InsiderRecorder, run_dir: &Path) -> Result<(), LiveError> {
+    let folder = run_dir.join("recording");
+    let unreadable = |e: recorded::RecordedError| LiveError::Environment(e.to_string());
+    let frames = recorded::frames(&folder).map_err(unreadable)?;
+    let kept = |Frame { trace_us: at, node, bytes }: Frame| Kept { at, node, bytes };
+    let mut kept: Vec<Kept> = frames.into_iter().map(kept).collect();
+    hands.lay_on(&mut kept);
+    let unwritable = |e: std::io::Error| LiveError::Environment(format!("{}: {e}", folder.display()));
+    std::fs::remove_dir_all(&folder).map_err(unwritable)?;
+    let mut recording = Recording::new(folder.clone());
+    for Kept { at: trace_us, node, bytes } in kept {
+        if !recording.write(&Frame { trace_us, node, bytes }) {
+            return Err(LiveError::Environment(format!("{} cannot be written again", folder.display())));
+        }
+    }
+    recording.finish();
+    Ok(())
+}
+
+/// How far each service's chain went, by its own closing words; the recorder's are none against it.
+pub(super) fn heads(stats: &[(NodeId, Value)]) -> Vec<HeldHead> {
+    let of = |(node, stats): &(NodeId, Value)| {
+        let head = &stats["links"]["head"];
+        Some(HeldHead { node: *node, counter: head["counter"].as_u64()?, hash: head["hash"].as_str()?.to_owned() })
+    };
+    stats.iter().filter(|(node, _)| *node != NodeId::RECORDER).filter_map(of).collect()
 }
 
 /// The same entries out of every member's mouth log, for a run whose recorder died; each counts as written when its core

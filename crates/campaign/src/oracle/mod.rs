@@ -5,16 +5,17 @@
 //! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
 //! then compared with these.
 //!
-//! `timeline` sorts the events by what they are about, `receipt`, `stream`, `planes`, `view`, `mouth` and `place` decide whether
-//! the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `place` for where the
-//! unit takes itself to be, `stale` for the age of what was accepted), `demise` what is owed when a process is killed,
-//! `outcome` picks the one class.
+//! `timeline` sorts the events by what they are about, `receipt`, `stream`, `planes`, `view`, `mouth` and `place` decide
+//! whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `place` for
+//! where the unit takes itself to be, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
+//! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 mod conservation;
 pub mod demise;
 mod mouth;
+mod orders;
 mod outcome;
 pub mod peers;
 mod place;
@@ -32,6 +33,7 @@ use wire::bounds::Bounds;
 use wire::event::{Action, Sensor};
 use wire::stream::Deed;
 
+use crate::custody::Flaw;
 use crate::trial::{Latency, Outcome, TransitionRow};
 
 pub use timeline::Timeline;
@@ -65,6 +67,8 @@ pub enum Planned {
     Malformed,
     /// A fault of a sensor.
     Fault(Sensor),
+    /// Orders of a rogue station.
+    Rogue,
     /// A process was to end.
     Kill(wire::id::NodeId),
     /// A process was to be kept from running.
@@ -80,6 +84,9 @@ pub struct Evidence {
     pub entries: Vec<Witnessed>,
     /// First problem found while following the chains and seals, if any.
     pub broken_log: Option<String>,
+    /// What does not hold of the recording against what is held outside the recorder (`crate::custody`). Such a log is no
+    /// evidence of safety or of its lack.
+    pub custody: Vec<Flaw>,
     /// Bounds in force.
     pub bounds: Bounds,
     /// What was planned; empty for a null attack.
@@ -159,6 +166,7 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     let receipt = receipt::find(evidence);
     let mut findings = properties::check(evidence, &timeline, &receipt);
     findings.extend(conservation::check(evidence));
+    findings.extend(orders::check(evidence));
     findings.extend(place::check(evidence, &timeline));
     findings.extend(stale::check(evidence));
     let (responses, owed) = demise::judge(evidence, &timeline);

@@ -33,6 +33,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(planes::operators_hold(evidence, line));
     found.extend(commands(evidence, line));
     found.extend(recovery(line));
+    found.extend(evidence.custody.iter().map(|flaw| finding(Property::P10, evidence.duration, flaw.to_string())));
     found.extend(evidence.broken_log.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));
     found
 }
@@ -168,6 +169,8 @@ fn geofence(line: &Timeline) -> Vec<Finding> {
 fn unaccepted_content(evidence: &Evidence) -> Vec<Finding> {
     let mut accepted: BTreeSet<RecordId> = BTreeSet::new();
     let mut intended: BTreeSet<CommandId> = BTreeSet::new();
+    // A rogue who holds an operator's key may stop the unit: nothing can tell it from that operator, and it is safe.
+    let mut stops: BTreeSet<CommandId> = BTreeSet::new();
     let mut found = Vec::new();
     for w in &evidence.entries {
         match w.entry.event {
@@ -177,12 +180,17 @@ fn unaccepted_content(evidence: &Evidence) -> Vec<Finding> {
             Event::Intended { command, .. } => {
                 intended.insert(command);
             }
+            Event::Rogue { command, kind, .. } if kind.towards_safe() => {
+                stops.insert(command);
+            }
             Event::Displayed { report, freshness, .. }
                 if freshness != Freshness::Lost && !accepted.contains(&report) =>
             {
                 found.push(finding(Property::P5, w.at, format!("{report} is displayed and was never accepted")));
             }
-            Event::Executed { command, refused: None, .. } if !intended.contains(&command) => {
+            Event::Executed { command, refused: None, .. }
+                if !intended.contains(&command) && !stops.contains(&command) =>
+            {
                 found.push(finding(Property::P5, w.at, format!("{command} was executed and no operator gave it")));
             }
             _ => {}

@@ -2,21 +2,30 @@
 //!
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
-//! time; for one that was dropped, that it never showed them. For a sensor fault, perception or autonomy must have seen
-//! the readings go missing, or off by what was imposed (`place`). What was done to a byte stream is `stream`'s, to
-//! publications `planes`', what insiders sent `mouth`'s.
+//! time; for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
+//! perception or autonomy must have seen the readings go missing, or off by what was imposed (`place`). What was done to a
+//! byte stream is `stream`'s, to publications `planes`', what insiders sent `mouth`'s.
 
 use std::collections::BTreeMap;
 
+use wire::core::Side;
 use wire::event::{Account, Action, Event, FaultKind, Sensor, Suspension};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
 use wire::step::StepName;
+use wire::stream::Sight;
 
-use super::{Evidence, Micros, Planned, Witnessed, mouth, place, planes, stream, view};
+use super::{Evidence, Micros, Planned, Witnessed, mouth, orders, place, planes, stream, view};
 
 /// How long after a process is stopped its last entry may still be written.
 const UNDER_WAY: Micros = 20_000;
+
+/// How long what a dying process had said may still be on its way into the log.
+const LAST_WORDS: Micros = 100_000;
+/// Longer than a link on which a record goes each way every tenth of a second is silent by itself.
+const SILENCE: Micros = 350_000;
+/// What a link takes by itself; so short a delay shows nothing.
+const LEAST_DELAY: Micros = 10_000;
 
 /// What was established about the injections.
 #[derive(Clone, Debug, Default)]
@@ -72,6 +81,7 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
             Planned::Malformed => mouth::receipt(evidence, Action::Inject, 1),
             Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
             Planned::Action(action) => datagram(evidence, action),
+            Planned::Rogue => orders::receipt(evidence),
             Planned::Suspend(node) => suspended(evidence, node),
             Planned::Stream(deed) => stream::receipt(evidence, deed),
             Planned::Broker(action) => planes::broker(evidence, action),
@@ -128,29 +138,77 @@ fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
 /// The first entry of `action` whose bytes the target's guard confirms.
 fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
     let entries = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Attack { action: a, hash, delay, .. } if a == action => Some((w.at, hash, delay.0)),
+        Event::Attack { action: a, side, hash, delay, .. } if a == action => Some((w.at, side, hash, delay.0)),
         _ => None,
     });
     // Only a guard that kept a log and closed its account is a witness of an absence.
     let wrote = |test: &dyn Fn(&Event) -> bool| evidence.entries.iter().any(|w| test(&w.entry.event));
     let guarded = wrote(&|e| matches!(e, Event::GuardSaw { .. }))
         && wrote(&|e| matches!(e, Event::Count { account: Account::GuardIn, .. }));
-    let confirmed = |at: Micros, hash: u64, delay: Micros| match action {
-        Action::Drop => guarded && seen(evidence, hash).next().is_none(),
-        Action::Delay | Action::Reorder => seen(evidence, hash).any(|s| s >= at + delay),
+    let confirmed = |at: Micros, side: Side, hash: u64, delay: Micros| match action {
+        Action::Drop => guarded && seen(evidence, hash).next().is_none() && missed(evidence, side, at),
+        Action::Delay | Action::Reorder => delay >= LEAST_DELAY && seen(evidence, hash).any(|s| s >= at + delay),
         Action::Duplicate | Action::Replay => seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1,
         Action::Corrupt | Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
         Action::Forward | Action::Kill | Action::Forge | Action::Republish => false,
         Action::Resend | Action::Lie | Action::Confuse => false,
     };
-    entries.into_iter().find(|(at, hash, delay)| confirmed(*at, *hash, *delay)).map(|(at, _, _)| at)
+    entries.into_iter().find(|(at, side, hash, delay)| confirmed(*at, *side, *hash, *delay)).map(|(at, ..)| at)
 }
 
+/// A kill counts when the dead said nothing more. The broker is heard of by its streams only: there the unit's mouth has to
+/// see its own end.
 fn killed(evidence: &Evidence, planned: &Planned) -> Option<Micros> {
+    let silent = |node: NodeId, at: Micros| {
+        let mut of = evidence.entries.iter().filter(|w| w.entry.node == node);
+        // Who is started again speaks under another boot.
+        let boot = of.clone().take_while(|w| w.at <= at).last().map(|w| w.entry.boot);
+        !of.any(|w| Some(w.entry.boot) == boot && w.at > at + LAST_WORDS)
+    };
+    let cut_off = |at: Micros| {
+        evidence.entries.iter().any(|w| {
+            let ended = matches!(w.entry.event, Event::StreamSaw { sight: Sight::Closed | Sight::HungUp, .. });
+            Some(w.entry.node) == NodeId::UNIT_A.guard() && ended && w.at >= at && w.at < evidence.duration
+        })
+    };
+    let dead = |node: NodeId, at: Micros| silent(node, at) && (node != NodeId::BROKER || cut_off(at));
     evidence.entries.iter().find_map(|w| match (w.entry.event, planned) {
-        (Event::Ended { node, killed: true }, Planned::Kill(wanted)) if node == *wanted => Some(w.at),
-        (Event::Ended { killed: true, .. }, Planned::Action(_)) => Some(w.at),
+        (Event::Ended { node, killed: true }, Planned::Kill(wanted)) if node == *wanted && dead(node, w.at) => {
+            Some(w.at)
+        }
+        (Event::Ended { node, killed: true }, Planned::Action(_)) if dead(node, w.at) => Some(w.at),
         _ => None,
+    })
+}
+
+/// Whether something is missing at the guard of whoever `from` talks to, at about `at`: a gap in the record numbers, or
+/// silence for longer than the link is ever silent by itself.
+fn missed(evidence: &Evidence, from: Side, at: Micros) -> bool {
+    let target = if from == Side::Client { NodeId::GATEWAY } else { NodeId::UNIT_A };
+    let mut arrivals = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::GuardSaw { association, epoch: 1.., sequence, .. } if Some(w.entry.node) == target.guard() => {
+            Some((w.at, association, sequence))
+        }
+        _ => None,
+    });
+    let mut highest: BTreeMap<u32, u64> = BTreeMap::new();
+    let after = arrivals.by_ref().find(|(seen, association, sequence)| {
+        let highest = highest.entry(*association).or_insert(*sequence);
+        let jumped = *sequence > *highest + 1;
+        *highest = (*highest).max(*sequence);
+        *seen >= at && (jumped || *seen > at + SILENCE)
+    });
+    match after {
+        Some((seen, ..)) => seen <= at + SILENCE || !arrived(evidence, target, at, at + SILENCE),
+        None => at + SILENCE < evidence.duration && !arrived(evidence, target, at, at + SILENCE),
+    }
+}
+
+/// Whether a record came to the guard of `target` in that time.
+fn arrived(evidence: &Evidence, target: NodeId, from: Micros, to: Micros) -> bool {
+    evidence.entries.iter().any(|w| {
+        let record = matches!(w.entry.event, Event::GuardSaw { epoch: 1.., .. });
+        Some(w.entry.node) == target.guard() && record && w.at > from && w.at <= to
     })
 }
 

@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::attack::{Direction, attacks, windowed};
-use super::operator::Verb;
+use super::rogue::Order;
 use super::step::{Knowledge, Timing, When};
 use super::value::{Count, Located, Millis, Name, Seconds, Whole};
 
@@ -16,7 +16,7 @@ attacks! {
     BrokerDrop needs Insider {
         /// Only those about an order that asks this.
         #[serde(default)]
-        only: Option<Verb>,
+        only: Option<Order>,
     }
 
     /// Publications are passed on later.
@@ -25,7 +25,7 @@ attacks! {
         by_ms: Millis,
         /// Only those about an order that asks this.
         #[serde(default)]
-        only: Option<Verb>,
+        only: Option<Order>,
     }
 
     /// Each publication is held until the next of its direction has passed.
@@ -76,7 +76,7 @@ pub struct BrokerInvent {
     pub at_s: Located<Seconds>,
     /// What they ask.
     #[serde(rename = "do")]
-    pub verb: Verb,
+    pub verb: Order,
     /// What they are made of.
     pub forgery: OrderForgery,
     /// How many.

@@ -105,17 +105,16 @@ impl Scenario {
         scenario.duration_s = Located::nowhere(Real::nearest(KILL_DURATION_S));
         scenario.varies.injection_phase_s = Located::nowhere(List::of(KILL_PHASE_S.map(Real::nearest)));
         scenario.kill = List::of([Kill { process, at_s: at(KILL_AT_S), ..Kill::of(process, Ending::Kill) }]);
-        let hold = Step {
-            at_s: at(HOLD_AT_S),
-            within_s: Real::nearest(1.0),
-            when_state: None,
-            when_track: None,
-            verb: Located::nowhere(Verb::Hold),
-            reason: None,
-        };
-        let hold = (process == Process::Broker).then_some(hold);
+        let hold = (process == Process::Broker).then(|| hold_at(HOLD_AT_S));
         scenario.operator.step = List::of(self.operator.step.iter().cloned().chain(hold));
         scenario.expected = Located::nowhere(List::of(expected.iter().copied()));
+        scenario
+    }
+
+    /// The same scenario, of which nothing is believed: expected INVALID.
+    pub fn sabotaged(&self) -> Scenario {
+        let mut scenario = self.clone();
+        scenario.expected = Located::nowhere(List::of([Outcome::Invalid]));
         scenario
     }
 
@@ -142,15 +141,7 @@ impl Scenario {
         if ![from, to].contains(&DisplayedState::Degraded) {
             scenario.fault = List::default();
         }
-        let hold = Step {
-            at_s: Located::nowhere(Real::nearest(LATE_HOLD_S)),
-            within_s: Real::nearest(1.0),
-            when_state: None,
-            when_track: None,
-            verb: Located::nowhere(Verb::Hold),
-            reason: None,
-        };
-        let hold = (process == Process::Broker).then_some(hold);
+        let hold = (process == Process::Broker).then(|| hold_at(LATE_HOLD_S));
         scenario.operator.step = List::of(self.operator.step.iter().cloned().chain(hold));
         let broken = [Outcome::Unsafe, Outcome::Invalid, Outcome::Late];
         scenario.expected = Located::nowhere(List::of(Outcome::ALL.into_iter().filter(|o| !broken.contains(o))));
@@ -185,5 +176,19 @@ impl Scenario {
             scenario.expected = expected.clone();
         }
         Ok(scenario)
+    }
+}
+
+/// The operator asks for a HOLD then, whatever the display shows.
+fn hold_at(seconds: f64) -> Step {
+    Step {
+        at_s: Located::nowhere(Real::nearest(seconds)),
+        within_s: Real::nearest(1.0),
+        when_state: None,
+        when_track: None,
+        verb: Located::nowhere(Verb::Hold),
+        values: None,
+        who: None,
+        reason: None,
     }
 }

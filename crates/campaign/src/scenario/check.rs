@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use wire::id::UnitId;
+use wire::id::{NodeId, UnitId};
 
 use super::attack::Windowed;
 use super::check_steps;
@@ -44,6 +44,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(units(s));
     found.extend(shared(s));
     found.extend(operator(s));
+    found.extend(rogue(s));
     found.extend(conditions(s));
     found.extend(stacks(s));
     found.extend(check_steps::steps(s));
@@ -176,7 +177,7 @@ pub(super) fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
     let view = view.chain(all(&s.feed_replay)).chain(all(&s.intent_drop));
     let shared = all(&s.forge).chain(all(&s.republish)).chain(all(&s.alter));
     let peers = all(&s.session_replay).chain(all(&s.falsehood)).chain(all(&s.mode_confusion));
-    let insiders = broker.chain(view).chain(all(&s.teammate)).chain(peers).chain(shared);
+    let insiders = broker.chain(view).chain(all(&s.rogue)).chain(all(&s.teammate)).chain(peers).chain(shared);
     datagrams.chain(streams).chain(insiders).chain(faults).collect()
 }
 
@@ -287,6 +288,13 @@ fn operator(s: &Scenario) -> Vec<Finding> {
         if step.verb.leads_away_from_safe() && step.reason.is_none() {
             found.push(finding(&step.verb, "a step away from safe needs a reason", "add `reason`"));
         }
+        if *step.verb == super::Verb::Revoke && step.who.as_ref().and_then(|n| NodeId::from_name(n.as_str())).is_none()
+        {
+            found.push(finding(&step.verb, "nobody is named to be revoked", "add `who`, such as \"operator-2\""));
+        }
+        if *step.verb == super::Verb::Configure && step.values.is_none() {
+            found.push(finding(&step.verb, "no values to set", "add `values`"));
+        }
         if *step.verb == super::Verb::Arm && step.when_track.is_none() {
             found.push(finding(&step.verb, "arming needs a track", "add `when_track` with the class"));
         }
@@ -297,6 +305,33 @@ fn operator(s: &Scenario) -> Vec<Finding> {
     for pair in s.operator.step.windows(2) {
         if pair[1].at_s.get() < pair[0].at_s.get() {
             found.push(finding(&pair[1].at_s, "earlier than the step before", "put the steps in order of time"));
+        }
+    }
+    found
+}
+
+/// One rogue: one key, one way, one certificate. And everybody named has a key.
+fn rogue(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let known = |name: &Name| NodeId::from_name(name.as_str()).is_some();
+    let certificates = s.rogue.iter().filter_map(|r| r.certificate.as_ref());
+    let names = s.rogue.iter().map(|r| &r.holds).chain(s.rogue.iter().filter_map(|r| r.claims.as_ref()));
+    for name in names.chain(certificates).chain(s.mandate.iter().map(|m| &m.who)) {
+        if !known(name) {
+            found.push(finding(name, "no such identity", "name one of the closed set, such as `operator-2`"));
+        }
+    }
+    for bare in s.rogue.iter().filter(|r| r.order == super::Order::Configure && r.values.is_none()) {
+        found.push(finding(&bare.at_s, "no values to set", "add `values`"));
+    }
+    let Some(first) = s.rogue.first() else { return found };
+    for other in s.rogue.iter().skip(1) {
+        let same = other.way == first.way
+            && other.holds.as_str() == first.holds.as_str()
+            && other.certificate.as_deref().map(Name::as_str) == first.certificate.as_deref().map(Name::as_str);
+        if !same {
+            let message = "another key, way or certificate than the table before";
+            found.push(finding(&other.holds, message, "a scenario has one rogue station"));
         }
     }
     found

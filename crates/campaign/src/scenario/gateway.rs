@@ -7,7 +7,8 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::attack::windowed;
-use super::operator::{DisplayedState, Verb};
+use super::operator::DisplayedState;
+use super::rogue::Order;
 use super::step::{Knowledge, When};
 use super::value::{Located, Millis, Name, Seconds};
 
@@ -70,7 +71,7 @@ tables! {
     IntentDrop {
         /// Only this.
         #[serde(default)]
-        only: Option<Verb>,
+        only: Option<Order>,
     }
 }
 

@@ -7,6 +7,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::rogue::Values;
 use super::scene::Class;
 use super::value::{List, Located, Name, Seconds, Text};
 
@@ -45,6 +46,12 @@ pub struct Step {
     /// What the operator does.
     #[serde(rename = "do")]
     pub verb: Located<Verb>,
+    /// The values, for configuring.
+    #[serde(default)]
+    pub values: Option<Values>,
+    /// Who is to be revoked.
+    #[serde(default)]
+    pub who: Option<Name>,
     /// Why; needed for every step away from safe.
     #[serde(default)]
     pub reason: Option<Text<64>>,
@@ -70,14 +77,18 @@ pub enum Verb {
     Resume,
     /// Give authority back.
     Disarm,
+    /// Set values for the mission; in idle only.
+    Configure,
+    /// Have an identity struck from the roll, by the authority's revocation that the console keeps.
+    Revoke,
 }
 
 impl Verb {
     /// Whether it leads away from safe, and so needs a reason.
     pub fn leads_away_from_safe(self) -> bool {
         match self {
-            Verb::Enable | Verb::Arm | Verb::Confirm | Verb::Resume => true,
-            Verb::Hold | Verb::Disarm => false,
+            Verb::Enable | Verb::Arm | Verb::Confirm | Verb::Resume | Verb::Configure => true,
+            Verb::Hold | Verb::Disarm | Verb::Revoke => false,
         }
     }
 }

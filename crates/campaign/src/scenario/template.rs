@@ -65,9 +65,9 @@ reason = "designated vehicle in view"
 
 # The attack. Other tables: delay, jitter, burst_loss, duplicate, reorder, replay, corrupt, reoriginate, inject on
 # datagrams; stream_delay, stall, throttle, half_close, reset, cut, stream_corrupt on the command plane; fault, kill;
-# teammate, malformed by a teammate; broker_drop, broker_delay, broker_reorder, broker_duplicate, broker_replay,
-# broker_retain, broker_invent, broker_forge by the broker; feed_withhold, feed_delay, feed_forge, feed_replay,
-# intent_drop by the gateway. Each of these may be
+# teammate, malformed by a teammate; rogue by a station with a key that is not its own; broker_drop, broker_delay,
+# broker_reorder, broker_duplicate, broker_replay, broker_retain, broker_invent, broker_forge by the broker; feed_withhold,
+# feed_delay, feed_forge, feed_replay, intent_drop by the gateway. Each of these may be
 # a step that waits: name it with `step = "cut"`, and say `when = { enters = "PREPARE_TO_ACT", after_ms = 50 }`,
 # `{ begun = "other" }`, `{ ended = "other" }`, `{ datagrams = 20 }`, `{ silence_ms = 300 }` or `{ hears = "READY" }`; `at_s` is
 # then the earliest.

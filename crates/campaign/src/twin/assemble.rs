@@ -1,6 +1,6 @@
 //! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
 
-use adversary::insider::{InsiderBroker, InsiderGateway, InsiderTeammate, Rogue};
+use adversary::insider::{InsiderBroker, InsiderGateway, InsiderOperator, InsiderTeammate, Rogue};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -54,6 +54,7 @@ pub fn assemble(cast: &Cast, seed: u64, guard: Requirement, mouths: bool) -> Res
     let commands = index(NodeId::UNIT_A).zip(index(NodeId::RELAY_COMMAND)).map(|(unit, relay)| (unit, relay, secret));
     Ok(Assembly {
         commands,
+        rights: cast.rights(),
         nodes,
         clocks,
         associations,
@@ -131,6 +132,9 @@ pub(super) fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, Asse
         )),
         Role::InsiderGateway(config) => Part::InsiderGateway(Box::new(
             InsiderGateway::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
+        )),
+        Role::InsiderOperator(config) => Part::InsiderOperator(Box::new(
+            InsiderOperator::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
         )),
         Role::Rogue(config) => {
             Part::Rogue(Box::new(Rogue::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))

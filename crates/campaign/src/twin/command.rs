@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 
 use broker::Receivers;
 use broker::acl::{self, Pattern, Verb};
+use broker::gate::{Denial, Event as Denied};
 use wire::audit::Journal;
 use wire::core::{Input, Side, Subject};
 use wire::event::{Event, wire_hash};
@@ -113,8 +114,16 @@ impl Twin {
             let at = self.in_order(node, hostile, at + hop);
             return self.queue.push(at, hostile, Happening::Input(Input::Published { subject, bytes }));
         }
-        let Some(Ok(receivers)) = self.broker.as_ref().map(|broker| broker.publish(publisher, subject)) else { return };
-        self.hand_on(node, at, &receivers, subject, &bytes);
+        let Some(broker) = &self.broker else { return };
+        match broker.publish(publisher, subject) {
+            Ok(receivers) => self.hand_on(node, at, &receivers, subject, &bytes),
+            Err(refusal) => {
+                let mut out = VecDeque::new();
+                let denied = Denied::Denied(Denial::Access { peer: publisher, refusal });
+                self.refusals.write(Instant(self.now), broker::audit::audited(&denied), &mut out);
+                self.record_all(NodeId::BROKER, out);
+            }
+        }
     }
 
     /// What a hostile broker publishes goes to all who would hear of the subject.

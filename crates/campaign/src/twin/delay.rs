@@ -52,7 +52,11 @@ impl Delays {
             Part::Autonomy(_) | Part::Gateway(_) | Part::Console(_) => (40, 250),
             Part::Recorder(_) => (60, 260),
             Part::DatagramRelay(_) | Part::StreamRelay(_) => (10, 60),
-            Part::InsiderTeammate(_) | Part::InsiderBroker(_) | Part::InsiderGateway(_) | Part::Rogue(_) => (40, 250),
+            Part::InsiderTeammate(_)
+            | Part::InsiderBroker(_)
+            | Part::InsiderGateway(_)
+            | Part::InsiderOperator(_)
+            | Part::Rogue(_) => (40, 250),
         })
     }
 

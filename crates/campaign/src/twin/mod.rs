@@ -24,6 +24,7 @@ use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Subject, Topic};
 use wire::event::GuardVerdict;
 use wire::id::{NodeId, PeerId, WorldId};
+use wire::policy::Requirement;
 use wire::sign::{Asked, Verified};
 use wire::time::Instant;
 
@@ -41,7 +42,7 @@ pub use guard::STRANGER;
 
 use crate::cast::{Member, Ordeal, Seat, Turn};
 use crate::cue::{Cue, Watch};
-use crate::evidence::Logged;
+use crate::evidence::{Logged, by_recorder};
 use crate::sights::Claims;
 
 /// When associations are set up.
@@ -135,6 +136,8 @@ pub struct Twin {
     cues: Watch,
     log: Vec<Logged>,
     journal: Journal,
+    /// What the broker says of what it refuses.
+    refusals: Journal,
     /// What insiders said that they sent.
     claims: Claims,
     mouths: Option<Vec<Vec<Mouthful>>>,
@@ -152,6 +155,8 @@ pub struct Assembly {
     pub associations: Vec<Association>,
     /// The client whose way to the broker leads through a stream relay, that relay, and the secret of the model's keys.
     pub commands: Option<(NodeIndex, NodeIndex, [u8; 32])>,
+    /// Whether the broker's table of rights stands.
+    pub rights: Requirement,
     /// Delays.
     pub delays: Delays,
     /// What befalls processes.
@@ -169,7 +174,7 @@ pub struct Assembly {
 impl Twin {
     /// A twin at time zero.
     pub fn new(assembly: Assembly) -> Twin {
-        let mut broker = broker::Broker::new();
+        let mut broker = broker::Broker::under(assembly.rights);
         for peer in assembly.nodes.iter().filter_map(|n| n.commands) {
             // A refusal here is the broker's answer; such a peer then hears nothing.
             let filter =
@@ -195,6 +200,7 @@ impl Twin {
             cues: Watch::new(&assembly.cues),
             log: Vec::new(),
             journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), None),
+            refusals: Journal::new(NodeId::BROKER, wire::id::Boot(1), None),
             claims: Claims::default(),
             verified: assembly.verified,
             stopwatch: None,
@@ -241,6 +247,7 @@ impl Twin {
             latest: self.latest.clone(),
             log: self.log.clone(),
             journal: self.journal.fork(),
+            refusals: self.refusals.fork(),
             claims: self.claims.clone(),
             mouths: self.mouths.clone(),
             verified: self.verified.clone(),
@@ -498,6 +505,7 @@ impl Twin {
     /// Writes an entry to the log and sends it to the recorder.
     fn record(&mut self, id: NodeId, bytes: Vec<u8>) {
         if id != NodeId::RECORDER
+            && by_recorder(id)
             && let Some(recorder) = self.index(NodeId::RECORDER)
         {
             let at = self.now + delay::INSTRUMENT;

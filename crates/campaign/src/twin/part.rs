@@ -1,6 +1,6 @@
 //! The cores that a twin can hold: exactly those of the live services, behind their common verbs.
 
-use adversary::insider::{InsiderBroker, InsiderGateway, InsiderTeammate, Rogue};
+use adversary::insider::{InsiderBroker, InsiderGateway, InsiderOperator, InsiderTeammate, Rogue};
 use adversary::relay::{DatagramRelay, StreamRelay};
 use autonomy::Autonomy;
 use console::Console;
@@ -37,6 +37,8 @@ pub enum Part {
     StreamRelay(Box<StreamRelay>),
     /// An insider with a teammate's credentials.
     InsiderTeammate(Box<InsiderTeammate>),
+    /// A holder of a signing key that is not its own.
+    InsiderOperator(Box<InsiderOperator>),
     /// The hostile broker.
     InsiderBroker(Box<InsiderBroker>),
     /// The gateway insider.
@@ -61,6 +63,7 @@ impl Part {
             Part::DatagramRelay(core) => Part::DatagramRelay(Box::new(core.fork(world))),
             Part::StreamRelay(core) => Part::StreamRelay(Box::new(core.fork(world))),
             Part::InsiderTeammate(core) => Part::InsiderTeammate(Box::new(core.fork(world))),
+            Part::InsiderOperator(core) => Part::InsiderOperator(Box::new(core.fork(world))),
             Part::InsiderBroker(core) => Part::InsiderBroker(Box::new(core.fork(world))),
             Part::InsiderGateway(core) => Part::InsiderGateway(Box::new(core.fork(world))),
             Part::Rogue(core) => Part::Rogue(Box::new(core.fork(world))),
@@ -78,6 +81,7 @@ impl Part {
             Part::DatagramRelay(core) => core.as_ref(),
             Part::StreamRelay(core) => core.as_ref(),
             Part::InsiderTeammate(core) => core.as_ref(),
+            Part::InsiderOperator(core) => core.as_ref(),
             Part::InsiderBroker(core) => core.as_ref(),
             Part::InsiderGateway(core) => core.as_ref(),
             Part::Rogue(core) => core.as_ref(),
@@ -96,6 +100,7 @@ impl Part {
             Part::DatagramRelay(core) => core.as_mut(),
             Part::StreamRelay(core) => core.as_mut(),
             Part::InsiderTeammate(core) => core.as_mut(),
+            Part::InsiderOperator(core) => core.as_mut(),
             Part::InsiderBroker(core) => core.as_mut(),
             Part::InsiderGateway(core) => core.as_mut(),
             Part::Rogue(core) => core.as_mut(),

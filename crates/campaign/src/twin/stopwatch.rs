@@ -63,6 +63,7 @@ impl Stage {
             | Part::InsiderTeammate(_)
             | Part::InsiderBroker(_)
             | Part::InsiderGateway(_)
+            | Part::InsiderOperator(_)
             | Part::Rogue(_) => Stage::Adversary,
         }
     }

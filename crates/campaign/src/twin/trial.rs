@@ -5,7 +5,8 @@ use super::assemble::{AssemblyError, assemble};
 use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
 use crate::cast::{Cast, RunSecret, cast};
-use crate::evidence::{Logged, read};
+use crate::custody::Held;
+use crate::evidence::{Logged, heads, read_against, tamper};
 use crate::oracle::{Evidence, Verdict, judge};
 use crate::scenario::{Scenario, Setup};
 use wire::sign::Asked;
@@ -20,6 +21,8 @@ pub struct Run {
     pub cast: Cast,
     /// Everything written to the instrument plane.
     pub log: Vec<Logged>,
+    /// What is held of it outside the recorder.
+    pub held: Held,
     /// What the oracle saw.
     pub evidence: Evidence,
     /// What it said.
@@ -33,9 +36,13 @@ pub struct Run {
 /// Starts the twin of `scenario` at time zero.
 pub fn start(scenario: &Scenario, setup: &Setup, seed: u64, mouths: bool) -> Result<(Cast, Twin), AssemblyError> {
     let cast = cast(scenario, setup, seed, &RunSecret::seeded(seed));
-    let guard = setup.policy.record_guard;
-    let twin = Twin::new(assemble(&cast, seed, guard, mouths)?);
+    let twin = begin(&cast, setup, seed, mouths)?;
     Ok((cast, twin))
+}
+
+/// Starts the twin of a cast at time zero.
+pub fn begin(cast: &Cast, setup: &Setup, seed: u64, mouths: bool) -> Result<Twin, AssemblyError> {
+    Ok(Twin::new(assemble(cast, seed, setup.policy.record_guard, mouths)?))
 }
 
 /// Runs the twin to its end and judges it.
@@ -43,20 +50,27 @@ pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     twin.run_until(cast.duration);
     twin.finish(GRACE);
     let signatures = twin.signatures();
-    let (log, mut stopwatch) = twin.into_log();
+    let (mut log, mut stopwatch) = twin.into_log();
     if let Some(stopwatch) = &mut stopwatch {
         stopwatch.enter(Stage::Judging);
     }
-    let evidence = evidence(&cast, setup, &log);
+    let mut held = Held { heads: heads(&log), ..cast.held(None) };
+    // The model of the broker has no key: its chain is held by its head alone.
+    held.killed.push(wire::id::NodeId::BROKER);
+    if let Some(hands) = cast.hands() {
+        tamper(&hands, &mut log);
+    }
+    let evidence = evidence(&cast, setup, &log, &held);
     let verdict = judge(&evidence);
-    Run { cast, log, evidence, verdict, signatures, stopwatch }
+    Run { cast, log, held, evidence, verdict, signatures, stopwatch }
 }
 
-fn evidence(cast: &Cast, setup: &Setup, log: &[Logged]) -> Evidence {
-    let (entries, broken_log) = read(log);
+fn evidence(cast: &Cast, setup: &Setup, log: &[Logged], held: &Held) -> Evidence {
+    let (entries, broken_log, custody) = read_against(log, held);
     Evidence {
         entries,
         broken_log,
+        custody: custody.flaws,
         bounds: setup.bounds,
         planned: cast.planned.clone(),
         duration: cast.duration,

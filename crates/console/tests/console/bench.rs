@@ -35,6 +35,7 @@ pub(crate) enum Asked {
     Stage(Intent, Vec<u8>),
     Release(Confirmation),
     Watch(Nonce),
+    Revoke(Vec<u8>),
 }
 
 pub(crate) struct Bench {
@@ -73,6 +74,7 @@ impl Bench {
             operator: NodeId::OPERATOR,
             operator_secret: Secret([NodeId::OPERATOR.index() as u8 + 1; 32]),
             script,
+            revocations: Vec::new(),
             text: true,
         };
         let now = Instant(5_000_000);
@@ -176,7 +178,7 @@ impl Bench {
     pub(crate) fn intents(&self) -> Vec<(Intent, Vec<u8>)> {
         let stage = |asked: &Asked| match asked {
             Asked::Stage(intent, bytes) => Some((*intent, bytes.clone())),
-            Asked::Release(_) | Asked::Watch(_) => None,
+            Asked::Release(_) | Asked::Watch(_) | Asked::Revoke(_) => None,
         };
         self.asked.iter().filter_map(stage).collect()
     }
@@ -257,5 +259,6 @@ fn read(bytes: &[u8]) -> Asked {
             Asked::Release(codec::decode(signed.payload, 1024).unwrap())
         }
         Request::Watch(nonce) => Asked::Watch(nonce),
+        Request::Revoke(revocation) => Asked::Revoke(revocation.to_vec()),
     }
 }

@@ -156,6 +156,7 @@ proptest! {
                 Asked::Stage(intent, _) => prop_assert!(staged.insert(intent.id), "{} staged twice", intent.id),
                 Asked::Release(c) => prop_assert!(released.insert(c.id), "{} released twice", c.id),
                 Asked::Watch(_) => {}
+                Asked::Revoke(_) => prop_assert!(false, "the script revokes nobody"),
             }
         }
         prop_assert!(staged.len() <= 4);

@@ -22,6 +22,8 @@ use wire::sign::{Key, Purpose};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 
 pub(crate) const INTENTS: ChannelKey = ChannelKey([2; 32]);
+/// The key of a second station's channel.
+pub(crate) const SECOND: ChannelKey = ChannelKey([3; 32]);
 const FEED: ChannelKey = ChannelKey([1; 32]);
 
 pub(crate) fn key_of(node: NodeId) -> Key {
@@ -35,6 +37,7 @@ pub(crate) fn waiving(checks: &[Check]) -> Policy {
 
 pub(crate) fn setup(policy: Policy) -> Setup {
     let known = [NodeId::UNIT_A, NodeId::UNIT_B, NodeId::UNIT_C, NodeId::OPERATOR, NodeId::GATEWAY];
+    let known = known.into_iter().chain([NodeId::OPERATOR_2, NodeId::AUTHORITY]);
     Setup {
         node: NodeId::GATEWAY,
         boot: Boot(1),
@@ -43,10 +46,11 @@ pub(crate) fn setup(policy: Policy) -> Setup {
         policy,
         bounds: Bounds::GROUND,
         secret: Secret([NodeId::GATEWAY.index() as u8 + 1; 32]),
-        public_keys: known.into_iter().map(|node| (node, key_of(node).public())).collect(),
+        public_keys: known.map(|node| (node, key_of(node).public())).collect(),
         channels: vec![
             Channel { topic: Topic::Feed, producer: NodeId::GATEWAY, key: FEED },
             Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: INTENTS },
+            Channel { topic: Topic::Intents, producer: NodeId::INSIDER_OPERATOR, key: SECOND },
         ],
         ablation: None,
         verified: None,
@@ -68,7 +72,8 @@ impl Bench {
     pub(crate) fn new(policy: Policy) -> Self {
         let units = vec![UnitId::A, UnitId::B, UnitId::C];
         let fanout = vec![UnitId::A, UnitId::B];
-        let config = GatewayConfig { units, fanout, operators: vec![NodeId::OPERATOR] };
+        let operators = vec![NodeId::OPERATOR, NodeId::OPERATOR_2];
+        let config = GatewayConfig { units, fanout, operators, mandates: Vec::new() };
         let now = Instant(1_000_000);
         let mut bench = Self {
             gateway: Gateway::new(setup(policy), config, now).unwrap(),
@@ -168,6 +173,14 @@ impl Bench {
         })
     }
 
+    /// A request of the second station.
+    pub(crate) fn second(&mut self, station: &mut Sender, request: &Request<'_>) -> Option<Reason> {
+        std::mem::swap(&mut self.console, station);
+        let refused = self.request(request);
+        std::mem::swap(&mut self.console, station);
+        refused
+    }
+
     pub(crate) fn stage(&mut self, intent: &[u8]) -> Option<Reason> {
         self.request(&Request::Stage(intent.into()))
     }
@@ -218,6 +231,7 @@ pub(crate) struct Unit {
     pub(crate) teammates: Vec<(PeerId, Span, Vec<u8>)>,
     /// The display's challenges received.
     pub(crate) watches: Vec<Nonce>,
+    pub(crate) revocations: Vec<Vec<u8>>,
 }
 
 impl Unit {
@@ -235,6 +249,7 @@ impl Unit {
             grants: 0,
             teammates: Vec::new(),
             watches: Vec::new(),
+            revocations: Vec::new(),
         }
     }
 
@@ -252,6 +267,7 @@ impl Unit {
             HopBody::Grant(_) => self.grants += 1,
             HopBody::Teammate(t) => self.teammates.push((t.via, t.age, t.report.to_vec())),
             HopBody::Watch(challenge) => self.watches.push(challenge),
+            HopBody::Revoked(revocation) => self.revocations.push(revocation.to_vec()),
             HopBody::Report(_) => panic!("a gateway reports nothing"),
         }
     }

@@ -12,8 +12,9 @@ use wire::policy::Policy;
 use wire::refusal::Reason;
 use wire::sign::Purpose;
 use wire::time::Span;
+use wire::trust::Revocation;
 
-use crate::bench::{Bench, INTENTS, command, intent, key_of, signed_confirmation, signed_intent};
+use crate::bench::{Bench, INTENTS, SECOND, command, intent, key_of, signed_confirmation, signed_intent};
 
 fn stages(bench: &Bench, of: CommandId) -> Vec<CommandStage> {
     let stage = |event: &Event| match event {
@@ -109,8 +110,10 @@ fn an_intent_is_taken_once_and_the_stage_has_room_for_eight() {
     assert_eq!(bench.stage(&enable(1)), None);
     assert_eq!(bench.stage(&enable(1)), Some(Reason::Duplicate));
     for n in 2..=8 {
+        bench.pass(Span::ms(300));
         assert_eq!(bench.stage(&enable(n)), None);
     }
+    bench.pass(Span::ms(300));
     assert_eq!(bench.stage(&enable(9)), Some(Reason::Full));
     assert_eq!(bench.stage(&signed_intent(&intent(9, CommandKind::Hold, ""))), None, "there is always room for a hold");
 }
@@ -130,4 +133,75 @@ fn a_request_that_is_not_the_consoles_or_not_fresh_is_refused_on_the_bus() {
     assert_eq!(bench.count(Account::Refused(at, Reason::Tag)), 1);
     assert_eq!(bench.count(Account::Refused(at, Reason::Stale)), 1);
     assert!(bench.published.is_empty());
+}
+
+fn second_station() -> Sender {
+    Sender::new(Topic::Intents, NodeId::INSIDER_OPERATOR, Boot(1), SECOND)
+}
+
+/// An intent of the second operator.
+fn of_second(sequence: u64, kind: CommandKind) -> Vec<u8> {
+    let mut intent = intent(sequence, kind, "for a reason");
+    intent.id.operator = NodeId::OPERATOR_2;
+    key_of(NodeId::OPERATOR_2).sign(Purpose::Intent, &codec::encode(&intent))
+}
+
+#[test]
+fn a_station_that_floods_takes_neither_rate_nor_room_nor_the_lane_for_holding_from_another() {
+    let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
+    for n in 1..=100 {
+        let enable = of_second(n, CommandKind::Enable);
+        let refused = bench.second(&mut second, &Request::Stage(enable.as_slice().into()));
+        assert_eq!(
+            refused,
+            match n {
+                1..=8 => None,
+                9 => Some(Reason::Rate),
+                _ => None, // Counted, and not told one by one.
+            }
+        );
+    }
+    assert_eq!(bench.count(Account::Refused(Interface::Requests, Reason::Rate)), 92);
+    assert_eq!(bench.stage(&signed_intent(&intent(1, CommandKind::Enable, "start"))), None, "rate and room of its own");
+    let hold = of_second(101, CommandKind::Hold);
+    assert_eq!(bench.second(&mut second, &Request::Stage(hold.as_slice().into())), None, "a lane of its own");
+    assert_eq!(stages(&bench, CommandId { operator: NodeId::OPERATOR_2, ..command(101) }), [CommandStage::Sent]);
+}
+
+#[test]
+fn a_stations_channel_is_good_for_that_station_only() {
+    let mut bench = Bench::new(Policy::default());
+    let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
+    let mut impostor = Sender::new(Topic::Intents, NodeId::CONSOLE, Boot(1), SECOND);
+    assert_eq!(bench.second(&mut impostor, &Request::Stage(hold.as_slice().into())), Some(Reason::Tag));
+    assert!(bench.published.is_empty());
+}
+
+#[test]
+fn a_revocation_voids_what_waits_refuses_what_follows_and_reaches_every_unit_until_it_is_gone() {
+    let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
+    let session = bench.reporting(1, NodeId::UNIT_A);
+    let enable = of_second(1, CommandKind::Enable);
+    assert_eq!(bench.second(&mut second, &Request::Stage(enable.as_slice().into())), None);
+    let forged = Revocation { of: NodeId::OPERATOR }.sign(&key_of(NodeId::OPERATOR_2));
+    assert_eq!(bench.second(&mut second, &Request::Revoke(forged.as_slice().into())), Some(Reason::Signature));
+    let signed = Revocation { of: NodeId::OPERATOR_2 }.sign(&key_of(NodeId::AUTHORITY));
+    assert_eq!(bench.request(&Request::Revoke(signed.as_slice().into())), None);
+    let id = CommandId { operator: NodeId::OPERATOR_2, ..command(1) };
+    assert_eq!(stages(&bench, id), [CommandStage::Staged, CommandStage::Refused]);
+    let hold = of_second(2, CommandKind::Hold);
+    assert_eq!(bench.second(&mut second, &Request::Stage(hold.as_slice().into())), Some(Reason::Revoked));
+    bench.pass(Span::ms(2500));
+    assert_eq!(bench.units[&session].revocations, vec![signed; 3], "at once, and again each challenge period");
+    assert!(bench.published.is_empty());
+}
+
+#[test]
+fn a_teammate_that_is_revoked_is_heard_no_longer_on_the_session_that_stands() {
+    let mut bench = Bench::new(Policy::default());
+    let session = bench.reporting(1, NodeId::UNIT_B);
+    let signed = Revocation { of: NodeId::UNIT_B }.sign(&key_of(NodeId::AUTHORITY));
+    assert_eq!(bench.request(&Request::Revoke(signed.as_slice().into())), None);
+    assert_eq!(bench.report(session), Some(Reason::Revoked));
+    bench.assert_conserved();
 }

@@ -55,6 +55,8 @@ pub(super) struct Outlets {
     streams: Option<StreamRelay>,
     instrument: Option<Instrument>,
     recording: Option<Recording>,
+    /// The last audit entry: what this process itself says of how far its chain went.
+    last_entry: Vec<u8>,
     undeliverable: u64,
 }
 
@@ -84,6 +86,7 @@ impl Outlets {
             streams: None,
             instrument: None,
             recording: None,
+            last_entry: Vec::new(),
             undeliverable: 0,
         };
         this.open_instruments(spec, senders)?;
@@ -288,6 +291,7 @@ impl Outlets {
     }
 
     fn audit(&mut self, bytes: Vec<u8>) {
+        self.last_entry.clone_from(&bytes);
         let frame = Frame { trace_us: trace_us(), node: self.node, bytes };
         if let Some(recording) = &mut self.recording {
             recording.write(&frame);
@@ -339,6 +343,7 @@ impl Outlets {
             "relay_stream": self.streams.as_ref().map(StreamRelay::stats),
             "instrument": instrument,
             "recording": recording,
+            "head": instrument::head(&self.last_entry),
             "mouth_entries_dropped": self.mouth.as_ref().map(mouth::Writer::counts),
             "undeliverable": self.undeliverable,
         })

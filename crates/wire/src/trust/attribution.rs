@@ -104,19 +104,22 @@ impl<'b, M> Ordered<BusMessage<'b, M>> {
 }
 
 impl Fresh<Intent> {
-    /// The intent is its operator's: an operator's identity, and that operator's signature over it.
+    /// The identity that it names may give commands at all.
+    pub fn by_role(self, policy: &Policy, operators: &[NodeId]) -> Result<Fresh<Intent>, Refusal> {
+        self.check(policy, Check::Role, |intent, _| {
+            let got = intent.id.operator;
+            if operators.contains(&got) { Ok(()) } else { Err(Refusal::Role { got }) }
+        })
+    }
+
+    /// The intent is that identity's, by its signature. The dearest check, and so the last before order is judged.
     pub fn by_operator(
         self,
         policy: &Policy,
-        operators: &[NodeId],
         keys: &Keyring,
         signed: &Signed<'_>,
     ) -> Result<Attributed<Intent>, Refusal> {
-        let roled: Fresh<Intent> = self.check(policy, Check::Role, |intent, _| {
-            let got = intent.id.operator;
-            if operators.contains(&got) { Ok(()) } else { Err(Refusal::Role { got }) }
-        })?;
-        roled.check(policy, Check::Signature, |intent, _| keys.verify(intent.id.operator, Purpose::Intent, signed))
+        self.check(policy, Check::Signature, |intent, _| keys.verify(intent.id.operator, Purpose::Intent, signed))
     }
 }
 

@@ -7,11 +7,14 @@
 //! stage or one [`Refusal`]. A waived check gives the stage by waiver and the record carries that from then on.
 //!
 //! What the stages prove, and on what evidence, is told in the file of each check: `freshness`, `attribution`,
-//! `ordering`. Deciding what to do with an accepted record is left to the services.
+//! `ordering`, and for commands `orders`, `rate` and `standing`. Deciding what to do with an accepted record is left to the services.
 
 mod attribution;
 mod freshness;
 mod ordering;
+mod orders;
+pub mod rate;
+mod standing;
 mod statement;
 
 use minicbor::{Decode, Encode};
@@ -27,6 +30,9 @@ use crate::sensor::ProductMode;
 use crate::time::{Age, Echo, Instant, Span};
 
 pub use ordering::{Window, Windows};
+pub use orders::Counters;
+pub use rate::Rates;
+pub use standing::{Mandate, Revocation, Roll};
 
 /// The stages, as types.
 pub mod stage {
@@ -167,7 +173,9 @@ impl Decoded<Hop<'_>> {
         let hop = &self.message;
         let hello = match hop.body {
             HopBody::Hello(nonce) => Some(nonce),
-            HopBody::Report(_) | HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) => None,
+            HopBody::Report(_) | HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) | HopBody::Revoked(_) => {
+                None
+            }
         };
         Exchange { challenge: hop.challenge, echo: hop.echo, hello }
     }

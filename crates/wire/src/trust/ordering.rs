@@ -1,14 +1,14 @@
 //! Ordering: the only way from attributed to ordered.
 //!
 //! Evidence: the receiver's own session nonce, a boot counter that only rises, and a sequence that was not seen
-//! before. State changes only when every judgement has passed, so a refused record leaves no trace in a window.
+//! before. State changes only when every judgement has passed, so a refused record leaves no trace in a window. The order
+//! of commands is `orders`'.
 
 use super::attribution::SignedReport;
 use super::{Attributed, BusMessage, Ordered};
-use crate::command::Intent;
 use crate::hop::Hop;
-use crate::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence};
-use crate::policy::{Check, Policy, Requirement};
+use crate::id::{Boot, NodeId, Nonce, PeerId, Sequence};
+use crate::policy::{Check, Policy};
 use crate::refusal::Refusal;
 
 /// An anti-replay window over one sender's sequence (the scheme of RFC 6479, with one 64-bit word).
@@ -132,23 +132,6 @@ impl<'b, M> Attributed<BusMessage<'b, M>> {
     pub fn on_channel(self, policy: &Policy, window: &mut Window) -> Result<Ordered<BusMessage<'b, M>>, Refusal> {
         let (boot, sequence) = (self.message.header.boot, self.message.header.sequence);
         self.check(policy, Check::Sequence, |_, _| window.admit(boot, sequence))
-    }
-}
-
-impl Attributed<Intent> {
-    /// After every command that this operator has given: at most once, whatever the transport repeats.
-    pub fn once(self, policy: &Policy, last: &mut Option<CommandId>) -> Result<Ordered<Intent>, Refusal> {
-        let got = self.message.id;
-        let ordered = self.check(policy, Check::Duplicate, |_, _| match *last {
-            Some(seen) if (got.boot, got.sequence) <= (seen.boot, seen.sequence) => {
-                Err(Refusal::Duplicate { last: seen, got })
-            }
-            Some(_) | None => Ok(()),
-        })?;
-        if policy.check(Check::Duplicate) == Requirement::Required {
-            *last = Some(got);
-        }
-        Ok(ordered)
     }
 }
 

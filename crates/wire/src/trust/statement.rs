@@ -72,6 +72,11 @@ impl<'b, M: Statement> Decoded<SignedStatement<'b, M>> {
 }
 
 impl<M: Statement> Attributed<M> {
+    /// Whether it says that it is about this very intent: for choosing among several of one id.
+    pub fn claims(&self, intent: &[u8; 32]) -> bool {
+        self.message.about().1 == *intent
+    }
+
     /// The statement is about this very intent. Cannot be waived.
     pub fn about(self, command: CommandId, intent: &[u8; 32]) -> Result<Accepted<M>, Refusal> {
         if self.message.about() == (command, *intent) {

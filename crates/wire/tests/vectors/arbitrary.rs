@@ -88,7 +88,7 @@ proptest! {
         numbers in any::<[u64; 5]>(),
         boot in any::<u32>(),
         echo in option::of(any::<(u64, u64)>()),
-        kind in 0..4u8,
+        kind in 0..5u8,
         content in vec(any::<u8>(), 0..MAX_REPORT),
         peer in identity(),
     ) {
@@ -99,6 +99,7 @@ proptest! {
             0 => HopBody::Hello(Nonce(extra)),
             1 => HopBody::Report(report),
             2 => HopBody::Grant(Span(extra)),
+            3 => HopBody::Revoked(report),
             _ => HopBody::Teammate(Teammate { via, age: Span(extra), report }),
         };
         let echo = echo.map(|(nonce, seen)| Echo { nonce: Nonce(nonce), seen: PeerStamp(seen) });

@@ -22,11 +22,13 @@ use wire::sensor::{
     Blob, Candidates, Class, Cluster, DepthSample, Detection, Fix, Frames, Modalities, Modality, Navigation, Odometry,
     PixelBox, Pose, ProductMode, ReceiverTime,
 };
+use wire::settings::Settings;
 use wire::sign::{Key, Purpose, Signed};
 use wire::step::StepName;
 use wire::stream::{Deed, Sight};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 use wire::track::{StageProduct, Track, Tracks};
+use wire::trust::Revocation;
 
 /// A decoder of one message: bytes and the longest length allowed in, whether it is the named value out.
 pub(crate) type Decode = Box<dyn Fn(&[u8], usize) -> Result<bool, Malformed>>;
@@ -71,6 +73,7 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
         ("act", vec![named!("confirmed", Act, act())]),
         ("entry", entries()),
         ("seal", seals()),
+        ("revocation", vec![named!("of-operator-2", Revocation, Revocation { of: NodeId::OPERATOR_2 })]),
         ("head", vec![named!("unit-a", Head, head())]),
         ("sign1", signed()),
         ("input", inputs()),
@@ -80,6 +83,8 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
 
 pub(crate) const COMMAND: CommandId = CommandId { operator: NodeId::OPERATOR, boot: Boot(2), sequence: Sequence(7) };
 const RECORD: RecordId = RecordId { node: NodeId::UNIT_C, boot: Boot(3), sequence: Sequence(1000) };
+
+const VALUES: Settings = Settings { speed_mm_s: 2500, margin_mm: 1000, arm_permille: 600, keep_permille: 450 };
 
 fn opaque(bytes: &'static [u8]) -> &'static ByteSlice {
     bytes.into()
@@ -158,6 +163,7 @@ fn hops() -> Vec<Named> {
         named!("grant", Hop<'_>, hop(HopBody::Grant(Span::ms(500)))),
         named!("teammate", Hop<'_>, hop(HopBody::Teammate(teammate))),
         named!("watch", Hop<'_>, hop(HopBody::Watch(Nonce(11)))),
+        named!("revoked", Hop<'_>, hop(HopBody::Revoked(opaque(b"signed")))),
     ]
 }
 
@@ -173,6 +179,7 @@ fn intents() -> Vec<Named> {
         named!("resume", Intent, intent(CommandKind::Resume, "cause understood")),
         named!("arm", Intent, intent(CommandKind::Arm(TrackId(3)), "vehicle in view")),
         named!("confirm", Intent, intent(CommandKind::Confirm(TrackId(3)), "still in view")),
+        named!("configure", Intent, intent(CommandKind::Configure(VALUES), "wet ground")),
     ]
 }
 
@@ -195,6 +202,7 @@ fn requests() -> Vec<Named> {
         named!("stage", Request<'_>, Request::Stage(opaque(b"intent"))),
         named!("release", Request<'_>, Request::Release(opaque(b"confirmation"))),
         named!("watch", Request<'_>, Request::Watch(Nonce(11))),
+        named!("revoke", Request<'_>, Request::Revoke(opaque(b"revocation"))),
     ]
 }
 
@@ -395,7 +403,7 @@ fn outputs() -> Vec<Named> {
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30).chain(40..43).chain(45..49).chain(60..62).chain(65..66)
+    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(60..62).chain(65..66)
 }
 
 fn entries() -> Vec<Named> {
@@ -582,6 +590,20 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ("swallowed", Event::Swallowed { command: COMMAND }),
         ("taken-over", Event::TakenOver { peer: PeerId::UNIT_A }),
         ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
+        (
+            "rogue-at-the-broker",
+            Event::Rogue {
+                command: COMMAND,
+                kind: CommandKind::Configure(VALUES),
+                key: NodeId::OPERATOR_2,
+                certificate: Some(PeerId::UNIT_B),
+            },
+        ),
+        (
+            "rogue-at-the-gateway",
+            Event::Rogue { command: COMMAND, kind: CommandKind::Hold, key: NodeId::OPERATOR_2, certificate: None },
+        ),
+        ("struck", Event::Struck { who: NodeId::OPERATOR_2 }),
         (
             "mouth-saw",
             Event::MouthSaw { reader: NodeId::UNIT_A, at: Interface::Bus(Topic::Tracks), length: 340, hash: 1 << 40 },

@@ -4,7 +4,7 @@ use adversary::plan::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, Order
 use wire::event::Action;
 
 use super::timed;
-use crate::scenario::{self, Direction, Scenario, Verb, Windowed};
+use crate::scenario::{self, Direction, Order, Scenario, Windowed};
 
 /// The plan, when the scenario has one.
 pub(in crate::cast) fn plan(s: &Scenario, phase: u64) -> Option<InsiderBrokerConfig> {
@@ -51,14 +51,15 @@ pub(super) fn planned(s: &Scenario) -> impl Iterator<Item = Action> {
     actions.into_iter().filter_map(|(any, action)| any.then_some(action))
 }
 
-pub(super) fn kind(verb: Verb) -> Kind {
-    match verb {
-        Verb::Enable => Kind::Enable,
-        Verb::Arm => Kind::Arm,
-        Verb::Confirm => Kind::Confirm,
-        Verb::Hold => Kind::Hold,
-        Verb::Resume => Kind::Resume,
-        Verb::Disarm => Kind::Disarm,
+pub(super) fn kind(asked: Order) -> Kind {
+    match asked {
+        Order::Enable => Kind::Enable,
+        Order::Arm => Kind::Arm,
+        Order::Confirm => Kind::Confirm,
+        Order::Hold => Kind::Hold,
+        Order::Resume => Kind::Resume,
+        Order::Disarm => Kind::Disarm,
+        Order::Configure => Kind::Configure,
     }
 }
 

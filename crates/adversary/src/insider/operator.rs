@@ -1,0 +1,217 @@
+//! The rogue station: it holds somebody's signing key and gives orders with it, as a console would and when it likes.
+//!
+//! It has either a station of its own at the gateway, with a channel that is its own, or a certificate for the broker,
+//! past the gateway. It reads the feed of the control host for what an order has to repeat (nonce, tracks, how far the
+//! counter has come), and believes all of it. Both steps of an order away from safe go out one after the other.
+
+use std::collections::VecDeque;
+
+use minicbor::bytes::ByteSlice;
+use sha2::{Digest, Sha256};
+use wire::audit::Journal;
+use wire::bus::{HEADER_LEN, Sender, TAG_LEN};
+use wire::codec::{self, Text};
+use wire::command::{CommandKind, Confirmation, Intent, Order, Request};
+use wire::core::{Core, Input, Output, Subject, Topic};
+use wire::event::Event;
+use wire::feed::Feed;
+use wire::id::{Boot, CommandId, NODES, Sequence, TrackId, WorldId};
+use wire::report::{MAX_REPORT, Report};
+use wire::sensor::Class;
+use wire::setup::Setup;
+use wire::sign::{Key, Purpose, Signed};
+use wire::time::{Instant, Span};
+
+use crate::opening::{self, Opening};
+use crate::plan::{Direction, InsiderOperatorConfig, PlanError, RogueOrders};
+use crate::schedule::Steps;
+
+/// See the module.
+#[derive(Debug)]
+pub struct InsiderOperator {
+    config: InsiderOperatorConfig,
+    key: Key,
+    station: Option<Sender>,
+    runs: Vec<Run>,
+    /// The newest report of the unit.
+    report: Option<Report>,
+    /// How far each identity's counter has come, as far as it knows.
+    counters: [(Boot, Sequence); NODES],
+    quiet: bool,
+    journal: Journal,
+    out: VecDeque<Output>,
+}
+
+/// A run of orders: when it opens, and then the times of its orders.
+#[derive(Clone, Debug)]
+struct Run {
+    orders: RogueOrders,
+    opening: Opening,
+    steps: Option<Steps>,
+}
+
+impl Run {
+    /// Takes one order if it is due at `now`.
+    fn take(&mut self, now: Instant) -> bool {
+        if self.steps.is_none() {
+            let times = |opens| Steps::new(opens, self.orders.every_ms, self.orders.count, None);
+            self.steps = self.opening.opens().map(times);
+        }
+        self.steps.as_mut().is_some_and(|steps| steps.take(now))
+    }
+}
+
+impl InsiderOperator {
+    /// A rogue station that starts at `now`.
+    ///
+    /// # Errors
+    /// A magnitude of the plan outside its bounds, or no channel where it needs one.
+    pub fn new(setup: Setup, config: InsiderOperatorConfig, now: Instant) -> Result<Self, PlanError> {
+        config.check()?;
+        let station = match config.certificate {
+            Some(_) => None,
+            None => Some(setup.sender(Topic::Intents)?),
+        };
+        let run = |orders: &RogueOrders| {
+            let lasts = Span::ms(u64::from(orders.count - 1) * orders.every_ms);
+            let opening = Opening::new(orders.step, Direction::Up, now, orders.at_ms, lasts);
+            Run { orders: *orders, opening, steps: None }
+        };
+        let mut rogue = Self {
+            key: Key::from_bytes(&config.secret.0),
+            station,
+            runs: config.orders.iter().map(run).collect(),
+            config,
+            report: None,
+            counters: [(Boot(1), Sequence(0)); NODES],
+            quiet: false,
+            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
+            out: VecDeque::new(),
+        };
+        rogue.journal.write(now, Event::Started, &mut rogue.out);
+        Ok(rogue)
+    }
+
+    /// The same rogue station in a forked world.
+    #[must_use]
+    pub fn fork(&self, _world: WorldId) -> Self {
+        Self {
+            config: self.config.clone(),
+            key: self.key.fork(),
+            station: self.station.clone(),
+            runs: self.runs.clone(),
+            report: self.report.clone(),
+            counters: self.counters,
+            quiet: self.quiet,
+            journal: self.journal.fork(),
+            out: self.out.clone(),
+        }
+    }
+
+    /// Reads the feed as it comes.
+    fn see(&mut self, bytes: &[u8]) {
+        let body = bytes.len().checked_sub(TAG_LEN).and_then(|end| bytes.get(HEADER_LEN..end));
+        let Some(Feed::Accepted(accepted)) = body.and_then(|body| minicbor::decode(body).ok()) else { return };
+        let Ok(signed) = Signed::parse(accepted.report, MAX_REPORT) else { return };
+        let Ok(report) = codec::decode::<Report>(signed.payload, MAX_REPORT) else { return };
+        if report.origin != self.config.unit.node() {
+            return;
+        }
+        if let Some((id, _)) = report.last_command {
+            let counter = &mut self.counters[id.operator.index()];
+            *counter = (*counter).max((id.boot, id.sequence));
+        }
+        self.report = Some(report);
+    }
+
+    fn act(&mut self, now: Instant) {
+        opening::settle(self.runs.iter_mut().map(|run| &mut run.opening), now, &mut self.journal, &mut self.out);
+        for i in 0..self.runs.len() {
+            while self.runs[i].take(now) {
+                let orders = self.runs[i].orders;
+                self.order(now, &orders);
+            }
+        }
+    }
+
+    fn order(&mut self, now: Instant, run: &RogueOrders) {
+        let intent = self.intent(run);
+        let Intent { id, unit, kind, .. } = intent;
+        let certificate = self.config.certificate;
+        let event = Event::Rogue { command: id, kind, key: self.config.holds, certificate };
+        self.journal.write(now, event, &mut self.out);
+        let signed = self.key.sign(Purpose::Intent, &codec::encode(&intent));
+        let confirmation = (!kind.towards_safe()).then(|| {
+            let intent = Sha256::digest(&signed).into();
+            self.key.sign(Purpose::Confirmation, &codec::encode(&Confirmation { id, intent }))
+        });
+        match &mut self.station {
+            None => {
+                let confirmation = confirmation.as_deref().map(<&ByteSlice>::from);
+                let bytes = codec::encode(&Order { intent: signed.as_slice().into(), confirmation });
+                self.out.push_back(Output::Publish { subject: Subject::Command(unit), bytes });
+            }
+            Some(station) => {
+                let stage = Request::Stage(signed.as_slice().into());
+                let release = confirmation.as_deref().map(|bytes| Request::Release(bytes.into()));
+                for request in [Some(stage), release].into_iter().flatten() {
+                    let bytes = station.seal(now, &codec::encode(&request));
+                    self.out.push_back(Output::Bus { topic: Topic::Intents, bytes });
+                }
+            }
+        }
+    }
+
+    fn intent(&mut self, run: &RogueOrders) -> Intent {
+        let (boot, sequence) = &mut self.counters[run.claim.index()];
+        *sequence = sequence.next();
+        // What was run ahead counts from then on if the unit says that it heard it (`see`).
+        let ahead = Sequence(sequence.0.saturating_add(run.ahead));
+        let id = CommandId { operator: run.claim, boot: *boot, sequence: ahead };
+        let nonce = self.report.as_ref().map(|report| report.command_nonce).unwrap_or_default();
+        Intent { id, unit: self.config.unit, nonce, kind: self.kind(run), reason: Text::new("because I can") }
+    }
+
+    fn kind(&self, run: &RogueOrders) -> CommandKind {
+        let tracks = self.report.iter().flat_map(|report| report.tracks.iter());
+        let best = tracks.filter(|track| track.class == Class::Vehicle).max_by_key(|track| track.confidence);
+        let held = self.report.as_ref().and_then(|report| report.authority).map(|held| held.track);
+        run.demand.kind(best.map_or(TrackId(0), |track| track.id), held.unwrap_or(TrackId(0)))
+    }
+}
+
+impl Core for InsiderOperator {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        match input {
+            Input::Bus { topic: Topic::Feed, bytes } => self.see(bytes),
+            Input::Cue { step } => self.runs.iter_mut().for_each(|run| run.opening.cue(now, *step)),
+            Input::Quiesce => self.quiet = true,
+            Input::Finish => {
+                self.quiet = true;
+                return self.journal.sign(now, &mut self.out);
+            }
+            Input::Timeout
+            | Input::Bus { .. }
+            | Input::Opened { .. }
+            | Input::Record { .. }
+            | Input::Closed { .. }
+            | Input::Published { .. }
+            | Input::Datagram { .. }
+            | Input::Stream { .. }
+            | Input::Audit { .. } => {}
+        }
+        if !self.quiet {
+            self.act(now);
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        let orders = self.runs.iter().filter_map(|run| run.steps.as_ref().and_then(Steps::due));
+        let begins = self.runs.iter().filter_map(|run| run.opening.due());
+        orders.chain(begins).min().filter(|_| !self.quiet)
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+}

@@ -1,0 +1,165 @@
+//! The insider whose hands the recorder is in: what it can do to a recording before anybody reads it.
+//!
+//! It holds everything that was recorded, and the recorder's own signing key. It may change bytes and hope, or write every
+//! chain anew so that it holds together, with seals and signatures of the recorder's to go with it. What it cannot do is sign
+//! for another service, and it cannot reach what is held elsewhere. Nobody here looks at whether it was found out.
+
+#![expect(
+    clippy::wildcard_enum_match_arm,
+    reason = "a recorder changes its own seals and signatures and passes on the rest"
+)]
+
+use std::collections::BTreeMap;
+
+use sha2::{Digest, Sha256};
+use wire::audit::Entry;
+use wire::codec;
+use wire::event::Event;
+use wire::id::NodeId;
+use wire::sign::{Key, Purpose};
+use wire::time::Span;
+
+use crate::plan::Tampering;
+use crate::schedule::{below, stream};
+
+/// A recorded entry as the recorder has it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Kept {
+    /// When it came, microseconds of the run.
+    pub at: u64,
+    /// Who handed it over.
+    pub node: NodeId,
+    /// Encoded entry.
+    pub bytes: Vec<u8>,
+}
+
+/// See the module.
+#[derive(Debug)]
+pub struct InsiderRecorder {
+    key: Key,
+    does: Tampering,
+    seed: u64,
+}
+
+impl InsiderRecorder {
+    /// One who will do one thing, at a place that the seed draws, with the recorder's own key.
+    pub fn new(key: Key, does: Tampering, seed: u64) -> Self {
+        Self { key, does, seed }
+    }
+
+    /// Does it. Gives the place, counted from 1, of the first entry concerned; nothing where there is no such place.
+    pub fn lay_on(&self, kept: &mut Vec<Kept>) -> Option<usize> {
+        let mut rng = stream(self.seed, 0);
+        let mut draw = |n: usize| below(&mut rng, n as u64) as usize;
+        let others: Vec<usize> = (0..kept.len()).filter(|i| kept[*i].node != NodeId::RECORDER).collect();
+        if others.len() < 3 {
+            return None;
+        }
+        match self.does {
+            Tampering::Edit => {
+                let i = draw(kept.len());
+                let byte = draw(kept[i].bytes.len());
+                kept[i].bytes[byte] ^= 1 << draw(8);
+                Some(i + 1)
+            }
+            Tampering::Swap => {
+                let i = draw(others.len() - 1);
+                kept.swap(others[i], others[i + 1]);
+                Some(others[i] + 1)
+            }
+            Tampering::Delete => {
+                let i = draw(kept.len());
+                kept.remove(i);
+                Some(i + 1)
+            }
+            Tampering::Truncate => {
+                let length = draw(kept.len() - 1) + 1;
+                kept.truncate(length);
+                Some(length + 1)
+            }
+            Tampering::Omit => {
+                let i = others[draw(others.len())];
+                kept.remove(i);
+                self.chain_anew(kept);
+                Some(i + 1)
+            }
+            Tampering::Rechain => {
+                let i = others[draw(others.len())];
+                let mut entry = Entry::decode(&kept[i].bytes).ok()?;
+                entry.at += Span::ms(1);
+                kept[i].bytes = codec::encode(&entry);
+                self.chain_anew(kept);
+                Some(i + 1)
+            }
+            Tampering::CutAtSeal => self.cut(kept, draw),
+        }
+    }
+
+    /// Ends the recording at a seal as if the run had ended there: every chain at its last signature, a closing seal behind.
+    fn cut(&self, kept: &mut Vec<Kept>, mut draw: impl FnMut(usize) -> usize) -> Option<usize> {
+        let is_seal = |i: &usize| matches!(event(&kept[*i]), Some(Event::Sealed { .. }));
+        let seals: Vec<usize> = (0..kept.len()).filter(is_seal).collect();
+        // After the first seconds, so that everybody has signed; before the last seal, so that something is cut.
+        let inner = seals.get(seals.len() / 4..seals.len().checked_sub(2)?)?;
+        let at = *inner.get(draw(inner.len().max(1)))?;
+        let end = kept.get(at)?.clone();
+        kept.truncate(at + 1);
+        let mut signed: BTreeMap<NodeId, usize> = BTreeMap::new();
+        for (i, one) in kept.iter().enumerate() {
+            if matches!(event(one), Some(Event::Signed { .. })) {
+                signed.insert(one.node, i);
+            }
+        }
+        let mut place = 0;
+        kept.retain(|one| {
+            place += 1;
+            one.node == NodeId::RECORDER || signed.get(&one.node).is_some_and(|last| place - 1 <= *last)
+        });
+        let last = Entry::decode(&end.bytes).ok()?;
+        for event in [Event::Sealed { entries: u64::MAX, head: [0; 32] }, Event::Signed { signature: [0; 64] }] {
+            kept.push(Kept { bytes: codec::encode(&Entry { event, ..last }), ..end.clone() });
+        }
+        self.chain_anew(kept);
+        Some(kept.len() + 1)
+    }
+
+    /// Writes every chain anew, so that each holds together: counters, hashes, the recorder's seals and its signatures.
+    fn chain_anew(&self, kept: &mut [Kept]) {
+        let mut heads: BTreeMap<NodeId, (u64, [u8; 32])> = BTreeMap::new();
+        let mut running: Vec<[u8; 32]> = vec![[0; 32]];
+        for one in kept {
+            let Ok(mut entry) = Entry::decode(&one.bytes) else { continue };
+            let (counter, previous) = heads.get(&entry.node).copied().unwrap_or_default();
+            (entry.counter, entry.previous) = (counter + 1, previous);
+            if entry.node == NodeId::RECORDER {
+                entry.event = self.own(entry.event, &previous, &running);
+            }
+            one.bytes = codec::encode(&entry);
+            let hash: [u8; 32] = Sha256::digest(&one.bytes).into();
+            heads.insert(entry.node, (counter + 1, hash));
+            if entry.node != NodeId::RECORDER {
+                let before = running.last().copied().unwrap_or_default();
+                running.push(Sha256::new().chain_update(before).chain_update(hash).finalize().into());
+            }
+        }
+    }
+
+    /// The recorder's own words over a recording that it has changed.
+    fn own(&self, event: Event, previous: &[u8; 32], running: &[[u8; 32]]) -> Event {
+        match event {
+            Event::Sealed { entries, .. } => {
+                let entries = usize::try_from(entries).unwrap_or(usize::MAX).min(running.len() - 1);
+                Event::Sealed { entries: entries as u64, head: running[entries] }
+            }
+            Event::Signed { .. } => {
+                let signed = self.key.sign(Purpose::Head, previous);
+                Event::Signed { signature: *signed.last_chunk().expect("a COSE_Sign1 ends with its 64-byte signature") }
+            }
+            other => other,
+        }
+    }
+}
+
+fn event(kept: &Kept) -> Option<Event> {
+    Entry::decode(&kept.bytes).ok().map(|entry| entry.event)
+}

@@ -1,0 +1,23 @@
+//! What an insider whose hands the recorder is in does to a recording.
+
+use serde::{Deserialize, Serialize};
+
+/// One thing done to a recording, at a place that the seed draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Tampering {
+    /// One bit of one entry is flipped.
+    Edit,
+    /// Two entries that came one after the other change places.
+    Swap,
+    /// An entry is taken out.
+    Delete,
+    /// Everything from some entry on is taken away.
+    Truncate,
+    /// An entry is left out and every chain and seal written anew around the gap.
+    Omit,
+    /// An entry says another time and every chain and seal is written anew.
+    Rechain,
+    /// The recording ends at a seal, closed as if the run had ended there.
+    CutAtSeal,
+}

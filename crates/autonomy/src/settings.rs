@@ -1,0 +1,78 @@
+//! Whether an operator's settings are safe together, and what becomes of the bounds under them.
+//!
+//! Each value is in its range by the schema (`wire::settings`). Here: that a unit which loses its place at full speed at
+//! the margin still comes to rest inside the fence, and that a track which may be armed on is not given up at once.
+//! Derived in `docs/bounds.md`. In which mode settings may change is left to `transition`.
+
+use wire::bounds::Bounds;
+use wire::refusal::Refusal;
+use wire::settings::Settings;
+
+use crate::geofence::REACTION_S;
+
+/// What is left for the error of the last fix, mm.
+const ERROR_MM: u32 = 400;
+/// How far the confidence to arm lies above the one to keep, permille.
+const APART_PERMILLE: u32 = 100;
+
+/// The settings go together, or the value that is too small for the others.
+pub fn jointly_safe(settings: &Settings, bounds: &Bounds) -> Result<(), Refusal> {
+    let margin = least_margin_mm(settings.speed_mm_s, bounds);
+    at_least("margin in mm", margin, settings.margin_mm)?;
+    at_least("confidence to arm in permille", u32::from(settings.keep_permille) + APART_PERMILLE, settings.arm_permille)
+}
+
+/// The bounds of the platform under these settings; none is loosened beyond what [`jointly_safe`] lets through.
+pub fn under(settings: &Settings, platform: &Bounds) -> Bounds {
+    let speed = u32::from(settings.speed_mm_s);
+    Bounds {
+        max_speed_mm_s: platform.max_speed_mm_s.min(speed),
+        degraded_speed_mm_s: platform.degraded_speed_mm_s.min(speed),
+        fence_margin_mm: u32::from(settings.margin_mm),
+        designation_confidence: settings.arm_permille,
+        designation_keep: settings.keep_permille,
+        ..*platform
+    }
+}
+
+/// What is driven blind before the brakes take hold, beyond what the guard has already taken off, and the fix's error.
+fn least_margin_mm(speed_mm_s: u16, bounds: &Bounds) -> u32 {
+    let blind_ms = (bounds.product_limit_ms + bounds.control_period_ms).max(bounds.set_point_lease_ms);
+    let beyond_ms = (blind_ms as f64 - REACTION_S * 1000.0).max(0.0);
+    (f64::from(speed_mm_s) * beyond_ms / 1000.0) as u32 + ERROR_MM
+}
+
+fn at_least(what: &'static str, least: u32, got: u16) -> Result<(), Refusal> {
+    let got = u32::from(got);
+    if got >= least { Ok(()) } else { Err(Refusal::Joint { what, least, got }) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLATFORM: Settings = Settings { speed_mm_s: 3000, margin_mm: 1000, arm_permille: 600, keep_permille: 450 };
+
+    #[test]
+    fn the_platforms_own_bounds_are_jointly_safe_and_not_by_much() {
+        let bounds = Bounds::GROUND;
+        assert_eq!(jointly_safe(&PLATFORM, &bounds), Ok(()));
+        assert_eq!(under(&PLATFORM, &bounds), bounds);
+        let narrow = Settings { margin_mm: 999, ..PLATFORM };
+        let refusal = Refusal::Joint { what: "margin in mm", least: 1000, got: 999 };
+        assert_eq!(jointly_safe(&narrow, &bounds), Err(refusal));
+    }
+
+    #[test]
+    fn what_is_too_narrow_at_full_speed_is_wide_enough_at_walking_pace() {
+        let slow = Settings { speed_mm_s: 500, margin_mm: 500, ..PLATFORM };
+        assert_eq!(jointly_safe(&slow, &Bounds::GROUND), Ok(()));
+        assert!(jointly_safe(&Settings { speed_mm_s: 1500, ..slow }, &Bounds::GROUND).is_err());
+    }
+
+    #[test]
+    fn a_track_that_may_be_armed_on_is_not_given_up_at_once() {
+        let flicker = Settings { arm_permille: 600, keep_permille: 600, ..PLATFORM };
+        assert!(matches!(jointly_safe(&flicker, &Bounds::GROUND), Err(Refusal::Joint { least: 700, got: 600, .. })));
+    }
+}

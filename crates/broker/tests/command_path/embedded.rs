@@ -1,0 +1,193 @@
+//! Our own broker: what every broker owes, and what it owes beyond that, each refusal under its name.
+
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use broker::audit::audited;
+use broker::gate::{Denial, Event};
+use broker::server::{Limits, MAX_CONNECTIONS_OF_PEER, Server};
+use link::clock::HostClock;
+use link::loopback::LoopbackAddr;
+use link::pki::Role;
+use link::spec::{BrokerListen, Control, ORPHANED, ServiceSpec};
+use rumqttc::{ConnectReturnCode, LastWill, QoS};
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use wire::id::{Boot, NodeId, PeerId};
+
+use crate::client::{Client, RunPki, open_session_bytes, raw_tls};
+use crate::suite::{Broker, command_path};
+
+command_path!(Server);
+
+impl Broker for Server {
+    const REFUSES_SUBSCRIPTIONS: bool = true;
+
+    async fn start(pki: &RunPki) -> Option<Self> {
+        Some(serve(pki, Limits::default()).await)
+    }
+
+    fn address(&self) -> LoopbackAddr {
+        Server::address(self)
+    }
+
+    async fn revoke(&mut self, list_der: Vec<u8>) {
+        self.revocations().replace(list_der).expect("a newer list");
+    }
+
+    async fn named(&mut self, refusal: &str) {
+        assert_eq!(denial(self).await.name(), refusal);
+    }
+
+    async fn beyond_rights(&mut self, peer: PeerId) {
+        let told = denial(self).await;
+        assert!(matches!(&told, Denial::Access { peer: of, .. } if *of == peer), "{told:?}");
+    }
+
+    async fn ended(&mut self, peer: PeerId) {
+        while self.event().await != Some(Event::Closed { peer }) {}
+    }
+}
+
+#[tokio::test]
+async fn a_session_ends_as_soon_as_its_certificate_is_revoked() {
+    let (pki, mut server) = start(Limits::default()).await;
+    let credential = pki.issue("unit-a", Role::Dials);
+    let unit = Client::open(server.address(), "unit-a", pki.tls_with(&credential), None).await.expect("admitted");
+    unit.publish("hs/ack/unit-a", b"before").await.expect("granted");
+    server.revocations().replace(pki.revoke(&credential)).expect("a newer list");
+    let told = denial(&mut server).await;
+    assert!(matches!(told, Denial::Dismissed { peer: PeerId::UNIT_A, .. }), "{told:?}");
+    assert_eq!(told.name(), "revoked");
+    unit.publish("hs/ack/unit-a", b"after").await.expect_err("its session is over");
+}
+
+#[tokio::test]
+async fn a_client_id_that_is_not_the_certificates_is_refused_by_name() {
+    let (pki, mut server) = start(Limits::default()).await;
+    for id in ["unit-a", "gateway", "nobody"] {
+        let refused =
+            Client::open(server.address(), id, pki.tls(PeerId::UNIT_B), None).await.expect_err("not its name");
+        assert_eq!(refused, Some(ConnectReturnCode::ClientIdentifierNotValid));
+        let expected = Denial::ClientId { expected: PeerId::UNIT_B, got: id.to_owned() };
+        assert_eq!(denial(&mut server).await, expected);
+    }
+}
+
+#[tokio::test]
+async fn a_will_and_an_older_protocol_level_are_refused_by_name() {
+    let (pki, mut server) = start(Limits::default()).await;
+    let will = LastWill::new("hs/ack/unit-b", b"gone".to_vec(), QoS::AtLeastOnce, false, None);
+    let refused =
+        Client::open(server.address(), "unit-b", pki.tls(PeerId::UNIT_B), Some(will)).await.expect_err("no wills");
+    assert_eq!(refused, Some(ConnectReturnCode::NotAuthorized));
+    let got = "hs/ack/unit-b".to_owned();
+    assert_eq!(denial(&mut server).await, Denial::Will { peer: PeerId::UNIT_B, got });
+
+    let mut old = raw_tls(server.address(), pki.tls(PeerId::UNIT_B)).await;
+    old.write_all(&open_session_bytes(4, "unit-b")).await.expect("sent");
+    assert_eq!(denial(&mut server).await, Denial::ProtocolLevel { peer: PeerId::UNIT_B, got: 4 });
+}
+
+#[tokio::test]
+async fn a_shared_subscription_is_refused_even_to_what_its_holder_may_read() {
+    let (pki, server) = start(Limits::default()).await;
+    let unit = pki.connect(server.address(), PeerId::UNIT_B).await;
+    unit.subscribe("$share/g/hs/cmd/unit-b").await.expect_err("no shared subscriptions");
+}
+
+#[tokio::test]
+async fn connections_are_capped_and_a_slot_comes_back() {
+    let limits = Limits { connections: 2, handshake: Duration::from_secs(600), ..Limits::default() };
+    let (pki, mut server) = start(limits).await;
+    let silent = TcpStream::connect(server.address().socket()).await.expect("accepted");
+    let gateway = pki.connect(server.address(), PeerId::GATEWAY).await;
+
+    let mut third = TcpStream::connect(server.address().socket()).await.expect("the kernel accepts");
+    assert_eq!(denial(&mut server).await, Denial::Connections { expected: 2 });
+    assert!(matches!(third.read(&mut [0; 8]).await, Ok(0) | Err(_)), "closed without a byte");
+
+    drop(silent);
+    assert_eq!(denial(&mut server).await.name(), "handshake");
+    let unit = pki.connect(server.address(), PeerId::UNIT_A).await;
+    unit.publish("hs/ack/unit-a", b"in").await.expect("the slot came back");
+    gateway.publish("hs/cmd/unit-a", b"in").await.expect("the first session stands");
+}
+
+#[tokio::test]
+async fn one_certificate_holds_few_connections() {
+    let (pki, mut server) = start(Limits::default()).await;
+    let _session = pki.connect(server.address(), PeerId::UNIT_A).await;
+    let _half_open = raw_tls(server.address(), pki.tls(PeerId::UNIT_A)).await;
+    let _refused = raw_tls(server.address(), pki.tls(PeerId::UNIT_A)).await;
+    let expected = MAX_CONNECTIONS_OF_PEER;
+    assert_eq!(denial(&mut server).await, Denial::ConnectionsOfPeer { peer: PeerId::UNIT_A, expected });
+}
+
+/// Whoever holds a second copy of a certificate can take its session over, and cannot do so unseen.
+#[tokio::test]
+async fn a_second_holder_of_a_certificate_takes_its_session_over_in_plain_sight() {
+    let (pki, mut server) = start(Limits::default()).await;
+    let peer = PeerId::UNIT_A;
+    let _first = pki.connect(server.address(), peer).await;
+    assert_eq!(server.event().await, Some(Event::Admitted { peer }), "nothing was taken from anyone");
+    let _impostor = pki.connect(server.address(), peer).await;
+    let taken = server.event().await.expect("the broker runs");
+    assert_eq!(taken, Event::TakenOver { peer });
+    assert_eq!(audited(&taken), wire::event::Event::TakenOver { peer }, "and the audit log says so");
+    let _another = pki.connect(server.address(), PeerId::UNIT_B).await;
+    while server.event().await != Some(Event::Admitted { peer: PeerId::UNIT_B }) {}
+}
+
+#[tokio::test]
+async fn the_process_says_where_it_listens_and_ends_when_told_or_when_its_launcher_is_gone() {
+    for (goodbye, status) in [(Control::Finish.line(), 0), (String::new(), ORPHANED)] {
+        let pki = RunPki::new();
+        let directory = tempfile::tempdir().expect("a directory");
+        let clock = HostClock { zero_us: 0, drift_ppm: 0 };
+        let mut spec = ServiceSpec::new(NodeId::BROKER, Boot(1), 1, clock, directory.path().to_owned());
+        spec.broker = Some(BrokerListen { at: LoopbackAddr::ANY_PORT, credential: pki.broker() });
+        let mut child = Command::new(env!("CARGO_BIN_EXE_holdsafe-broker"))
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the binary starts");
+        let mut stdin = child.stdin.take().expect("piped");
+        spec.write(&mut stdin).expect("the child reads");
+        let mut ready = String::new();
+        BufReader::new(child.stdout.take().expect("piped")).read_line(&mut ready).expect("a line");
+        let ready: serde_json::Value =
+            serde_json::from_str(ready.strip_prefix("ready ").expect("ready")).expect("JSON");
+        let at: LoopbackAddr = serde_json::from_value(ready["mqtt"].clone()).expect("a loopback address");
+
+        let unit = pki.connect(at, PeerId::UNIT_A).await;
+        unit.publish("hs/ack/unit-a", b"here").await.expect("granted");
+        stdin.write_all(goodbye.as_bytes()).expect("the child reads");
+        // After `finish` the pipe stays open, as the launcher keeps it; the other child loses it.
+        let _held = (status == 0).then_some(stdin);
+        assert_eq!(child.wait().expect("it ends").code(), Some(status));
+    }
+}
+
+async fn start(limits: Limits) -> (RunPki, Server) {
+    let pki = RunPki::new();
+    let server = serve(&pki, limits).await;
+    (pki, server)
+}
+
+async fn serve(pki: &RunPki, limits: Limits) -> Server {
+    Server::start(LoopbackAddr::ANY_PORT, &pki.broker(), limits, link::stream::StreamLog::none())
+        .await
+        .expect("a loopback port is to be had")
+}
+
+/// The next refusal, past comings and goings.
+async fn denial(server: &mut Server) -> Denial {
+    loop {
+        match server.event().await.expect("the broker runs") {
+            Event::Denied(denial) => return denial,
+            Event::Admitted { .. } | Event::TakenOver { .. } | Event::Closed { .. } => {}
+        }
+    }
+}

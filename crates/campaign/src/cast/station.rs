@@ -1,0 +1,69 @@
+//! From a scenario's `[[rogue]]` and `[[mandate]]` tables to the rogue station's plan and everybody's roll.
+
+use adversary::plan::{Demand, InsiderOperatorConfig, RogueOrders};
+use wire::id::{NodeId, PeerId, UnitId};
+use wire::trust::Mandate;
+
+use super::RunSecret;
+use super::attack::{start_ms, step};
+use crate::scenario::{self, Name, Scenario, Way};
+
+/// The rogue's plan, when the scenario has one. Its key and its way are those of the first table; the loader holds the
+/// others equal to it.
+pub(super) fn plan(s: &Scenario, phase: u64, secret: &RunSecret) -> Option<InsiderOperatorConfig> {
+    let first = s.rogue.first()?;
+    let holds = node(&first.holds)?;
+    let orders = s.rogue.iter().filter_map(|r| {
+        Some(RogueOrders {
+            at_ms: start_ms(r, phase),
+            count: r.count.unsigned() as u32,
+            every_ms: r.every_ms.unsigned(),
+            claim: r.claims.as_ref().map_or(Some(holds), |name| node(name))?,
+            demand: demand(r)?,
+            ahead: r.ahead.unsigned(),
+            step: step(r),
+        })
+    });
+    Some(InsiderOperatorConfig {
+        holds,
+        secret: secret.of(holds),
+        certificate: certificate(s),
+        unit: UnitId::A,
+        orders: orders.collect(),
+    })
+}
+
+/// The rogue's station at the gateway, when it has one.
+pub(super) fn channel(s: &Scenario) -> Option<NodeId> {
+    let first = s.rogue.first()?;
+    (first.way == Way::Station).then_some(NodeId::INSIDER_OPERATOR)
+}
+
+/// For how long identities are admitted.
+pub(super) fn mandates(s: &Scenario) -> Vec<Mandate> {
+    let mandate =
+        |m: &scenario::Mandate| Some(Mandate { who: node(&m.who)?, until_ms: (m.until_s.get() * 1000.0) as u64 });
+    s.mandate.iter().filter_map(mandate).collect()
+}
+
+fn certificate(s: &Scenario) -> Option<PeerId> {
+    let first = s.rogue.first().filter(|first| first.way == Way::Broker)?;
+    let name = first.certificate.as_ref().unwrap_or(&first.holds);
+    PeerId::from_name(name.as_str())
+}
+
+fn node(name: &Name) -> Option<NodeId> {
+    NodeId::from_name(name.as_str())
+}
+
+fn demand(rogue: &scenario::Rogue) -> Option<Demand> {
+    Some(match rogue.order {
+        scenario::Order::Configure => Demand::Configure(rogue.values?.settings()),
+        scenario::Order::Hold => Demand::Hold,
+        scenario::Order::Disarm => Demand::Disarm,
+        scenario::Order::Enable => Demand::Enable,
+        scenario::Order::Resume => Demand::Resume,
+        scenario::Order::Arm => Demand::Arm,
+        scenario::Order::Confirm => Demand::Confirm,
+    })
+}

@@ -1,0 +1,121 @@
+//! The rogue station, and how long operators and teammates are admitted.
+//!
+//! A rogue holds somebody's signing key and gives orders with it: through a station of its own at the gateway, or under
+//! a certificate at the broker. It is an identity of its own; no service knows it for what it is.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use wire::settings::Settings;
+
+use super::attack::windowed;
+use super::step::{Knowledge, When};
+use super::value::{Count, Located, Millis, Name, Seconds, Whole};
+
+/// A run of orders of the rogue station. All tables of a scenario are one rogue's: one key, one way, one certificate.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Rogue {
+    /// Start on the trial's clock; the trial's phase is added.
+    pub at_s: Located<Seconds>,
+    /// Whose signing key it holds.
+    pub holds: Located<Name>,
+    /// By which way its orders go.
+    pub way: Way,
+    /// Under whose certificate it publishes at the broker; that of whose key it holds where nothing is said.
+    #[serde(default)]
+    pub certificate: Option<Located<Name>>,
+    /// In whose name it orders; of whose key it holds where nothing is said.
+    #[serde(default)]
+    pub claims: Option<Located<Name>>,
+    /// What it orders.
+    pub order: Order,
+    /// How many times.
+    pub count: Count,
+    /// Time between them.
+    pub every_ms: Millis,
+    /// How far the counter is run ahead with each.
+    #[serde(default)]
+    pub ahead: Whole<0, 9_000_000_000_000_000_000>,
+    /// The values, where it orders to configure.
+    #[serde(default)]
+    pub values: Option<Values>,
+    /// Name of the step it is part of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub step: Option<Located<Name>>,
+    /// What the step waits for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub when: Option<Located<When>>,
+    /// How much it may know of; the scenario's level where nothing is said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub knowledge: Option<Located<Knowledge>>,
+}
+
+/// What an operator sets before a mission, each value within its range (`wire::settings`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Values {
+    /// Largest speed.
+    pub speed_mm_s: Whole<500, 3_000>,
+    /// Distance that is kept to the fence beyond the stopping distance.
+    pub margin_mm: Whole<300, 5_000>,
+    /// Confidence from which a track can be designated.
+    pub arm_permille: Whole<500, 950>,
+    /// Confidence below which a designated track is given up.
+    pub keep_permille: Whole<300, 900>,
+}
+
+impl Values {
+    /// As a command carries them.
+    pub fn settings(self) -> Settings {
+        Settings {
+            speed_mm_s: self.speed_mm_s.unsigned() as u16,
+            margin_mm: self.margin_mm.unsigned() as u16,
+            arm_permille: self.arm_permille.unsigned() as u16,
+            keep_permille: self.keep_permille.unsigned() as u16,
+        }
+    }
+}
+
+/// By which way a rogue's orders go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Way {
+    /// Requests of the gateway, over a channel that is its own.
+    Station,
+    /// Publications at the broker, past the gateway.
+    Broker,
+}
+
+/// What somebody orders who is no operator; the track is what is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Order {
+    /// To stop.
+    Hold,
+    /// To give up authority.
+    Disarm,
+    /// To begin.
+    Enable,
+    /// To go on after a stop.
+    Resume,
+    /// To take authority on the most confident vehicle.
+    Arm,
+    /// To use the authority that is held.
+    Confirm,
+    /// To set values.
+    Configure,
+}
+
+/// An identity is admitted for a time only.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Mandate {
+    /// Who: an operator or a teammate.
+    pub who: Located<Name>,
+    /// Until when, on the clock of whoever judges it, from its start.
+    pub until_s: Seconds,
+}
+
+windowed! {
+    Rogue |_| Seconds::default(), Insider, None;
+}

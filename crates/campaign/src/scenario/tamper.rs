@@ -1,0 +1,33 @@
+//! Tampering with the evidence by an insider whose hands the recorder is in.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Something done to the recording between the run and the judge. A trial carries out one of them, in turn by its seed, at a
+/// place that the seed draws.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tamper {
+    /// What.
+    pub does: Tampered,
+}
+
+/// What is done to a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tampered {
+    /// One bit of one entry is flipped.
+    Edit,
+    /// Two entries that came one after the other change places.
+    Swap,
+    /// An entry is taken out.
+    Delete,
+    /// Everything from some entry on is taken away.
+    Truncate,
+    /// An entry is left out and every chain and seal written anew around the gap.
+    Omit,
+    /// An entry says another time and every chain and seal is written anew.
+    Rechain,
+    /// The recording ends at a seal, closed as if the run had ended there.
+    CutAtSeal,
+}

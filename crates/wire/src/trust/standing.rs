@@ -1,0 +1,130 @@
+//! Standing: who is still admitted. Evidence: the authority's signature over a revocation, and this host's clock.
+//!
+//! The authority signs a revocation of every operator and teammate when the keys are made, and its own key is gone before
+//! the first service starts; the console keeps them, as one keeps a revocation certificate. Whoever holds one can take
+//! that identity's standing away, for good, and do nothing else with it.
+
+use minicbor::{Decode, Encode};
+
+use super::{Fresh, Received};
+use crate::codec;
+use crate::command::{Intent, MAX_ORDER};
+use crate::id::{NODES, NodeId};
+use crate::policy::{Check, Policy};
+use crate::refusal::Refusal;
+use crate::sign::{Key, Keyring, Purpose, Signed};
+use crate::time::{Instant, Span};
+
+/// What the authority signs: this identity is admitted no longer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Revocation {
+    /// Whose standing ends.
+    #[n(0)]
+    pub of: NodeId,
+}
+
+impl Revocation {
+    /// The signed statement, by the authority's key.
+    pub fn sign(self, authority: &Key) -> Vec<u8> {
+        authority.sign(Purpose::Revocation, &codec::encode(&self))
+    }
+}
+
+/// For how long an identity is admitted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Mandate {
+    /// Who.
+    pub who: NodeId,
+    /// Until so many milliseconds after the start of whoever judges it.
+    pub until_ms: u64,
+}
+
+/// Who is admitted no longer.
+#[derive(Clone, Debug)]
+pub struct Roll {
+    ends: [Option<Instant>; NODES],
+    revoked: [bool; NODES],
+}
+
+impl Roll {
+    /// Everybody stands, those with a mandate until its end; `now` is the start.
+    pub fn new(mandates: &[Mandate], now: Instant) -> Self {
+        let mut ends = [None; NODES];
+        for mandate in mandates {
+            ends[mandate.who.index()] = Some(now + Span::ms(mandate.until_ms));
+        }
+        Roll { ends, revoked: [false; NODES] }
+    }
+
+    /// Takes a signed revocation that came at `now`; gives whose standing it ended, `None` where it had ended before. The
+    /// authority's signature cannot be waived.
+    pub fn revoke(&mut self, keys: &Keyring, now: Instant, bytes: &[u8]) -> Result<Option<NodeId>, Refusal> {
+        let framed = Received::new(now, bytes).frame(MAX_ORDER)?;
+        let signed = Signed::parse(framed.message, MAX_ORDER)?;
+        let revocation: Revocation = codec::decode(signed.payload, MAX_ORDER)?;
+        let revoked = &mut self.revoked[revocation.of.index()];
+        if *revoked {
+            return Ok(None);
+        }
+        keys.verify(NodeId::AUTHORITY, Purpose::Revocation, &signed)?;
+        *revoked = true;
+        Ok(Some(revocation.of))
+    }
+
+    /// Whether `who` is admitted at `now`.
+    pub fn stands(&self, who: NodeId, now: Instant) -> Result<(), Refusal> {
+        if self.revoked[who.index()] {
+            return Err(Refusal::Revoked { got: who });
+        }
+        match self.ends[who.index()] {
+            Some(end) if now >= end => Err(Refusal::Expired { got: who, over: now.since(end) }),
+            Some(_) | None => Ok(()),
+        }
+    }
+}
+
+impl Fresh<Intent> {
+    /// The operator that it names is still admitted.
+    pub fn standing(self, policy: &Policy, roll: &Roll, now: Instant) -> Result<Fresh<Intent>, Refusal> {
+        self.check(policy, Check::Standing, |intent, _| roll.stands(intent.id.operator, now))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn standing_ends_by_the_authoritys_word_or_by_time_and_by_nobody_elses() {
+        let (authority, operator) = (Key::from_bytes(&[1; 32]), Key::from_bytes(&[2; 32]));
+        let mut keys = Keyring::default();
+        keys.insert(NodeId::AUTHORITY, &authority.public());
+        keys.insert(NodeId::OPERATOR, &operator.public());
+        let mandate = Mandate { who: NodeId::OPERATOR, until_ms: 100 };
+        let mut roll = Roll::new(&[mandate], Instant(0));
+        let second = Revocation { of: NodeId::OPERATOR_2 };
+        let at = Instant(99_999);
+        assert!(matches!(roll.revoke(&keys, at, &second.sign(&operator)), Err(Refusal::Signature { .. })));
+        assert_eq!(roll.stands(NodeId::OPERATOR_2, at), Ok(()));
+        assert_eq!(roll.revoke(&keys, at, &second.sign(&authority)), Ok(Some(NodeId::OPERATOR_2)));
+        assert_eq!(roll.revoke(&keys, at, &second.sign(&authority)), Ok(None));
+        assert_eq!(roll.stands(NodeId::OPERATOR_2, at), Err(Refusal::Revoked { got: NodeId::OPERATOR_2 }));
+        assert_eq!(roll.stands(NodeId::OPERATOR, at), Ok(()));
+        let over = Span::ms(1);
+        let expired = Refusal::Expired { got: NodeId::OPERATOR, over };
+        assert_eq!(roll.stands(NodeId::OPERATOR, Instant(101_000)), Err(expired));
+    }
+
+    #[test]
+    fn a_revocation_serves_as_nothing_else_and_nothing_else_as_one() {
+        let authority = Key::from_bytes(&[1; 32]);
+        let mut keys = Keyring::default();
+        keys.insert(NodeId::AUTHORITY, &authority.public());
+        let mut roll = Roll::new(&[], Instant(0));
+        let payload = codec::encode(&Revocation { of: NodeId::OPERATOR });
+        let head = authority.sign(Purpose::Head, &payload);
+        assert!(matches!(roll.revoke(&keys, Instant(0), &head), Err(Refusal::Signature { .. })));
+        assert!(roll.revoke(&keys, Instant(0), &payload).is_err());
+    }
+}

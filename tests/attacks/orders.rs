@@ -1,0 +1,160 @@
+//! Attacks by those who hold somebody's key or certificate: rights, roles, standing, counters, rates, values.
+
+use campaign::oracle::Property;
+use campaign::trial::Outcome;
+use campaign::twin::trial::Run;
+use holdsafe_tests::{shipped, under};
+use wire::command::CommandKind;
+use wire::event::{Account, Event, Interface};
+use wire::id::{CommandId, NodeId};
+use wire::refusal::Reason;
+
+use crate::SEEDS;
+
+/// What the first operator asked for, by kind.
+fn asked(run: &Run, wanted: &str) -> Vec<(u64, CommandId)> {
+    let of = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Intended { command, kind } if kind.name() == wanted => Some((w.at, command)),
+        _ => None,
+    });
+    of.collect()
+}
+
+/// Whether the unit carried it out.
+fn executed(run: &Run, wanted: CommandId) -> bool {
+    run.evidence.entries.iter().any(|w| match w.entry.event {
+        Event::Executed { command, refused: None, .. } => w.entry.node == NodeId::UNIT_A && command == wanted,
+        _ => false,
+    })
+}
+
+/// What the first operator asked for was carried out, by kind.
+fn obeyed(run: &Run, kind: &str) -> bool {
+    asked(run, kind).iter().any(|(_, id)| executed(run, *id))
+}
+
+/// How often `node` told of a refusal at `at` for this reason.
+fn refused(run: &Run, node: NodeId, at: Interface, wanted: Reason) -> usize {
+    let one = |w: &&campaign::oracle::Witnessed| match w.entry.event {
+        Event::Refused { at: interface, reason, .. } => (w.entry.node, interface, reason) == (node, at, wanted),
+        _ => false,
+    };
+    run.evidence.entries.iter().filter(one).count()
+}
+
+/// The rogue's orders that the unit carried out.
+fn got_through(run: &Run) -> Vec<CommandKind> {
+    let rogue = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Rogue { command, kind, .. } => Some((command, kind)),
+        _ => None,
+    });
+    let given = |id: &CommandId| {
+        !run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Intended { command, .. } if command == *id))
+    };
+    rogue.filter(|(id, _)| given(id) && executed(run, *id)).map(|(_, kind)| kind).collect()
+}
+
+#[test]
+fn a_vehicles_credential_that_orders_is_refused_by_the_broker_by_the_gateway_and_by_the_unit_each_by_itself() {
+    for run in shipped("role_broker").expect(SEEDS) {
+        assert_eq!(refused(&run, NodeId::BROKER, Interface::Broker, Reason::Role), 9);
+        assert_eq!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Role), 0, "nothing came so far");
+    }
+    for run in shipped("role_gateway").expect(SEEDS) {
+        for reason in [Reason::Role, Reason::Signature] {
+            assert!(refused(&run, NodeId::GATEWAY, Interface::Requests, reason) > 0, "{reason:?}");
+            assert_eq!(refused(&run, NodeId::UNIT_A, Interface::Commands, reason), 0, "nothing came so far");
+        }
+    }
+    for run in shipped("role_unit").expect(SEEDS) {
+        assert_eq!(refused(&run, NodeId::BROKER, Interface::Broker, Reason::Role), 0);
+        for reason in [Reason::Role, Reason::Signature] {
+            assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, reason) > 0, "{reason:?}");
+        }
+        assert_eq!(got_through(&run), []);
+    }
+}
+
+#[test]
+fn without_the_role_check_anybodys_good_signature_acts() {
+    for name in ["role_broker", "role_gateway"] {
+        let run = under(name, "role-waived").run(1);
+        assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{name}");
+        assert!(got_through(&run).iter().any(|kind| kind.name() == "confirm"), "{name}");
+    }
+}
+
+#[test]
+fn a_rogue_station_runs_its_counter_ahead_and_the_operator_is_heard_and_has_it_revoked() {
+    for run in shipped("rogue_station").expect(SEEDS) {
+        assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Jump) > 0);
+        assert_eq!(got_through(&run), [CommandKind::Disarm], "what it did before it was revoked was to stop something");
+        let struck = |node| {
+            run.evidence.entries.iter().any(|w| {
+                w.entry.node == node && matches!(w.entry.event, Event::Struck { who } if who == NodeId::OPERATOR_2)
+            })
+        };
+        assert!(struck(NodeId::GATEWAY) && struck(NodeId::UNIT_A), "the unit knows it for itself");
+        assert_eq!(refused(&run, NodeId::GATEWAY, Interface::Requests, Reason::Revoked), 3);
+        assert!(obeyed(&run, "hold") && obeyed(&run, "resume"), "{:?}", run.verdict.transitions);
+    }
+    let run = under("rogue_station", "standing-waived").run(1);
+    assert_eq!(run.verdict.outcome, Outcome::Unsafe);
+}
+
+#[test]
+fn a_stolen_key_cannot_run_the_counter_so_far_ahead_that_its_operator_is_locked_out() {
+    for run in shipped("stolen_key").expect(SEEDS) {
+        assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Jump) > 0);
+        for kind in ["disarm", "hold", "resume"] {
+            assert!(obeyed(&run, kind), "{kind}: {:?}", run.verdict.transitions);
+        }
+    }
+    let run = under("stolen_key", "jump-waived").run(1);
+    assert_eq!(run.verdict.outcome, Outcome::Unsafe, "one id for all that the operator can still give");
+    assert!(obeyed(&run, "hold"), "towards safe asks no counter");
+    assert!(!run.verdict.transitions.iter().any(|t| t.from == "HOLD_SAFE"), "the thief has locked the operator out");
+}
+
+#[test]
+fn an_operator_whose_time_is_over_is_refused_and_without_the_check_is_one() {
+    for run in shipped("expired_operator").expect(SEEDS) {
+        assert_eq!(refused(&run, NodeId::GATEWAY, Interface::Requests, Reason::Expired), 4);
+        assert_eq!(got_through(&run), []);
+    }
+    assert_eq!(under("expired_operator", "standing-waived").run(1).verdict.outcome, Outcome::Unsafe);
+}
+
+#[test]
+fn a_hold_comes_through_a_flood_in_time_at_the_gateway_and_at_the_unit() {
+    let at_gateway = (NodeId::GATEWAY, Interface::Requests);
+    for (name, (node, at)) in [
+        ("order_flood", at_gateway),
+        ("order_flood_unit", (NodeId::UNIT_A, Interface::Commands)),
+        ("hold_flood", at_gateway),
+    ] {
+        for run in shipped(name).expect(SEEDS) {
+            let (given, id) = asked(&run, "hold")[0];
+            assert!(executed(&run, id), "{name}");
+            let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("held").t_ms;
+            assert!(held <= given as f64 / 1000.0 + 1000.0, "{name}: {held}");
+            let counted = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+                Event::Count { account: Account::Refused(interface, Reason::Rate), n } if interface == at => Some(n),
+                _ => None,
+            });
+            assert!(counted.is_some_and(|n| n > 500), "{name}: {counted:?}");
+            assert!(refused(&run, node, at, Reason::Rate) < 20, "{name}: a flood is not one in the log");
+        }
+    }
+}
+
+#[test]
+fn legal_values_that_are_unsafe_together_are_refused_before_the_mission_and_all_values_under_way() {
+    for run in shipped("unsafe_values").expect(SEEDS) {
+        assert_eq!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Joint), 4);
+        assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Interlock) > 0);
+        assert!(obeyed(&run, "configure") && got_through(&run).is_empty());
+    }
+    let run = under("unsafe_values", "joint-waived").run(1);
+    assert!(run.verdict.findings.iter().any(|f| f.property == Property::P4), "{:?}", run.verdict.findings);
+}
