@@ -731,16 +731,11 @@ pub enum Event {
         #[n(1)]
         shown: ShownAs,
     },
-    /// An adversary did something to a report on its way to the display.
+    /// An adversary kept a report from the display.
     #[n(46)]
-    Meddled {
+    Withheld {
         #[n(0)]
-        action: Action,
-        #[n(1)]
         record: RecordId,
-        /// Delay imposed, if any.
-        #[n(2)]
-        delay: Span,
     },
     /// An adversary kept what the operator asked for from the gateway.
     #[n(47)]

@@ -14,10 +14,10 @@ use wire::audit::Journal;
 use wire::bus::{HEADER_LEN, Sender, TAG_LEN};
 use wire::codec;
 use wire::command::{Intent, MAX_ORDER, Request};
-use wire::core::{Core, Input, Output, Topic};
-use wire::event::{Action, Event};
+use wire::core::{Core, Input, Output, Side, Topic};
+use wire::event::{Action, Event, wire_hash};
 use wire::feed::{AcceptedReport, Feed};
-use wire::id::{CommandId, NodeId, RecordId, UnitId, WorldId};
+use wire::id::{CommandId, NodeId, UnitId, WorldId};
 use wire::report::{MAX_REPORT, Report};
 use wire::setup::Setup;
 use wire::sign::{Key, Purpose, Signed};
@@ -51,6 +51,7 @@ pub struct InsiderGateway {
 /// A report that waits for its time.
 #[derive(Clone, Debug)]
 struct Held {
+    since: Instant,
     due: Instant,
     young: bool,
     body: Vec<u8>,
@@ -119,25 +120,21 @@ impl InsiderGateway {
     }
 
     fn report(&mut self, now: Instant, accepted: &AcceptedReport<'_>, report: &Report) {
-        let record = report.id();
         let body = codec::encode(&Feed::Accepted(*accepted));
         for action in self.open(now) {
             match action {
                 FeedAction::Withhold { keep } if keep != Some(report.mode) => {
-                    return self.told(now, Action::Drop, record, Span::ZERO);
+                    return self.journal.write(now, Event::Withheld { record: report.id() }, &mut self.out);
                 }
                 FeedAction::Delay { ms, young } => {
-                    self.told(now, Action::Delay, record, Span::ms(ms));
                     if self.held.len() < MAX_HELD {
-                        let due = now + Span::ms(ms);
-                        self.held.push_back(Held { due, young, body });
+                        self.held.push_back(Held { since: now, due: now + Span::ms(ms), young, body });
                     }
                     return;
                 }
                 FeedAction::Forge { forgery, mode } => {
-                    let (action, forged) = self.forge(now, accepted, report, forgery, mode);
-                    self.told(now, action, record, Span::ZERO);
-                    return self.say(now, &forged);
+                    let forged = self.forge(now, accepted, report, forgery, mode);
+                    return self.attack(now, Action::Forge, Span::ZERO, &forged);
                 }
                 FeedAction::Replay => {
                     self.say(now, &body);
@@ -156,9 +153,8 @@ impl InsiderGateway {
     /// The report that was kept, said to be new.
     fn repeat(&mut self, now: Instant, body: &[u8]) {
         let Some(accepted) = accepted_of(body) else { return };
-        let Some(report) = report_of(accepted.report) else { return };
-        self.told(now, Action::Replay, report.id(), Span::ZERO);
-        self.say(now, &codec::encode(&Feed::Accepted(rejuvenated(accepted, now))));
+        let said = codec::encode(&Feed::Accepted(rejuvenated(accepted, now)));
+        self.attack(now, Action::Republish, now.since(accepted.received), &said);
     }
 
     /// The message with a report that says something else.
@@ -169,7 +165,7 @@ impl InsiderGateway {
         report: &Report,
         forgery: FeedForgery,
         mode: wire::mode::Mode,
-    ) -> (Action, Vec<u8>) {
+    ) -> Vec<u8> {
         let payload = codec::encode(&Report { mode, ..report.clone() });
         let say = |report: &[u8], unit: UnitId| {
             let accepted = AcceptedReport { report: report.into(), unit, ..rejuvenated(*accepted, now) };
@@ -178,10 +174,10 @@ impl InsiderGateway {
         match forgery {
             FeedForgery::Altered => {
                 let signature = accepted.report.last_chunk::<64>().copied().unwrap_or([0; 64]);
-                (Action::Corrupt, say(&under_signature(&payload, &signature), accepted.unit))
+                say(&under_signature(&payload, &signature), accepted.unit)
             }
-            FeedForgery::ReSigned => (Action::Inject, say(&self.key.sign(Purpose::Report, &payload), accepted.unit)),
-            FeedForgery::Relabelled => (Action::Reoriginate, say(accepted.report, UnitId::B)),
+            FeedForgery::ReSigned => say(&self.key.sign(Purpose::Report, &payload), accepted.unit),
+            FeedForgery::Relabelled => say(accepted.report, UnitId::B),
         }
     }
 
@@ -205,15 +201,21 @@ impl InsiderGateway {
     fn release(&mut self, now: Instant) {
         while self.held.front().is_some_and(|held| held.due <= now || self.quiet) {
             let Some(held) = self.held.pop_front() else { break };
-            match accepted_of(&held.body).filter(|_| held.young) {
-                Some(accepted) => self.say(now, &codec::encode(&Feed::Accepted(rejuvenated(accepted, now)))),
-                None => self.say(now, &held.body),
-            }
+            let body = match accepted_of(&held.body).filter(|_| held.young) {
+                Some(accepted) => codec::encode(&Feed::Accepted(rejuvenated(accepted, now))),
+                None => held.body,
+            };
+            self.attack(now, Action::Delay, now.since(held.since), &body);
         }
     }
 
-    fn told(&mut self, now: Instant, action: Action, record: RecordId, delay: Span) {
-        self.journal.write(now, Event::Meddled { action, record, delay }, &mut self.out);
+    /// Says what the honest half did not say, or not now; told first, by the hash of the very bytes.
+    fn attack(&mut self, now: Instant, action: Action, delay: Span, body: &[u8]) {
+        let Some(bytes) = self.feed.as_mut().map(|feed| feed.seal(now, body)) else { return };
+        let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
+        let attack = Event::Attack { action, side: Side::Server, length, hash: wire_hash(&bytes), delay };
+        self.journal.write(now, attack, &mut self.out);
+        self.out.push_back(Output::Bus { topic: Topic::Feed, bytes });
     }
 
     fn say(&mut self, now: Instant, body: &[u8]) {

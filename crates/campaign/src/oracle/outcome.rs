@@ -6,7 +6,7 @@ use wire::stream::Sight;
 use super::receipt::Receipt;
 use super::timeline::{Change, Timeline};
 use super::{Evidence, Finding, Micros, Property, Verdict, finding};
-use super::{demise, mouth, view};
+use super::{demise, mouth};
 use crate::trial::{Latency, Outcome};
 
 /// Puts the verdict together.
@@ -80,7 +80,7 @@ fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
         Event::Count { account: Account::Discarded, n } => n > 0,
         _ => false,
     });
-    by_service || below || mouth::refused_on_the_bus(evidence, zero) || view::answered(evidence, zero)
+    by_service || below || mouth::refused_on_the_bus(evidence, zero)
 }
 
 /// Losses of authority or restrictions before anything was injected, other than by the operator.

@@ -1,39 +1,53 @@
-//! Receipts of what a gateway insider did between the gateway and the console: its entry, by the report or command it was
-//! about, against what the console refused or showed, and what the honest half had accepted.
+//! Receipts of what a gateway insider did between the gateway and the console.
+//!
+//! What it said has the witness that every insider's bytes have (`mouth`). What it kept back is told by the report or the
+//! command that it was about, against what the honest half accepted and what the display showed.
 
-use wire::core::Topic;
-use wire::event::{Action, Event, Interface};
-use wire::id::{CommandId, NodeId, RecordId};
+use wire::event::{Action, Event};
+use wire::id::{CommandId, NodeId, RecordId, UnitId};
 
-use super::{Evidence, Micros, Witnessed};
+use super::{Evidence, Micros, Witnessed, mouth};
 
 /// Longest time from the insider's entry to the console's own about the same message.
 const AT_ONCE: Micros = 100_000;
-/// By how much of a delay the insider's clock may have run ahead of the trace's, as a divisor.
-const DRIFT: u64 = 1_000;
 
-/// The first entry of `wanted` that the console confirms.
+/// The first deed of this kind on the feed that a witness confirms.
 pub(super) fn feed(evidence: &Evidence, wanted: Action) -> Option<Micros> {
-    let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Meddled { action, record, delay } if action == wanted && w.entry.node == NodeId::INSIDER_GATEWAY => {
-            Some((w.at, record, delay.0))
+    match wanted {
+        Action::Drop => withheld(evidence),
+        // Told when its bytes go out; what was done to it began when it was taken.
+        Action::Delay => mouth::receipt(evidence, wanted, 1).map(|at| at.saturating_sub(longest_delay(evidence, at))),
+        _ => mouth::receipt(evidence, wanted, 1),
+    }
+}
+
+/// The first report that the insider says it withheld, that the honest half had accepted, and that the display lacked: never
+/// shown, and told to be without it when it had long been due.
+fn withheld(evidence: &Evidence) -> Option<Micros> {
+    let mut told = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Withheld { record } if w.entry.node == NodeId::INSIDER_GATEWAY => Some((w.at, record)),
+        _ => None,
+    });
+    told.find(|(at, record)| {
+        let mut shown = shown(evidence);
+        let lacked = |(when, shown): (Micros, RecordId)| when >= at + AT_ONCE && shown < *record;
+        accepted(evidence, *record, *at)
+            && shown.all(|(_, shown)| shown != *record)
+            && self::shown(evidence).any(lacked)
+    })
+    .map(|(at, _)| at)
+}
+
+fn longest_delay(evidence: &Evidence, told: Micros) -> Micros {
+    let delays = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Attack { action: Action::Delay, delay, .. }
+            if w.entry.node == NodeId::INSIDER_GATEWAY && w.at == told =>
+        {
+            Some(delay.0)
         }
         _ => None,
     });
-    told.into_iter()
-        .find(|(at, record, delay)| {
-            let due = at + delay - delay / DRIFT;
-            let refused = refused(evidence, due, due + delay / DRIFT + AT_ONCE);
-            let mut shown = shown(evidence, Some(*record));
-            match wanted {
-                Action::Drop => {
-                    let others = self::shown(evidence, None).next().is_some();
-                    others && shown.next().is_none() && accepted(evidence, *record, *at)
-                }
-                _ => refused || shown.any(|s| s >= due),
-            }
-        })
-        .map(|(at, ..)| at)
+    delays.max().unwrap_or_default()
 }
 
 /// The first command that the insider says it swallowed, that the operator gave and the gateway never heard of.
@@ -65,29 +79,10 @@ fn accepted(evidence: &Evidence, wanted: RecordId, by: Micros) -> bool {
     entries.any(|w| matches!(w.entry.event, Event::Accepted { record, .. } if record == wanted))
 }
 
-/// When the display showed this report, or any.
-fn shown(evidence: &Evidence, wanted: Option<RecordId>) -> impl Iterator<Item = Micros> {
-    evidence.entries.iter().filter_map(move |w| match w.entry.event {
-        Event::Displayed { report, .. } if wanted.is_none_or(|wanted| wanted == report) => Some(w.at),
+/// What the display showed of the unit under test, and when.
+fn shown(evidence: &Evidence) -> impl Iterator<Item = (Micros, RecordId)> {
+    evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Displayed { unit: UnitId::A, report, .. } => Some((w.at, report)),
         _ => None,
-    })
-}
-
-/// Whether the console refused, from `zero` on, what the insider had just told it.
-pub(super) fn answered(evidence: &Evidence, zero: Micros) -> bool {
-    evidence.entries.iter().any(|w| match w.entry.event {
-        Event::Meddled { delay, .. } if w.entry.node == NodeId::INSIDER_GATEWAY => {
-            let due = w.at + delay.0 - delay.0 / DRIFT;
-            due >= zero && refused(evidence, due, due + delay.0 / DRIFT + AT_ONCE)
-        }
-        _ => false,
-    })
-}
-
-/// Whether the console refused a message of the feed between `from` and `to`.
-fn refused(evidence: &Evidence, from: Micros, to: Micros) -> bool {
-    evidence.entries.iter().any(|w| {
-        let feed = matches!(w.entry.event, Event::Refused { at: Interface::Bus(Topic::Feed), .. });
-        feed && w.entry.node == NodeId::CONSOLE && (from..=to).contains(&w.at)
     })
 }

@@ -586,7 +586,7 @@ fn witnesses() -> Vec<(&'static str, Event)> {
             Event::StreamSaw { sight: Sight::Arrived, stream: 1 << 50, offset: 4_000, length: 340, hash: 1 << 40 },
         ),
         ("command-shown", Event::CommandShown { command: COMMAND, shown: ShownAs::NotAcknowledged }),
-        ("meddled", Event::Meddled { action: Action::Delay, record: RECORD, delay: Span::ms(800) }),
+        ("withheld", Event::Withheld { record: RECORD }),
         ("swallowed", Event::Swallowed { command: COMMAND }),
         ("taken-over", Event::TakenOver { peer: PeerId::UNIT_A }),
         ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),

@@ -96,7 +96,7 @@ fn what_it_does_is_told_before_it_is_done() {
         let bytes = honest(ms, ms / 100, Mode::Ready);
         turn(&mut insider, at(ms), &Input::Bus { topic: Topic::Feed, bytes }, &mut said);
     }
-    let replays = said.iter().filter(|event| matches!(event, Event::Meddled { action: Action::Replay, .. }));
+    let replays = said.iter().filter(|event| matches!(event, Event::Attack { action: Action::Republish, .. }));
     assert_eq!(replays.count(), 0, "nothing was passed on before the window, so there is nothing old to say");
 }
 

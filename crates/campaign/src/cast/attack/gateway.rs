@@ -27,14 +27,11 @@ pub(in crate::cast) fn plan(s: &Scenario, phase: u64) -> Option<InsiderGatewayCo
 
 /// What it does to the feed, each kind once.
 pub(super) fn planned(s: &Scenario) -> impl Iterator<Item = Action> {
-    let forges = |wanted| s.feed_forge.iter().any(|a| a.forgery == wanted);
     let actions = [
         (!s.feed_withhold.is_empty(), Action::Drop),
         (!s.feed_delay.is_empty(), Action::Delay),
-        (forges(scenario::FeedForgery::Altered), Action::Corrupt),
-        (forges(scenario::FeedForgery::ReSigned), Action::Inject),
-        (forges(scenario::FeedForgery::Relabelled), Action::Reoriginate),
-        (!s.feed_replay.is_empty(), Action::Replay),
+        (!s.feed_forge.is_empty(), Action::Forge),
+        (!s.feed_replay.is_empty(), Action::Republish),
     ];
     actions.into_iter().filter_map(|(any, action)| any.then_some(action))
 }
