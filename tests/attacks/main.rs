@@ -6,6 +6,7 @@
 
 mod broker;
 mod commands;
+mod compounds;
 mod controls;
 mod evidence;
 mod handshake;

@@ -31,6 +31,7 @@ mod step;
 mod stream;
 mod tamper;
 mod template;
+mod timed;
 mod value;
 
 use schemars::JsonSchema;
@@ -38,7 +39,7 @@ use serde::{Deserialize, Serialize};
 
 pub use attack::{
     BurstLoss, Content, Corrupt, Damage, Delay, Direction, Duplicate, Inject, Jitter, Loss, Reorder, Reoriginate,
-    Replay, Windowed,
+    Replay,
 };
 pub use broker::{
     AckForgery, BrokerDelay, BrokerDrop, BrokerDuplicate, BrokerForge, BrokerInvent, BrokerReorder, BrokerReplay,
@@ -63,6 +64,7 @@ pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
 pub use tamper::{Tamper, Tampered};
 pub use template::{schema, template};
+pub use timed::Windowed;
 pub use value::{
     Count, Extent, Label, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,
     ThreatId, Whole,

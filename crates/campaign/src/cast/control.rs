@@ -1,5 +1,7 @@
 //! The same trial with nobody who acts: what a receipt has to tell from the trial in which somebody did.
 
+use adversary::AdversaryConfig;
+
 use super::{Cast, Role, attack};
 use crate::scenario::Scenario;
 
@@ -11,24 +13,30 @@ impl Cast {
         for member in &mut self.members {
             match &mut member.role {
                 Role::Sim(config) => config.faults.clear(),
-                Role::DatagramRelay(config) => config.actions = attack::conditions(scenario).collect(),
-                Role::StreamRelay(config) => config.actions.clear(),
-                Role::InsiderTeammate(config) => {
-                    config.forward = None;
-                    config.malformed.clear();
-                    config.resend = None;
-                    config.falsehoods.clear();
-                    config.confusions.clear();
-                }
-                Role::InsiderOperator(config) => config.orders.clear(),
-                Role::InsiderBroker(config) => config.actions.clear(),
-                Role::InsiderGateway(config) => config.actions.clear(),
-                Role::Rogue(config) => config.moves.clear(),
+                Role::Adversary(config) => idle(config, scenario),
                 Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => {}
             }
         }
         self.ordeals.clear();
         self.cues.clear();
         self
+    }
+}
+
+fn idle(config: &mut AdversaryConfig, scenario: &Scenario) {
+    match config {
+        AdversaryConfig::DatagramRelay(config) => config.actions = attack::conditions(scenario).collect(),
+        AdversaryConfig::StreamRelay(config) => config.actions.clear(),
+        AdversaryConfig::InsiderTeammate(config) => {
+            config.forward = None;
+            config.malformed.clear();
+            config.resend = None;
+            config.falsehoods.clear();
+            config.confusions.clear();
+        }
+        AdversaryConfig::InsiderOperator(config) => config.orders.clear(),
+        AdversaryConfig::InsiderBroker(config) => config.actions.clear(),
+        AdversaryConfig::InsiderGateway(config) => config.actions.clear(),
+        AdversaryConfig::Rogue(config) => config.moves.clear(),
     }
 }

@@ -27,10 +27,7 @@ use wire::setup::{Ablation, Secret, Setup};
 use wire::sign::Key;
 
 use adversary::insider::InsiderRecorder;
-use adversary::plan::{
-    DatagramRelayConfig, InsiderBrokerConfig, InsiderGatewayConfig, InsiderOperatorConfig, InsiderTeammateConfig,
-    RogueConfig, StreamRelayConfig, Tampering,
-};
+use adversary::plan::{AdversaryConfig, Tampering};
 
 use crate::cue::Cue;
 use crate::custody::Held;
@@ -80,20 +77,8 @@ pub enum Role {
     Console(ConsoleConfig),
     /// Follows and seals every chain.
     Recorder,
-    /// On the telemetry path.
-    DatagramRelay(DatagramRelayConfig),
-    /// On the command path.
-    StreamRelay(StreamRelayConfig),
-    /// Holds unit B's credentials.
-    InsiderTeammate(InsiderTeammateConfig),
-    /// Gives orders under a key that is not its own.
-    InsiderOperator(InsiderOperatorConfig),
-    /// Holds the broker's credentials and stands in its place.
-    InsiderBroker(InsiderBrokerConfig),
-    /// Holds the gateway's keys and sits between it and the console.
-    InsiderGateway(InsiderGatewayConfig),
-    /// On a host's shared memory, in another's name.
-    Rogue(RogueConfig),
+    /// An adversary in one of its roles.
+    Adversary(AdversaryConfig),
 }
 
 /// Where a member sits on the shared memory of its host. Where a gateway insider takes part, what leaves the gateway and
@@ -154,13 +139,7 @@ impl Role {
     pub fn takes_cues(&self) -> bool {
         match self {
             Role::Sim(config) => config.faults.iter().any(|fault| fault.waits_ms.is_some()),
-            Role::DatagramRelay(_)
-            | Role::StreamRelay(_)
-            | Role::InsiderTeammate(_)
-            | Role::InsiderOperator(_)
-            | Role::InsiderBroker(_)
-            | Role::InsiderGateway(_) => true,
-            Role::Rogue(_) => false,
+            Role::Adversary(config) => !matches!(config, AdversaryConfig::Rogue(_)),
             Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => false,
         }
     }
@@ -442,13 +421,18 @@ impl Company<'_> {
         self.add(Host::Control, Role::Console(config), console, &[(Topic::Feed, gateway)], &[Topic::Intents]);
     }
 
+    /// An adversary on no channel.
+    fn hostile(&mut self, host: Host, node: NodeId, config: AdversaryConfig) -> &mut Member {
+        self.add(host, Role::Adversary(config), node, &[], &[])
+    }
+
     fn adversary(&mut self, draw: &Draw) {
         let relay = attack::datagrams(self.scenario, draw.phase_ms);
-        self.add(Host::Adversary, Role::DatagramRelay(relay), NodeId::RELAY_TELEMETRY, &[], &[]);
+        self.hostile(Host::Adversary, NodeId::RELAY_TELEMETRY, AdversaryConfig::DatagramRelay(relay));
         let stream = attack::stream(self.scenario, draw.phase_ms);
-        self.add(Host::Adversary, Role::StreamRelay(stream), NodeId::RELAY_COMMAND, &[], &[]);
+        self.hostile(Host::Adversary, NodeId::RELAY_COMMAND, AdversaryConfig::StreamRelay(stream));
         if let Some(config) = attack::teammate(self.scenario, draw.phase_ms) {
-            let member = self.add(Host::Insider, Role::InsiderTeammate(config), NodeId::INSIDER_B, &[], &[]);
+            let member = self.hostile(Host::Insider, NodeId::INSIDER_B, AdversaryConfig::InsiderTeammate(config));
             member.peer = Some(PeerId::UNIT_B);
         }
         if let Some(third) = self.scenario.unit.iter().find(|u| u.name.as_str() == "unit-c") {
@@ -456,12 +440,12 @@ impl Company<'_> {
             self.vehicle(Host::VehicleC, UnitId::C, draw, Some(&start));
         }
         if let Some(config) = attack::broker::plan(self.scenario, draw.phase_ms) {
-            let member = self.add(Host::Control, Role::InsiderBroker(config), NodeId::INSIDER_BROKER, &[], &[]);
+            let member = self.hostile(Host::Control, NodeId::INSIDER_BROKER, AdversaryConfig::InsiderBroker(config));
             member.peer = Some(PeerId::BROKER);
         }
         if let Some(config) = attack::gateway::plan(self.scenario, draw.phase_ms) {
             let reads = [(Topic::Feed, NodeId::GATEWAY), (Topic::Intents, NodeId::CONSOLE)];
-            let insider = Role::InsiderGateway(config);
+            let insider = Role::Adversary(AdversaryConfig::InsiderGateway(config));
             let member = self.add(Host::Control, insider, NodeId::INSIDER_GATEWAY, &reads, &[]);
             member.publishes = vec![Topic::Feed, Topic::Intents];
             member.seat = Seat::Between;
@@ -470,7 +454,13 @@ impl Company<'_> {
             let peer = config.certificate;
             let writes: &[Topic] = if peer.is_none() { &[Topic::Intents] } else { &[] };
             let (rogue, reads) = (NodeId::INSIDER_OPERATOR, [(Topic::Feed, NodeId::GATEWAY)]);
-            let member = self.add(Host::Control, Role::InsiderOperator(config), rogue, &reads, writes);
+            let member = self.add(
+                Host::Control,
+                Role::Adversary(AdversaryConfig::InsiderOperator(config)),
+                rogue,
+                &reads,
+                writes,
+            );
             member.peer = peer;
             member.commands = peer.is_some();
         }
@@ -483,7 +473,7 @@ impl Company<'_> {
     fn rogue(&mut self, casting: rogue::Casting) {
         let rogue::Casting { host, node, holder, topics, config } = casting;
         let held = self.members.iter().find(|m| Some(m.node()) == holder).map(|m| m.setup.channels.clone());
-        let member = self.add(host, Role::Rogue(config), node, &[], &[]);
+        let member = self.hostile(host, node, AdversaryConfig::Rogue(config));
         member.setup.channels = held.unwrap_or_default();
         member.subscribes.clone_from(&topics);
         member.publishes = topics;

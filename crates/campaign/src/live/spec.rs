@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use adversary::AdversaryConfig;
 use link::clock::HostClock;
 use link::guard::GuardMode;
 use link::loopback::LoopbackAddr;
@@ -187,7 +188,10 @@ impl Specs<'_> {
             ChannelSpec { scope, topic }
         };
         // A channel has one producer: the second station's is beside the console's, and the gateway reads both.
-        let second = |m: &Member| matches!(m.role, Role::InsiderOperator(_)) && m.publishes.contains(&Topic::Intents);
+        let second = |m: &Member| {
+            matches!(m.role, Role::Adversary(AdversaryConfig::InsiderOperator(_)))
+                && m.publishes.contains(&Topic::Intents)
+        };
         let own = if second(member) { SECOND_STATION } else { host };
         let publish = member.publishes.iter().map(|t| channel(own, seat.writes_inside(*t), *t)).collect();
         let mut subscribe: Vec<_> =
@@ -197,33 +201,21 @@ impl Specs<'_> {
         }
         let (prefix, root) = self.places.domain(member.host);
         // A rogue comes first and makes the channels of its own, with room for their producers beside it.
-        let publishers = if matches!(member.role, Role::Rogue(_)) { 2 } else { 1 };
+        let publishers = if matches!(member.role, Role::Adversary(AdversaryConfig::Rogue(_))) { 2 } else { 1 };
         vec![BusSpec { root, prefix, subscribe, publish, publishers }]
     }
 
     fn relay(&self, member: &Member) -> Result<Option<RelaySpec>, String> {
         let leg = |upstream| RelayLeg { at: LoopbackAddr::on_port(0), upstream };
-        Ok(match member.role {
-            Role::DatagramRelay(_) => {
-                let upstream = self.address(NodeId::GATEWAY, "dtls")?;
-                Some(RelaySpec { datagram: Some(leg(upstream)), stream: None })
-            }
-            Role::StreamRelay(_) => {
-                let upstream = self.address(self.cast.broker(), "mqtt")?;
-                Some(RelaySpec { datagram: None, stream: Some(leg(upstream)) })
-            }
-            Role::Sim(_)
-            | Role::Perception(_)
-            | Role::Autonomy(_)
-            | Role::Gateway(_)
-            | Role::Console(_)
-            | Role::Recorder
-            | Role::InsiderTeammate(_)
-            | Role::InsiderBroker(_)
-            | Role::InsiderGateway(_)
-            | Role::InsiderOperator(_)
-            | Role::Rogue(_) => None,
-        })
+        if matches!(member.role, Role::Adversary(AdversaryConfig::DatagramRelay(_))) {
+            let upstream = self.address(NodeId::GATEWAY, "dtls")?;
+            return Ok(Some(RelaySpec { datagram: Some(leg(upstream)), stream: None }));
+        }
+        if matches!(member.role, Role::Adversary(AdversaryConfig::StreamRelay(_))) {
+            let upstream = self.address(self.cast.broker(), "mqtt")?;
+            return Ok(Some(RelaySpec { datagram: None, stream: Some(leg(upstream)) }));
+        }
+        Ok(None)
     }
 
     /// The unit under test reaches the broker through the stream relay; the others directly.
@@ -257,13 +249,7 @@ fn config(member: &Member) -> Value {
         Role::Gateway(config) => json!({ "setup": setup, "config": config }),
         Role::Console(config) => json!({ "setup": setup, "config": config }),
         Role::Recorder => json!(setup),
-        Role::DatagramRelay(config) => json!({ "setup": setup, "config": { "datagram_relay": config } }),
-        Role::StreamRelay(config) => json!({ "setup": setup, "config": { "stream_relay": config } }),
-        Role::InsiderTeammate(config) => json!({ "setup": setup, "config": { "insider_teammate": config } }),
-        Role::InsiderOperator(config) => json!({ "setup": setup, "config": { "insider_operator": config } }),
-        Role::InsiderBroker(config) => json!({ "setup": setup, "config": { "insider_broker": config } }),
-        Role::InsiderGateway(config) => json!({ "setup": setup, "config": { "insider_gateway": config } }),
-        Role::Rogue(config) => json!({ "setup": setup, "config": { "rogue": config } }),
+        Role::Adversary(config) => json!({ "setup": setup, "config": config }),
     }
 }
 
@@ -276,13 +262,7 @@ pub(super) fn service(role: &Role) -> &'static str {
         Role::Gateway(_) => "gateway",
         Role::Console(_) => "console",
         Role::Recorder => "recorder",
-        Role::DatagramRelay(_)
-        | Role::StreamRelay(_)
-        | Role::InsiderTeammate(_)
-        | Role::InsiderBroker(_)
-        | Role::InsiderGateway(_)
-        | Role::InsiderOperator(_)
-        | Role::Rogue(_) => "adversary",
+        Role::Adversary(_) => "adversary",
     }
 }
 

@@ -6,8 +6,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::step::{Knowledge, Timing, When};
-use super::value::{Count, Located, Millis, Name, Real, Seconds, Share, Whole};
+use super::value::{Count, Millis, Name, Real, Share, Whole};
 
 /// Which way the datagrams or bytes go.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -34,104 +33,25 @@ impl Direction {
     }
 }
 
-/// Declares attack tables, each with its window and its direction in front of its own parameters.
+/// Declares attacks on a path: tables with a window and a direction, by one who sees the path.
 macro_rules! attacks {
     ($(
         $(#[$doc:meta])* $name:ident $(needs $level:ident)? { $( $(#[$field_doc:meta])* $field:ident : $kind:ty ),* $(,)? }
-    )+) => {$(
-        $(#[$doc])*
-        #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-        #[serde(deny_unknown_fields)]
-        pub struct $name {
-            /// Start on the trial's clock; the trial's phase is added.
-            pub at_s: Located<Seconds>,
-            /// Length of the window.
-            pub duration_s: Seconds,
-            /// Which way.
-            #[serde(default)]
-            pub direction: Direction,
-            /// Name of the step that this is a part of.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub step: Option<Located<Name>>,
-            /// What it waits for; `at_s` is then the earliest.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub when: Option<Located<When>>,
-            /// What may be known here, where that is less than the scenario's level.
-            #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub knowledge: Option<Located<Knowledge>>,
-            $( $(#[$field_doc])* pub $field: $kind, )*
-        }
-
-        impl crate::scenario::attack::Windowed for $name {
-            fn at_s(&self) -> &Located<Seconds> {
-                &self.at_s
+    )+) => {
+        $crate::scenario::timed::timed! {$(
+            $(#[$doc])*
+            $name lasts duration_s $(needs $level)? sees OnPath {
+                /// Length of the window.
+                duration_s: $crate::scenario::Seconds,
+                /// Which way.
+                #[serde(default)]
+                direction: $crate::scenario::attack::Direction,
+                $( $(#[$field_doc])* $field: $kind, )*
             }
-            fn duration_s(&self) -> Seconds {
-                self.duration_s
-            }
-            fn timing(&self) -> Timing<'_> {
-                Timing { step: self.step.as_ref(), when: self.when.as_ref(), knowledge: self.knowledge.as_ref() }
-            }
-            fn needs(&self) -> Knowledge {
-                [$(Knowledge::$level,)? Knowledge::Blind][0]
-            }
-            fn sees(&self) -> Option<Knowledge> {
-                Some(Knowledge::OnPath)
-            }
-        }
-    )+};
+        )+}
+    };
 }
 pub(super) use attacks;
-
-/// Anything with a start on the trial's clock and a length.
-pub trait Windowed {
-    /// Start, before the trial's phase.
-    fn at_s(&self) -> &Located<Seconds>;
-    /// Length; zero for what happens once.
-    fn duration_s(&self) -> Seconds;
-    /// Its step and what that waits for.
-    fn timing(&self) -> Timing<'_> {
-        Timing::default()
-    }
-    /// The least that has to be known to do it at all.
-    fn needs(&self) -> Knowledge {
-        Knowledge::Blind
-    }
-    /// What can be waited for from the place where it is done, beside other steps and what the instrument plane tells:
-    /// the traffic on a path, or what a teammate hears.
-    fn sees(&self) -> Option<Knowledge> {
-        None
-    }
-}
-
-/// Says how long a table lasts, what it needs and what it sees; its start and step are its fields.
-macro_rules! windowed {
-    ($($name:ident $length:expr, $needs:ident, $sees:expr;)+) => {$(
-        impl crate::scenario::attack::Windowed for $name {
-            fn at_s(&self) -> &Located<Seconds> {
-                &self.at_s
-            }
-            fn duration_s(&self) -> Seconds {
-                let length: fn(&Self) -> Seconds = $length;
-                length(self)
-            }
-            fn timing(&self) -> crate::scenario::Timing<'_> {
-                crate::scenario::Timing {
-                    step: self.step.as_ref(),
-                    when: self.when.as_ref(),
-                    knowledge: self.knowledge.as_ref(),
-                }
-            }
-            fn needs(&self) -> crate::scenario::Knowledge {
-                crate::scenario::Knowledge::$needs
-            }
-            fn sees(&self) -> Option<crate::scenario::Knowledge> {
-                $sees
-            }
-        }
-    )+};
-}
-pub(super) use windowed;
 
 attacks! {
     /// Holds datagrams back by a time that may grow.

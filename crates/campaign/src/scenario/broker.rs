@@ -6,10 +6,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::attack::{Direction, attacks, windowed};
+use super::attack::{Direction, attacks};
 use super::rogue::Order;
-use super::step::{Knowledge, Timing, When};
-use super::value::{Count, Located, Millis, Name, Seconds, Whole};
+use super::timed::timed;
+use super::value::{Count, Millis, Seconds, Whole};
 
 attacks! {
     /// Publications are not passed on.
@@ -44,75 +44,42 @@ attacks! {
     BrokerRetain needs Insider {}
 }
 
-/// Captured publications are delivered again, the newest first and then back in turn.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BrokerReplay {
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// Which way.
-    #[serde(default)]
-    pub direction: Direction,
-    /// How many.
-    pub count: Count,
-    /// Time between them.
-    pub every_ms: Millis,
-    /// Name of the step that this is a part of.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step: Option<Located<Name>>,
-    /// What it waits for; `at_s` is then the earliest.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub when: Option<Located<When>>,
-    /// What may be known here, where that is less than the scenario's level.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub knowledge: Option<Located<Knowledge>>,
+timed! {
+    /// Captured publications are delivered again, the newest first and then back in turn.
+    BrokerReplay needs Insider sees OnPath {
+        /// Which way.
+        #[serde(default)]
+        direction: Direction,
+        /// How many.
+        count: Count,
+        /// Time between them.
+        every_ms: Millis,
+    }
 }
 
-/// Orders of the broker's own making.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BrokerInvent {
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// What they ask.
-    #[serde(rename = "do")]
-    pub verb: Order,
-    /// What they are made of.
-    pub forgery: OrderForgery,
-    /// How many.
-    pub count: Count,
-    /// Time between them.
-    pub every_ms: Millis,
-    /// Name of the step that this is a part of.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step: Option<Located<Name>>,
-    /// What it waits for; `at_s` is then the earliest.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub when: Option<Located<When>>,
-    /// What may be known here, where that is less than the scenario's level.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub knowledge: Option<Located<Knowledge>>,
+timed! {
+    /// Orders of the broker's own making.
+    BrokerInvent needs Insider sees OnPath {
+        /// What they ask.
+        #[serde(rename = "do")]
+        verb: Order,
+        /// What they are made of.
+        forgery: OrderForgery,
+        /// How many.
+        count: Count,
+        /// Time between them.
+        every_ms: Millis,
+    }
 }
 
-/// For each order that is seen, an acknowledgement of the broker's own making: it was executed.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BrokerForge {
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// Length of the window.
-    pub duration_s: Seconds,
-    /// What it is made of.
-    pub forgery: AckForgery,
-    /// Name of the step that this is a part of.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step: Option<Located<Name>>,
-    /// What it waits for; `at_s` is then the earliest.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub when: Option<Located<When>>,
-    /// What may be known here, where that is less than the scenario's level.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub knowledge: Option<Located<Knowledge>>,
+timed! {
+    /// For each order that is seen, an acknowledgement of the broker's own making: it was executed.
+    BrokerForge lasts duration_s needs Insider sees OnPath {
+        /// Length of the window.
+        duration_s: Seconds,
+        /// What it is made of.
+        forgery: AckForgery,
+    }
 }
 
 /// What an invented order is made of.
@@ -137,10 +104,4 @@ pub enum AckForgery {
     Altered,
     /// The unit's newest as it was.
     Replayed,
-}
-
-windowed! {
-    BrokerReplay |_| Seconds::default(), Insider, Some(Knowledge::OnPath);
-    BrokerInvent |_| Seconds::default(), Insider, Some(Knowledge::OnPath);
-    BrokerForge |x| x.duration_s, Insider, Some(Knowledge::OnPath);
 }

@@ -8,9 +8,9 @@ use std::ops::Range;
 
 use wire::id::{NodeId, UnitId};
 
-use super::attack::Windowed;
 use super::check_steps;
 use super::stack::{Certificate, Hand, Link};
+use super::timed::Windowed;
 use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
 
 /// Something that does not fit.

@@ -2,9 +2,9 @@
 
 use wire::step::{MAX_STEP_NAME, StepName};
 
-use super::attack::Windowed;
 use super::check::{Finding, finding};
 use super::step::{Knowledge, Trigger, When};
+use super::timed::Windowed;
 use super::{Located, Scenario};
 
 /// Everything that does not fit.

@@ -3,46 +3,29 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::attack::windowed;
-use super::step::{Knowledge, When};
-use super::value::{List, Located, Name, Real, Seconds, Share, Whole};
+use super::timed::timed;
+use super::value::{List, Located, Real, Seconds, Share, Whole};
 
-/// A fault of one sensor.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Fault {
-    /// Which sensor.
-    pub sensor: Sensor,
-    /// What goes wrong.
-    pub kind: FaultKind,
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// A further uniform shift of the start, this fault's own.
-    #[serde(default)]
-    pub jitter_s: Real<0, 10_000>,
-    /// Length.
-    pub duration_s: Seconds,
-    /// How much, in the unit of the kind (see [`FaultKind`]).
-    #[serde(default)]
-    pub magnitude: Option<Located<Magnitude>>,
-    /// Name of the step that this is a part of.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step: Option<Located<Name>>,
-    /// What it waits for; `at_s` is then the earliest.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub when: Option<Located<When>>,
-    /// What may be known here, where that is less than the scenario's level.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub knowledge: Option<Located<Knowledge>>,
+timed! {
+    /// A fault of one sensor.
+    Fault lasts duration_s {
+        /// Which sensor.
+        sensor: Sensor,
+        /// What goes wrong.
+        kind: FaultKind,
+        /// A further uniform shift of the start, this fault's own.
+        #[serde(default)]
+        jitter_s: Real<0, 10_000>,
+        /// Length.
+        duration_s: Seconds,
+        /// How much, in the unit of the kind (see [`FaultKind`]).
+        #[serde(default)]
+        magnitude: Option<Located<Magnitude>>,
+    }
 }
 
 /// One number, or east and north.
 pub type Magnitude = List<Real<-100_000, 100_000>, 2>;
-
-windowed! {
-    Fault |x| x.duration_s, Blind, None;
-    Kill |x| x.duration_s, Blind, None;
-}
 
 /// A sensor of the platform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -106,38 +89,27 @@ impl FaultKind {
     }
 }
 
-/// A process that ends, hangs or is slow.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Kill {
-    /// Which one.
-    pub process: Process,
-    /// How.
-    #[serde(default)]
-    pub ending: Ending,
-    /// How long it hangs or is slow.
-    #[serde(default)]
-    pub duration_s: Seconds,
-    /// For a slow one: the share of each period for which it runs. For the rest it is stopped, whatever it would do.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub quota: Option<Located<Share>>,
-    /// For a slow one: the period. 100 ms are the kernel's own for processor quotas.
-    #[serde(default = "quota_period")]
-    pub period_ms: Whole<10, 10_000>,
-    /// For a killed one: it is started again so long after its end, with a new boot. Autonomy only.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub restart_after_s: Option<Located<Seconds>>,
-    /// Time on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// Name of the step that this is a part of.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step: Option<Located<Name>>,
-    /// What it waits for; `at_s` is then the earliest.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub when: Option<Located<When>>,
-    /// What may be known here, where that is less than the scenario's level.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub knowledge: Option<Located<Knowledge>>,
+timed! {
+    /// A process that ends, hangs or is slow.
+    Kill lasts duration_s {
+        /// Which one.
+        process: Process,
+        /// How.
+        #[serde(default)]
+        ending: Ending,
+        /// How long it hangs or is slow.
+        #[serde(default)]
+        duration_s: Seconds,
+        /// For a slow one: the share of each period for which it runs. For the rest it is stopped, whatever it would do.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        quota: Option<Located<Share>>,
+        /// For a slow one: the period. 100 ms are the kernel's own for processor quotas.
+        #[serde(default = "quota_period")]
+        period_ms: Whole<10, 10_000>,
+        /// For a killed one: it is started again so long after its end, with a new boot. Autonomy only.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        restart_after_s: Option<Located<Seconds>>,
+    }
 }
 
 impl Kill {

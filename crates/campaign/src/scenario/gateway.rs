@@ -6,50 +6,25 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::attack::windowed;
 use super::operator::DisplayedState;
 use super::rogue::Order;
-use super::step::{Knowledge, When};
-use super::value::{Located, Millis, Name, Seconds};
+use super::timed::timed;
+use super::value::{Millis, Seconds};
 
-/// Declares tables with a window, which go one way only.
-macro_rules! tables {
-    ($( $(#[$doc:meta])* $name:ident { $( $(#[$field_doc:meta])* $field:ident : $kind:ty ),* $(,)? } )+) => {
-        $(
-            $(#[$doc])*
-            #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-            #[serde(deny_unknown_fields)]
-            pub struct $name {
-                /// Start on the trial's clock; the trial's phase is added.
-                pub at_s: Located<Seconds>,
-                /// Length of the window.
-                pub duration_s: Seconds,
-                $( $(#[$field_doc])* pub $field: $kind, )*
-                /// Name of the step that this is a part of.
-                #[serde(default, skip_serializing_if = "Option::is_none")]
-                pub step: Option<Located<Name>>,
-                /// What it waits for; `at_s` is then the earliest.
-                #[serde(default, skip_serializing_if = "Option::is_none")]
-                pub when: Option<Located<When>>,
-                /// What may be known here, where that is less than the scenario's level.
-                #[serde(default, skip_serializing_if = "Option::is_none")]
-                pub knowledge: Option<Located<Knowledge>>,
-            }
-        )+
-        windowed! { $( $name |x| x.duration_s, Insider, None; )+ }
-    };
-}
-
-tables! {
+timed! {
     /// Reports of the unit under test are not passed on to the display.
-    FeedWithhold {
+    FeedWithhold lasts duration_s needs Insider {
+        /// Length of the window.
+        duration_s: Seconds,
         /// But for those that say this state.
         #[serde(default)]
         keep: Option<DisplayedState>,
     }
 
     /// Reports are passed on later.
-    FeedDelay {
+    FeedDelay lasts duration_s needs Insider {
+        /// Length of the window.
+        duration_s: Seconds,
         /// By how much.
         by_ms: Millis,
         /// And said to be as young as if they had just come.
@@ -57,7 +32,9 @@ tables! {
     }
 
     /// Reports are made to say something else.
-    FeedForge {
+    FeedForge lasts duration_s needs Insider {
+        /// Length of the window.
+        duration_s: Seconds,
         /// How.
         forgery: FeedForgery,
         /// The state they are made to say.
@@ -65,10 +42,15 @@ tables! {
     }
 
     /// After each report, the first one ever passed on is said to be new.
-    FeedReplay {}
+    FeedReplay lasts duration_s needs Insider {
+        /// Length of the window.
+        duration_s: Seconds,
+    }
 
     /// What the operator asks for does not reach the gateway.
-    IntentDrop {
+    IntentDrop lasts duration_s needs Insider {
+        /// Length of the window.
+        duration_s: Seconds,
         /// Only this.
         #[serde(default)]
         only: Option<Order>,

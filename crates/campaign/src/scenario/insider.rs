@@ -5,9 +5,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::attack::windowed;
 use super::scene::Pose;
-use super::step::{Knowledge, When};
+use super::timed::timed;
 use super::value::{Count, List, Located, Millis, Name, Seconds};
 
 /// A teammate.
@@ -32,30 +31,19 @@ pub enum Role {
     Insider,
 }
 
-/// An admitted teammate B forwards a third unit C's telemetry: the paper's central finding.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Teammate {
-    /// How it forwards.
-    pub form: Forwarding,
-    /// Whether C itself reports meanwhile.
-    pub c: ThirdUnit,
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// Length.
-    pub duration_s: Seconds,
-    /// Age of C's telemetry when it is forwarded.
-    #[serde(default)]
-    pub lag_ms: Millis,
-    /// Name of the step that this is a part of.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step: Option<Located<Name>>,
-    /// What it waits for; `at_s` is then the earliest.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub when: Option<Located<When>>,
-    /// What may be known here, where that is less than the scenario's level.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub knowledge: Option<Located<Knowledge>>,
+timed! {
+    /// An admitted teammate B forwards a third unit C's telemetry: the paper's central finding.
+    Teammate lasts duration_s needs Insider sees Insider {
+        /// How it forwards.
+        form: Forwarding,
+        /// Whether C itself reports meanwhile.
+        c: ThirdUnit,
+        /// Length.
+        duration_s: Seconds,
+        /// Age of C's telemetry when it is forwarded.
+        #[serde(default)]
+        lag_ms: Millis,
+    }
 }
 
 /// How B forwards C's telemetry.
@@ -80,27 +68,16 @@ pub enum ThirdUnit {
     Silent,
 }
 
-/// An admitted teammate sends records that are authenticated and broken.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Malformed {
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// The flaws, taken in turn.
-    pub flaws: Located<List<Flaw, 8>>,
-    /// How many records.
-    pub count: Count,
-    /// Time between them.
-    pub every_ms: Millis,
-    /// Name of the step that this is a part of.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step: Option<Located<Name>>,
-    /// What it waits for; `at_s` is then the earliest.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub when: Option<Located<When>>,
-    /// What may be known here, where that is less than the scenario's level.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub knowledge: Option<Located<Knowledge>>,
+timed! {
+    /// An admitted teammate sends records that are authenticated and broken.
+    Malformed needs Insider sees Insider {
+        /// The flaws, taken in turn.
+        flaws: Located<List<Flaw, 8>>,
+        /// How many records.
+        count: Count,
+        /// Time between them.
+        every_ms: Millis,
+    }
 }
 
 /// What is wrong with a malformed record.
@@ -119,9 +96,4 @@ pub enum Flaw {
     Count,
     /// Random bytes.
     Noise,
-}
-
-windowed! {
-    Teammate |x| x.duration_s, Insider, Some(Knowledge::Insider);
-    Malformed |_| Seconds::default(), Insider, Some(Knowledge::Insider);
 }

@@ -3,8 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::attack::Windowed;
 use super::step::Knowledge;
+use super::timed::Windowed;
 use super::value::{Count, Located, Millis, Radians, Real, Seconds, Whole};
 
 /// B ends its session, dials again, and sends what it recorded in the session before.

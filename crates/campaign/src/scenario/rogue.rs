@@ -7,47 +7,35 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::settings::Settings;
 
-use super::attack::windowed;
-use super::step::{Knowledge, When};
+use super::timed::timed;
 use super::value::{Count, Located, Millis, Name, Seconds, Whole};
 
-/// A run of orders of the rogue station. All tables of a scenario are one rogue's: one key, one way, one certificate.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Rogue {
-    /// Start on the trial's clock; the trial's phase is added.
-    pub at_s: Located<Seconds>,
-    /// Whose signing key it holds.
-    pub holds: Located<Name>,
-    /// By which way its orders go.
-    pub way: Way,
-    /// Under whose certificate it publishes at the broker; that of whose key it holds where nothing is said.
-    #[serde(default)]
-    pub certificate: Option<Located<Name>>,
-    /// In whose name it orders; of whose key it holds where nothing is said.
-    #[serde(default)]
-    pub claims: Option<Located<Name>>,
-    /// What it orders.
-    pub order: Order,
-    /// How many times.
-    pub count: Count,
-    /// Time between them.
-    pub every_ms: Millis,
-    /// How far the counter is run ahead with each.
-    #[serde(default)]
-    pub ahead: Whole<0, 9_000_000_000_000_000_000>,
-    /// The values, where it orders to configure.
-    #[serde(default)]
-    pub values: Option<Values>,
-    /// Name of the step it is part of.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub step: Option<Located<Name>>,
-    /// What the step waits for.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub when: Option<Located<When>>,
-    /// How much it may know of; the scenario's level where nothing is said.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub knowledge: Option<Located<Knowledge>>,
+timed! {
+    /// A run of orders of the rogue station. All tables of a scenario are one rogue's: one key, one way, one certificate.
+    Rogue needs Insider {
+        /// Whose signing key it holds.
+        holds: Located<Name>,
+        /// By which way its orders go.
+        way: Way,
+        /// Under whose certificate it publishes at the broker; that of whose key it holds where nothing is said.
+        #[serde(default)]
+        certificate: Option<Located<Name>>,
+        /// In whose name it orders; of whose key it holds where nothing is said.
+        #[serde(default)]
+        claims: Option<Located<Name>>,
+        /// What it orders.
+        order: Order,
+        /// How many times.
+        count: Count,
+        /// Time between them.
+        every_ms: Millis,
+        /// How far the counter is run ahead with each.
+        #[serde(default)]
+        ahead: Whole<0, 9_000_000_000_000_000_000>,
+        /// The values, where it orders to configure.
+        #[serde(default)]
+        values: Option<Values>,
+    }
 }
 
 /// What an operator sets before a mission, each value within its range (`wire::settings`).
@@ -114,8 +102,4 @@ pub struct Mandate {
     pub who: Located<Name>,
     /// Until when, on the clock of whoever judges it, from its start.
     pub until_s: Seconds,
-}
-
-windowed! {
-    Rogue |_| Seconds::default(), Insider, None;
 }

@@ -6,9 +6,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::attack::Windowed;
 use super::scene::Point;
 use super::step::Knowledge;
+use super::timed::Windowed;
 use super::value::{Located, Millis, Seconds, Whole};
 
 /// Time between two messages.

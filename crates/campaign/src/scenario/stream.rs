@@ -2,12 +2,8 @@
 //!
 //! The relay sees TLS only; it can hold, slow, end and damage, not read.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-use super::attack::{Direction, attacks};
-use super::step::{Knowledge, Timing, When};
-use super::value::{Located, Millis, Name, Seconds, Share, Whole};
+use super::attack::attacks;
+use super::value::{Millis, Share, Whole};
 
 attacks! {
     /// Holds bytes back by a fixed time.

@@ -1,7 +1,6 @@
 //! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
 
-use adversary::insider::{InsiderBroker, InsiderGateway, InsiderOperator, InsiderTeammate, Rogue};
-use adversary::relay::{DatagramRelay, StreamRelay};
+use adversary::Adversary;
 use autonomy::Autonomy;
 use console::Console;
 use gateway::Gateway;
@@ -118,26 +117,8 @@ pub(super) fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, Asse
             let seals = setup.channels.first().ok_or_else(|| failed("no channel for seals".into()))?.key.clone();
             Part::Recorder(Box::new(Recorder::new(setup.boot, setup.key(), seals, now)))
         }
-        Role::DatagramRelay(config) => Part::DatagramRelay(Box::new(
-            DatagramRelay::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
-        )),
-        Role::StreamRelay(config) => Part::StreamRelay(Box::new(
-            StreamRelay::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
-        )),
-        Role::InsiderTeammate(config) => Part::InsiderTeammate(Box::new(
-            InsiderTeammate::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
-        )),
-        Role::InsiderBroker(config) => Part::InsiderBroker(Box::new(
-            InsiderBroker::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
-        )),
-        Role::InsiderGateway(config) => Part::InsiderGateway(Box::new(
-            InsiderGateway::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
-        )),
-        Role::InsiderOperator(config) => Part::InsiderOperator(Box::new(
-            InsiderOperator::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?,
-        )),
-        Role::Rogue(config) => {
-            Part::Rogue(Box::new(Rogue::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
+        Role::Adversary(config) => {
+            Part::Adversary(Adversary::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?)
         }
     })
 }

@@ -7,6 +7,7 @@
 
 use std::collections::VecDeque;
 
+use adversary::Adversary;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use wire::core::{Output, Topic};
@@ -51,12 +52,8 @@ impl Delays {
             Part::Perception { rendered: false, .. } => (60, 300),
             Part::Autonomy(_) | Part::Gateway(_) | Part::Console(_) => (40, 250),
             Part::Recorder(_) => (60, 260),
-            Part::DatagramRelay(_) | Part::StreamRelay(_) => (10, 60),
-            Part::InsiderTeammate(_)
-            | Part::InsiderBroker(_)
-            | Part::InsiderGateway(_)
-            | Part::InsiderOperator(_)
-            | Part::Rogue(_) => (40, 250),
+            Part::Adversary(Adversary::DatagramRelay(_) | Adversary::StreamRelay(_)) => (10, 60),
+            Part::Adversary(_) => (40, 250),
         })
     }
 

@@ -1,7 +1,6 @@
 //! The cores that a twin can hold: exactly those of the live services, behind their common verbs.
 
-use adversary::insider::{InsiderBroker, InsiderGateway, InsiderOperator, InsiderTeammate, Rogue};
-use adversary::relay::{DatagramRelay, StreamRelay};
+use adversary::Adversary;
 use autonomy::Autonomy;
 use console::Console;
 use gateway::Gateway;
@@ -31,20 +30,8 @@ pub enum Part {
     Console(Box<Console>),
     /// The recorder.
     Recorder(Box<Recorder>),
-    /// The relay on a telemetry path.
-    DatagramRelay(Box<DatagramRelay>),
-    /// The relay on the command path.
-    StreamRelay(Box<StreamRelay>),
-    /// An insider with a teammate's credentials.
-    InsiderTeammate(Box<InsiderTeammate>),
-    /// A holder of a signing key that is not its own.
-    InsiderOperator(Box<InsiderOperator>),
-    /// The hostile broker.
-    InsiderBroker(Box<InsiderBroker>),
-    /// The gateway insider.
-    InsiderGateway(Box<InsiderGateway>),
-    /// On a host's shared memory, in another's name.
-    Rogue(Box<Rogue>),
+    /// An adversary in any of its roles.
+    Adversary(Adversary),
 }
 
 impl Part {
@@ -60,13 +47,7 @@ impl Part {
             Part::Gateway(core) => Part::Gateway(Box::new(core.fork(world))),
             Part::Console(core) => Part::Console(Box::new(core.fork(world))),
             Part::Recorder(core) => Part::Recorder(Box::new(core.fork())),
-            Part::DatagramRelay(core) => Part::DatagramRelay(Box::new(core.fork(world))),
-            Part::StreamRelay(core) => Part::StreamRelay(Box::new(core.fork(world))),
-            Part::InsiderTeammate(core) => Part::InsiderTeammate(Box::new(core.fork(world))),
-            Part::InsiderOperator(core) => Part::InsiderOperator(Box::new(core.fork(world))),
-            Part::InsiderBroker(core) => Part::InsiderBroker(Box::new(core.fork(world))),
-            Part::InsiderGateway(core) => Part::InsiderGateway(Box::new(core.fork(world))),
-            Part::Rogue(core) => Part::Rogue(Box::new(core.fork(world))),
+            Part::Adversary(core) => Part::Adversary(core.fork(world)),
         }
     }
 
@@ -78,13 +59,7 @@ impl Part {
             Part::Gateway(core) => core.as_ref(),
             Part::Console(core) => core.as_ref(),
             Part::Recorder(core) => core.as_ref(),
-            Part::DatagramRelay(core) => core.as_ref(),
-            Part::StreamRelay(core) => core.as_ref(),
-            Part::InsiderTeammate(core) => core.as_ref(),
-            Part::InsiderOperator(core) => core.as_ref(),
-            Part::InsiderBroker(core) => core.as_ref(),
-            Part::InsiderGateway(core) => core.as_ref(),
-            Part::Rogue(core) => core.as_ref(),
+            Part::Adversary(core) => core,
         }
     }
 
@@ -97,13 +72,7 @@ impl Part {
             Part::Gateway(core) => core.as_mut(),
             Part::Console(core) => core.as_mut(),
             Part::Recorder(core) => core.as_mut(),
-            Part::DatagramRelay(core) => core.as_mut(),
-            Part::StreamRelay(core) => core.as_mut(),
-            Part::InsiderTeammate(core) => core.as_mut(),
-            Part::InsiderOperator(core) => core.as_mut(),
-            Part::InsiderBroker(core) => core.as_mut(),
-            Part::InsiderGateway(core) => core.as_mut(),
-            Part::Rogue(core) => core.as_mut(),
+            Part::Adversary(core) => core,
         }
     }
 }

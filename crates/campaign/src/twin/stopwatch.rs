@@ -58,13 +58,7 @@ impl Stage {
             Part::Gateway(_) => Stage::Gateway,
             Part::Console(_) => Stage::Console,
             Part::Recorder(_) => Stage::Recorder,
-            Part::DatagramRelay(_)
-            | Part::StreamRelay(_)
-            | Part::InsiderTeammate(_)
-            | Part::InsiderBroker(_)
-            | Part::InsiderGateway(_)
-            | Part::InsiderOperator(_)
-            | Part::Rogue(_) => Stage::Adversary,
+            Part::Adversary(_) => Stage::Adversary,
         }
     }
 
