@@ -8,7 +8,7 @@
 use std::collections::BTreeMap;
 
 use wire::bounds::Bounds;
-use wire::command::Ack;
+use wire::command::{Ack, IntentHash};
 use wire::feed::{AcceptedReport, Feed};
 use wire::id::{CommandId, Nonce, UnitId};
 use wire::policy::{Check, DisplayRule, Policy, Requirement};
@@ -89,17 +89,17 @@ impl Intake {
         Ok(accepted)
     }
 
-    /// An acknowledgement of a command that `given` knows, with its addressee and the hash of its signed intent.
+    /// An acknowledgement of a command that `given` knows by its signed intent, with its id and its addressee.
     pub fn acknowledgement(
         &self,
         now: Instant,
         bytes: &[u8],
-        given: impl FnOnce(CommandId) -> Option<(UnitId, [u8; 32])>,
+        given: impl FnOnce(&IntentHash) -> Option<(CommandId, UnitId)>,
     ) -> Result<Accepted<Ack>, Refusal> {
         let decoded = Decoded::<SignedStatement<'_, Ack>>::parse_statement(now, bytes)?;
-        let expected = decoded.claimed_command();
-        let (unit, hash) = given(expected).ok_or(Refusal::Confirmation { expected })?;
-        decoded.by_signer(&self.policy, unit.node(), &self.keys)?.about(expected, &hash)
+        let (expected, intent) = decoded.claimed();
+        let (id, unit) = given(&intent).ok_or(Refusal::Confirmation { expected })?;
+        decoded.by_signer(&self.policy, unit.node(), &self.keys)?.about(id, &intent)
     }
 }
 

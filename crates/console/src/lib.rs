@@ -82,7 +82,9 @@ pub struct Console {
     operator: Operator,
     issuer: Issuer,
     requests: Sender,
+    /// Revocations that the operator may use, and whose were used.
     revocations: Vec<(NodeId, Vec<u8>)>,
+    revoked: Vec<NodeId>,
     accounts: Accounts,
     journal: Journal,
     /// The mark of a run whose policy waives something.
@@ -116,6 +118,7 @@ impl Console {
             issuer: Issuer::new(Key::from_bytes(&config.operator_secret.0), config.operator, setup.boot),
             requests: setup.sender(Topic::Intents)?,
             revocations: config.revocations,
+            revoked: Vec::new(),
             accounts: Accounts::default(),
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
             ablation,
@@ -142,6 +145,7 @@ impl Console {
             issuer: self.issuer.fork(),
             requests: self.requests.clone(),
             revocations: self.revocations.clone(),
+            revoked: self.revoked.clone(),
             accounts: self.accounts.clone(),
             journal: self.journal.fork(),
             ablation: self.ablation.clone(),
@@ -175,7 +179,7 @@ impl Console {
             Feed::Accepted(report) => return self.report(now, at, &report),
             Feed::Refused(reason, _) => self.model.refused(reason),
             Feed::Session(peer, open) => self.model.session(peer, open),
-            Feed::Command(id, stage) => self.model.commands_mut().staged(now, id, stage),
+            Feed::Command(intent, stage) => self.model.commands_mut().staged(now, &intent, stage),
             Feed::Acknowledged(ack) => self.acknowledged(now, ack),
         }
         self.accounts.accepted(at);
@@ -187,7 +191,7 @@ impl Console {
             Ok(accepted) => {
                 self.model.report(&accepted, message.via, message.waived);
                 if let Some((heard, _)) = accepted.message().report.last_command {
-                    self.issuer.after(heard);
+                    self.issuer.after(message.unit, heard);
                 }
                 self.accounts.accepted(at);
             }
@@ -199,11 +203,11 @@ impl Console {
     }
 
     fn acknowledged(&mut self, now: Instant, bytes: &[u8]) {
-        match self.intake.acknowledgement(now, bytes, |id| self.model.commands().given(id)) {
+        match self.intake.acknowledgement(now, bytes, |intent| self.model.commands().given(intent)) {
             Ok(accepted) => {
                 self.accounts.accepted(Interface::Acks);
                 let ack = *accepted.message();
-                if self.model.commands_mut().acknowledged(now, ack.id, ack.refused) {
+                if self.model.commands_mut().acknowledged(now, &ack.intent, ack.refused) {
                     self.note(now, Event::Acknowledged { command: ack.id, refused: ack.refused });
                 }
             }
@@ -219,6 +223,9 @@ impl Console {
         if let Some(challenge) = self.watch.due(now).filter(|_| !self.quiet) {
             self.intake.challenge(challenge, now);
             self.request(now, &Request::Watch(challenge));
+            for at in 0..self.revoked.len() {
+                self.revoke(now, self.revoked[at]);
+            }
         }
         self.model.commands_mut().tick(now);
         let shown = self.model.shown(now);
@@ -239,21 +246,28 @@ impl Console {
         match wish {
             Wish::Intend { step, unit, kind, nonce, reason } => {
                 let issued = self.issuer.intent(unit, nonce, kind, &reason);
-                self.operator.given(step, issued.id);
-                self.model.commands_mut().requested(now, issued.id, unit, kind, issued.hash);
+                self.operator.given(step, issued.intent);
+                self.model.commands_mut().requested(now, &issued);
                 self.note(now, Event::Intended { command: issued.id, kind });
                 self.request(now, &Request::Stage(issued.bytes.as_slice().into()));
             }
-            Wish::Release(id) => {
-                let Some((_, hash)) = self.model.commands().given(id) else { return };
-                let confirmation = self.issuer.confirmation(id, hash);
-                self.model.commands_mut().released(now, id);
+            Wish::Release(intent) => {
+                let Some((id, _)) = self.model.commands().given(&intent) else { return };
+                let confirmation = self.issuer.confirmation(id, intent);
+                self.model.commands_mut().released(now, &intent);
                 self.request(now, &Request::Release(confirmation.as_slice().into()));
             }
             Wish::Revoke(who) => {
-                let Some((_, signed)) = self.revocations.iter().find(|(of, _)| *of == who).cloned() else { return };
-                self.request(now, &Request::Revoke(signed.as_slice().into()));
+                self.revoked.push(who);
+                self.revoke(now, who);
             }
+        }
+    }
+
+    /// Asks for `who` to be struck; that is answered by nobody, so it is asked for again with each challenge.
+    fn revoke(&mut self, now: Instant, who: NodeId) {
+        if let Some((_, signed)) = self.revocations.iter().find(|(of, _)| *of == who).cloned() {
+            self.request(now, &Request::Revoke(signed.as_slice().into()));
         }
     }
 

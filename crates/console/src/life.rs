@@ -5,12 +5,14 @@
 
 use std::collections::VecDeque;
 
-use wire::command::CommandKind;
+use wire::command::{CommandKind, IntentHash};
 use wire::event::ShownAs;
 use wire::feed::CommandStage;
 use wire::id::{CommandId, UnitId};
 use wire::refusal::Reason;
 use wire::time::{Instant, Span};
+
+use crate::intent::Issued;
 
 /// Commands whose progress is kept.
 pub const MAX_COMMANDS: usize = 16;
@@ -90,6 +92,8 @@ impl Life {
 pub struct ShownCommand {
     /// Which.
     pub id: CommandId,
+    /// Its signed intent, which everything about it names.
+    pub intent: IntentHash,
     /// To whom.
     pub unit: UnitId,
     /// What.
@@ -100,11 +104,10 @@ pub struct ShownCommand {
     pub since: Instant,
 }
 
-/// A command of ours with what its acknowledgement has to be bound to.
+/// A command of ours.
 #[derive(Clone, Copy, Debug)]
 struct Given {
     shown: ShownCommand,
-    hash: [u8; 32],
     /// When the operator last did something about it; the answer is due from then on, whatever the gateway says.
     asked: Instant,
 }
@@ -120,43 +123,45 @@ impl Given {
 pub struct Commands(VecDeque<Given>);
 
 impl Commands {
-    /// We asked for a command; `hash` is that of its signed intent.
-    pub fn requested(&mut self, now: Instant, id: CommandId, unit: UnitId, kind: CommandKind, hash: [u8; 32]) {
+    /// We asked for a command.
+    pub fn requested(&mut self, now: Instant, issued: &Issued) {
         if self.0.len() >= MAX_COMMANDS {
             self.0.pop_front();
         }
-        let shown = ShownCommand { id, unit, kind, life: Life::Requested, since: now };
-        self.0.push_back(Given { shown, hash, asked: now });
+        let Issued { id, unit, kind, intent, .. } = *issued;
+        let shown = ShownCommand { id, intent, unit, kind, life: Life::Requested, since: now };
+        self.0.push_back(Given { shown, asked: now });
     }
 
     /// We confirmed a staged command.
-    pub fn released(&mut self, now: Instant, id: CommandId) {
-        if self.progress(now, id, Life::Released)
-            && let Some(given) = self.0.iter_mut().find(|given| given.shown.id == id)
+    pub fn released(&mut self, now: Instant, intent: &IntentHash) {
+        if self.progress(now, intent, Life::Released)
+            && let Some(given) = self.0.iter_mut().find(|given| given.shown.intent == *intent)
         {
             given.asked = now;
         }
     }
 
     /// The gateway moved a command of ours along.
-    pub fn staged(&mut self, now: Instant, id: CommandId, stage: CommandStage) {
+    pub fn staged(&mut self, now: Instant, intent: &IntentHash, stage: CommandStage) {
         let life = match stage {
             CommandStage::Staged => Life::Staged,
             CommandStage::Sent => Life::Sent,
             CommandStage::Refused => Life::RefusedByGateway,
             CommandStage::Expired => Life::Expired,
         };
-        self.progress(now, id, life);
+        self.progress(now, intent, life);
     }
 
-    /// Whom a command of ours went to, and the hash that its acknowledgement has to repeat.
-    pub fn given(&self, id: CommandId) -> Option<(UnitId, [u8; 32])> {
-        self.0.iter().find(|given| given.shown.id == id).map(|given| (given.shown.unit, given.hash))
+    /// The id of the command of ours with this intent, and whom it went to.
+    pub fn given(&self, intent: &IntentHash) -> Option<(CommandId, UnitId)> {
+        let given = self.0.iter().find(|given| given.shown.intent == *intent)?;
+        Some((given.shown.id, given.shown.unit))
     }
 
     /// A verified acknowledgement. False when it says nothing new.
-    pub fn acknowledged(&mut self, now: Instant, id: CommandId, refused: Option<Reason>) -> bool {
-        self.progress(now, id, refused.map_or(Life::Executed, Life::RefusedByUnit))
+    pub fn acknowledged(&mut self, now: Instant, intent: &IntentHash, refused: Option<Reason>) -> bool {
+        self.progress(now, intent, refused.map_or(Life::Executed, Life::RefusedByUnit))
     }
 
     /// Marks the commands that nothing was heard of in time.
@@ -178,8 +183,8 @@ impl Commands {
         self.0.iter().map(|given| given.shown).collect()
     }
 
-    fn progress(&mut self, now: Instant, id: CommandId, to: Life) -> bool {
-        let Some(given) = self.0.iter_mut().find(|given| given.shown.id == id) else { return false };
+    fn progress(&mut self, now: Instant, intent: &IntentHash, to: Life) -> bool {
+        let Some(given) = self.0.iter_mut().find(|given| given.shown.intent == *intent) else { return false };
         if to.rank() <= given.shown.life.rank() {
             return false;
         }

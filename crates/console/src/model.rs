@@ -7,8 +7,9 @@
 use std::collections::BTreeMap;
 
 use wire::bounds::Bounds;
+use wire::command::IntentHash;
 use wire::event::Freshness;
-use wire::id::{CommandId, Nonce, PeerId, RecordId, UnitId};
+use wire::id::{Nonce, PeerId, RecordId, UnitId};
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
@@ -91,8 +92,8 @@ impl Shown {
     }
 
     /// The command, if it is still kept.
-    pub fn command(&self, id: CommandId) -> Option<&ShownCommand> {
-        self.commands.iter().find(|shown| shown.id == id)
+    pub fn command(&self, intent: &IntentHash) -> Option<&ShownCommand> {
+        self.commands.iter().find(|shown| shown.intent == *intent)
     }
 }
 

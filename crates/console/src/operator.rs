@@ -6,8 +6,8 @@
 //! asked for or confirmed twice. Signing is left to `intent`.
 
 use serde::{Deserialize, Serialize};
-use wire::command::CommandKind;
-use wire::id::{CommandId, NodeId, Nonce, TrackId, UnitId};
+use wire::command::{CommandKind, IntentHash};
+use wire::id::{NodeId, Nonce, TrackId, UnitId};
 use wire::mode::Mode;
 use wire::refusal::Reason;
 use wire::report::ReportedTrack;
@@ -95,7 +95,7 @@ pub enum Action {
 /// What the operator wants done now.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wish {
-    /// Give an intent; its id is to be told by [`Operator::given`].
+    /// Give an intent; its hash is to be told by [`Operator::given`].
     Intend {
         /// Step of the script.
         step: usize,
@@ -109,7 +109,7 @@ pub enum Wish {
         reason: String,
     },
     /// Confirm a staged command.
-    Release(CommandId),
+    Release(IntentHash),
     /// Ask for an identity to be struck from the roll.
     Revoke(NodeId),
 }
@@ -119,7 +119,7 @@ enum Progress {
     /// Waits for its time and conditions; `tries` lie behind it.
     Waiting { not_before: Instant, tries: u8 },
     /// A command has been given.
-    Given { id: CommandId, released: bool, tries: u8 },
+    Given { intent: IntentHash, released: bool, tries: u8 },
     /// Nothing more to do since then.
     Done(Instant),
 }
@@ -144,12 +144,12 @@ impl Operator {
         (0..self.steps.len()).filter_map(|at| self.step(at, shown)).collect()
     }
 
-    /// The intent wished for by `step` was given under this id.
-    pub fn given(&mut self, step: usize, id: CommandId) {
+    /// What `step` wished for is this signed intent.
+    pub fn given(&mut self, step: usize, intent: IntentHash) {
         if let Some((_, progress)) = self.steps.get_mut(step)
             && let Progress::Waiting { tries, .. } = *progress
         {
-            *progress = Progress::Given { id, released: false, tries: tries + 1 };
+            *progress = Progress::Given { intent, released: false, tries: tries + 1 };
         }
     }
 
@@ -183,22 +183,25 @@ impl Operator {
             Progress::Done(_) => None,
             Progress::Waiting { not_before, .. } if now < not_before => None,
             Progress::Waiting { tries, .. } => {
-                if let Action::Revoke(who) = step.action {
-                    *progress = Progress::Done(now);
-                    return Some(Wish::Revoke(who));
-                }
                 let impatient = now.since(due) > Span::ms(step.within_ms);
+                if let Action::Revoke(who) = step.action {
+                    let holds = step.when.holds(shown.unit(step.unit));
+                    if holds || impatient {
+                        *progress = Progress::Done(now);
+                    }
+                    return holds.then_some(Wish::Revoke(who));
+                }
                 let wish = if impatient && tries == 0 { None } else { step.wish(at, shown, confidence) };
                 if impatient && wish.is_none() {
                     *progress = Progress::Done(now);
                 }
                 wish
             }
-            Progress::Given { id, released, tries } => {
-                let life = shown.command(id).map(|command| command.life);
+            Progress::Given { intent, released, tries } => {
+                let life = shown.command(&intent).map(|command| command.life);
                 if life == Some(Life::Staged) {
-                    *progress = Progress::Given { id, released: true, tries };
-                    return (!released).then_some(Wish::Release(id));
+                    *progress = Progress::Given { intent, released: true, tries };
+                    return (!released).then_some(Wish::Release(intent));
                 }
                 *progress = after(life, now, tries).unwrap_or(*progress);
                 None

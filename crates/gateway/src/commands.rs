@@ -7,13 +7,14 @@ use wire::command::{CommandKind, Request};
 use wire::core::{Output, Subject, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{CommandStage, Feed};
-use wire::id::{CommandId, NodeId};
+use wire::id::NodeId;
 use wire::refusal::Refusal;
-use wire::time::Instant;
+use wire::time::{Instant, Span};
 use wire::trust::Accepted;
 
-use crate::Gateway;
-use crate::stage::{Dispatch, Progress, Rejected};
+use crate::stage::{Command, Dispatch, Progress, Rejected};
+use crate::telemetry::struck;
+use crate::{DISPLAY, Gateway};
 
 impl Gateway {
     pub(crate) fn requested(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {
@@ -37,7 +38,10 @@ impl Gateway {
 
     fn request(&mut self, now: Instant, station: NodeId, accepted: &Accepted<Request<'_>>) {
         let verdict = match accepted.message() {
-            Request::Watch(challenge) => return self.watch(now, *challenge),
+            Request::Watch(challenge) => match self.watched(now, station) {
+                Ok(()) => return self.watch(now, *challenge),
+                Err(refusal) => Err(refusal.into()),
+            },
             Request::Stage(intent) => self.staging.stage(now, (station, accepted.evidence().age), &self.roll, intent),
             Request::Release(confirmation) => self.staging.release(now, station, confirmation),
             Request::Revoke(revocation) => match self.staging.needed(now, station, true) {
@@ -53,14 +57,17 @@ impl Gateway {
             Ok(progress) => {
                 self.accounts.accepted(Interface::Requests);
                 match progress {
-                    Progress::Staged(id) => self.staged(now, id, CommandStage::Staged),
+                    Progress::Staged(command) => self.staged(now, command, CommandStage::Staged),
                     Progress::Send(dispatch) => self.send(now, dispatch),
                 }
             }
             Err(Rejected { command, refusal }) => {
                 self.refuse(now, Interface::Requests, None, &refusal);
-                if let Some(id) = command {
-                    self.staged(now, id, CommandStage::Refused);
+                let Some(command) = command else { return };
+                self.note(now, Event::Staged { command: command.id, stage: CommandStage::Refused });
+                // What another station asks for in vain is no command of the display's, whatever it claims to be.
+                if station == DISPLAY {
+                    self.tell(now, &Feed::Command(command.intent, CommandStage::Refused));
                 }
             }
         }
@@ -84,15 +91,15 @@ impl Gateway {
     }
 
     fn send(&mut self, now: Instant, dispatch: Dispatch) {
-        let Dispatch { id, unit, kind, order } = dispatch;
+        let Dispatch { command, unit, kind, order } = dispatch;
         if kind == CommandKind::Hold {
-            self.leases.hold(unit, id);
+            self.leases.hold(unit, command.intent);
         }
         if self.quiet {
             return;
         }
         self.out.push_back(Output::Publish { subject: Subject::Command(unit), bytes: order });
-        self.staged(now, id, CommandStage::Sent);
+        self.staged(now, command, CommandStage::Sent);
     }
 
     pub(crate) fn published(&mut self, now: Instant, subject: Subject, bytes: &[u8]) {
@@ -100,21 +107,42 @@ impl Gateway {
             Subject::Ack(unit) => unit,
             Subject::Command(_) => return,
         };
+        if let Some(refusal) = struck(&self.roll, &self.policy, unit.node(), now) {
+            return self.refuse(now, Interface::Acks, None, &refusal);
+        }
         match self.staging.acknowledged(now, unit, bytes) {
             Err(refusal) => self.refuse(now, Interface::Acks, None, &refusal),
-            Ok(ack) => {
+            Ok(None) => self.accounts.accepted(Interface::Acks),
+            Ok(Some(ack)) => {
                 self.accounts.accepted(Interface::Acks);
                 let ack = ack.message();
                 if ack.refused.is_none() {
-                    self.leases.executed(unit, ack.id);
+                    self.leases.executed(unit, ack.intent);
                 }
                 self.tell(now, &Feed::Acknowledged(bytes.into()));
             }
         }
     }
 
-    pub(crate) fn staged(&mut self, now: Instant, command: CommandId, stage: CommandStage) {
-        self.note(now, Event::Staged { command, stage });
-        self.tell(now, &Feed::Command(command, stage));
+    pub(crate) fn staged(&mut self, now: Instant, command: Command, stage: CommandStage) {
+        self.note(now, Event::Staged { command: command.id, stage });
+        self.tell(now, &Feed::Command(command.intent, stage));
+    }
+
+    /// A challenge of the display's is the display's to give, and no more often than twice a period: each is told to every
+    /// unit.
+    fn watched(&mut self, now: Instant, station: NodeId) -> Result<(), Refusal> {
+        if station != DISPLAY {
+            return Err(Refusal::Role { got: station });
+        }
+        let least = Span::ms(self.bounds.challenge_period_ms / 2);
+        if self.watch.is_some_and(|(_, since)| now.since(since) < least) {
+            return Err(Refusal::Rate {
+                burst: 1,
+                per_s: (2_000 / self.bounds.challenge_period_ms.max(1)) as u32,
+                got: station,
+            });
+        }
+        Ok(())
     }
 }

@@ -5,8 +5,9 @@
 //! So a stop never has to cross the failed link: silence is enough. Keeping the lease's time is left to the unit.
 
 use wire::bounds::Bounds;
+use wire::command::IntentHash;
 use wire::hop::HopBody;
-use wire::id::{CommandId, UnitId};
+use wire::id::UnitId;
 use wire::time::{Instant, Span};
 
 use crate::session::Session;
@@ -19,8 +20,8 @@ const MAX_HOLDS: usize = 4;
 pub struct Leases {
     length: Span,
     freshness: Span,
-    /// HOLDs sent and not yet acknowledged as executed, oldest first.
-    holds: Vec<(UnitId, CommandId)>,
+    /// Intents of the HOLDs sent and not yet acknowledged as executed, oldest first.
+    holds: Vec<(UnitId, IntentHash)>,
 }
 
 impl Leases {
@@ -30,20 +31,21 @@ impl Leases {
     }
 
     /// A HOLD went out: no grants until the unit says that it has executed it.
-    pub fn hold(&mut self, unit: UnitId, command: CommandId) {
-        let of_unit = |(u, _): &&(UnitId, CommandId)| *u == unit;
+    pub fn hold(&mut self, unit: UnitId, intent: IntentHash) {
+        let of_unit = |(u, _): &&(UnitId, IntentHash)| *u == unit;
         if self.holds.iter().filter(of_unit).count() >= MAX_HOLDS
             && let Some(oldest) = self.holds.iter().position(|(u, _)| *u == unit)
         {
             self.holds.remove(oldest);
         }
-        self.holds.push((unit, command));
+        self.holds.push((unit, intent));
     }
 
-    /// The unit has executed this command. If that was a HOLD, the unit is holding: all its HOLDs are done. One that
-    /// it *refused* stays: grants resume only when a HOLD has been executed.
-    pub fn executed(&mut self, unit: UnitId, command: CommandId) {
-        if self.holds.contains(&(unit, command)) {
+    /// The unit has executed the order with this intent. If that was a HOLD, the unit is holding: all its HOLDs are done. One
+    /// that it *refused* stays: grants resume only when a HOLD has been executed. The intent is asked for and not the id: under
+    /// one id a holder of the key can have another order executed.
+    pub fn executed(&mut self, unit: UnitId, intent: IntentHash) {
+        if self.holds.contains(&(unit, intent)) {
             self.holds.retain(|(u, _)| *u != unit);
         }
     }

@@ -57,6 +57,9 @@ pub struct GatewayConfig {
     pub mandates: Vec<Mandate>,
 }
 
+/// The station whose display the feed is for.
+pub(crate) const DISPLAY: NodeId = NodeId::CONSOLE;
+
 /// The gateway's core.
 #[derive(Debug)]
 pub struct Gateway {
@@ -72,16 +75,15 @@ pub struct Gateway {
     requests: Vec<BusGate>,
     keys: Keyring,
     roll: Roll,
-    /// Revocations that hold, as the authority signed them, and when units are next told of them.
+    /// Revocations that hold, as the authority signed them.
     revocations: Vec<Vec<u8>>,
-    retell: Instant,
     feed: Feeder,
     nonces: ChaCha8Rng,
     accounts: Accounts,
     journal: Journal,
     tick: Option<Instant>,
-    /// The display's newest challenge.
-    watch: Option<Nonce>,
+    /// The display's newest challenge, and when it came.
+    watch: Option<(Nonce, Instant)>,
     quiet: bool,
     out: VecDeque<Output>,
 }
@@ -109,7 +111,6 @@ impl Gateway {
             keys,
             roll: Roll::new(&config.mandates, now),
             revocations: Vec::new(),
-            retell: now,
             feed: Feeder::new(setup.sender(Topic::Feed)?, now),
             nonces,
             accounts: Accounts::default(),
@@ -143,7 +144,6 @@ impl Gateway {
             keys: self.keys.clone(),
             roll: self.roll.clone(),
             revocations: self.revocations.clone(),
-            retell: self.retell,
             feed: self.feed.clone(),
             nonces: self.nonces.clone(),
             accounts: self.accounts.clone(),
@@ -161,14 +161,11 @@ impl Gateway {
     }
 
     fn timeout(&mut self, now: Instant) {
-        for id in self.staging.expire(now) {
-            self.staged(now, id, CommandStage::Expired);
+        for command in self.staging.expire(now) {
+            self.staged(now, command, CommandStage::Expired);
         }
         let Some(due) = self.tick.filter(|tick| now >= *tick) else { return };
         self.keep_up(now, None);
-        if now >= self.retell {
-            self.pass_on_revocations(now);
-        }
         let period = Span::ms(self.bounds.grant_period_ms);
         let next = if now.since(due) < period { due + period } else { now + period };
         self.tick = (!self.sessions.is_empty()).then_some(next);

@@ -39,6 +39,8 @@ pub struct Session {
     telemetry: Option<(Instant, Span)>,
     /// The display's challenge that the peer was last told.
     watch: Option<Nonce>,
+    /// Of how many revocations the peer was last told, and when.
+    told: Option<(usize, Instant)>,
 }
 
 impl Session {
@@ -60,6 +62,7 @@ impl Session {
             sent: None,
             telemetry: None,
             watch: None,
+            told: None,
         }
     }
 
@@ -113,6 +116,16 @@ impl Session {
     pub(crate) fn owed(&mut self, watch: Option<Nonce>) -> Option<Nonce> {
         let owed = watch.filter(|_| self.listens() && self.watch != watch);
         self.watch = owed.or(self.watch);
+        owed
+    }
+
+    /// Whether the peer is to be told of the revocations, `n` of them, now; then it counts as told.
+    pub(crate) fn is_owed_revocations(&mut self, now: Instant, n: usize) -> bool {
+        let again = |(known, at): (usize, Instant)| known < n || now.since(at) >= self.challenge_period;
+        let owed = self.established && n > 0 && self.told.is_none_or(again);
+        if owed {
+            self.told = Some((n, now));
+        }
         owed
     }
 

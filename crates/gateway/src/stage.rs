@@ -13,7 +13,7 @@ use std::collections::VecDeque;
 
 use sha2::{Digest, Sha256};
 use wire::codec;
-use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
+use wire::command::{Ack, CommandKind, Confirmation, Intent, IntentHash, MAX_ORDER, Order};
 use wire::id::{CommandId, NodeId, UnitId};
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Refusal;
@@ -27,6 +27,9 @@ pub const MAX_STAGED: usize = 8;
 pub const STAGED_FOR: Span = Span::s(5);
 /// Orders of one station whose acknowledgements are still recognised.
 const MAX_SENT: usize = 32;
+
+/// Different answers to one order that are listened to: it was executed, and its repetitions were refused.
+const MAX_ANSWERS: usize = 4;
 
 /// What commands are judged by.
 #[derive(Clone, Debug)]
@@ -43,11 +46,20 @@ pub struct Rules {
     pub freshness: Span,
 }
 
+/// A command: the id that it goes by in logs, and the intent that tells it from every other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Command {
+    /// As its intent says.
+    pub id: CommandId,
+    /// Its signed intent.
+    pub intent: IntentHash,
+}
+
 /// What became of an accepted request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// The intent waits for its confirmation.
-    Staged(CommandId),
+    Staged(Command),
     /// The order goes out.
     Send(Dispatch),
 }
@@ -56,7 +68,7 @@ pub enum Progress {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Dispatch {
     /// Command.
-    pub id: CommandId,
+    pub command: Command,
     /// Addressee.
     pub unit: UnitId,
     /// What is asked.
@@ -65,11 +77,11 @@ pub struct Dispatch {
     pub order: Vec<u8>,
 }
 
-/// A refused request, with the command it claimed to be about where that could be read.
+/// A refused request, with the command that goes no further because of it, where that is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rejected {
-    /// Claimed command.
-    pub command: Option<CommandId>,
+    /// Command.
+    pub command: Option<Command>,
     /// Why.
     pub refusal: Refusal,
 }
@@ -89,13 +101,20 @@ struct Waiting {
     until: Instant,
 }
 
+impl Waiting {
+    fn command(&self) -> Command {
+        Command { id: self.intent.id, intent: hash_of(&self.bytes) }
+    }
+}
+
 /// An order that has gone out.
 #[derive(Clone, Debug)]
 struct Sent {
     station: NodeId,
-    id: CommandId,
+    command: Command,
     unit: UnitId,
-    hash: [u8; 32],
+    /// What the unit said became of it, each answer by its hash.
+    answers: Vec<[u8; 32]>,
 }
 
 /// The command stage.
@@ -125,7 +144,8 @@ impl Staging {
     ) -> Result<Progress, Rejected> {
         let (decoded, signed) = Decoded::<Intent>::parse(now, bytes, MAX_ORDER)?;
         let claim = *decoded.claim();
-        let rejected = |refusal| Rejected { command: Some(claim.id), refusal };
+        let command = Command { id: claim.id, intent: hash_of(bytes) };
+        let rejected = |refusal| Rejected { command: Some(command), refusal };
         let Rules { policy, keys, operators, freshness, .. } = &self.rules;
         let within = decoded
             .fresh(policy, age, *freshness, Span::ZERO)
@@ -140,7 +160,7 @@ impl Staging {
             .and_then(|admissible| admissible.by_operator(policy, keys, &signed))
             .map_err(rejected)?;
         let accepted =
-            attributed.unrepeated(policy, &mut self.counters, &hash_of(bytes)).map_err(rejected)?.accept_message();
+            attributed.unrepeated(policy, &mut self.counters, &command.intent).map_err(rejected)?.accept_message();
         Ok(self.advance(now, station, accepted, bytes))
     }
 
@@ -159,26 +179,30 @@ impl Staging {
     }
 
     /// `who` has been revoked: nothing of it waits any longer. Gives the commands that are gone.
-    pub fn strike(&mut self, who: NodeId) -> Vec<CommandId> {
+    pub fn strike(&mut self, who: NodeId) -> Vec<Command> {
         let (gone, left): (Vec<Waiting>, _) = self.waiting.drain(..).partition(|w| w.intent.id.operator == who);
         self.waiting = left;
-        gone.iter().map(|w| w.intent.id).collect()
+        gone.iter().map(Waiting::command).collect()
     }
 
     /// A signed confirmation came for an intent of `station` that should be waiting.
     pub fn release(&mut self, now: Instant, station: NodeId, bytes: &[u8]) -> Result<Progress, Rejected> {
         let decoded = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes)?;
-        let expected = decoded.claimed_command();
-        let rejected = |refusal| Rejected { command: Some(expected), refusal };
-        self.needed(now, station, false).map_err(rejected)?;
-        let waits = |w: &Waiting| w.intent.id == expected && w.station == station && now < w.until;
-        let at = self.waiting.iter().position(waits).ok_or(rejected(Refusal::Confirmation { expected }))?;
+        let (expected, intent) = decoded.claimed();
+        self.needed(now, station, false)?;
+        let ours = |w: &&Waiting| w.station == station && now < w.until;
+        // Which of them a confirmation is about is in the intent that it names; by the id alone it is refused below.
+        let (exact, named) = (|w: &Waiting| w.command().intent == intent, |w: &Waiting| w.intent.id == expected);
+        let place = |fits: &dyn Fn(&Waiting) -> bool| self.waiting.iter().position(|w| ours(&w) && fits(w));
+        let at = place(&exact).or_else(|| place(&named)).ok_or(Refusal::Confirmation { expected })?;
+        let command = self.waiting[at].command();
+        let rejected = |refusal| Rejected { command: Some(command), refusal };
         let Rules { policy, keys, .. } = &self.rules;
         match policy.check(Check::Confirmation) {
             Requirement::Waived => {}
             Requirement::Required => {
-                let attributed = decoded.by_signer(policy, expected.operator, keys).map_err(rejected)?;
-                attributed.about(expected, &hash_of(&self.waiting[at].bytes)).map_err(rejected)?;
+                let attributed = decoded.by_signer(policy, command.id.operator, keys).map_err(rejected)?;
+                attributed.about(command.id, &command.intent).map_err(rejected)?;
             }
         }
         let Waiting { station, intent, bytes: staged, .. } = self.waiting.remove(at);
@@ -186,11 +210,11 @@ impl Staging {
     }
 
     /// Removes the intents whose confirmation did not come in time.
-    pub fn expire(&mut self, now: Instant) -> Vec<CommandId> {
+    pub fn expire(&mut self, now: Instant) -> Vec<Command> {
         let (expired, waiting) = self.waiting.drain(..).partition(|w| now >= w.until);
         self.waiting = waiting;
         let expired: Vec<Waiting> = expired;
-        expired.iter().map(|w| w.intent.id).collect()
+        expired.iter().map(Waiting::command).collect()
     }
 
     /// When the next intent expires.
@@ -199,16 +223,26 @@ impl Staging {
     }
 
     /// `unit`'s acknowledgement of an order of ours: under its signature and about the very intent that went out.
-    pub fn acknowledged(&self, now: Instant, unit: UnitId, bytes: &[u8]) -> Result<Accepted<Ack>, Refusal> {
+    /// `None`: it has been said before, to the byte.
+    ///
+    /// Whether it is about any, and is news, is asked before its signature is: neither costs a verification.
+    pub fn acknowledged(&mut self, now: Instant, unit: UnitId, bytes: &[u8]) -> Result<Option<Accepted<Ack>>, Refusal> {
         let decoded = Decoded::<SignedStatement<'_, Ack>>::parse_statement(now, bytes)?;
-        let expected = decoded.claimed_command();
+        let (expected, intent) = decoded.claimed();
+        let command = Command { id: expected, intent };
+        let ours = self.sent.iter_mut().find(|sent| sent.unit == unit && sent.command == command);
+        let sent = ours.ok_or(Refusal::Confirmation { expected })?;
+        let answer = hash_of(bytes);
+        if sent.answers.contains(&answer) {
+            return Ok(None);
+        }
+        if sent.answers.len() >= MAX_ANSWERS {
+            return Err(Refusal::Full { limit: MAX_ANSWERS });
+        }
         let attributed = decoded.by_signer(&self.rules.policy, unit.node(), &self.rules.keys)?;
-        let ours = |sent: &&Sent| sent.id == expected && sent.unit == unit;
-        // Two stations may have used one id; the acknowledgement is about one of the two intents.
-        let named = |sent: &&Sent| attributed.claims(&sent.hash);
-        let ours = self.sent.iter().filter(ours).find(named).or_else(|| self.sent.iter().find(ours));
-        let hash = ours.ok_or(Refusal::Confirmation { expected })?.hash;
-        attributed.about(expected, &hash)
+        let accepted = attributed.about(expected, &intent)?;
+        sent.answers.push(answer);
+        Ok(Some(accepted))
     }
 
     /// What an intent must be beyond its signature: addressed to a unit of ours, with a reason, and with room to wait.
@@ -233,7 +267,7 @@ impl Staging {
             return Progress::Send(self.dispatch(station, &intent, bytes, None));
         }
         self.waiting.push(Waiting { station, intent, bytes: bytes.to_vec(), until: now + STAGED_FOR });
-        Progress::Staged(intent.id)
+        Progress::Staged(Command { id: intent.id, intent: hash_of(bytes) })
     }
 
     fn dispatch(&mut self, station: NodeId, intent: &Intent, bytes: &[u8], confirmation: Option<&[u8]>) -> Dispatch {
@@ -244,13 +278,14 @@ impl Staging {
         {
             self.sent.remove(oldest);
         }
-        self.sent.push_back(Sent { station, id, unit, hash: hash_of(bytes) });
+        let command = Command { id, intent: hash_of(bytes) };
+        self.sent.push_back(Sent { station, command, unit, answers: Vec::new() });
         let order = Order { intent: bytes.into(), confirmation: confirmation.map(Into::into) };
-        Dispatch { id, unit, kind, order: codec::encode(&order) }
+        Dispatch { command, unit, kind, order: codec::encode(&order) }
     }
 }
 
 /// What binds confirmation and acknowledgement to an intent: SHA-256 of its signed bytes.
-fn hash_of(signed: &[u8]) -> [u8; 32] {
+fn hash_of(signed: &[u8]) -> IntentHash {
     Sha256::digest(signed).into()
 }

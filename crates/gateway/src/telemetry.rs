@@ -48,7 +48,7 @@ impl Gateway {
             Err((peer, refusal)) => return self.refuse(now, Interface::Uplink, peer, &refusal),
         };
         let peer = session.peer();
-        if let Some(refusal) = struck(&self.roll, &self.policy, peer, now) {
+        if let Some(refusal) = struck(&self.roll, &self.policy, session.unit().node(), now) {
             return self.refuse(now, Interface::Uplink, Some(peer), &refusal);
         }
         match self.boundary.admit(session, now, bytes) {
@@ -57,11 +57,15 @@ impl Gateway {
         }
     }
 
-    /// Tells every unit of the revocations that hold; it is told again each challenge period, because a record may be
-    /// lost and a unit start anew.
+    /// Tells every unit of the revocations that hold: as soon as its session stands or there is a new one, and again each
+    /// challenge period, because a record may be lost and a unit start anew.
     pub(crate) fn pass_on_revocations(&mut self, now: Instant) {
-        self.retell = now + Span::ms(self.bounds.challenge_period_ms);
-        for session in self.sessions.iter_mut().filter(|session| session.established() && !self.quiet) {
+        let (roll, policy) = (&self.roll, &self.policy);
+        let heard = |session: &&mut Session| stands(roll, policy, session, now);
+        for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(heard) {
+            if !session.is_owed_revocations(now, self.revocations.len()) {
+                continue;
+            }
             for revocation in &self.revocations {
                 let body = HopBody::Revoked(revocation.as_slice().into());
                 self.out.push_back(session.seal(now, self.boot, body));
@@ -73,10 +77,14 @@ impl Gateway {
     fn admitted(&mut self, now: Instant, id: SessionId, peer: PeerId, admitted: Admitted<'_>) {
         self.accounts.accepted(Interface::Uplink);
         let age = admitted.evidence().age.map(|age| age.upper());
-        let (record, waived) = (admitted.record(), admitted.waived());
+        let (record, mut waived) = (admitted.record(), admitted.waived());
+        if self.policy.check(Check::Standing) == Requirement::Waived {
+            waived = waived.with(Check::Standing);
+        }
         self.note(now, Event::Accepted { at: Interface::Uplink, record, peer, age, waived });
         match &admitted.content {
-            Content::Exchange(_) => {}
+            // A unit that has just started anew knows of no revocation.
+            Content::Exchange(_) => self.pass_on_revocations(now),
             Content::Report(report) => self.report(now, id, report, waived),
         }
     }
@@ -99,7 +107,9 @@ impl Gateway {
     }
 
     fn fan_out(&mut self, now: Instant, envelope: &Envelope<'_>) {
-        for session in self.sessions.iter_mut().filter(|_| !self.quiet) {
+        let (roll, policy) = (&self.roll, &self.policy);
+        let heard = |session: &&mut Session| stands(roll, policy, session, now);
+        for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(heard) {
             if let Some(body) = envelope.addressed_to(session, &self.config.fanout) {
                 session.renew(now, || fresh_nonce(&mut self.nonces));
                 self.out.push_back(session.seal(now, self.boot, body));
@@ -111,14 +121,17 @@ impl Gateway {
     /// The display has a new challenge: the units are told at once, for what waits here makes every age look larger.
     pub(crate) fn watch(&mut self, now: Instant, challenge: Nonce) {
         self.accounts.accepted(Interface::Requests);
-        self.watch = Some(challenge);
+        self.watch = Some((challenge, now));
         self.pass_watch(now);
     }
 
     /// Tells each session the display's challenge that has not been told it yet.
     fn pass_watch(&mut self, now: Instant) {
-        for session in self.sessions.iter_mut().filter(|_| !self.quiet) {
-            if let Some(challenge) = session.owed(self.watch) {
+        let (roll, policy) = (&self.roll, &self.policy);
+        let heard = |session: &&mut Session| stands(roll, policy, session, now);
+        let watch = self.watch.map(|(challenge, _)| challenge);
+        for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(heard) {
+            if let Some(challenge) = session.owed(watch) {
                 session.renew(now, || fresh_nonce(&mut self.nonces));
                 self.out.push_back(session.seal(now, self.boot, HopBody::Watch(challenge)));
                 self.accounts.count(Account::Sent);
@@ -129,8 +142,11 @@ impl Gateway {
     /// Keeps sessions going (all, or just one): a grant where one is due and deserved, else a Hello where one is due.
     pub(crate) fn keep_up(&mut self, now: Instant, only: Option<SessionId>) {
         self.pass_watch(now);
-        let due = |session: &Session| only.is_none_or(|id| id == session.id());
-        for session in self.sessions.iter_mut().filter(|s| due(s) && !self.quiet) {
+        self.pass_on_revocations(now);
+        let (roll, policy) = (&self.roll, &self.policy);
+        let due =
+            |session: &&mut Session| only.is_none_or(|id| id == session.id()) && stands(roll, policy, session, now);
+        for session in self.sessions.iter_mut().filter(|_| !self.quiet).filter(due) {
             let idle = session.sent().is_none_or(|at| now.since(at) >= IDLE_HELLO);
             let hello = || (!session.established() || idle).then_some(HopBody::Hello(session.nonce));
             let Some(body) = self.leases.grant(session, now).or_else(hello) else { continue };
@@ -141,9 +157,14 @@ impl Gateway {
     }
 }
 
-/// Why a session's peer is heard no longer, if that is so. Asked before anything is read of what it says.
-fn struck(roll: &Roll, policy: &Policy, peer: PeerId, now: Instant) -> Option<Refusal> {
-    let who = NodeId::from_name(peer.name())?;
+/// Whether the peer of a session is still talked to. One that is struck is told nothing either: what others report would help
+/// whoever has its credential.
+fn stands(roll: &Roll, policy: &Policy, session: &Session, now: Instant) -> bool {
+    struck(roll, policy, session.unit().node(), now).is_none()
+}
+
+/// Why `who` is heard no longer, if that is so. Asked before anything is read of what it says.
+pub(crate) fn struck(roll: &Roll, policy: &Policy, who: NodeId, now: Instant) -> Option<Refusal> {
     let required = policy.check(Check::Standing) == Requirement::Required;
     roll.stands(who, now).err().filter(|_| required)
 }

@@ -88,6 +88,10 @@ pub struct Intent {
     pub reason: Text<64>,
 }
 
+/// SHA-256 of a signed intent's bytes: what its confirmation, its acknowledgement and its progress are bound to. An id is
+/// chosen by whoever signs; this is of one intent only.
+pub type IntentHash = [u8; 32];
+
 /// What the operator signs second, for everything that leads away from safe.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Confirmation {
@@ -96,7 +100,7 @@ pub struct Confirmation {
     pub id: CommandId,
     /// SHA-256 of the signed intent's bytes.
     #[cbor(n(1), with = "minicbor::bytes")]
-    pub intent: [u8; 32],
+    pub intent: IntentHash,
 }
 
 /// What travels to the unit: both signed steps, as they left the operator.
@@ -118,7 +122,7 @@ pub struct Ack {
     pub id: CommandId,
     /// SHA-256 of the signed intent's bytes.
     #[cbor(n(1), with = "minicbor::bytes")]
-    pub intent: [u8; 32],
+    pub intent: IntentHash,
     /// Why it was refused; absent when it was executed.
     #[n(2)]
     pub refused: Option<Reason>,

@@ -3,7 +3,8 @@
 use minicbor::bytes::ByteSlice;
 use minicbor::{Decode, Encode};
 
-use crate::id::{CommandId, PeerId, UnitId};
+use crate::command::IntentHash;
+use crate::id::{PeerId, UnitId};
 use crate::policy::Waived;
 use crate::refusal::Reason;
 use crate::time::{Instant, Span};
@@ -20,9 +21,9 @@ pub enum Feed<'b> {
     /// A session opened (true) or ended (false).
     #[n(2)]
     Session(#[n(0)] PeerId, #[n(1)] bool),
-    /// A command's progress at the gateway.
+    /// The progress at the gateway of the command with this signed intent.
     #[n(3)]
-    Command(#[n(0)] CommandId, #[n(1)] CommandStage),
+    Command(#[cbor(n(0), with = "minicbor::bytes")] IntentHash, #[n(1)] CommandStage),
     /// The unit's signed acknowledgement, as it came.
     #[n(4)]
     Acknowledged(#[b(0)] &'b ByteSlice),

@@ -2,6 +2,7 @@
 
 use console::operator::{Action, Step, When};
 use console::{Console, ConsoleConfig};
+use sha2::{Digest, Sha256};
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::bus::{ChannelKey, Sender};
@@ -10,7 +11,7 @@ use wire::command::{Ack, Confirmation, Intent, Request};
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Freshness};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
-use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId, WorldId};
+use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
@@ -52,6 +53,15 @@ pub(crate) struct Bench {
 
 impl Bench {
     pub(crate) fn new(policy: Policy, script: Vec<Step>) -> Self {
+        Self::with(policy, script, Vec::new())
+    }
+
+    /// With the full policy, and these revocations at hand.
+    pub(crate) fn revoking(script: Vec<Step>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
+        Self::with(Policy::default(), script, revocations)
+    }
+
+    fn with(policy: Policy, script: Vec<Step>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
         let known = [NodeId::UNIT_A, NodeId::UNIT_B];
         let setup = Setup {
             node: NodeId::CONSOLE,
@@ -74,7 +84,7 @@ impl Bench {
             operator: NodeId::OPERATOR,
             operator_secret: Secret([NodeId::OPERATOR.index() as u8 + 1; 32]),
             script,
-            revocations: Vec::new(),
+            revocations,
             text: true,
         };
         let now = Instant(5_000_000);
@@ -165,8 +175,9 @@ impl Bench {
         }
     }
 
-    pub(crate) fn staged(&mut self, id: CommandId, stage: CommandStage) {
-        self.feed(&Feed::Command(id, stage));
+    /// The gateway moves the command with this signed intent along.
+    pub(crate) fn staged(&mut self, signed: &[u8], stage: CommandStage) {
+        self.feed(&Feed::Command(Sha256::digest(signed).into(), stage));
     }
 
     pub(crate) fn acknowledged(&mut self, by: NodeId, ack: &Ack) {

@@ -11,28 +11,30 @@ use wire::command::{Ack, CommandKind};
 use wire::core::{Core, Input};
 use wire::event::Event;
 use wire::feed::CommandStage;
-use wire::id::{NodeId, Nonce, TrackId};
+use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, UnitId};
 use wire::mode::Mode;
 use wire::policy::Policy;
 use wire::refusal::Reason;
+use wire::report::Report;
 use wire::sensor::Class;
 use wire::time::Span;
 
-use crate::bench::{Asked, Bench, step};
+use crate::bench::{Asked, Bench, sign, step};
 
 #[test]
 fn enabling_is_staged_then_released_then_acknowledged_each_once() {
     let mut bench = Bench::new(Policy::default(), vec![step(200, Action::Enable, Mode::Idle)]);
     bench.reports(Mode::Idle, Span::ms(400));
     let [(intent, bytes)] = &bench.intents()[..] else { panic!("one intent expected: {:?}", bench.asked) };
-    let (intent, hash): (_, [u8; 32]) = (*intent, Sha256::digest(bytes).into());
+    let (intent, bytes) = (*intent, bytes.clone());
+    let hash: [u8; 32] = Sha256::digest(&bytes).into();
     assert_eq!((intent.kind, intent.reason.as_str()), (CommandKind::Enable, "as planned"));
     assert!((500..510).contains(&intent.nonce.0), "a displayed nonce");
-    bench.staged(intent.id, CommandStage::Staged);
-    bench.staged(intent.id, CommandStage::Staged);
+    bench.staged(&bytes, CommandStage::Staged);
+    bench.staged(&bytes, CommandStage::Staged);
     let releases = bench.asked.iter().filter(|a| matches!(a, Asked::Release(c) if c.intent == hash)).count();
     assert_eq!((releases, bench.asked.len()), (1, 2));
-    bench.staged(intent.id, CommandStage::Sent);
+    bench.staged(&bytes, CommandStage::Sent);
     let ack = Ack { id: intent.id, intent: hash, refused: None, mode: Mode::Ready };
     bench.acknowledged(NodeId::UNIT_B, &ack);
     bench.acknowledged(NodeId::UNIT_A, &Ack { intent: [0; 32], ..ack });
@@ -94,7 +96,7 @@ fn a_step_without_a_time_follows_the_one_before() {
     bench.reports(Mode::Idle, Span::ms(300));
     assert_eq!(bench.intents().len(), 1);
     let (intent, bytes) = bench.intents()[0].clone();
-    bench.staged(intent.id, CommandStage::Staged);
+    bench.staged(&bytes, CommandStage::Staged);
     let ack = Ack { id: intent.id, intent: Sha256::digest(&bytes).into(), refused: None, mode: Mode::Ready };
     bench.acknowledged(NodeId::UNIT_A, &ack);
     bench.reports(Mode::Idle, Span::ms(200));
@@ -138,10 +140,10 @@ proptest! {
                 let hash = Sha256::digest(bytes).into();
                 let refused = [None, Some(Reason::Interlock), Some(Reason::Duplicate)];
                 match answer {
-                    0 => bench.staged(intent.id, CommandStage::Staged),
-                    1 => bench.staged(intent.id, CommandStage::Sent),
-                    2 => bench.staged(intent.id, CommandStage::Refused),
-                    3 => bench.staged(intent.id, CommandStage::Expired),
+                    0 => bench.staged(bytes, CommandStage::Staged),
+                    1 => bench.staged(bytes, CommandStage::Sent),
+                    2 => bench.staged(bytes, CommandStage::Refused),
+                    3 => bench.staged(bytes, CommandStage::Expired),
                     n => {
                         let refused = refused[usize::from(n) - 4];
                         bench.acknowledged(NodeId::UNIT_A, &Ack { id: intent.id, intent: hash, refused, mode: Mode::Idle });
@@ -176,16 +178,54 @@ fn no_word_of_the_gateway_keeps_a_missing_acknowledgement_from_being_shown_withi
         let hold = Step { when: When::default(), ..step(0, Action::Hold, Mode::Ready) };
         let mut bench = Bench::new(Policy::default(), vec![hold]);
         bench.pass(Span::ms(1));
-        let (intent, _) = bench.intents()[0].clone();
+        let (_, bytes) = bench.intents()[0].clone();
         for word in words {
             bench.pass(Span::ms(200));
-            bench.staged(intent.id, word);
+            bench.staged(&bytes, word);
         }
         bench.pass(Span::ms(1001));
         let life = bench.console.shown(bench.now).commands[0].life;
         assert_eq!(life, Life::NotAcknowledged);
-        bench.staged(intent.id, CommandStage::Sent);
+        bench.staged(&bytes, CommandStage::Sent);
         let life = bench.console.shown(bench.now).commands[0].life;
         assert_eq!(life, Life::NotAcknowledged, "the gateway undoes no alarm");
     }
+}
+
+/// One counter for all units would let any of them end the operator's commands to the others.
+#[test]
+fn what_one_unit_says_it_heard_does_not_shut_the_operator_out_of_another() {
+    let hold = |at_ms| Step { when: When::default(), ..step(at_ms, Action::Hold, Mode::Ready) };
+    let script = vec![hold(500), Step { unit: UnitId::B, ..hold(600) }, hold(700)];
+    let mut bench = Bench::new(Policy::default(), script);
+    let claimed = CommandId { operator: NodeId::OPERATOR, boot: Boot(9), sequence: Sequence(u64::MAX - 1) };
+    let report = Report { origin: NodeId::UNIT_B, last_command: Some((claimed, None)), ..bench.next(Mode::Ready) };
+    bench.heard_as(&sign(NodeId::UNIT_B, &report), UnitId::B, Some(Span::ms(20)), bench.now);
+    bench.pass(Span::ms(800));
+    let ids: Vec<_> = bench.intents().iter().map(|(intent, _)| (intent.unit, intent.id.sequence.0)).collect();
+    assert_eq!(ids, [(UnitId::A, 1), (UnitId::B, u64::MAX), (UnitId::A, 2)]);
+}
+
+#[test]
+fn a_word_about_another_intent_of_the_same_id_moves_nothing() {
+    let hold = Step { when: When::default(), ..step(0, Action::Hold, Mode::Ready) };
+    let mut bench = Bench::new(Policy::default(), vec![hold]);
+    bench.pass(Span::ms(1));
+    let (intent, _) = bench.intents()[0].clone();
+    bench.staged(b"another intent", CommandStage::Refused);
+    bench.acknowledged(NodeId::UNIT_A, &Ack { id: intent.id, intent: [3; 32], refused: None, mode: Mode::HoldSafe });
+    assert_eq!(bench.console.shown(bench.now).commands[0].life, Life::Requested);
+}
+
+#[test]
+fn a_revocation_waits_for_its_condition_and_is_asked_for_until_the_end() {
+    let revoke = step(100, Action::Revoke(NodeId::OPERATOR_2), Mode::Ready);
+    let mut bench = Bench::revoking(vec![revoke], vec![(NodeId::OPERATOR_2, b"signed".to_vec())]);
+    let asked = |bench: &Bench| bench.asked.iter().filter(|a| matches!(a, Asked::Revoke(_))).count();
+    bench.reports(Mode::Idle, Span::ms(500));
+    assert_eq!(asked(&bench), 0, "the mode is not the one");
+    bench.reports(Mode::Ready, Span::ms(100));
+    assert_eq!(asked(&bench), 1);
+    bench.reports(Mode::Ready, Span::s(3));
+    assert_eq!(asked(&bench), 4, "again with each challenge: a gateway that starts anew knows of none");
 }

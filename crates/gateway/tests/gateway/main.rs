@@ -6,4 +6,5 @@
 mod bench;
 mod boundary;
 mod commands;
+mod stations;
 mod supervision;

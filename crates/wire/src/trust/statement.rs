@@ -8,7 +8,7 @@ use minicbor::{Decode, Encode};
 
 use super::{Accepted, Attributed, Decoded, Received, Record};
 use crate::codec;
-use crate::command::{Ack, Confirmation, MAX_ORDER};
+use crate::command::{Ack, Confirmation, IntentHash, MAX_ORDER};
 use crate::id::{CommandId, NodeId};
 use crate::policy::{Check, Policy};
 use crate::refusal::Refusal;
@@ -21,13 +21,13 @@ pub trait Statement: Encode<()> + for<'b> Decode<'b, ()> {
     const PURPOSE: Purpose;
 
     /// The command and the SHA-256 of its signed intent.
-    fn about(&self) -> (CommandId, [u8; 32]);
+    fn about(&self) -> (CommandId, IntentHash);
 }
 
 impl Statement for Confirmation {
     const PURPOSE: Purpose = Purpose::Confirmation;
 
-    fn about(&self) -> (CommandId, [u8; 32]) {
+    fn about(&self) -> (CommandId, IntentHash) {
         (self.id, self.intent)
     }
 }
@@ -35,7 +35,7 @@ impl Statement for Confirmation {
 impl Statement for Ack {
     const PURPOSE: Purpose = Purpose::Ack;
 
-    fn about(&self) -> (CommandId, [u8; 32]) {
+    fn about(&self) -> (CommandId, IntentHash) {
         (self.id, self.intent)
     }
 }
@@ -57,9 +57,9 @@ impl<'b, M: Statement> Decoded<SignedStatement<'b, M>> {
         Ok(Record { message, evidence: framed.evidence, stage: core::marker::PhantomData })
     }
 
-    /// The command it claims to be about, for finding that command; believed by nobody.
-    pub fn claimed_command(&self) -> CommandId {
-        self.message.message.about().0
+    /// The command and the signed intent that it claims to be about, for finding them; believed by nobody.
+    pub fn claimed(&self) -> (CommandId, IntentHash) {
+        self.message.message.about()
     }
 
     /// The statement is `signer`'s, by its signature.
@@ -72,13 +72,8 @@ impl<'b, M: Statement> Decoded<SignedStatement<'b, M>> {
 }
 
 impl<M: Statement> Attributed<M> {
-    /// Whether it says that it is about this very intent: for choosing among several of one id.
-    pub fn claims(&self, intent: &[u8; 32]) -> bool {
-        self.message.about().1 == *intent
-    }
-
     /// The statement is about this very intent. Cannot be waived.
-    pub fn about(self, command: CommandId, intent: &[u8; 32]) -> Result<Accepted<M>, Refusal> {
+    pub fn about(self, command: CommandId, intent: &IntentHash) -> Result<Accepted<M>, Refusal> {
         if self.message.about() == (command, *intent) {
             Ok(self.pass())
         } else {

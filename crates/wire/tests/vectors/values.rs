@@ -223,7 +223,7 @@ fn feeds() -> Vec<Named> {
         named!("refused-from-a-peer", Feed<'_>, Feed::Refused(Reason::Stale, Some(PeerId::UNIT_B))),
         named!("refused-from-nobody-known", Feed<'_>, Feed::Refused(Reason::Tag, None)),
         named!("session-open", Feed<'_>, Feed::Session(PeerId::UNIT_C, true)),
-        named!("command-sent", Feed<'_>, Feed::Command(COMMAND, CommandStage::Sent)),
+        named!("command-sent", Feed<'_>, Feed::Command([7; 32], CommandStage::Sent)),
         named!("acknowledged", Feed<'_>, Feed::Acknowledged(opaque(b"ack"))),
     ]
 }

@@ -1,0 +1,108 @@
+//! What one station, one unit or the broker can do to what another has asked for: nothing.
+
+use sha2::{Digest, Sha256};
+use wire::bus::Sender;
+use wire::command::{Ack, CommandKind, Request};
+use wire::core::Topic;
+use wire::event::{Account, Interface};
+use wire::id::{Boot, NodeId, Nonce};
+use wire::mode::Mode;
+use wire::policy::Policy;
+use wire::refusal::Reason;
+use wire::time::Span;
+use wire::trust::Revocation;
+
+use crate::bench::{Bench, SECOND, command, intent, key_of, signed_confirmation, signed_intent};
+
+fn second_station() -> Sender {
+    Sender::new(Topic::Intents, NodeId::INSIDER_OPERATOR, Boot(1), SECOND)
+}
+
+fn executed(signed: &[u8]) -> Ack {
+    Ack { id: command(1), intent: Sha256::digest(signed).into(), refused: None, mode: Mode::HoldSafe }
+}
+
+/// Whoever holds the operator's key can have another order executed under the HOLD's id.
+#[test]
+fn a_hold_is_done_when_it_was_executed_and_not_when_another_order_of_its_id_was() {
+    let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
+    let session = bench.reporting(1, NodeId::UNIT_A);
+    let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
+    let disarm = signed_intent(&intent(1, CommandKind::Disarm, ""));
+    assert_eq!(bench.stage(&hold), None);
+    assert_eq!(bench.second(&mut second, &Request::Stage(disarm.as_slice().into())), None);
+    let grants = bench.units[&session].grants;
+    for (order, granted) in [(&disarm, false), (&hold, true)] {
+        bench.acknowledge(NodeId::UNIT_A, &executed(order));
+        assert_eq!(bench.report(session), None);
+        bench.pass(Span::ms(300));
+        assert_eq!(bench.units[&session].grants > grants, granted);
+    }
+}
+
+#[test]
+fn the_displays_challenge_is_the_displays_to_give_and_no_more_often_than_it_needs_to_be() {
+    let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
+    let session = bench.reporting(1, NodeId::UNIT_A);
+    assert_eq!(bench.request(&Request::Watch(Nonce(5))), None);
+    assert_eq!(bench.second(&mut second, &Request::Watch(Nonce(6))), Some(Reason::Role));
+    assert_eq!(bench.request(&Request::Watch(Nonce(7))), Some(Reason::Rate));
+    bench.pass(Span::s(1));
+    assert_eq!(bench.request(&Request::Watch(Nonce(8))), None);
+    assert_eq!(bench.units[&session].watches, [Nonce(5), Nonce(8)]);
+}
+
+#[test]
+fn what_a_station_asks_for_in_vain_is_no_word_about_the_command_it_claims_to_be() {
+    let (mut bench, mut second) = (Bench::new(Policy::default()), second_station());
+    let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
+    assert_eq!(bench.stage(&hold), None);
+    let told = bench.feeds;
+    let garbage = signed_confirmation(command(1), Sha256::digest(&hold).into());
+    let asked = [Request::Release(garbage.as_slice().into()), Request::Stage(hold.as_slice().into())];
+    assert_eq!(
+        asked.map(|request| bench.second(&mut second, &request)),
+        [Some(Reason::Confirmation), Some(Reason::Duplicate)]
+    );
+    assert_eq!(bench.feeds - told, 2, "that two requests were refused, and nothing else");
+}
+
+#[test]
+fn an_acknowledgement_that_is_said_again_is_neither_verified_nor_passed_on_again() {
+    let mut bench = Bench::new(Policy::default());
+    let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
+    assert_eq!(bench.stage(&hold), None);
+    let told = bench.feeds;
+    for _ in 0..50 {
+        bench.acknowledge(NodeId::UNIT_A, &executed(&hold));
+    }
+    assert_eq!(bench.feeds - told, 1);
+    assert_eq!(bench.count(Account::Accepted(Interface::Acks)), 50);
+}
+
+#[test]
+fn a_teammate_that_is_struck_hears_no_more_of_the_others_either() {
+    let mut bench = Bench::new(Policy::default());
+    let (a, b) = (bench.reporting(1, NodeId::UNIT_A), bench.reporting(2, NodeId::UNIT_B));
+    assert_eq!(bench.report(a), None);
+    let heard = bench.units[&b].teammates.len();
+    assert!(heard > 0, "as long as it stands");
+    let signed = Revocation { of: NodeId::UNIT_B }.sign(&key_of(NodeId::AUTHORITY));
+    assert_eq!(bench.request(&Request::Revoke(signed.as_slice().into())), None);
+    let grants = bench.units[&b].grants;
+    assert_eq!(bench.report(a), None);
+    assert_eq!(bench.request(&Request::Watch(Nonce(5))), None);
+    bench.pass(Span::s(1));
+    let struck = &bench.units[&b];
+    assert_eq!((struck.teammates.len(), struck.grants, struck.watches.len()), (heard, grants, 0));
+}
+
+#[test]
+fn a_unit_that_starts_anew_hears_of_a_revocation_with_its_first_exchange() {
+    let mut bench = Bench::new(Policy::default());
+    let signed = Revocation { of: NodeId::OPERATOR_2 }.sign(&key_of(NodeId::AUTHORITY));
+    assert_eq!(bench.request(&Request::Revoke(signed.as_slice().into())), None);
+    let session = bench.open(1, NodeId::UNIT_A);
+    bench.hello(session);
+    assert_eq!(bench.units[&session].revocations, [signed]);
+}
