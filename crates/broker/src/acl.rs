@@ -18,6 +18,7 @@ use core::fmt;
 use thiserror::Error;
 use wire::core::Subject;
 use wire::id::{PeerId, UnitId};
+use wire::policy::Requirement;
 
 /// The longest topic name or filter, in bytes, that is looked at.
 pub const MAX_TOPIC_LEN: usize = 64;
@@ -190,6 +191,15 @@ pub fn permit(peer: PeerId, verb: Verb, got: Pattern) -> Result<(), Refusal> {
     match expected {
         Some(granted) if granted.covers(got) => Ok(()),
         Some(_) | None => Err(Refusal::NotGranted { peer, verb, expected, got }),
+    }
+}
+
+/// What the table says, where it stands. Where the policy waives it (`Check::Rights`), what it does not grant passes; what is no
+/// topic of the command plane never does.
+pub fn under(rights: Requirement, asked: Result<(), Refusal>) -> Result<(), Refusal> {
+    match asked {
+        Err(Refusal::NotGranted { .. }) if rights == Requirement::Waived => Ok(()),
+        said => said,
     }
 }
 

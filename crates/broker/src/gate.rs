@@ -233,10 +233,8 @@ impl Gate {
     }
 
     fn granted<T>(&self, asked: Result<T, Refusal>) -> bool {
-        let passed_over =
-            |refusal: &Refusal| self.rights == Requirement::Waived && matches!(refusal, Refusal::NotGranted { .. });
-        let refused = asked.err().filter(|refusal| !passed_over(refusal));
-        refused.map(|refusal| self.deny(Denial::Access { peer: self.peer, refusal })).is_none()
+        let said = acl::under(self.rights, asked.map(drop));
+        said.map_err(|refusal| self.deny(Denial::Access { peer: self.peer, refusal })).is_ok()
     }
 
     fn deny(&self, denial: Denial) {

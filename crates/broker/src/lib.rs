@@ -57,7 +57,9 @@ impl Broker {
     /// # Errors
     /// The table does not grant it.
     pub fn subscribe(&mut self, peer: PeerId, filter: &str) -> Result<(), Refusal> {
-        let entry = (peer, acl::permit_filter(peer, filter)?);
+        let pattern = Pattern::parse(filter)?;
+        acl::under(self.rights, acl::permit(peer, Verb::Subscribe, pattern))?;
+        let entry = (peer, pattern);
         if let Err(place) = self.subscriptions.binary_search(&entry) {
             self.subscriptions.insert(place, entry);
         }
@@ -75,10 +77,7 @@ impl Broker {
     /// The table does not grant it; then nobody receives.
     pub fn publish(&self, publisher: PeerId, subject: Subject) -> Result<Receivers, Refusal> {
         let sent = Pattern::One(subject);
-        match self.rights {
-            Requirement::Required => acl::permit(publisher, Verb::Publish, sent)?,
-            Requirement::Waived => {}
-        }
+        acl::under(self.rights, acl::permit(publisher, Verb::Publish, sent))?;
         let mut receivers = Receivers::new();
         for (holder, pattern) in &self.subscriptions {
             // The list is sorted by holder, so a holder whose filters overlap is met in one run.

@@ -107,3 +107,32 @@ fn usage_errors_exit_with_2_and_the_codes_are_in_the_help() {
         assert!(help.contains(&format!("\n  {code}")), "{code}: {help}");
     }
 }
+
+/// As after a `kill -9`: the last line that was being written is cut short.
+#[test]
+fn a_matrix_that_was_ended_goes_on_where_it_was_and_comes_to_the_same() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("matrix");
+    let matrix = || {
+        let output = holdsafe(&["matrix", "--rows", "N0", "--trials", "3", "--out", out.to_str().unwrap(), "--quiet"]);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = fs::read_to_string(out.join("matrix.json")).unwrap();
+        let matrix: serde_json::Value = serde_json::from_str(&text).unwrap();
+        matrix["rows"][0]["kinds"].clone()
+    };
+    let first = matrix();
+    let kept: Vec<PathBuf> = fs::read_dir(out.join("kept")).unwrap().map(|e| e.unwrap().path()).collect();
+    assert!(!kept.is_empty());
+    let before: Vec<String> = kept.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
+    for (file, text) in kept.iter().zip(&before) {
+        assert_eq!(text.lines().count(), 3);
+        fs::write(file, &text[..text.len() - 20]).unwrap();
+    }
+    assert_eq!(matrix(), first);
+    for (file, text) in kept.iter().zip(&before) {
+        let after = fs::read_to_string(file).unwrap();
+        // What was whole stays to the byte, processor time included: it was not run again.
+        let whole = text.lines().take(2).map(|line| format!("{line}\n")).collect::<String>();
+        assert!(after.starts_with(&whole) && after.lines().count() == 3);
+    }
+}

@@ -14,7 +14,9 @@ use link::spec::{BrokerListen, Control, ORPHANED, ServiceSpec};
 use rumqttc::{ConnectReturnCode, LastWill, QoS};
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
-use wire::id::{Boot, NodeId, PeerId};
+use wire::core::Subject;
+use wire::id::{Boot, NodeId, PeerId, UnitId};
+use wire::policy::Requirement;
 
 use crate::client::{Client, RunPki, open_session_bytes, raw_tls};
 use crate::suite::{Broker, command_path};
@@ -123,6 +125,22 @@ async fn one_certificate_holds_few_connections() {
     let _refused = raw_tls(server.address(), pki.tls(PeerId::UNIT_A)).await;
     let expected = MAX_CONNECTIONS_OF_PEER;
     assert_eq!(denial(&mut server).await, Denial::ConnectionsOfPeer { peer: PeerId::UNIT_A, expected });
+}
+
+/// Without the table, the model and the live broker still let the same things pass.
+#[tokio::test]
+async fn where_the_table_of_rights_is_waived_only_what_it_does_not_grant_passes() {
+    let limits = Limits { rights: Requirement::Waived, ..Limits::default() };
+    let (pki, server) = start(limits).await;
+    let mut model = broker::Broker::under(Requirement::Waived);
+    let unit = pki.connect(server.address(), PeerId::UNIT_B).await;
+    for (filter, passes) in [("hs/cmd/unit-a", true), ("hs/cmd/+", true), ("hs/other", false), ("#", false)] {
+        assert_eq!(model.subscribe(PeerId::UNIT_B, filter).is_ok(), passes, "the model: {filter}");
+        assert_eq!(unit.subscribe(filter).await.is_ok(), passes, "the live broker: {filter}");
+    }
+    let subject = Subject::Command(UnitId::A);
+    assert!(model.publish(PeerId::UNIT_B, subject).is_ok_and(|receivers| receivers.contains(&PeerId::UNIT_B)));
+    unit.publish("hs/cmd/unit-a", b"by whom").await.expect("passes");
 }
 
 /// Whoever holds a second copy of a certificate can take its session over, and cannot do so unseen.

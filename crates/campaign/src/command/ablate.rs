@@ -1,8 +1,8 @@
 //! `holdsafe ablate`: every attack with each check, guard and rule waived in turn, on the same seeds as with it; then
 //! pairs of them; and what each costs when nothing is attacked.
 //!
-//! Every variation is first run a few times without each check. Where no decision differs in these, more of the same
-//! would differ no more; the rest is run in full. Pairs are run where one of the two changed a decision and neither alone
+//! Every variation is first run a few times without each check. Where a decision differs in any of these, it is run in full;
+//! where none does, that is all that is known of it, and the bound on how often one might is given. Pairs are run where one of the two changed a decision and neither alone
 //! lets the attack through: of two checks in a row, the one that judges first changes a decision when it is waived.
 
 use std::collections::BTreeMap;

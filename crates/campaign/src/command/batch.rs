@@ -45,16 +45,9 @@ impl Batch<'_> {
     pub(super) fn run(&self, talk: Talk, stop: &Stop) -> Result<Vec<Trial>, Failure> {
         let jobs: Vec<Job<'_>> = self.planned.iter().flat_map(|planned| self.jobs(planned)).collect();
         let progress = Progress::new(self.label, jobs.len(), talk);
-        let before = cpu_seconds(self.mode);
         let trials = on_threads(self.threads(), &jobs, &progress, stop, |job| self.one(job, stop));
         progress.finish();
-        let mut trials = trials?;
-        if self.mode == Mode::Live {
-            // What ended children used is known for all together only, so each live trial has an equal share.
-            let share = (cpu_seconds(self.mode) - before) / trials.len().max(1) as f64;
-            trials.iter_mut().for_each(|trial| trial.cpu_seconds = share);
-        }
-        Ok(trials)
+        trials
     }
 
     /// The same, where each finished trial is put on its variation's shelf and none that is there already runs again.
@@ -109,7 +102,10 @@ impl Batch<'_> {
             engine::trial(self.mode, &variation.scenario, &setup, job.seed, stop)
         };
         let mut trial = done.map_err(|e| Failure::from(e).reproduced_by(self.reproduce(job)))?;
-        trial.cpu_seconds = cpu_seconds(self.mode) - before;
+        // What ended children used is known for all together only, so a live trial has an equal share of what was used
+        // while it ran.
+        let side_by_side = if self.mode == Mode::Live { self.jobs.max(1) } else { 1 };
+        trial.cpu_seconds = (cpu_seconds(self.mode) - before) / side_by_side as f64;
         trial.cell = variation.cell.clone();
         Ok(trial)
     }

@@ -7,9 +7,10 @@ use serde::Serialize;
 
 use super::SCHEMA_VERSION;
 use super::run::Summary;
-use super::table::{new_table, outcomes};
+use super::table::{new_table, outcomes, percent};
 use crate::ablation::Gain;
 use crate::stats::paired::{Paired, holm};
+use crate::stats::{LEVEL, rate_upper};
 use crate::trial::Outcome;
 
 /// The whole ablation.
@@ -47,7 +48,7 @@ pub enum Worth {
     Alone,
     /// Without it and another one does.
     Pair,
-    /// No attack of the catalogue gets further.
+    /// No attack of the catalogue was seen to get further, in as many trials as were run.
     None,
 }
 
@@ -62,8 +63,10 @@ pub struct CheckRow {
     pub noticed: bool,
     /// Attacks in which anything differs without it.
     pub attacks: Vec<AttackRow>,
-    /// Attacks in which nothing does.
+    /// Attacks in which nothing was seen to.
     pub unchanged: usize,
+    /// Exact upper 95 % bound on how often something does in the one of these that was run least; 1 where there is none.
+    pub unchanged_upper_95: f64,
     /// What it costs when nothing is attacked.
     pub quiet: Option<Quiet>,
 }
@@ -169,9 +172,10 @@ impl Ablation {
                 (false, false) => Worth::None,
             };
             check.noticed = check.attacks.iter().any(|attack| attack.gain.noticed > 0);
-            let all = check.attacks.len();
-            check.attacks.retain(|attack| attack.gain.changed > 0);
-            check.unchanged = all - check.attacks.len();
+            let (changed, unchanged): (Vec<_>, Vec<_>) = check.attacks.drain(..).partition(|a| a.gain.changed > 0);
+            (check.attacks, check.unchanged) = (changed, unchanged.len());
+            let least = unchanged.iter().map(|attack| attack.paired.n).min();
+            check.unchanged_upper_95 = least.map_or(1.0, |n| rate_upper(0, n, LEVEL));
         }
         let survivors: Vec<String> = checks.iter().filter(|c| !c.noticed).map(|c| c.check.clone()).collect();
         let (n, found) = (checks.len(), checks.len() - survivors.len());
@@ -194,7 +198,7 @@ impl Ablation {
 impl CheckRow {
     /// A check and every attack without it; [`Ablation::new`] says what it is worth.
     pub fn new(check: String, attacks: Vec<AttackRow>, quiet: Option<Quiet>) -> Self {
-        Self { check, worth: Worth::None, noticed: false, attacks, unchanged: 0, quiet }
+        Self { check, worth: Worth::None, noticed: false, attacks, unchanged: 0, unchanged_upper_95: 1.0, quiet }
     }
 }
 
@@ -205,6 +209,7 @@ pub fn ablation_table(ablation: &Ablation) -> String {
         "worth",
         "without it: attack, outcomes, gets through of n: difference (95 %), p (Holm)",
         "changed only",
+        "the rest differs below",
         "noticed",
         "false trips/h",
         "nominal",
@@ -247,6 +252,7 @@ fn row(check: &CheckRow) -> Vec<String> {
         worth.to_owned(),
         if lines.is_empty() { "-".to_owned() } else { lines.join("\n") },
         format!("{} of {}", only.len(), check.attacks.len() + check.unchanged),
+        percent(check.unchanged_upper_95),
         if check.noticed { "yes" } else { "no" }.to_owned(),
         quiet(|q| q.false_trips_per_hour, 2),
         quiet(|q| q.nominal_share, 3),

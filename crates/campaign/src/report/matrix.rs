@@ -1,8 +1,9 @@
 //! The threat matrix: one row a threat, beneath it one run a scenario, cell and mode. Counts and bounds only.
 //!
 //! Within a row n is added up over runs of the same kind alone: the same place of evidence, whether the row's mechanism
-//! really runs there, and whether anything was waived. Bounds *together* hold for all kinds of all rows at once
-//! (Bonferroni).
+//! really runs there, and whether anything was waived. A bound is that of the kind's worst run: trial i of every run has the
+//! same seed, so trials of several runs are not independent, and a bad cell must not be averaged away. Bounds *together*
+//! hold for all runs of all rows at once (Bonferroni).
 
 use std::collections::BTreeMap;
 
@@ -102,7 +103,7 @@ pub struct Kind {
     pub outcomes: BTreeMap<Outcome, u64>,
     /// Trials outside their expected classes.
     pub unexpected: u64,
-    /// Exact one-sided upper 95 % bound on the unsafe rate, over the valid trials.
+    /// Exact one-sided upper 95 % bound on the unsafe rate of its worst run, over the valid trials.
     pub unsafe_upper_95: f64,
     /// The same with INVALID counted as unsafe.
     pub unsafe_upper_95_invalid_counted: f64,
@@ -110,6 +111,9 @@ pub struct Kind {
     pub unsafe_upper_95_simultaneous: f64,
     /// Latencies.
     pub latency_ms: LatencySummary,
+    /// Of each run: unsafe, INVALID, all.
+    #[serde(skip)]
+    each: Vec<[u64; 3]>,
 }
 
 impl MatrixRun {
@@ -138,7 +142,10 @@ impl MatrixRun {
 
 impl MatrixRow {
     /// A row of the catalogue with its runs.
-    pub fn new(row: &Row, runs: Vec<MatrixRun>) -> Self {
+    pub fn new(row: &Row, mut runs: Vec<MatrixRun>) -> Self {
+        for run in &mut runs {
+            run.counts &= run.evidence == Evidence::Live || row.evidence.contains(&run.evidence);
+        }
         let mut kinds: BTreeMap<_, Vec<&MatrixRun>> = BTreeMap::new();
         for run in &runs {
             let key = (run.watermark.is_some(), !run.counts, run.evidence.name());
@@ -186,33 +193,37 @@ impl Kind {
                 to_hold_safe: latency(1),
                 to_authority_revoked: latency(2),
             },
+            each: runs.iter().map(|run| each(&run.summary)).collect(),
         };
-        let (broken, invalid) = (kind.count(Outcome::Unsafe), kind.count(Outcome::Invalid));
-        kind.unsafe_upper_95 = kind.bound(LEVEL);
-        kind.unsafe_upper_95_invalid_counted = rate_upper(broken + invalid, kind.n, LEVEL);
+        kind.unsafe_upper_95 = kind.worst(|[broken, invalid, n]| rate_upper(broken, n - invalid, LEVEL));
+        kind.unsafe_upper_95_invalid_counted =
+            kind.worst(|[broken, invalid, n]| rate_upper(broken + invalid, n, LEVEL));
         Some(kind)
     }
 
-    fn count(&self, class: Outcome) -> u64 {
-        self.outcomes.get(&class).copied().unwrap_or(0)
-    }
-
-    fn bound(&self, level: f64) -> f64 {
-        rate_upper(self.count(Outcome::Unsafe), self.n - self.count(Outcome::Invalid), level)
+    fn worst(&self, bound: impl Fn([u64; 3]) -> f64) -> f64 {
+        self.each.iter().map(|run| bound(*run)).fold(0.0, f64::max)
     }
 }
 
 impl Matrix {
     /// Puts the rows together and widens their bounds to hold at once.
     pub fn new(seed: u64, build: &str, mut rows: Vec<MatrixRow>) -> Self {
-        let bounds = rows.iter().map(|row| row.kinds.len()).sum();
+        let bounds = rows.iter().map(|row| row.runs.len()).sum();
         let level = simultaneous_level(bounds);
         for kind in rows.iter_mut().flat_map(|row| &mut row.kinds) {
-            kind.unsafe_upper_95_simultaneous = kind.bound(level);
+            kind.unsafe_upper_95_simultaneous =
+                kind.worst(|[broken, invalid, n]| rate_upper(broken, n - invalid, level));
         }
         let as_expected = rows.iter().flat_map(|row| &row.runs).all(|run| run.unexpected == 0);
         Self { schema_version: SCHEMA_VERSION, seed, build: build.to_owned(), rows, bounds, as_expected }
     }
+}
+
+/// How many trials of a run were unsafe, how many INVALID, and how many there were.
+fn each(summary: &Summary) -> [u64; 3] {
+    let count = |class| summary.outcomes.get(&class).copied().unwrap_or(0);
+    [count(Outcome::Unsafe), count(Outcome::Invalid), summary.outcomes.values().sum()]
 }
 
 /// The matrix for a terminal.
@@ -239,8 +250,8 @@ pub fn matrix_table(matrix: &Matrix) -> String {
     let bare: Vec<&str> = matrix.rows.iter().filter(|row| row.runs.is_empty()).map(|row| row.id.as_str()).collect();
     format!(
         "{table}\nseed {}; {odd} trials outside their expected classes; rows without a run: {}.\n\
-         ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound, in brackets \
-         the one that holds for all {} together (Bonferroni).\n\
+         ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound of the worst \
+         run, in brackets the one that holds for all {} runs together (Bonferroni).\n\
          * the real mechanism does not run there: this n is no evidence of it. ablation: a policy waives something.\n",
         matrix.seed,
         if bare.is_empty() { "none".to_owned() } else { bare.join(" ") },
@@ -315,10 +326,29 @@ mod tests {
         let matrix = matrix(runs);
         let n: Vec<u64> = matrix.rows[0].kinds.iter().map(|kind| kind.n).collect();
         assert_eq!(n, [5, 99, 7], "live, model, model under ablation");
-        assert!(matrix.as_expected && matrix.bounds == 3);
+        assert!(matrix.as_expected && matrix.bounds == 4);
         let kind = &matrix.rows[0].kinds[1];
         assert!(kind.unsafe_upper_95_simultaneous > kind.unsafe_upper_95);
         assert_eq!(kind.latency_ms.to_degraded.n, 99);
+    }
+
+    #[test]
+    fn a_bad_cell_is_not_averaged_away_by_good_ones() {
+        let (good, mut bad) = (run("replay", Mode::Twin, false, 299), run("replay", Mode::Twin, false, 299));
+        bad.summary.outcomes = [(Outcome::Rejected, 290), (Outcome::Unsafe, 9)].into();
+        let alone = matrix(vec![bad.clone()]).rows[0].kinds[0].unsafe_upper_95;
+        let among = matrix(vec![good.clone(), bad, good]).rows[0].kinds[0].unsafe_upper_95;
+        assert!(alone > 0.04 && among == alone, "{alone} {among}");
+    }
+
+    #[test]
+    fn n_in_the_model_is_no_evidence_of_a_row_that_asks_for_the_real_mechanism() {
+        let catalogue = Catalogue::load().expect("the catalogue");
+        let of = |id: &str| {
+            let row = MatrixRow::new(catalogue.row(id).expect("a row"), vec![run("replay", Mode::Twin, false, 5)]);
+            row.kinds[0].counts
+        };
+        assert!(of("A01") && !of("A38"));
     }
 
     #[test]

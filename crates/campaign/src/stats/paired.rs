@@ -16,8 +16,8 @@ pub struct Paired {
     pub less: u64,
     /// The rate of the second less that of the first.
     pub difference: f64,
-    /// Exact two-sided 95 % interval of it, given how many pairs differ; without any that do, the exact bound on how many
-    /// might.
+    /// Two-sided interval of it that holds with at least 95 %: exact bounds on the rates of either kind of pair that differs,
+    /// each side of each at 1.25 % (Bonferroni), and the differences of those.
     pub interval_95: [f64; 2],
     /// Probability of at least so many in favour of the second, were both the same (exact, one-sided).
     pub p: f64,
@@ -28,13 +28,10 @@ pub struct Paired {
 impl Paired {
     /// Of `more` and `less` among `n` pairs; not yet adjusted.
     pub fn of(n: u64, more: u64, less: u64) -> Self {
-        let (odd, each_side) = (more + less, 0.5 * (1.0 + LEVEL));
-        let share = |rate: f64| (2.0 * rate - 1.0) * odd as f64 / n.max(1) as f64;
-        let might = rate_upper(0, n, each_side);
-        let interval_95 = match odd {
-            0 => [-might, might],
-            _ => [share(rate_lower(more, odd, each_side)), share(rate_upper(more, odd, each_side))],
-        };
+        let each_side = 1.0 - (1.0 - LEVEL) / 4.0;
+        let bounds = |count| (rate_lower(count, n, each_side), rate_upper(count, n, each_side));
+        let ((more_from, more_to), (less_from, less_to)) = (bounds(more), bounds(less));
+        let interval_95 = [more_from - less_to, more_to - less_from];
         // P(Binomial(odd, 1/2) >= more) = I_{1/2}(more, odd - more + 1).
         let p = if more == 0 { 1.0 } else { beta_reg(more as f64, less as f64 + 1.0, 0.5) };
         let difference = (more as f64 - less as f64) / n.max(1) as f64;
@@ -66,17 +63,45 @@ mod tests {
         let paired = Paired::of(20, 20, 0);
         near(paired.p * f64::from(1 << 20), 1.0);
         near(paired.difference, 1.0);
-        // Clopper-Pearson for 20 of 20: from 0.8316.
-        near(paired.interval_95[0], 2.0 * 0.831_57 - 1.0);
+        // Of 20 of 20 at 1.25 % from 0.0125^(1/20), of 0 of 20 up to what is left.
+        near(paired.interval_95[0], 2.0 * 0.803_23 - 1.0);
         near(paired.interval_95[1], 1.0);
+    }
+
+    #[test]
+    fn one_more_pair_in_favour_moves_the_interval_that_way() {
+        for less in 0..4 {
+            let all: Vec<[f64; 2]> = (0..=20 - less).map(|more| Paired::of(20, more, less).interval_95).collect();
+            assert!(all.is_sorted_by(|a, b| a[0] <= b[0] && a[1] <= b[1]), "{all:?}");
+        }
+    }
+
+    /// Every table of 20 pairs, by its probability.
+    #[test]
+    fn the_interval_covers_the_true_difference_at_least_as_often_as_it_says() {
+        let choose = |n: u64, k: u64| (0..k).fold(1.0, |c, i| c * (n - i) as f64 / (i + 1) as f64);
+        for (more, less) in [(0.3, 0.0), (0.05, 0.0), (0.5, 0.2), (0.02, 0.02)] {
+            let mut covered = 0.0;
+            for (a, b) in (0..=20_u64).flat_map(|a| (0..=20 - a).map(move |b| (a, b))) {
+                let same = 20 - a - b;
+                let ways = choose(20, a) * choose(20 - a, b);
+                let chance = ways
+                    * f64::powi(more, a as i32)
+                    * f64::powi(less, b as i32)
+                    * f64::powi(1.0 - more - less, same as i32);
+                let [from, to] = Paired::of(20, a, b).interval_95;
+                covered += if (from..=to).contains(&(more - less)) { chance } else { 0.0 };
+            }
+            assert!(covered >= 0.95, "{covered} at {more} and {less}");
+        }
     }
 
     #[test]
     fn pairs_that_do_not_differ_bound_how_many_might() {
         let paired = Paired::of(20, 0, 0);
         near(paired.p, 1.0);
-        near(paired.interval_95[1], 0.1684);
-        near(paired.interval_95[0], -0.1684);
+        near(paired.interval_95[1], 0.1968);
+        near(paired.interval_95[0], -0.1968);
     }
 
     #[test]
