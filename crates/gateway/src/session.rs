@@ -178,15 +178,16 @@ pub struct Sessions {
 }
 
 impl Sessions {
-    /// Adds a session; one that the same peer had before is barred.
-    pub fn open(&mut self, session: Session) {
+    /// Adds a session; one that the same peer had before is barred, and given back to be ended.
+    pub fn open(&mut self, session: Session) -> Option<SessionId> {
         let old = self.standing.iter().position(|old| old.peer == session.peer || old.id == session.id);
-        if let Some(at) = old {
-            let old = self.standing.remove(at);
+        let old = old.map(|at| self.standing.remove(at));
+        if let Some(old) = &old {
             self.bar(old.id, old.peer);
         }
         let at = self.standing.partition_point(|old| old.id < session.id);
         self.standing.insert(at, session);
+        old.map(|old| old.id)
     }
 
     /// Notes a session that is not to be heard.

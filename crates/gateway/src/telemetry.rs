@@ -4,6 +4,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
+use wire::core::Output;
 use wire::event::{Account, Event, Interface};
 use wire::feed::{AcceptedReport, Feed};
 use wire::hop::HopBody;
@@ -24,9 +25,14 @@ const IDLE_HELLO: Span = Span::ms(250);
 impl Gateway {
     pub(crate) fn opened(&mut self, now: Instant, id: SessionId, peer: PeerId) {
         let unit = UnitId::from_name(peer.name()).filter(|unit| self.config.units.contains(unit));
-        let Some(unit) = unit else { return self.sessions.bar(id, peer) };
+        let Some(unit) = unit else {
+            self.sessions.bar(id, peer);
+            return self.out.push_back(Output::Close { session: id });
+        };
         let nonce = fresh_nonce(&mut self.nonces);
-        self.sessions.open(Session::new(id, peer, unit, nonce, &self.bounds));
+        // What is heard no longer is ended: one credential must not fill the listener with sessions.
+        let superseded = self.sessions.open(Session::new(id, peer, unit, nonce, &self.bounds));
+        self.out.extend(superseded.map(|session| Output::Close { session }));
         self.note(now, Event::Session { peer, open: true });
         self.tell(now, &Feed::Session(peer, true));
         if self.tick.is_none() {

@@ -64,6 +64,7 @@ pub(crate) struct Bench {
     pub(crate) events: Vec<Event>,
     pub(crate) published: Vec<(Subject, Vec<u8>)>,
     pub(crate) feeds: usize,
+    pub(crate) ended: Vec<SessionId>,
     pub(crate) console: Sender,
     pub(crate) delivered: u64,
 }
@@ -82,6 +83,7 @@ impl Bench {
             events: Vec::new(),
             published: Vec::new(),
             feeds: 0,
+            ended: Vec::new(),
             console: Sender::new(Topic::Intents, NodeId::CONSOLE, Boot(1), INTENTS),
             delivered: 0,
         };
@@ -119,6 +121,7 @@ impl Bench {
                 }
                 Output::Publish { subject, bytes } => self.published.push((subject, bytes)),
                 Output::Bus { topic: Topic::Feed, .. } => self.feeds += 1,
+                Output::Close { session } => self.ended.push(session),
                 other => panic!("unexpected {other:?}"),
             }
         }

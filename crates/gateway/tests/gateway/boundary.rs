@@ -217,7 +217,7 @@ fn an_origin_without_a_key_or_without_a_vehicle_is_refused_even_where_origin_is_
 }
 
 #[test]
-fn a_superseded_session_and_one_of_a_stranger_are_not_heard() {
+fn a_superseded_session_and_one_of_a_stranger_are_not_heard_and_are_ended() {
     let mut bench = Bench::new(Policy::default());
     let old = bench.reporting(1, NodeId::UNIT_A);
     bench.open(2, NodeId::UNIT_A);
@@ -225,6 +225,7 @@ fn a_superseded_session_and_one_of_a_stranger_are_not_heard() {
     let stranger = bench.open(3, NodeId::CONSOLE);
     assert_eq!(bench.deliver(stranger, vec![1, 2, 3]), Some(Reason::Role));
     assert_eq!(bench.deliver(SessionId(99), vec![1, 2, 3]), Some(Reason::Session));
+    assert_eq!(bench.ended, [old, stranger]);
     bench.give(&Input::Closed { session: SessionId(2) });
     bench.assert_conserved();
 }
