@@ -1,5 +1,5 @@
 //! What the trust boundary costs a record, and how often it allocates: with the origin's signature, without it, and beside
-//! them the same record through bare DTLS in memory. CPU time of this thread; rounds alternate.
+//! them the same record through bare DTLS in memory; and what a stranger's datagram costs at the door. CPU time of this thread; rounds alternate.
 //!
 //! Run with `cargo bench --bench admission` (or with `--profile dev`: dependencies are optimised there too).
 
@@ -13,6 +13,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use gateway::admit::Boundary;
 use gateway::session::Session;
 use link::clock::thread_cpu_us;
+use link::guard::door::{Answer, CALM, Door};
+use link::loopback::LoopbackAddr;
 use link::memory::{Pair, Party, clear};
 use link::pki::{Authority, Role};
 use wire::bounds::Bounds;
@@ -84,6 +86,50 @@ fn main() {
     println!("admission with signature: {:.0} ns", ns(median(|r| r.signed.0)));
     println!("  allocations: {:.3} a record", median(|r| r.signed.1 as f64) / RECORDS as f64);
     println!("bare DTLS in memory, sealed to opened, with the tasks between: {:.0} ns", ns(median(|r| r.bare)));
+    strangers();
+}
+
+/// What a stranger's datagram costs at the door of the listener, before anything is kept of it.
+fn strangers() {
+    let hello = client_hello();
+    let broken = [&hello[..hello.len() - 1], &[9]].concat();
+    let from = LoopbackAddr::on_port(9).socket();
+    for (what, datagram, open) in [
+        ("noise, refused", &b"noise"[..], 0),
+        ("a hello whose lengths are broken, refused", &broken, 0),
+        ("a sound hello at a busy door, challenged", &hello, CALM),
+    ] {
+        let mut door = Door::new().expect("randomness");
+        let now = std::time::Instant::now();
+        let mut rounds: Vec<(f64, u64)> = (0..ROUNDS)
+            .map(|_| {
+                timed(|| {
+                    for _ in 0..RECORDS {
+                        let answer = black_box(door.judge(from, black_box(datagram), open, now.into()));
+                        assert_eq!(matches!(answer, Answer::Challenge(_)), open > 0);
+                    }
+                })
+            })
+            .collect();
+        rounds.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let (us, allocations) = rounds[ROUNDS / 2];
+        let each = RECORDS as f64;
+        println!(
+            "a stranger's datagram, {what}: {:.0} ns, {:.3} allocations",
+            us * 1e3 / each,
+            allocations as f64 / each
+        );
+    }
+}
+
+/// The least ClientHello of DTLS 1.2: one suite, one compression, one extension without content.
+fn client_hello() -> Vec<u8> {
+    let (version, suite, extension) = ([254, 253], [0, 2, 0xc0, 0x2b], [0, 4, 0, 0x17, 0, 0]);
+    let body = [&version[..], &[7; 32], &[0, 0], &suite, &[1, 0], &extension].concat();
+    let length = body.len() as u8;
+    let message = [&[1, 0, 0, length, 0, 0, 0, 0, 0, 0, 0, length], &body[..]].concat();
+    let record = [22, 254, 253, 0, 0, 0, 0, 0, 0, 0, 0, 0, message.len() as u8];
+    [&record[..], &message].concat()
 }
 
 /// Microseconds a record, and all allocations.
