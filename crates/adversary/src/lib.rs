@@ -7,6 +7,7 @@
 //!
 //! The other services' internals and keys are unknown here. Judging what an attack achieved is left to the oracle.
 
+mod desk;
 pub mod insider;
 mod opening;
 pub mod plan;

@@ -1,18 +1,16 @@
 //! When an action begins and ends: at its time, or once what it waits for has come.
 //!
 //! Each core holds one [`Opening`] an action and tells it what passes, what is heard and what it is called to. A step
-//! that has a name is told to the journal as it begins and ends, so that others can wait for it.
+//! that has a name is told to the log as it begins and ends, so that others can wait for it. An action that does
+//! something by itself a counted number of times has its times here too.
 
-use std::collections::VecDeque;
-
-use wire::audit::Journal;
-use wire::core::{Output, Side};
-use wire::event::Event;
+use wire::core::Side;
 use wire::mode::Mode;
 use wire::step::StepName;
 use wire::time::{Instant, Span};
 
 use crate::plan::{Direction, On, Step, Timed};
+use crate::schedule::Steps;
 
 /// See the module.
 #[derive(Clone, Debug)]
@@ -28,6 +26,12 @@ pub(crate) struct Opening {
     last: Instant,
     /// Whether the journal knows that it began, and that it ended.
     told: [bool; 2],
+    /// What it does by itself: how often, and how many ms apart.
+    counted: Option<(u32, u64)>,
+    /// After how long that is cut short.
+    window: Option<Span>,
+    /// The times of that, once its beginning is settled.
+    times: Option<Steps>,
 }
 
 impl Opening {
@@ -36,7 +40,27 @@ impl Opening {
         let earliest = origin + Span::ms(start_ms);
         let waits = step.is_some_and(|step| step.wait.is_some());
         let opens = (!waits).then_some(earliest);
-        Self { step, direction, earliest, lasts, opens, passed: 0, last: earliest, told: [false; 2] }
+        let told = [false; 2];
+        Self {
+            step,
+            direction,
+            earliest,
+            lasts,
+            opens,
+            passed: 0,
+            last: earliest,
+            told,
+            counted: None,
+            window: None,
+            times: None,
+        }
+    }
+
+    /// Of an action that does something `n` times, `every_ms` apart.
+    pub(crate) fn counted(step: Option<Step>, origin: Instant, start_ms: u64, (n, every_ms): (u32, u64)) -> Self {
+        let lasts = Span::ms(u64::from(n.saturating_sub(1)) * every_ms);
+        let opening = Self::new(step, Direction::Up, origin, start_ms, lasts);
+        Self { counted: Some((n, every_ms)), ..opening }
     }
 
     /// Of a timed action; `counted` is what it does by itself: how often, and how many ms apart.
@@ -44,7 +68,19 @@ impl Opening {
         let by_itself = counted.map(|(n, every_ms)| u64::from(n.saturating_sub(1)) * every_ms);
         let window = Some(timed.duration_ms).filter(|ms| *ms > 0);
         let lasts = by_itself.into_iter().chain(window).min().unwrap_or(0);
-        Self::new(timed.step, timed.direction, origin, timed.start_ms, Span::ms(lasts))
+        let opening = Self::new(timed.step, timed.direction, origin, timed.start_ms, Span::ms(lasts));
+        Self { counted, window: window.map(Span::ms), ..opening }
+    }
+
+    /// Takes one of what it does by itself, if that is due at `now`.
+    pub(crate) fn take(&mut self, now: Instant) -> bool {
+        self.times = self.times.or_else(|| self.due_times());
+        self.times.as_mut().is_some_and(|times| times.take(now))
+    }
+
+    fn due_times(&self) -> Option<Steps> {
+        let ((n, every_ms), opens) = (self.counted?, self.opens?);
+        Some(Steps::new(opens, every_ms, n, self.window.map(|window| opens + window)))
     }
 
     /// When it begins, as far as that is settled.
@@ -103,28 +139,27 @@ impl Opening {
         }
     }
 
-    /// When it wants to be asked again, for its silence or to be told of.
+    /// When it wants to be asked again: for its silence, to be told of, or for what it does by itself.
     pub(crate) fn due(&self) -> Option<Instant> {
         if let Some(On::Silence(ms)) = self.waits_for() {
             return Some(self.last + Span::ms(ms));
         }
-        self.step?;
-        match self.told {
+        let tells = self.step.and_then(|_| match self.told {
             [false, _] => self.opens(),
             [true, false] => self.closes(),
             [true, true] => None,
-        }
+        });
+        let does = self.times.or_else(|| self.due_times()).and_then(|times| times.due());
+        tells.into_iter().chain(does).min()
     }
 
-    /// Tells of what has begun or ended by `now` and was not told yet.
-    pub(crate) fn tell(&mut self, now: Instant, journal: &mut Journal, out: &mut VecDeque<Output>) {
-        let Some(Step { name: step, .. }) = self.step else { return };
-        for (i, at) in [self.opens(), self.closes()].into_iter().enumerate() {
-            if !self.told[i] && at.is_some_and(|at| at <= now) {
-                self.told[i] = true;
-                journal.write(now, Event::Step { step, begun: i == 0 }, out);
-            }
-        }
+    /// What has begun (true) or ended by `now` and was not told yet, one at a time.
+    pub(crate) fn tell(&mut self, now: Instant) -> Option<(StepName, bool)> {
+        let name = self.step?.name;
+        let ends = [self.opens(), self.closes()];
+        let i = (0..2).find(|i| !self.told[*i] && ends[*i].is_some_and(|at| at <= now))?;
+        self.told[i] = true;
+        Some((name, i == 0))
     }
 
     /// What it still waits for.
@@ -137,19 +172,6 @@ impl Opening {
         let after = self.step.and_then(|step| step.wait).map_or(0, |wait| wait.after_ms);
         self.opens = Some(at + Span::ms(after));
     }
-}
-
-/// Time has passed for all of a core's actions: silences are looked at, and what began or ended is told.
-pub(crate) fn settle<'o>(
-    openings: impl Iterator<Item = &'o mut Opening>,
-    now: Instant,
-    journal: &mut Journal,
-    out: &mut VecDeque<Output>,
-) {
-    openings.for_each(|opening| {
-        opening.silence(now);
-        opening.tell(now, journal, out);
-    });
 }
 
 #[cfg(test)]
@@ -207,10 +229,8 @@ mod tests {
     fn a_named_step_is_told_as_it_begins_and_as_it_ends() {
         let mut opening = waiting(On::Cue, 0);
         opening.cue(at(1200), StepName::new("cut").unwrap());
-        let (mut journal, mut out) = (Journal::new(wire::id::NodeId::SIM, wire::id::Boot(1), None), VecDeque::new());
-        for (ms, written) in [(1199, 0), (1200, 1), (1699, 1), (1700, 2), (1800, 2)] {
-            opening.tell(at(ms), &mut journal, &mut out);
-            assert_eq!(out.len(), written, "{ms}");
+        for (ms, told) in [(1199, None), (1200, Some(true)), (1699, None), (1700, Some(false)), (1800, None)] {
+            assert_eq!(opening.tell(at(ms)).map(|(_, begun)| begun), told, "{ms}");
         }
         assert_eq!(opening.due(), None);
     }

@@ -9,17 +9,16 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Subject};
-use wire::event::{Account, Action, Event, wire_hash};
+use wire::event::{Account, Action, Event};
 use wire::id::{PeerId, UnitId, WorldId};
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::forgery::Forger;
-use crate::opening::{self, Opening};
+use crate::desk::Desk;
+use crate::opening::Opening;
 use crate::plan::{BrokerAction, Direction, InsiderBrokerConfig, Kind, PlanError, Timed};
-use crate::schedule::Steps;
 
 /// Most publications remembered; the oldest goes first.
 const MAX_SEEN: usize = 256;
@@ -37,9 +36,7 @@ pub struct InsiderBroker {
     runs: Vec<Run>,
     forger: Forger,
     sent: u64,
-    quiet: bool,
-    journal: Journal,
-    out: VecDeque<Output>,
+    desk: Desk,
 }
 
 #[derive(Clone, Debug)]
@@ -64,8 +61,6 @@ struct Run {
     index: usize,
     action: BrokerAction,
     direction: Direction,
-    /// Its times, once its beginning is settled.
-    steps: Option<Steps>,
     taken: usize,
 }
 
@@ -78,10 +73,10 @@ impl InsiderBroker {
         config.check()?;
         let run = |(index, timed): (usize, &Timed<BrokerAction>)| {
             timed.action.counted()?;
-            Some(Run { index, action: timed.action, direction: timed.direction, steps: None, taken: 0 })
+            Some(Run { index, action: timed.action, direction: timed.direction, taken: 0 })
         };
         let opening = |timed: &Timed<BrokerAction>| Opening::of(timed, now, timed.action.counted());
-        let mut broker = Self {
+        Ok(Self {
             openings: config.actions.iter().map(opening).collect(),
             seen: VecDeque::new(),
             held: Vec::new(),
@@ -89,13 +84,8 @@ impl InsiderBroker {
             actions: config.actions,
             forger: Forger::new(setup.key()),
             sent: 0,
-            quiet: false,
-            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
-            out: VecDeque::new(),
-        };
-        broker.journal.write(now, Event::Started, &mut broker.out);
-        broker.line_up();
-        Ok(broker)
+            desk: Desk::new(&setup, now),
+        })
     }
 
     /// The same broker in a forked world.
@@ -109,9 +99,7 @@ impl InsiderBroker {
             runs: self.runs.clone(),
             forger: self.forger.fork(),
             sent: self.sent,
-            quiet: self.quiet,
-            journal: self.journal.fork(),
-            out: self.out.clone(),
+            desk: self.desk.fork(),
         }
     }
 
@@ -121,10 +109,10 @@ impl InsiderBroker {
         let side = towards(subject);
         let kind = self.forger.note(subject, bytes);
         self.remember(publication.clone());
-        if let (false, Subject::Command(unit)) = (self.quiet, subject) {
+        if let (false, Subject::Command(unit)) = (self.desk.is_quiet(), subject) {
             self.acknowledge(now, unit, bytes);
         }
-        let open: Vec<BrokerAction> = if self.quiet { Vec::new() } else { self.open(now, side).collect() };
+        let open: Vec<BrokerAction> = if self.desk.is_quiet() { Vec::new() } else { self.open(now, side).collect() };
         let about = |only: Option<Kind>| only.is_none() || only == kind;
         if open.iter().any(|action| matches!(action, BrokerAction::Drop { only } if about(*only))) {
             return self.told(now, Action::Drop, &publication, Span::ZERO);
@@ -168,34 +156,15 @@ impl InsiderBroker {
         actions.filter(move |(_, opening)| opening.open(now, side)).map(|(timed, _)| timed.action)
     }
 
-    /// Runs whose beginning is settled get their times.
-    fn line_up(&mut self) {
-        for run in self.runs.iter_mut().filter(|run| run.steps.is_none()) {
-            let (count, every_ms) = run.action.counted().unwrap_or_default();
-            run.steps = self.openings[run.index].opens().map(|opens| Steps::new(opens, every_ms, count, None));
-        }
-    }
-
     /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
     fn settle(&mut self, now: Instant, input: &Input) {
-        for opening in &mut self.openings {
-            match input {
-                Input::Published { subject, .. } => opening.passes(now, towards(*subject)),
-                Input::Cue { step } => opening.cue(now, *step),
-                Input::Timeout
-                | Input::Bus { .. }
-                | Input::Opened { .. }
-                | Input::Record { .. }
-                | Input::Closed { .. }
-                | Input::Datagram { .. }
-                | Input::Stream { .. }
-                | Input::Audit { .. }
-                | Input::Quiesce
-                | Input::Finish => {}
-            }
+        if let Input::Published { subject, .. } = input {
+            self.openings.iter_mut().for_each(|opening| opening.passes(now, towards(*subject)));
         }
-        opening::settle(self.openings.iter_mut(), now, &mut self.journal, &mut self.out);
-        self.line_up();
+        if let Input::Cue { step } = input {
+            self.openings.iter_mut().for_each(|opening| opening.cue(now, *step));
+        }
+        self.desk.settle(self.openings.iter_mut(), now);
     }
 
     fn remember(&mut self, publication: Publication) {
@@ -248,7 +217,7 @@ impl InsiderBroker {
             Subject::Ack(_) => peer == PeerId::GATEWAY,
         };
         let newest = self.seen.iter().rev().find(of_peer).filter(|p| retains(towards(p.subject)));
-        if let Some(publication) = newest.cloned().filter(|_| !self.quiet) {
+        if let Some(publication) = newest.cloned().filter(|_| !self.desk.is_quiet()) {
             self.told(now, Action::Replay, &publication, now.since(publication.at));
             self.deliver(publication);
         }
@@ -258,7 +227,7 @@ impl InsiderBroker {
     fn act(&mut self, now: Instant) {
         self.release(now, |held| held.due <= now);
         for i in 0..self.runs.len() {
-            while self.runs[i].steps.as_mut().is_some_and(|steps| steps.take(now)) {
+            while self.openings[self.runs[i].index].take(now) {
                 let taken = self.runs[i].taken;
                 self.runs[i].taken += 1;
                 match self.runs[i].action {
@@ -289,16 +258,13 @@ impl InsiderBroker {
         self.deliver(publication);
     }
 
-    /// Told first, then done, so that no effect is logged before its cause.
     fn told(&mut self, now: Instant, action: Action, publication: &Publication, delay: Span) {
-        let length = u16::try_from(publication.bytes.len()).unwrap_or(u16::MAX);
-        let (side, hash) = (towards(publication.subject), wire_hash(&publication.bytes));
-        self.journal.write(now, Event::Attack { action, side, length, hash, delay }, &mut self.out);
+        self.desk.attack(now, action, towards(publication.subject), &publication.bytes, delay);
     }
 
     fn deliver(&mut self, publication: Publication) {
         self.sent += 1;
-        self.out.push_back(Output::Publish { subject: publication.subject, bytes: publication.bytes });
+        self.desk.put(Output::Publish { subject: publication.subject, bytes: publication.bytes });
     }
 }
 
@@ -312,42 +278,32 @@ fn towards(subject: Subject) -> Side {
 
 impl Core for InsiderBroker {
     fn handle(&mut self, now: Instant, input: &Input) {
-        if !self.quiet {
+        if !self.desk.is_quiet() {
             self.settle(now, input);
         }
-        match input {
-            Input::Published { subject, bytes } => self.take(now, *subject, bytes),
-            Input::Opened { session: _, peer } => self.connected(now, *peer),
-            Input::Quiesce => {
-                self.quiet = true;
-                self.release(now, |_| true);
-            }
-            Input::Finish => {
-                self.quiet = true;
-                self.journal.write(now, Event::Count { account: Account::Sent, n: self.sent }, &mut self.out);
-                return self.journal.sign(now, &mut self.out);
-            }
-            Input::Timeout
-            | Input::Bus { .. }
-            | Input::Record { .. }
-            | Input::Closed { .. }
-            | Input::Datagram { .. }
-            | Input::Stream { .. }
-            | Input::Cue { .. }
-            | Input::Audit { .. } => {}
+        if let Input::Published { subject, bytes } = input {
+            self.take(now, *subject, bytes);
         }
-        if !self.quiet {
+        if let Input::Opened { peer, .. } = input {
+            self.connected(now, *peer);
+        }
+        if matches!(input, Input::Quiesce) {
+            self.release(now, |_| true);
+        }
+        if matches!(input, Input::Finish) {
+            self.desk.write(now, Event::Count { account: Account::Sent, n: self.sent });
+        }
+        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let runs = self.runs.iter().filter_map(|run| run.steps.as_ref().and_then(Steps::due));
-        let begins = self.openings.iter().filter_map(Opening::due);
-        runs.chain(begins).chain(self.held.iter().map(|held| held.due)).min().filter(|_| !self.quiet)
+        let actions = self.openings.iter().filter_map(Opening::due);
+        actions.chain(self.held.iter().map(|held| held.due)).min().filter(|_| !self.desk.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.out.pop_front()
+        self.desk.next()
     }
 }

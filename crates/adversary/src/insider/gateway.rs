@@ -10,12 +10,11 @@ mod tests;
 
 use std::collections::VecDeque;
 
-use wire::audit::Journal;
 use wire::bus::{HEADER_LEN, Sender, TAG_LEN};
 use wire::codec;
 use wire::command::{Intent, MAX_ORDER, Request};
 use wire::core::{Core, Input, Output, Side, Topic};
-use wire::event::{Action, Event, wire_hash};
+use wire::event::{Action, Event};
 use wire::feed::{AcceptedReport, Feed};
 use wire::id::{CommandId, NodeId, UnitId, WorldId};
 use wire::report::{MAX_REPORT, Report};
@@ -25,7 +24,8 @@ use wire::time::{Instant, Span};
 
 use super::forgery::kind_of;
 use super::voice::under_signature;
-use crate::opening::{self, Opening};
+use crate::desk::Desk;
+use crate::opening::Opening;
 use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, PlanError, Timed};
 
 /// Most messages of the feed held back at once; what comes beyond is withheld.
@@ -43,9 +43,7 @@ pub struct InsiderGateway {
     key: Key,
     held: VecDeque<Held>,
     seen: Option<Vec<u8>>,
-    quiet: bool,
-    journal: Journal,
-    out: VecDeque<Output>,
+    desk: Desk,
 }
 
 /// A report that waits for its time.
@@ -65,19 +63,15 @@ impl InsiderGateway {
     pub fn new(setup: Setup, config: InsiderGatewayConfig, now: Instant) -> Result<Self, PlanError> {
         config.check()?;
         let key = setup.channels.iter().find(|c| c.topic == Topic::Feed).map(|c| c.key.clone());
-        let mut insider = Self {
+        Ok(Self {
             openings: config.actions.iter().map(|timed| Opening::of(timed, now, None)).collect(),
             actions: config.actions,
             feed: key.map(|key| Sender::new(Topic::Feed, NodeId::GATEWAY, setup.boot, key)),
             key: setup.key(),
             held: VecDeque::new(),
             seen: None,
-            quiet: false,
-            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
-            out: VecDeque::new(),
-        };
-        insider.journal.write(now, Event::Started, &mut insider.out);
-        Ok(insider)
+            desk: Desk::new(&setup, now),
+        })
     }
 
     /// The same insider in a forked world.
@@ -90,14 +84,16 @@ impl InsiderGateway {
             key: self.key.fork(),
             held: self.held.clone(),
             seen: self.seen.clone(),
-            quiet: self.quiet,
-            journal: self.journal.fork(),
-            out: self.out.clone(),
+            desk: self.desk.fork(),
         }
     }
 
     fn open(&self, now: Instant) -> Vec<FeedAction> {
-        let open = self.actions.iter().zip(&self.openings).filter(|(_, opening)| opening.is_open(now) && !self.quiet);
+        let open = self
+            .actions
+            .iter()
+            .zip(&self.openings)
+            .filter(|(_, opening)| opening.is_open(now) && !self.desk.is_quiet());
         open.map(|(timed, _)| timed.action).collect()
     }
 
@@ -106,7 +102,7 @@ impl InsiderGateway {
         if let Input::Cue { step } = input {
             self.openings.iter_mut().for_each(|opening| opening.cue(now, *step));
         }
-        opening::settle(self.openings.iter_mut(), now, &mut self.journal, &mut self.out);
+        self.desk.settle(self.openings.iter_mut(), now);
     }
 
     /// A message of the honest half.
@@ -124,7 +120,7 @@ impl InsiderGateway {
         for action in self.open(now) {
             match action {
                 FeedAction::Withhold { keep } if keep != Some(report.mode) => {
-                    return self.journal.write(now, Event::Withheld { record: report.id() }, &mut self.out);
+                    return self.desk.write(now, Event::Withheld { record: report.id() });
                 }
                 FeedAction::Delay { ms, young } => {
                     if self.held.len() < MAX_HELD {
@@ -190,16 +186,16 @@ impl InsiderGateway {
         };
         match intent.filter(|_| self.open(now).iter().any(swallowed)) {
             Some(intent) => self.swallowed(now, intent.id),
-            None => self.out.push_back(Output::Bus { topic: Topic::Intents, bytes: bytes.to_vec() }),
+            None => self.desk.put(Output::Bus { topic: Topic::Intents, bytes: bytes.to_vec() }),
         }
     }
 
     fn swallowed(&mut self, now: Instant, command: CommandId) {
-        self.journal.write(now, Event::Swallowed { command }, &mut self.out);
+        self.desk.write(now, Event::Swallowed { command });
     }
 
     fn release(&mut self, now: Instant) {
-        while self.held.front().is_some_and(|held| held.due <= now || self.quiet) {
+        while self.held.front().is_some_and(|held| held.due <= now || self.desk.is_quiet()) {
             let Some(held) = self.held.pop_front() else { break };
             let body = match accepted_of(&held.body).filter(|_| held.young) {
                 Some(accepted) => codec::encode(&Feed::Accepted(rejuvenated(accepted, now))),
@@ -212,15 +208,13 @@ impl InsiderGateway {
     /// Says what the honest half did not say, or not now; told first, by the hash of the very bytes.
     fn attack(&mut self, now: Instant, action: Action, delay: Span, body: &[u8]) {
         let Some(bytes) = self.feed.as_mut().map(|feed| feed.seal(now, body)) else { return };
-        let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
-        let attack = Event::Attack { action, side: Side::Server, length, hash: wire_hash(&bytes), delay };
-        self.journal.write(now, attack, &mut self.out);
-        self.out.push_back(Output::Bus { topic: Topic::Feed, bytes });
+        self.desk.attack(now, action, Side::Server, &bytes, delay);
+        self.desk.put(Output::Bus { topic: Topic::Feed, bytes });
     }
 
     fn say(&mut self, now: Instant, body: &[u8]) {
         if let Some(feed) = &mut self.feed {
-            self.out.push_back(Output::Bus { topic: Topic::Feed, bytes: feed.seal(now, body) });
+            self.desk.put(Output::Bus { topic: Topic::Feed, bytes: feed.seal(now, body) });
         }
     }
 }
@@ -258,34 +252,26 @@ fn rejuvenated(accepted: AcceptedReport<'_>, now: Instant) -> AcceptedReport<'_>
 
 impl Core for InsiderGateway {
     fn handle(&mut self, now: Instant, input: &Input) {
-        if !self.quiet {
+        if !self.desk.is_quiet() {
             self.settle(now, input);
         }
-        match input {
-            Input::Bus { topic: Topic::Feed, bytes } => self.fed(now, bytes),
-            Input::Bus { topic: Topic::Intents, bytes } => self.asked(now, bytes),
-            Input::Quiesce => self.quiet = true,
-            Input::Finish => return self.journal.sign(now, &mut self.out),
-            Input::Timeout
-            | Input::Bus { .. }
-            | Input::Opened { .. }
-            | Input::Record { .. }
-            | Input::Closed { .. }
-            | Input::Published { .. }
-            | Input::Datagram { .. }
-            | Input::Stream { .. }
-            | Input::Cue { .. }
-            | Input::Audit { .. } => {}
+        if let Input::Bus { topic: Topic::Feed, bytes } = input {
+            self.fed(now, bytes);
         }
-        self.release(now);
+        if let Input::Bus { topic: Topic::Intents, bytes } = input {
+            self.asked(now, bytes);
+        }
+        if !self.desk.heed(now, input) {
+            self.release(now);
+        }
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let begins = self.openings.iter().filter(|_| !self.quiet).filter_map(Opening::due);
+        let begins = self.openings.iter().filter(|_| !self.desk.is_quiet()).filter_map(Opening::due);
         begins.chain(self.held.front().map(|held| held.due)).min()
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.out.pop_front()
+        self.desk.next()
     }
 }

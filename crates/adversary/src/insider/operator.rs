@@ -4,11 +4,8 @@
 //! past the gateway. It reads the feed of the control host for what an order has to repeat (nonce, tracks, how far the
 //! counter has come), and believes all of it. Both steps of an order away from safe go out one after the other.
 
-use std::collections::VecDeque;
-
 use minicbor::bytes::ByteSlice;
 use sha2::{Digest, Sha256};
-use wire::audit::Journal;
 use wire::bus::{HEADER_LEN, Sender, TAG_LEN};
 use wire::codec::{self, Text};
 use wire::command::{CommandKind, Confirmation, Intent, Order, Request};
@@ -20,11 +17,11 @@ use wire::report::{MAX_REPORT, Report};
 use wire::sensor::Class;
 use wire::setup::Setup;
 use wire::sign::{Key, Purpose, Signed};
-use wire::time::{Instant, Span};
+use wire::time::Instant;
 
-use crate::opening::{self, Opening};
-use crate::plan::{Direction, InsiderOperatorConfig, PlanError, RogueOrders};
-use crate::schedule::Steps;
+use crate::desk::Desk;
+use crate::opening::Opening;
+use crate::plan::{InsiderOperatorConfig, PlanError, RogueOrders};
 
 /// See the module.
 #[derive(Debug)]
@@ -37,28 +34,14 @@ pub struct InsiderOperator {
     report: Option<Report>,
     /// How far each identity's counter has come, as far as it knows.
     counters: [(Boot, Sequence); NODES],
-    quiet: bool,
-    journal: Journal,
-    out: VecDeque<Output>,
+    desk: Desk,
 }
 
-/// A run of orders: when it opens, and then the times of its orders.
+/// A run of orders, and when each is due.
 #[derive(Clone, Debug)]
 struct Run {
     orders: RogueOrders,
     opening: Opening,
-    steps: Option<Steps>,
-}
-
-impl Run {
-    /// Takes one order if it is due at `now`.
-    fn take(&mut self, now: Instant) -> bool {
-        if self.steps.is_none() {
-            let times = |opens| Steps::new(opens, self.orders.every_ms, self.orders.count, None);
-            self.steps = self.opening.opens().map(times);
-        }
-        self.steps.as_mut().is_some_and(|steps| steps.take(now))
-    }
 }
 
 impl InsiderOperator {
@@ -73,23 +56,18 @@ impl InsiderOperator {
             None => Some(setup.sender(Topic::Intents)?),
         };
         let run = |orders: &RogueOrders| {
-            let lasts = Span::ms(u64::from(orders.count - 1) * orders.every_ms);
-            let opening = Opening::new(orders.step, Direction::Up, now, orders.at_ms, lasts);
-            Run { orders: *orders, opening, steps: None }
+            let opening = Opening::counted(orders.step, now, orders.at_ms, (orders.count, orders.every_ms));
+            Run { orders: *orders, opening }
         };
-        let mut rogue = Self {
+        Ok(Self {
             key: Key::from_bytes(&config.secret.0),
             station,
             runs: config.orders.iter().map(run).collect(),
             config,
             report: None,
             counters: [(Boot(1), Sequence(0)); NODES],
-            quiet: false,
-            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
-            out: VecDeque::new(),
-        };
-        rogue.journal.write(now, Event::Started, &mut rogue.out);
-        Ok(rogue)
+            desk: Desk::new(&setup, now),
+        })
     }
 
     /// The same rogue station in a forked world.
@@ -102,9 +80,7 @@ impl InsiderOperator {
             runs: self.runs.clone(),
             report: self.report.clone(),
             counters: self.counters,
-            quiet: self.quiet,
-            journal: self.journal.fork(),
-            out: self.out.clone(),
+            desk: self.desk.fork(),
         }
     }
 
@@ -125,9 +101,9 @@ impl InsiderOperator {
     }
 
     fn act(&mut self, now: Instant) {
-        opening::settle(self.runs.iter_mut().map(|run| &mut run.opening), now, &mut self.journal, &mut self.out);
+        self.desk.settle(self.runs.iter_mut().map(|run| &mut run.opening), now);
         for i in 0..self.runs.len() {
-            while self.runs[i].take(now) {
+            while self.runs[i].opening.take(now) {
                 let orders = self.runs[i].orders;
                 self.order(now, &orders);
             }
@@ -139,7 +115,7 @@ impl InsiderOperator {
         let Intent { id, unit, kind, .. } = intent;
         let certificate = self.config.certificate;
         let event = Event::Rogue { command: id, kind, key: self.config.holds, certificate };
-        self.journal.write(now, event, &mut self.out);
+        self.desk.write(now, event);
         let signed = self.key.sign(Purpose::Intent, &codec::encode(&intent));
         let confirmation = (!kind.towards_safe()).then(|| {
             let intent = Sha256::digest(&signed).into();
@@ -149,14 +125,14 @@ impl InsiderOperator {
             None => {
                 let confirmation = confirmation.as_deref().map(<&ByteSlice>::from);
                 let bytes = codec::encode(&Order { intent: signed.as_slice().into(), confirmation });
-                self.out.push_back(Output::Publish { subject: Subject::Command(unit), bytes });
+                self.desk.put(Output::Publish { subject: Subject::Command(unit), bytes });
             }
             Some(station) => {
                 let stage = Request::Stage(signed.as_slice().into());
                 let release = confirmation.as_deref().map(|bytes| Request::Release(bytes.into()));
                 for request in [Some(stage), release].into_iter().flatten() {
                     let bytes = station.seal(now, &codec::encode(&request));
-                    self.out.push_back(Output::Bus { topic: Topic::Intents, bytes });
+                    self.desk.put(Output::Bus { topic: Topic::Intents, bytes });
                 }
             }
         }
@@ -182,36 +158,22 @@ impl InsiderOperator {
 
 impl Core for InsiderOperator {
     fn handle(&mut self, now: Instant, input: &Input) {
-        match input {
-            Input::Bus { topic: Topic::Feed, bytes } => self.see(bytes),
-            Input::Cue { step } => self.runs.iter_mut().for_each(|run| run.opening.cue(now, *step)),
-            Input::Quiesce => self.quiet = true,
-            Input::Finish => {
-                self.quiet = true;
-                return self.journal.sign(now, &mut self.out);
-            }
-            Input::Timeout
-            | Input::Bus { .. }
-            | Input::Opened { .. }
-            | Input::Record { .. }
-            | Input::Closed { .. }
-            | Input::Published { .. }
-            | Input::Datagram { .. }
-            | Input::Stream { .. }
-            | Input::Audit { .. } => {}
+        if let Input::Bus { topic: Topic::Feed, bytes } = input {
+            self.see(bytes);
         }
-        if !self.quiet {
+        if let Input::Cue { step } = input {
+            self.runs.iter_mut().for_each(|run| run.opening.cue(now, *step));
+        }
+        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let orders = self.runs.iter().filter_map(|run| run.steps.as_ref().and_then(Steps::due));
-        let begins = self.runs.iter().filter_map(|run| run.opening.due());
-        orders.chain(begins).min().filter(|_| !self.quiet)
+        self.runs.iter().filter_map(|run| run.opening.due()).min().filter(|_| !self.desk.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.out.pop_front()
+        self.desk.next()
     }
 }

@@ -7,15 +7,15 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use wire::audit::Journal;
 use wire::bus::{ChannelKey, Sender};
 use wire::core::{Core, Input, Output, Side, Topic};
-use wire::event::{Account, Action, Event, wire_hash};
+use wire::event::{Account, Action, Event};
 use wire::id::{Boot, WorldId};
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::forged::{self, Heard};
+use crate::desk::Desk;
 use crate::plan::{PlanError, RogueConfig, RogueMove, Says};
 use crate::schedule::Steps;
 
@@ -29,9 +29,7 @@ pub struct Rogue {
     runs: Vec<Run>,
     heard: BTreeMap<Topic, VecDeque<(Instant, Vec<u8>)>>,
     sent: u64,
-    quiet: bool,
-    journal: Journal,
-    out: VecDeque<Output>,
+    desk: Desk,
 }
 
 /// A move under way.
@@ -61,17 +59,13 @@ impl Rogue {
                 taken: 0,
             }
         };
-        let mut rogue = Self {
+        Ok(Self {
             origin: now,
             runs: config.moves.iter().map(run).collect(),
             heard: BTreeMap::new(),
             sent: 0,
-            quiet: false,
-            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
-            out: VecDeque::new(),
-        };
-        rogue.journal.write(now, Event::Started, &mut rogue.out);
-        Ok(rogue)
+            desk: Desk::new(&setup, now),
+        })
     }
 
     /// The same rogue in a forked world.
@@ -82,9 +76,7 @@ impl Rogue {
             runs: self.runs.clone(),
             heard: self.heard.clone(),
             sent: self.sent,
-            quiet: self.quiet,
-            journal: self.journal.fork(),
-            out: self.out.clone(),
+            desk: self.desk.fork(),
         }
     }
 
@@ -104,7 +96,7 @@ impl Rogue {
             // Its own words come back to it; the genuine ones are of an earlier boot.
             if let Says::Altered(spot) = plan.says
                 && open
-                && !self.quiet
+                && !self.desk.is_quiet()
                 && sender.boot() > forged::boot(bytes)
                 && let Some(body) = forged::altered(bytes, spot)
             {
@@ -148,46 +140,32 @@ impl Rogue {
     }
 
     fn publish(&mut self, now: Instant, topic: Topic, action: Action, delay: Span, bytes: Vec<u8>) {
-        let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
-        let hash = wire_hash(&bytes);
-        self.journal.write(now, Event::Attack { action, side: Side::Server, length, hash, delay }, &mut self.out);
+        self.desk.attack(now, action, Side::Server, &bytes, delay);
         self.sent += 1;
-        self.out.push_back(Output::Bus { topic, bytes });
+        self.desk.put(Output::Bus { topic, bytes });
     }
 }
 
 impl Core for Rogue {
     fn handle(&mut self, now: Instant, input: &Input) {
-        match input {
-            Input::Bus { topic, bytes } => self.hear(now, *topic, bytes),
-            Input::Quiesce => self.quiet = true,
-            Input::Finish => {
-                self.quiet = true;
-                self.journal.write(now, Event::Count { account: Account::Sent, n: self.sent }, &mut self.out);
-                return self.journal.sign(now, &mut self.out);
-            }
-            Input::Timeout
-            | Input::Opened { .. }
-            | Input::Record { .. }
-            | Input::Closed { .. }
-            | Input::Published { .. }
-            | Input::Datagram { .. }
-            | Input::Stream { .. }
-            | Input::Cue { .. }
-            | Input::Audit { .. } => {}
+        if let Input::Bus { topic, bytes } = input {
+            self.hear(now, *topic, bytes);
         }
-        if !self.quiet {
+        if matches!(input, Input::Finish) {
+            self.desk.write(now, Event::Count { account: Account::Sent, n: self.sent });
+        }
+        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
         let timed = self.runs.iter().filter(|run| !matches!(run.plan.says, Says::Altered(_)));
-        timed.filter_map(|run| run.steps.due()).min().filter(|_| !self.quiet)
+        timed.filter_map(|run| run.steps.due()).min().filter(|_| !self.desk.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.out.pop_front()
+        self.desk.next()
     }
 }
 

@@ -10,16 +10,14 @@ use std::collections::{BTreeMap, VecDeque};
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
-use wire::audit::Journal;
 use wire::bounds::Bounds;
 use wire::codec;
 use wire::core::{Core, Input, Output, Side};
-use wire::event::{Account, Action, Event, wire_hash};
+use wire::event::{Account, Action, Event};
 use wire::hop::HopBody;
 use wire::id::{Boot, Nonce, PeerId, RecordId, SessionId, WorldId};
 use wire::setup::Setup;
 use wire::sign::Purpose;
-use wire::step::StepName;
 use wire::time::{Echo, Instant, Span};
 
 use super::end::End;
@@ -27,9 +25,10 @@ use super::flaw;
 use super::story;
 use super::tape::{Tape, Taped};
 use super::voice::{self, Voice};
-use crate::opening::{self, Opening};
+use crate::desk::Desk;
+use crate::opening::Opening;
 use crate::plan::{Direction, Forward, InsiderTeammateConfig, Malformed, PlanError};
-use crate::schedule::{Steps, stream};
+use crate::schedule::stream;
 
 /// Most sessions at once: one up to the gateway, one down to C, and as many again while they change over.
 const MAX_SESSIONS: usize = 4;
@@ -54,9 +53,7 @@ pub struct InsiderTeammate {
     next_report: Instant,
     next_grant: Instant,
     sent: u64,
-    quiet: bool,
-    journal: Journal,
-    out: VecDeque<Output>,
+    desk: Desk,
 }
 
 /// A run of broken records.
@@ -64,8 +61,6 @@ pub struct InsiderTeammate {
 struct Run {
     plan: Malformed,
     opening: Opening,
-    /// Its times, once its beginning is settled.
-    steps: Option<Steps>,
     taken: usize,
 }
 
@@ -77,12 +72,11 @@ impl InsiderTeammate {
     pub fn new(setup: Setup, config: InsiderTeammateConfig, now: Instant) -> Result<Self, PlanError> {
         config.check()?;
         let runs = config.malformed.iter().map(|run| {
-            let lasts = Span::ms(u64::from(run.count - 1) * run.every_ms);
-            let opening = Opening::new(run.step, Direction::Up, now, run.at_ms, lasts);
-            Run { plan: run.clone(), opening, steps: None, taken: 0 }
+            let opening = Opening::counted(run.step, now, run.at_ms, (run.count, run.every_ms));
+            Run { plan: run.clone(), opening, taken: 0 }
         });
         let forward = |f: &Forward| Opening::new(f.step, Direction::Up, now, f.at_ms, Span::ms(f.duration_ms));
-        let mut insider = Self {
+        Ok(Self {
             origin: now,
             forward: config.forward.as_ref().map(forward),
             boot: setup.boot,
@@ -97,13 +91,8 @@ impl InsiderTeammate {
             next_report: now,
             next_grant: now,
             sent: 0,
-            quiet: false,
-            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
-            out: VecDeque::new(),
-        };
-        insider.journal.write(now, Event::Started, &mut insider.out);
-        insider.line_up();
-        Ok(insider)
+            desk: Desk::new(&setup, now),
+        })
     }
 
     /// The same insider in a forked world.
@@ -124,9 +113,7 @@ impl InsiderTeammate {
             next_report: self.next_report,
             next_grant: self.next_grant,
             sent: self.sent,
-            quiet: self.quiet,
-            journal: self.journal.fork(),
-            out: self.out.clone(),
+            desk: self.desk.fork(),
         }
     }
 
@@ -137,15 +124,15 @@ impl InsiderTeammate {
         let period = Span::ms(self.bounds.challenge_period_ms);
         let end = End::new(peer, self.boot, period, now, &mut self.rng);
         self.ends.insert(session, end);
-        self.journal.write(now, Event::Session { peer, open: true }, &mut self.out);
-        if !self.quiet {
+        self.desk.write(now, Event::Session { peer, open: true });
+        if !self.desk.is_quiet() {
             self.hello(now, session);
         }
     }
 
     fn close(&mut self, now: Instant, session: SessionId) {
         if let Some(end) = self.ends.remove(&session) {
-            self.journal.write(now, Event::Session { peer: end.peer, open: false }, &mut self.out);
+            self.desk.write(now, Event::Session { peer: end.peer, open: false });
         }
     }
 
@@ -204,13 +191,9 @@ impl InsiderTeammate {
             for session in self.sessions(PeerId::GATEWAY) {
                 let Some(end) = self.ends.get_mut(&session) else { continue };
                 let record = end.say(now, HopBody::Report(report.as_slice().into()), &mut self.rng);
-                let length = u16::try_from(record.len()).unwrap_or(u16::MAX);
-                // Told first: the answer to what is said can be in the log within the same millisecond.
-                let (hash, delay) = (wire_hash(&record), Span::ms(forward.lag_ms));
-                let event = Event::Attack { action: Action::Forward, side: Side::Server, length, hash, delay };
-                self.journal.write(now, event, &mut self.out);
+                self.desk.attack(now, Action::Forward, Side::Server, &record, Span::ms(forward.lag_ms));
                 if let Some(record) = claimed {
-                    self.journal.write(now, Event::Claimed { record, off_mm: 0 }, &mut self.out);
+                    self.desk.write(now, Event::Claimed { record, off_mm: 0 });
                 }
                 self.send(session, record);
             }
@@ -245,10 +228,8 @@ impl InsiderTeammate {
 
     /// Tells what is about to be said, and which report it is.
     fn own_up(&mut self, now: Instant, action: Action, (record, off_mm): (RecordId, u32), bytes: &[u8], delay: Span) {
-        let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
-        let event = Event::Attack { action, side: Side::Server, length, hash: wire_hash(bytes), delay };
-        self.journal.write(now, event, &mut self.out);
-        self.journal.write(now, Event::Claimed { record, off_mm }, &mut self.out);
+        self.desk.attack(now, action, Side::Server, bytes, delay);
+        self.desk.write(now, Event::Claimed { record, off_mm });
     }
 
     /// Ends the session when that is due, and says again in the next what was said in it.
@@ -258,7 +239,7 @@ impl InsiderTeammate {
                 self.ends.iter().filter(|(_, end)| end.peer == PeerId::GATEWAY).map(|(session, _)| *session).collect();
             for session in up {
                 self.close(now, session);
-                self.out.push_back(Output::Close { session });
+                self.desk.put(Output::Close { session });
             }
             if self.tape.as_ref().is_some_and(Tape::restarts) {
                 self.boot = Boot(self.boot.0 + 1);
@@ -288,7 +269,7 @@ impl InsiderTeammate {
     /// Broken records that are due.
     fn misspeak(&mut self, now: Instant) {
         for i in 0..self.runs.len() {
-            while self.runs[i].steps.as_mut().is_some_and(|steps| steps.take(now)) {
+            while self.runs[i].opening.take(now) {
                 let run = &mut self.runs[i];
                 let flaw = run.plan.flaws[run.taken % run.plan.flaws.len()];
                 run.taken += 1;
@@ -296,34 +277,16 @@ impl InsiderTeammate {
                 for session in self.sessions(PeerId::GATEWAY) {
                     let Some(end) = self.ends.get_mut(&session) else { continue };
                     let bytes = flaw::record(flaw, now, end, &self.voice.key, &report, &mut self.rng);
-                    let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
-                    let (hash, delay) = (wire_hash(&bytes), Span::ZERO);
-                    let event = Event::Attack { action: Action::Inject, side: Side::Server, length, hash, delay };
-                    self.journal.write(now, event, &mut self.out);
+                    self.desk.attack(now, Action::Inject, Side::Server, &bytes, Span::ZERO);
                     self.send(session, bytes);
                 }
             }
         }
     }
 
-    /// What began or ended by `now` is told, and what began gets its times.
-    fn settle(&mut self, now: Instant) {
-        let openings = self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening));
-        opening::settle(openings, now, &mut self.journal, &mut self.out);
-        self.line_up();
-    }
-
-    fn line_up(&mut self) {
-        for run in self.runs.iter_mut().filter(|run| run.steps.is_none()) {
-            let times = |opens| Steps::new(opens, run.plan.every_ms, run.plan.count, None);
-            run.steps = run.opening.opens().map(times);
-        }
-    }
-
-    /// A step is called.
-    fn cue(&mut self, now: Instant, step: StepName) {
-        let openings = self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening));
-        openings.for_each(|opening| opening.cue(now, step));
+    /// Of everything that is planned.
+    fn openings(&mut self) -> impl Iterator<Item = &mut Opening> {
+        self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening))
     }
 
     /// Sessions with `peer` in which something can be said.
@@ -352,7 +315,7 @@ impl InsiderTeammate {
 
     fn send(&mut self, session: SessionId, bytes: Vec<u8>) {
         self.sent += 1;
-        self.out.push_back(Output::Record { session, bytes });
+        self.desk.put(Output::Record { session, bytes });
     }
 
     fn act(&mut self, now: Instant) {
@@ -379,44 +342,41 @@ fn next(tick: Instant, period_ms: u64, now: Instant) -> Instant {
 
 impl Core for InsiderTeammate {
     fn handle(&mut self, now: Instant, input: &Input) {
-        match input {
-            Input::Opened { session, peer } => self.open(now, *session, *peer),
-            Input::Record { session, bytes } => self.hear(now, *session, bytes),
-            Input::Closed { session } => self.close(now, *session),
-            Input::Cue { step } => self.cue(now, *step),
-            Input::Quiesce => self.quiet = true,
-            Input::Finish => {
-                self.quiet = true;
-                self.journal.write(now, Event::Count { account: Account::Sent, n: self.sent }, &mut self.out);
-                return self.journal.sign(now, &mut self.out);
-            }
-            Input::Timeout
-            | Input::Bus { .. }
-            | Input::Published { .. }
-            | Input::Datagram { .. }
-            | Input::Stream { .. }
-            | Input::Audit { .. } => {}
+        if let Input::Opened { session, peer } = input {
+            self.open(now, *session, *peer);
         }
-        if !self.quiet {
-            self.settle(now);
+        if let Input::Record { session, bytes } = input {
+            self.hear(now, *session, bytes);
+        }
+        if let Input::Closed { session } = input {
+            self.close(now, *session);
+        }
+        if let Input::Cue { step } = input {
+            self.openings().for_each(|opening| opening.cue(now, *step));
+        }
+        if matches!(input, Input::Finish) {
+            self.desk.write(now, Event::Count { account: Account::Sent, n: self.sent });
+        }
+        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
+            let openings = self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening));
+            self.desk.settle(openings, now);
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
-        if self.quiet {
+        if self.desk.is_quiet() {
             return None;
         }
         let waiting = self.waiting.front().map(|(due, _)| *due);
-        let runs = self.runs.iter().filter_map(|run| run.steps.as_ref().and_then(Steps::due));
         let openings = self.forward.iter().chain(self.runs.iter().map(|run| &run.opening));
         let begins = openings.filter_map(Opening::due);
         let ready = self.ends.values().any(|end| end.peer == PeerId::GATEWAY && end.ready());
         let tape = self.tape.as_ref().and_then(|tape| tape.due(ready));
-        [self.next_report, self.next_grant].into_iter().chain(waiting).chain(runs).chain(begins).chain(tape).min()
+        [self.next_report, self.next_grant].into_iter().chain(waiting).chain(begins).chain(tape).min()
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.out.pop_front()
+        self.desk.next()
     }
 }

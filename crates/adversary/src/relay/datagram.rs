@@ -7,18 +7,18 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side};
-use wire::event::{Action, Event};
+use wire::event::Action;
 use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::passing::{Actor, Passing};
-use super::{Tally, attack, forge};
-use crate::opening::{self, Opening};
+use super::{Tally, forge};
+use crate::desk::Desk;
+use crate::opening::Opening;
 use crate::plan::{DatagramAction, DatagramRelayConfig, PlanError, Timed};
-use crate::schedule::{Steps, stream};
+use crate::schedule::stream;
 
 /// Most datagrams held at once; what comes beyond is dropped and counted.
 const MAX_HELD: usize = 4096;
@@ -38,9 +38,7 @@ pub struct DatagramRelay {
     captured: VecDeque<(Instant, Datagram)>,
     before: [Vec<u8>; 2],
     pub(super) tally: Tally,
-    quiet: bool,
-    journal: Journal,
-    out: VecDeque<Output>,
+    desk: Desk,
 }
 
 /// Bytes on their way towards a side.
@@ -58,7 +56,7 @@ impl DatagramRelay {
     pub fn new(setup: Setup, config: DatagramRelayConfig, now: Instant) -> Result<Self, PlanError> {
         config.check()?;
         let opening = |timed: &Timed<DatagramAction>| Opening::of(timed, now, timed.action.counted());
-        let mut relay = Self {
+        Ok(Self {
             captures: config.actions.iter().any(|timed| timed.action.captures()),
             openings: config.actions.iter().map(opening).collect(),
             actors: (0..config.actions.len()).map(|i| Actor::new(stream(setup.seed, i))).collect(),
@@ -68,13 +66,8 @@ impl DatagramRelay {
             captured: VecDeque::new(),
             before: [Vec::new(), Vec::new()],
             tally: Tally::default(),
-            quiet: false,
-            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
-            out: VecDeque::new(),
-        };
-        relay.journal.write(now, Event::Started, &mut relay.out);
-        relay.line_up();
-        Ok(relay)
+            desk: Desk::new(&setup, now),
+        })
     }
 
     /// The same relay in a forked world.
@@ -90,9 +83,7 @@ impl DatagramRelay {
             captured: self.captured.clone(),
             before: self.before.clone(),
             tally: self.tally,
-            quiet: self.quiet,
-            journal: self.journal.fork(),
-            out: self.out.clone(),
+            desk: self.desk.fork(),
         }
     }
 
@@ -108,18 +99,18 @@ impl DatagramRelay {
         let mut passing = Passing::new(bytes);
         for (i, timed) in plan.iter().enumerate() {
             let opening = &self.openings[i];
-            if !self.quiet && opening.open(now, towards) {
+            if !self.desk.is_quiet() && opening.open(now, towards) {
                 let since = opening.opens().map_or(Span::ZERO, |opens| now.since(opens));
                 let before = &self.before[towards as usize];
                 if !self.actors[i].apply(&timed.action, towards, since, before, &mut passing) {
                     self.tally.dropped[from as usize] += 1;
-                    self.journal.write(now, attack(Action::Drop, from, bytes, Span::ZERO), &mut self.out);
+                    self.desk.attack(now, Action::Drop, from, bytes, Span::ZERO);
                     return self.remember(now, towards, bytes);
                 }
             }
         }
         for (action, delay) in &passing.done {
-            self.journal.write(now, attack(*action, towards, &passing.bytes, *delay), &mut self.out);
+            self.desk.attack(now, *action, towards, &passing.bytes, *delay);
         }
         self.remember(now, towards, bytes);
         let mut due = now + passing.hold;
@@ -128,7 +119,7 @@ impl DatagramRelay {
         for _ in 0..passing.copies {
             due += passing.every;
             self.tally.added[towards as usize] += 1;
-            self.journal.write(now, attack(Action::Duplicate, towards, &bytes, due.since(now)), &mut self.out);
+            self.desk.attack(now, Action::Duplicate, towards, &bytes, due.since(now));
             self.send(now, due, Datagram { towards, bytes: Arc::clone(&bytes) });
         }
     }
@@ -159,13 +150,13 @@ impl DatagramRelay {
         } else {
             let from = datagram.towards.other();
             self.tally.dropped[from as usize] += 1;
-            self.journal.write(now, attack(Action::Drop, from, &datagram.bytes, Span::ZERO), &mut self.out);
+            self.desk.attack(now, Action::Drop, from, &datagram.bytes, Span::ZERO);
         }
     }
 
     fn emit(&mut self, datagram: Datagram) {
         self.tally.out[datagram.towards as usize] += 1;
-        self.out.push_back(Output::Datagram { side: datagram.towards, bytes: datagram.bytes.to_vec() });
+        self.desk.put(Output::Datagram { side: datagram.towards, bytes: datagram.bytes.to_vec() });
     }
 
     fn release(&mut self, now: Instant) {
@@ -178,40 +169,17 @@ impl DatagramRelay {
         }
     }
 
-    /// Lets the actions that wait see what passes and hear what they are called to.
+    /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
     fn notice(&mut self, now: Instant, input: &Input) {
-        let openings = self.openings.iter_mut();
-        match input {
-            Input::Datagram { side, .. } => openings.for_each(|opening| opening.passes(now, side.other())),
-            Input::Cue { step } => openings.for_each(|opening| opening.cue(now, *step)),
-            Input::Timeout
-            | Input::Bus { .. }
-            | Input::Opened { .. }
-            | Input::Record { .. }
-            | Input::Closed { .. }
-            | Input::Published { .. }
-            | Input::Stream { .. }
-            | Input::Audit { .. }
-            | Input::Quiesce
-            | Input::Finish => return,
+        // Before it passes, so that a silence that it ends counts as one.
+        self.desk.settle(self.openings.iter_mut(), now);
+        if let Input::Datagram { side, .. } = input {
+            self.openings.iter_mut().for_each(|opening| opening.passes(now, side.other()));
         }
-        self.settle(now);
-    }
-
-    /// What has begun or ended by `now` is told, and what the relay then sends by itself gets its times.
-    fn settle(&mut self, now: Instant) {
-        opening::settle(self.openings.iter_mut(), now, &mut self.journal, &mut self.out);
-        self.line_up();
-    }
-
-    /// The times of what the relay sends by itself, where its beginning is settled.
-    fn line_up(&mut self) {
-        for ((timed, opening), actor) in self.plan.iter().zip(&self.openings).zip(&mut self.actors) {
-            if let (Some((n, every_ms)), Some(opens), None) = (timed.action.counted(), opening.opens(), &actor.steps) {
-                let end = (timed.duration_ms > 0).then(|| opens + Span::ms(timed.duration_ms));
-                actor.steps = Some(Steps::new(opens, every_ms, n, end));
-            }
+        if let Input::Cue { step } = input {
+            self.openings.iter_mut().for_each(|opening| opening.cue(now, *step));
         }
+        self.desk.settle(self.openings.iter_mut(), now);
     }
 
     /// What the relay sends by itself, as far as it is due.
@@ -219,7 +187,7 @@ impl DatagramRelay {
         let plan = Arc::clone(&self.plan);
         for (i, timed) in plan.iter().enumerate() {
             let mut due = 0;
-            while self.actors[i].steps.as_mut().is_some_and(|steps| steps.take(now)) {
+            while self.openings[i].take(now) {
                 due += 1;
             }
             if due > 0 {
@@ -290,60 +258,49 @@ impl DatagramRelay {
 
     fn add(&mut self, now: Instant, action: Action, towards: Side, bytes: Arc<[u8]>) {
         self.tally.added[towards as usize] += 1;
-        self.journal.write(now, attack(action, towards, &bytes, Span::ZERO), &mut self.out);
+        self.desk.attack(now, action, towards, &bytes, Span::ZERO);
         self.emit(Datagram { towards, bytes });
     }
 
     fn stranger(&mut self, now: Instant, action: Action, bytes: Vec<u8>) {
         self.tally.strangers += 1;
-        self.journal.write(now, attack(action, Side::Server, &bytes, Span::ZERO), &mut self.out);
-        self.out.push_back(Output::Stranger { bytes });
+        self.desk.attack(now, action, Side::Server, &bytes, Span::ZERO);
+        self.desk.put(Output::Stranger { bytes });
     }
 
     /// The closing account. What is still held will never be sent: it counts as dropped.
-    fn finish(&mut self, now: Instant) {
+    fn account(&mut self, now: Instant) {
         for (_, datagram) in std::mem::take(&mut self.held) {
             self.tally.dropped[datagram.towards.other() as usize] += 1;
         }
-        self.tally.write(now, &mut self.journal, &mut self.out);
-        self.journal.sign(now, &mut self.out);
+        self.tally.write(now, &mut self.desk);
     }
 }
 
 impl Core for DatagramRelay {
     fn handle(&mut self, now: Instant, input: &Input) {
         self.release(now);
-        if !self.quiet {
-            self.settle(now);
+        if !self.desk.is_quiet() {
             self.notice(now, input);
         }
-        match input {
-            Input::Datagram { side, bytes } => self.pass(now, *side, bytes),
-            Input::Quiesce => self.quiet = true,
-            Input::Finish => return self.finish(now),
-            Input::Timeout
-            | Input::Bus { .. }
-            | Input::Opened { .. }
-            | Input::Record { .. }
-            | Input::Closed { .. }
-            | Input::Published { .. }
-            | Input::Stream { .. }
-            | Input::Audit { .. }
-            | Input::Cue { .. } => {}
+        if let Input::Datagram { side, bytes } = input {
+            self.pass(now, *side, bytes);
         }
-        if !self.quiet {
+        if matches!(input, Input::Finish) {
+            self.account(now);
+        }
+        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
         let held = self.held.keys().next().map(|(due, _)| *due);
-        let steps = self.actors.iter().filter_map(|actor| actor.steps.as_ref().and_then(Steps::due));
-        let begins = self.openings.iter().filter_map(Opening::due);
-        held.into_iter().chain(steps.chain(begins).filter(|_| !self.quiet)).min()
+        let actions = self.openings.iter().filter_map(Opening::due);
+        held.into_iter().chain(actions.filter(|_| !self.desk.is_quiet())).min()
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.out.pop_front()
+        self.desk.next()
     }
 }

@@ -11,12 +11,11 @@ mod stream;
 #[cfg(test)]
 mod tests;
 
-use std::collections::VecDeque;
+use wire::core::Side;
+use wire::event::{Account, Event};
+use wire::time::Instant;
 
-use wire::audit::Journal;
-use wire::core::{Output, Side};
-use wire::event::{Account, Action, Event, wire_hash};
-use wire::time::{Instant, Span};
+use crate::desk::Desk;
 
 pub use datagram::DatagramRelay;
 pub use stream::StreamRelay;
@@ -41,7 +40,7 @@ struct Tally {
 
 impl Tally {
     /// The closing account.
-    fn write(&self, now: Instant, journal: &mut Journal, out: &mut VecDeque<Output>) {
+    fn write(&self, now: Instant, desk: &mut Desk) {
         for side in SIDES {
             let i = side as usize;
             let lines = [
@@ -51,17 +50,11 @@ impl Tally {
                 (Account::RelayAdded(side), self.added[i]),
             ];
             for (account, n) in lines {
-                journal.write(now, Event::Count { account, n }, out);
+                desk.write(now, Event::Count { account, n });
             }
         }
         if self.strangers > 0 {
-            journal.write(now, Event::Count { account: Account::RelayStranger, n: self.strangers }, out);
+            desk.write(now, Event::Count { account: Account::RelayStranger, n: self.strangers });
         }
     }
-}
-
-/// The journal's entry for one act on `bytes`.
-fn attack(action: Action, side: Side, bytes: &[u8], delay: Span) -> Event {
-    let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
-    Event::Attack { action, side, length, hash: wire_hash(bytes), delay }
 }

@@ -8,7 +8,7 @@ use wire::time::Span;
 
 use super::forge;
 use crate::plan::{DatagramAction, MAX_HOLD_MS};
-use crate::schedule::{Steps, below, chance};
+use crate::schedule::{below, chance};
 
 /// The changing part of one action.
 #[derive(Clone, Debug)]
@@ -16,8 +16,6 @@ pub(super) struct Actor {
     pub(super) rng: ChaCha8Rng,
     /// State of the burst-loss chain towards each side.
     pub(super) bad: [bool; 2],
-    /// What the relay sends by itself.
-    pub(super) steps: Option<Steps>,
 }
 
 /// A datagram on its way through the open actions.
@@ -45,7 +43,7 @@ impl Passing {
 
 impl Actor {
     pub(super) fn new(rng: ChaCha8Rng) -> Self {
-        Self { rng, bad: [false; 2], steps: None }
+        Self { rng, bad: [false; 2] }
     }
 
     /// Applies an open action to a datagram towards `towards`; false when it is lost.

@@ -8,7 +8,6 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use rand_chacha::ChaCha8Rng;
-use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::{Event, wire_hash};
 use wire::id::{SessionId, WorldId};
@@ -17,7 +16,8 @@ use wire::stream::{Deed, Place};
 use wire::time::{Instant, Span};
 
 use super::{SIDES, Tally, forge};
-use crate::opening::{self, Opening};
+use crate::desk::Desk;
+use crate::opening::Opening;
 use crate::plan::{PlanError, StreamAction, StreamRelayConfig, Timed};
 use crate::schedule::{chance, stream};
 
@@ -38,9 +38,7 @@ pub struct StreamRelay {
     connections: BTreeMap<SessionId, [Lane; 2]>,
     cut: VecDeque<SessionId>,
     pub(super) tally: Tally,
-    quiet: bool,
-    journal: Journal,
-    out: VecDeque<Output>,
+    desk: Desk,
 }
 
 /// What goes towards one side of a connection.
@@ -86,7 +84,7 @@ impl StreamRelay {
             | StreamAction::Throttle { .. }
             | StreamAction::Corrupt { .. } => false,
         };
-        let mut relay = Self {
+        Ok(Self {
             openings: config.actions.iter().map(|timed| Opening::of(timed, now, None)).collect(),
             rngs: (0..config.actions.len()).map(|i| stream(setup.seed, i)).collect(),
             strikes: config.actions.iter().map(strike).collect(),
@@ -94,12 +92,8 @@ impl StreamRelay {
             connections: BTreeMap::new(),
             cut: VecDeque::new(),
             tally: Tally::default(),
-            quiet: false,
-            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
-            out: VecDeque::new(),
-        };
-        relay.journal.write(now, Event::Started, &mut relay.out);
-        Ok(relay)
+            desk: Desk::new(&setup, now),
+        })
     }
 
     /// The same relay in a forked world.
@@ -113,9 +107,7 @@ impl StreamRelay {
             connections: self.connections.clone(),
             cut: self.cut.clone(),
             tally: self.tally,
-            quiet: self.quiet,
-            journal: self.journal.fork(),
-            out: self.out.clone(),
+            desk: self.desk.fork(),
         }
     }
 
@@ -133,7 +125,7 @@ impl StreamRelay {
         }
         let room = self.connections.contains_key(&connection) || self.connections.len() < MAX_CONNECTIONS;
         self.connections.entry(connection).or_default();
-        if !room || (!self.quiet && self.cutting(now)) {
+        if !room || (!self.desk.is_quiet() && self.cutting(now)) {
             self.tally.dropped[from as usize] += 1;
             return self.reset(now, connection);
         }
@@ -141,7 +133,7 @@ impl StreamRelay {
         if let Some(lane) = lane.filter(|lane| lane.ended) {
             self.tally.dropped[from as usize] += 1;
             let event = lane.tampered(Deed::HalfClosed, towards, bytes, Span::ZERO);
-            self.journal.write(now, event, &mut self.out);
+            self.desk.write(now, event);
             return;
         }
         let (bytes, damaged) = self.damaged(now, towards, bytes);
@@ -157,7 +149,7 @@ impl StreamRelay {
     /// The piece, with a flipped bit where the plan says so, and whether it has one.
     fn damaged(&mut self, now: Instant, towards: Side, bytes: &[u8]) -> (Vec<u8>, bool) {
         let (mut bytes, mut damaged) = (bytes.to_vec(), false);
-        if self.quiet || bytes.is_empty() {
+        if self.desk.is_quiet() || bytes.is_empty() {
             return (bytes, damaged);
         }
         let plan = Arc::clone(&self.plan);
@@ -178,7 +170,7 @@ impl StreamRelay {
             self.tally.dropped[towards.other() as usize] += 1;
             return self.reset(now, connection);
         }
-        let due = if self.quiet {
+        let due = if self.desk.is_quiet() {
             now.max(lane.last_due)
         } else {
             let actions = self.plan.iter().zip(&self.openings).map(|(timed, opening)| (&timed.action, opening));
@@ -188,11 +180,11 @@ impl StreamRelay {
         lane.bytes += bytes.len();
         if damaged {
             let event = lane.tampered(Deed::Damaged, towards, &bytes, due.since(now));
-            self.journal.write(now, event, &mut self.out);
+            self.desk.write(now, event);
         }
         if due > now {
             let event = lane.tampered(Deed::Held, towards, &bytes, due.since(now));
-            self.journal.write(now, event, &mut self.out);
+            self.desk.write(now, event);
         }
         lane.place.pass(&bytes);
         lane.pieces.push_back((due, bytes));
@@ -204,34 +196,24 @@ impl StreamRelay {
         for side in SIDES {
             let lane = &lanes[side as usize];
             self.tally.dropped[side.other() as usize] += lane.pieces.len() as u64;
-            self.journal.write(now, lane.tampered(Deed::Reset, side, &[], Span::ZERO), &mut self.out);
+            self.desk.write(now, lane.tampered(Deed::Reset, side, &[], Span::ZERO));
         }
         if self.cut.len() == MAX_CONNECTIONS {
             self.cut.pop_front();
         }
         self.cut.push_back(connection);
-        self.out.push_back(Output::Reset { connection });
+        self.desk.put(Output::Reset { connection });
     }
 
     /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
     fn notice(&mut self, now: Instant, input: &Input) {
-        for opening in &mut self.openings {
-            match input {
-                Input::Stream { side, .. } => opening.passes(now, side.other()),
-                Input::Cue { step } => opening.cue(now, *step),
-                Input::Timeout
-                | Input::Bus { .. }
-                | Input::Opened { .. }
-                | Input::Record { .. }
-                | Input::Closed { .. }
-                | Input::Published { .. }
-                | Input::Datagram { .. }
-                | Input::Audit { .. }
-                | Input::Quiesce
-                | Input::Finish => {}
-            }
+        if let Input::Stream { side, .. } = input {
+            self.openings.iter_mut().for_each(|opening| opening.passes(now, side.other()));
         }
-        opening::settle(self.openings.iter_mut(), now, &mut self.journal, &mut self.out);
+        if let Input::Cue { step } = input {
+            self.openings.iter_mut().for_each(|opening| opening.cue(now, *step));
+        }
+        self.desk.settle(self.openings.iter_mut(), now);
     }
 
     /// Half-closes, resets and cuts that are due.
@@ -270,7 +252,7 @@ impl StreamRelay {
         lane.ended = true;
         self.tally.added[side as usize] += 1;
         let event = lane.tampered(Deed::HalfClosed, side, &[], Span::ZERO);
-        self.journal.write(now, event, &mut self.out);
+        self.desk.write(now, event);
     }
 
     fn release(&mut self, now: Instant) {
@@ -282,7 +264,7 @@ impl StreamRelay {
                     lane.bytes -= bytes.len();
                     lane.ended |= bytes.is_empty();
                     self.tally.out[side as usize] += 1;
-                    self.out.push_back(Output::Stream { connection: *connection, side, bytes });
+                    self.desk.put(Output::Stream { connection: *connection, side, bytes });
                 }
             }
         }
@@ -291,14 +273,13 @@ impl StreamRelay {
     }
 
     /// The closing account. What is still held will never be sent: it counts as dropped.
-    fn finish(&mut self, now: Instant) {
+    fn account(&mut self, now: Instant) {
         for lanes in std::mem::take(&mut self.connections).values() {
             for side in SIDES {
                 self.tally.dropped[side.other() as usize] += lanes[side as usize].pieces.len() as u64;
             }
         }
-        self.tally.write(now, &mut self.journal, &mut self.out);
-        self.journal.sign(now, &mut self.out);
+        self.tally.write(now, &mut self.desk);
     }
 }
 
@@ -336,25 +317,19 @@ fn due<'a>(
 impl Core for StreamRelay {
     fn handle(&mut self, now: Instant, input: &Input) {
         self.release(now);
-        if !self.quiet {
+        if !self.desk.is_quiet() {
             self.notice(now, input);
             self.strike(now);
         }
-        match input {
-            Input::Stream { connection, side, bytes } => self.pass(now, *connection, *side, bytes),
-            Input::Quiesce => self.quiet = true,
-            Input::Finish => return self.finish(now),
-            Input::Timeout
-            | Input::Bus { .. }
-            | Input::Opened { .. }
-            | Input::Record { .. }
-            | Input::Closed { .. }
-            | Input::Published { .. }
-            | Input::Datagram { .. }
-            | Input::Audit { .. }
-            | Input::Cue { .. } => {}
+        if let Input::Stream { connection, side, bytes } = input {
+            self.pass(now, *connection, *side, bytes);
         }
-        self.release(now);
+        if matches!(input, Input::Finish) {
+            self.account(now);
+        }
+        if !self.desk.heed(now, input) {
+            self.release(now);
+        }
     }
 
     fn deadline(&self) -> Option<Instant> {
@@ -363,10 +338,10 @@ impl Core for StreamRelay {
         let strikes = self.strikes.iter().zip(&self.openings).filter(|(strikes, _)| **strikes);
         let strikes = strikes.filter_map(|(_, opening)| opening.opens());
         let begins = self.openings.iter().filter_map(Opening::due);
-        held.chain(strikes.chain(begins).filter(|_| !self.quiet)).min()
+        held.chain(strikes.chain(begins).filter(|_| !self.desk.is_quiet())).min()
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.out.pop_front()
+        self.desk.next()
     }
 }

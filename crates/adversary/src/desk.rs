@@ -1,0 +1,81 @@
+//! What every adversary keeps beside its plan: its log, what it says next, and whether it has been told to stop.
+
+use std::collections::VecDeque;
+
+use wire::audit::Journal;
+use wire::core::{Input, Output, Side};
+use wire::event::{Action, Event, wire_hash};
+use wire::setup::Setup;
+use wire::time::{Instant, Span};
+
+use crate::opening::Opening;
+
+/// See the module.
+#[derive(Debug)]
+pub(crate) struct Desk {
+    quiet: bool,
+    journal: Journal,
+    out: VecDeque<Output>,
+}
+
+impl Desk {
+    /// A desk whose log begins at `now`.
+    pub(crate) fn new(setup: &Setup, now: Instant) -> Self {
+        let journal = Journal::new(setup.node, setup.boot, Some(setup.key()));
+        let mut desk = Self { quiet: false, journal, out: VecDeque::new() };
+        desk.write(now, Event::Started);
+        desk
+    }
+
+    /// The same desk in a forked world.
+    pub(crate) fn fork(&self) -> Self {
+        Self { quiet: self.quiet, journal: self.journal.fork(), out: self.out.clone() }
+    }
+
+    /// Whether it has been told to stop.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.quiet
+    }
+
+    /// Heeds what every core is told of the end of a run: it stops, and then signs its log. True when all is over.
+    pub(crate) fn heed(&mut self, now: Instant, input: &Input) -> bool {
+        let over = matches!(input, Input::Finish);
+        self.quiet |= over || matches!(input, Input::Quiesce);
+        if over {
+            self.journal.sign(now, &mut self.out);
+        }
+        over
+    }
+
+    /// Writes to the log.
+    pub(crate) fn write(&mut self, now: Instant, event: Event) {
+        self.journal.write(now, event, &mut self.out);
+    }
+
+    /// Tells what is done to these very bytes on their way towards `side`. Told first and then done, so that no effect is
+    /// logged before its cause.
+    pub(crate) fn attack(&mut self, now: Instant, action: Action, side: Side, bytes: &[u8], delay: Span) {
+        let length = u16::try_from(bytes.len()).unwrap_or(u16::MAX);
+        self.write(now, Event::Attack { action, side, length, hash: wire_hash(bytes), delay });
+    }
+
+    /// Says or does something.
+    pub(crate) fn put(&mut self, output: Output) {
+        self.out.push_back(output);
+    }
+
+    /// What is to be said or done next.
+    pub(crate) fn next(&mut self) -> Option<Output> {
+        self.out.pop_front()
+    }
+
+    /// Time has passed for these actions: silences are looked at, and what began or ended is told.
+    pub(crate) fn settle<'o>(&mut self, openings: impl Iterator<Item = &'o mut Opening>, now: Instant) {
+        for opening in openings {
+            opening.silence(now);
+            while let Some((step, begun)) = opening.tell(now) {
+                self.write(now, Event::Step { step, begun });
+            }
+        }
+    }
+}
