@@ -69,6 +69,19 @@ impl Desk {
         self.out.pop_front()
     }
 
+    /// Actions see that something passes towards a side, and hear which step is called.
+    pub(crate) fn notice(&mut self, openings: &mut [Opening], now: Instant, input: &Input, passes: Option<Side>) {
+        for opening in openings.iter_mut() {
+            if let Some(side) = passes {
+                opening.passes(now, side);
+            }
+            if let Input::Cue { step } = input {
+                opening.cue(now, *step);
+            }
+        }
+        self.settle(openings.iter_mut(), now);
+    }
+
     /// Time has passed for these actions: silences are looked at, and what began or ended is told.
     pub(crate) fn settle<'o>(&mut self, openings: impl Iterator<Item = &'o mut Opening>, now: Instant) {
         for opening in openings {

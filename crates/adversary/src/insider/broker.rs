@@ -157,14 +157,9 @@ impl InsiderBroker {
     }
 
     /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
-    fn settle(&mut self, now: Instant, input: &Input) {
-        if let Input::Published { subject, .. } = input {
-            self.openings.iter_mut().for_each(|opening| opening.passes(now, towards(*subject)));
-        }
-        if let Input::Cue { step } = input {
-            self.openings.iter_mut().for_each(|opening| opening.cue(now, *step));
-        }
-        self.desk.settle(self.openings.iter_mut(), now);
+    fn notice(&mut self, now: Instant, input: &Input) {
+        let passes = if let Input::Published { subject, .. } = input { Some(towards(*subject)) } else { None };
+        self.desk.notice(&mut self.openings, now, input, passes);
     }
 
     fn remember(&mut self, publication: Publication) {
@@ -279,7 +274,7 @@ fn towards(subject: Subject) -> Side {
 impl Core for InsiderBroker {
     fn handle(&mut self, now: Instant, input: &Input) {
         if !self.desk.is_quiet() {
-            self.settle(now, input);
+            self.notice(now, input);
         }
         if let Input::Published { subject, bytes } = input {
             self.take(now, *subject, bytes);

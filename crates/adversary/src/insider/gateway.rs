@@ -97,14 +97,6 @@ impl InsiderGateway {
         open.map(|(timed, _)| timed.action).collect()
     }
 
-    /// Steps are called; what began or ended is told.
-    fn settle(&mut self, now: Instant, input: &Input) {
-        if let Input::Cue { step } = input {
-            self.openings.iter_mut().for_each(|opening| opening.cue(now, *step));
-        }
-        self.desk.settle(self.openings.iter_mut(), now);
-    }
-
     /// A message of the honest half.
     fn fed(&mut self, now: Instant, bytes: &[u8]) {
         let Some(body) = body(bytes) else { return };
@@ -253,7 +245,7 @@ fn rejuvenated(accepted: AcceptedReport<'_>, now: Instant) -> AcceptedReport<'_>
 impl Core for InsiderGateway {
     fn handle(&mut self, now: Instant, input: &Input) {
         if !self.desk.is_quiet() {
-            self.settle(now, input);
+            self.desk.notice(&mut self.openings, now, input, None);
         }
         if let Input::Bus { topic: Topic::Feed, bytes } = input {
             self.fed(now, bytes);

@@ -173,13 +173,8 @@ impl DatagramRelay {
     fn notice(&mut self, now: Instant, input: &Input) {
         // Before it passes, so that a silence that it ends counts as one.
         self.desk.settle(self.openings.iter_mut(), now);
-        if let Input::Datagram { side, .. } = input {
-            self.openings.iter_mut().for_each(|opening| opening.passes(now, side.other()));
-        }
-        if let Input::Cue { step } = input {
-            self.openings.iter_mut().for_each(|opening| opening.cue(now, *step));
-        }
-        self.desk.settle(self.openings.iter_mut(), now);
+        let passes = if let Input::Datagram { side, .. } = input { Some(side.other()) } else { None };
+        self.desk.notice(&mut self.openings, now, input, passes);
     }
 
     /// What the relay sends by itself, as far as it is due.

@@ -207,13 +207,8 @@ impl StreamRelay {
 
     /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
     fn notice(&mut self, now: Instant, input: &Input) {
-        if let Input::Stream { side, .. } = input {
-            self.openings.iter_mut().for_each(|opening| opening.passes(now, side.other()));
-        }
-        if let Input::Cue { step } = input {
-            self.openings.iter_mut().for_each(|opening| opening.cue(now, *step));
-        }
-        self.desk.settle(self.openings.iter_mut(), now);
+        let passes = if let Input::Stream { side, .. } = input { Some(side.other()) } else { None };
+        self.desk.notice(&mut self.openings, now, input, passes);
     }
 
     /// Half-closes, resets and cuts that are due.
