@@ -11,6 +11,7 @@ use wire::id::{CommandId, NodeId};
 use wire::refusal::Refusal;
 use wire::time::Instant;
 use wire::trust::Accepted;
+use wire::trust::rate::Lane;
 
 use crate::Gateway;
 use crate::stage::{Dispatch, Progress, Rejected};
@@ -40,7 +41,7 @@ impl Gateway {
             Request::Watch(challenge) => return self.watch(now, *challenge),
             Request::Stage(intent) => self.staging.stage(now, (station, accepted.evidence().age), &self.roll, intent),
             Request::Release(confirmation) => self.staging.release(now, station, confirmation),
-            Request::Revoke(revocation) => match self.staging.needed(now, station, true) {
+            Request::Revoke(revocation) => match self.staging.needed(now, station, Lane::Withdraw) {
                 Ok(()) => return self.revoke(now, revocation),
                 Err(refusal) => Err(refusal.into()),
             },

@@ -19,6 +19,7 @@ use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Refusal;
 use wire::sign::Keyring;
 use wire::time::{Age, Instant, Span};
+use wire::trust::rate::Lane;
 use wire::trust::{Accepted, Counters, Decoded, Rates, Roll, SignedStatement};
 
 /// Intents of one station that may wait at once.
@@ -132,7 +133,7 @@ impl Staging {
             .and_then(|fresh| fresh.within_rate(policy, &self.rates, station, now))
             .map_err(rejected)?;
         // The channel has said whose it is, so that every request counts, also one that is refused.
-        self.rates.charge(station, claim.kind.towards_safe(), now);
+        self.rates.charge(station, Lane::of(claim.kind), now);
         let attributed = within
             .by_role(policy, operators)
             .and_then(|roled| roled.standing(policy, roll, now))
@@ -150,10 +151,10 @@ impl Staging {
     }
 
     /// There is need for one more request of `station`, which is not an intent.
-    pub fn needed(&mut self, now: Instant, station: NodeId, towards_safe: bool) -> Result<(), Refusal> {
+    pub fn needed(&mut self, now: Instant, station: NodeId, lane: Lane) -> Result<(), Refusal> {
         if self.rules.policy.check(Check::Rate) == Requirement::Required {
-            self.rates.room(station, towards_safe, now)?;
-            self.rates.charge(station, towards_safe, now);
+            self.rates.room(station, lane, now)?;
+            self.rates.charge(station, lane, now);
         }
         Ok(())
     }
@@ -170,7 +171,7 @@ impl Staging {
         let decoded = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes)?;
         let expected = decoded.claimed_command();
         let rejected = |refusal| Rejected { command: Some(expected), refusal };
-        self.needed(now, station, false).map_err(rejected)?;
+        self.needed(now, station, Lane::Away).map_err(rejected)?;
         let waits = |w: &Waiting| w.intent.id == expected && w.station == station && now < w.until;
         let at = self.waiting.iter().position(waits).ok_or(rejected(Refusal::Confirmation { expected }))?;
         let Rules { policy, keys, .. } = &self.rules;
