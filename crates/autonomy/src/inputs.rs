@@ -219,7 +219,9 @@ impl Autonomy {
         if !self.commands.tell(now) {
             return;
         }
-        self.write(now, event);
+        if let Some(event) = event {
+            self.write(now, event);
+        }
         if let Some(claimed) = claimed {
             self.answer(now, &claimed, Some(refusal));
         }
@@ -254,8 +256,9 @@ impl Autonomy {
     }
 
     fn refuse(&mut self, now: Instant, at: Interface, peer: Option<PeerId>, refusal: &Refusal) {
-        let event = self.accounts.refused(at, peer, refusal);
-        self.write(now, event);
+        if let Some(event) = self.accounts.refused(at, peer, refusal) {
+            self.write(now, event);
+        }
     }
 }
 
