@@ -307,3 +307,21 @@ fn values_change_in_idle_only_and_only_if_they_are_safe_together() {
     waived.run(2000);
     assert_eq!(waived.order(CommandKind::Configure(narrow)), None);
 }
+
+#[test]
+fn the_plan_keeps_the_margin_that_an_operator_has_set() {
+    let driven = |margin_mm| {
+        let mut bench = idle();
+        let settings = Settings { speed_mm_s: 1000, margin_mm, arm_permille: 600, keep_permille: 450 };
+        assert_eq!(bench.order(CommandKind::Configure(settings)), None);
+        assert_eq!(bench.order(CommandKind::Enable), None);
+        bench.run(500);
+        bench.drive.as_ref().unwrap().speed_mm_s
+    };
+    assert_eq!(
+        driven(3000),
+        1000,
+        "the way point is 5 m inside the fence: room for 3 m and what the plan keeps beyond"
+    );
+    assert_eq!(driven(5000), 0, "no way leads there without tripping the guard");
+}
