@@ -68,8 +68,9 @@ mod tests {
     #[test]
     fn refusals_on_the_bus_are_written_up_to_a_bound_for_each_interface_and_counted_beyond_it() {
         let mut accounts = Accounts::default();
-        let refusal =
-            |n: &u64| if n % 2 == 0 { Refusal::Tag { expected: NodeId::SIM } } else { Refusal::Schema { at: 0 } };
+        let refusal = |n: &u64| {
+            if n.is_multiple_of(2) { Refusal::Tag { expected: NodeId::SIM } } else { Refusal::Schema { at: 0 } }
+        };
         let mut written = |at, n: u64| (0..n).filter(|n| accounts.refused(at, None, &refusal(n)).is_some()).count();
         let (seals, tracks) = (Interface::Bus(Topic::Seals), Interface::Bus(Topic::Tracks));
         assert_eq!(written(seals, 1000), 256);
