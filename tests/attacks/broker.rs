@@ -5,7 +5,7 @@ use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
 use holdsafe_tests::{Ready, shipped};
 use wire::command::CommandKind;
-use wire::event::{Event, Interface, ShownAs};
+use wire::event::{Account, Event, Interface, ShownAs};
 use wire::id::NodeId;
 use wire::policy::{Check, Requirement};
 use wire::refusal::Reason;
@@ -46,6 +46,15 @@ fn shown(run: &Run, wanted: CommandKind) -> Vec<(u64, ShownAs)> {
         _ => None,
     };
     run.evidence.entries.iter().filter_map(told).collect()
+}
+
+/// Orders that the unit refused for this reason, by its closing account.
+fn counted(run: &Run, wanted: Reason) -> u64 {
+    let of = run.evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Count { account: Account::Refused(Interface::Commands, reason), n } if reason == wanted => Some(n),
+        _ => None,
+    });
+    of.sum()
 }
 
 #[test]
@@ -119,10 +128,12 @@ fn a_retained_order_is_refused_when_the_unit_comes_back() {
 fn what_a_hostile_broker_makes_in_the_operators_name_is_refused_by_name() {
     for run in shipped("command_invent").expect(SEEDS) {
         let invented = answers(&run, "confirm");
-        assert!(invented.len() >= 10 && invented.iter().all(|a| *a == Some(Reason::Signature)), "{invented:?}");
+        assert!(!invented.is_empty() && invented.iter().all(|a| *a == Some(Reason::Signature)), "{invented:?}");
         // The unit has heard the spliced arming already, which costs it less to see than whose the other half is.
         let spliced = answers(&run, "arm");
-        assert!(spliced[1..].iter().all(|a| *a == Some(Reason::Duplicate)) && spliced.len() == 6, "{spliced:?}");
+        assert!(spliced.len() > 1 && spliced[1..].iter().all(|a| *a == Some(Reason::Duplicate)), "{spliced:?}");
+        // Not every one is answered; each is counted.
+        assert_eq!((counted(&run, Reason::Signature), counted(&run, Reason::Duplicate)), (10, 5));
         assert_eq!(acts(&run), 0);
     }
 }

@@ -1,6 +1,7 @@
 //! Attacks by those who hold somebody's key or certificate: rights, roles, standing, counters, rates, values.
 
 use campaign::oracle::Property;
+use campaign::scenario::Settings;
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
 use holdsafe_tests::{shipped, under};
@@ -143,8 +144,26 @@ fn a_hold_comes_through_a_flood_in_time_at_the_gateway_and_at_the_unit() {
                 _ => None,
             });
             assert!(counted.is_some_and(|n| n > 500), "{name}: {counted:?}");
-            assert!(refused(&run, node, at, Reason::Rate) < 20, "{name}: a flood is not one in the log");
+            assert!(refused(&run, node, at, Reason::Rate) <= 8 + 3 * 4, "{name}: a flood is not one in the log");
         }
+    }
+}
+
+/// A thief of the operator's own key asks for what does not stop the unit, as fast as it can.
+#[test]
+fn a_flood_of_disarms_under_the_operators_own_key_does_not_keep_the_operators_hold_out() {
+    let mut ready = shipped("order_flood_unit");
+    for (path, value) in [("rogue.0.holds", "operator-1"), ("rogue.0.order", "disarm")] {
+        ready.scenario = Settings::one(path, value.into()).applied_to(&ready.scenario).expect("it is in the scenario");
+    }
+    for run in ready.expect(SEEDS) {
+        assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Rate) > 0, "the flood is one");
+        let (given, id) = asked(&run, "hold")[0];
+        let at = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+            Event::Executed { command, refused: None, .. } if command == id => Some(w.at),
+            _ => None,
+        });
+        assert!(at.is_some_and(|at| at <= given + 300_000), "given at {given}, executed at {at:?}");
     }
 }
 

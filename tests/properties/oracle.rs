@@ -6,12 +6,14 @@ use campaign::oracle::{Evidence, Planned, Property, Verdict, Witnessed, judge};
 use campaign::trial::Outcome;
 use wire::audit::Entry;
 use wire::bounds::Bounds;
+use wire::codec::Text;
 use wire::command::CommandKind;
-use wire::core::Side;
+use wire::core::{Side, Topic};
 use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor, ShownAs};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::Waived;
+use wire::refusal::Reason;
 use wire::sensor::{Class, Modalities, Modality, ReceiverTime};
 use wire::settings::Settings;
 use wire::stream::{Deed, Sight};
@@ -448,6 +450,33 @@ fn a_drop_without_a_guards_closed_account_is_no_receipt() {
     let event = Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
     log.add(4000, NodeId::RELAY_TELEMETRY, event);
     assert_eq!(log.judge().outcome, Outcome::Invalid);
+}
+
+#[test]
+fn a_refusal_on_the_bus_that_is_no_longer_written_counts_by_the_closing_account() {
+    let refused_in_all = |n: u64, came_ms: u64| {
+        let at = Interface::Bus(Topic::Tracks);
+        let reason = Reason::Tag;
+        let mut log = Log::whole();
+        log.planned.push(Planned::Action(Action::Forge));
+        for _ in 0..256 {
+            log.add(3000, NodeId::UNIT_A, Event::Refused { at, peer: None, reason, detail: Text::new("tag") });
+        }
+        let side = Side::Server;
+        let event = Event::Attack { action: Action::Forge, side, length: 9, hash: 77, delay: Span::ZERO };
+        log.add(came_ms, NodeId::INSIDER_PERCEPTION, event);
+        let sight = Event::MouthSaw { reader: NodeId::UNIT_A, at, length: 9, hash: 77 };
+        log.add(came_ms + 1, NodeId::CAMPAIGN, sight);
+        log.add(9990, NodeId::UNIT_A, Event::Count { account: Account::Refused(at, reason), n });
+        log.judge().outcome
+    };
+    assert_eq!(
+        refused_in_all(256, 4000),
+        Outcome::Undetected,
+        "all that were refused are written, and none is this one"
+    );
+    assert_eq!(refused_in_all(257, 4000), Outcome::Rejected);
+    assert_eq!(refused_in_all(257, 2000), Outcome::Undetected, "while refusals were written this one was none");
 }
 
 /// A log in which the relay says at 4 s that it did `deed` to ten bytes at 100 of the direction to the unit, and the

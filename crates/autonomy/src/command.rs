@@ -7,7 +7,7 @@
 //!
 //! ```compile_fail,E0451
 //! let forged = autonomy::command::Ordered {
-//!     id: unreachable!(), kind: unreachable!(), intent: [0; 32], waived: Default::default(),
+//!     id: unreachable!(), kind: unreachable!(), intent: [0; 32], moved: None, waived: Default::default(),
 //! };
 //! ```
 
@@ -24,6 +24,7 @@ use wire::policy::{Check, Policy, Requirement, Waived};
 use wire::refusal::{Reason, Refusal};
 use wire::sign::{Key, Keyring, Purpose};
 use wire::time::{Age, Instant, Span};
+use wire::trust::rate::Lane;
 use wire::trust::{Accepted, Counters, Decoded, Rates, Roll, SignedStatement};
 
 /// Nonces kept; more than are issued within any command limit in use.
@@ -46,6 +47,7 @@ pub struct Ordered {
     id: CommandId,
     kind: CommandKind,
     intent: [u8; 32],
+    moved: Option<CommandId>,
     waived: Waived,
 }
 
@@ -70,10 +72,10 @@ pub struct Rejected {
 }
 
 impl Ordered {
-    fn new(accepted: Accepted<Intent>, claimed: &Claimed, confirmation: Waived) -> Ordered {
+    fn new(accepted: Accepted<Intent>, claimed: &Claimed, moved: Option<CommandId>, confirmation: Waived) -> Ordered {
         let (intent, evidence) = accepted.into_parts();
         let waived = evidence.waived.union(confirmation);
-        Ordered { id: intent.id, kind: intent.kind, intent: claimed.intent, waived }
+        Ordered { id: intent.id, kind: intent.kind, intent: claimed.intent, moved, waived }
     }
 
     /// Its idempotency key.
@@ -84,6 +86,11 @@ impl Ordered {
     /// What it asks.
     pub fn kind(&self) -> CommandKind {
         self.kind
+    }
+
+    /// Where it moved its operator's counter to, if it did.
+    pub fn moved(&self) -> Option<CommandId> {
+        self.moved
     }
 
     /// Checks that were waived on its way.
@@ -118,7 +125,8 @@ impl CommandGate {
     }
 
     /// Judges one order, received at `now`. Nothing is remembered of it unless every check has passed. What costs little
-    /// to find out is found out first: of a flood only as many signatures are verified as the sender's rate lets through.
+    /// to find out is found out first. What verifies is charged to its operator, what does not to nobody, and both have an
+    /// end: of a flood only so many signatures are verified, unless it is of forged HOLDs.
     pub fn admit(
         &mut self,
         policy: &Policy,
@@ -136,30 +144,26 @@ impl CommandGate {
             let who = claim.id.operator;
             let fresh = intent.in_time(policy, self.age(claim.nonce, now), self.limit)?;
             let admitted = fresh.by_role(policy, &self.operators)?.standing(policy, roll, now)?;
-            let needed = admitted.not_repeated(policy, &self.counters, &claimed.intent)?.within_rate(
-                policy,
-                &self.rates,
-                who,
-                now,
-            )?;
-            let attributed = needed.by_operator(policy, keys, &signed)?;
-            let confirmation =
-                confirm(policy, keys, now, (&claim, &claimed), order.confirmation.map(|bytes| &**bytes))?;
+            let new = admitted.not_repeated(policy, &self.counters, &claimed.intent)?;
+            let needed = new.within_rate(policy, &self.rates, who, now)?.worth_verifying(policy, &self.rates, now)?;
+            let second = order.confirmation.map(|bytes| &**bytes);
+            let proven = needed.by_operator(policy, keys, &signed).and_then(|attributed| {
+                confirm(policy, keys, now, (&claim, &claimed), second).map(|waived| (attributed, waived))
+            });
+            let lane = Lane::of(claim.kind);
+            let (attributed, confirmation) = proven.inspect_err(|_| self.rates.unproven(lane, now))?;
+            let before = self.counters.newest(who);
             let ordered = attributed.once(policy, &mut self.counters, &claimed.intent)?;
-            self.rates.charge(who, claim.kind.towards_safe(), now);
-            Ok(Ordered::new(ordered.accept_message(), &claimed, confirmation))
+            self.rates.charge(who, lane, now);
+            let moved = self.counters.newest(who).filter(|newest| before != Some(*newest));
+            Ok(Ordered::new(ordered.accept_message(), &claimed, moved, confirmation))
         });
         judged.map_err(|refusal| Rejected { refusal, claimed: Some(claimed) })
     }
 
-    /// Whether a refusal for rate at `now` is to be told, beside being counted.
+    /// Whether a refusal at `now` is to be written and answered, beside being counted.
     pub fn tell(&mut self, now: Instant) -> bool {
         self.rates.tell(now)
-    }
-
-    /// Whether this command, or one after it, has moved its operator's counter.
-    pub fn counted(&self, id: CommandId) -> bool {
-        self.counters.counted(id)
     }
 
     fn addressed(&self, claim: &Intent) -> Result<(), Refusal> {

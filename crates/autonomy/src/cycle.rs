@@ -13,7 +13,6 @@ use wire::refusal::Refusal;
 use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
-use crate::Autonomy;
 use crate::authority::Spent;
 use crate::command::Ordered;
 use crate::designation::{Designated, Stage};
@@ -25,6 +24,7 @@ use crate::settings;
 use crate::state::Machine;
 use crate::telemetry::Sources;
 use crate::transition::{Context, Effect, Effects, Stimulus, Timing};
+use crate::{Autonomy, plan};
 
 /// Period of new command nonces.
 const NONCE_PERIOD: Span = Span::ms(500);
@@ -168,10 +168,20 @@ impl Autonomy {
                 }
                 Effect::Acted(spent) => self.act(now, &spent),
                 Effect::Refused(refusal) => refused = Some(refusal),
-                Effect::Configured(settings) => self.bounds = settings::under(&settings, &self.identity.bounds),
+                Effect::Configured(settings) => self.configured(&settings),
             }
         }
         refused
+    }
+
+    /// Values are set, and the plan is made again where they move the margin: else it would lead to where the fence guard
+    /// trips, and no operator could get the unit away from there. In IDLE only, for at most 128 × 128 cells.
+    fn configured(&mut self, settings: &Settings) {
+        let before = self.bounds.fence_margin_mm;
+        self.bounds = settings::under(settings, &self.identity.bounds);
+        if self.bounds.fence_margin_mm != before {
+            self.mission.replan(plan(&self.fence, &self.map, &self.bounds));
+        }
     }
 
     fn act(&mut self, now: Instant, spent: &Spent) {

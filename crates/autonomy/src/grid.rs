@@ -1,6 +1,6 @@
 //! The planning grid: which cells inside the geofence may be driven, and the shortest way between two points of it.
 //!
-//! World frame, millimetres. The grid is made once from fence and map; what moves is passed to each search. The search
+//! World frame, millimetres. The grid is made from fence, margin and map, once for each margin; what moves is passed to each search. The search
 //! is A* of the `pathfinding` crate. Following the way is left to `navigation`.
 
 use std::sync::Arc;

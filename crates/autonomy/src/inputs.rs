@@ -15,7 +15,7 @@ use wire::time::{Age, Instant, Span};
 use wire::track::Tracks;
 use wire::trust::Evidence;
 
-use crate::command::{Claimed, Ordered, Rejected};
+use crate::command::{Claimed, Ordered};
 use crate::intake::{self, Session};
 use crate::{Autonomy, command};
 
@@ -203,37 +203,41 @@ impl Autonomy {
     /// A publication on the command plane.
     pub(crate) fn published(&mut self, now: Instant, subject: Subject, bytes: &[u8]) {
         if subject != Subject::Command(self.identity.unit) {
-            return self.refuse(now, Interface::Commands, None, &Refusal::Schema { at: 0 });
+            return self.reject(now, None, &Refusal::Schema { at: 0 });
         }
         let identity = Arc::clone(&self.identity);
         match self.commands.admit(&identity.policy, &identity.keys, &self.roll, now, bytes) {
             Ok(order) => self.ordered(now, &order),
-            // Neither told one by one nor answered: a flood must not make us sign and write as fast as it sends.
-            Err(Rejected { refusal: refusal @ Refusal::Rate { .. }, .. }) => {
-                let event = self.accounts.refused(Interface::Commands, None, &refusal);
-                if self.commands.tell(now) {
-                    self.write(now, event);
-                }
-            }
-            Err(rejected) => {
-                self.refuse(now, Interface::Commands, None, &rejected.refusal);
-                if let Some(claimed) = rejected.claimed {
-                    self.answer(now, &claimed, Some(&rejected.refusal));
-                }
-            }
+            Err(rejected) => self.reject(now, rejected.claimed, &rejected.refusal),
         }
     }
 
+    /// Refused at the boundary: nobody's word is behind it. It is counted, and written and answered only so often; a flood
+    /// must not make us sign and write as fast as it sends, whatever is wrong with it.
+    fn reject(&mut self, now: Instant, claimed: Option<Claimed>, refusal: &Refusal) {
+        let event = self.accounts.refused(Interface::Commands, None, refusal);
+        if !self.commands.tell(now) {
+            return;
+        }
+        if let Some(event) = event {
+            self.write(now, event);
+        }
+        if let Some(claimed) = claimed {
+            self.answer(now, &claimed, Some(refusal));
+        }
+    }
+
+    /// What an operator has proved to have asked is answered each time: its own rate bounds that.
     fn ordered(&mut self, now: Instant, order: &Ordered) {
         let refused = self.obey(now, order);
         match &refused {
             None => self.accounts.accepted(Interface::Commands),
             Some(refusal) => self.refuse(now, Interface::Commands, None, refusal),
         }
-        // A hold from far ahead of its operator's counter is obeyed and not reported: the operator's console goes on above
-        // what is, and would be led to where nothing of it is heard.
-        if self.commands.counted(order.id()) {
-            self.standing.last_command = Some((order.id(), refused.as_ref().map(Refusal::reason)));
+        // The operator's console goes on above what is reported. So that is where the counter is: neither a hold from far
+        // ahead, which would lead it to where nothing of it is heard, nor an old one, below which nothing is heard.
+        if let Some(newest) = order.moved() {
+            self.standing.last_command = Some((newest, refused.as_ref().map(Refusal::reason)));
         }
         self.answer(now, &order.claimed(), refused.as_ref());
     }
@@ -252,8 +256,9 @@ impl Autonomy {
     }
 
     fn refuse(&mut self, now: Instant, at: Interface, peer: Option<PeerId>, refusal: &Refusal) {
-        let event = self.accounts.refused(at, peer, refusal);
-        self.write(now, event);
+        if let Some(event) = self.accounts.refused(at, peer, refusal) {
+            self.write(now, event);
+        }
     }
 }
 

@@ -81,7 +81,8 @@ use seals::Seals;
 use state::Machine;
 use telemetry::Standing;
 
-/// Clearance that the plan keeps to the fence beyond the guard's margin, and to obstacles on the map, millimetres.
+/// Clearance that the plan keeps to the fence beyond the margin in force, the platform's or an operator's, and to the rim of
+/// obstacles on the map, millimetres.
 const PLAN_CLEARANCE_MM: f64 = 1500.0;
 
 /// The core of one unit.
@@ -95,6 +96,7 @@ pub struct Autonomy {
     picture: Picture,
     localisation: Localisation,
     fence: Arc<Geofence>,
+    map: Arc<[Keepout]>,
     /// The platform's bounds under what an operator has set.
     bounds: Bounds,
     lease: Lease,
@@ -136,9 +138,8 @@ impl Autonomy {
         let bounds = setup.bounds;
         let seal_limit = Span::ms(bounds.seal_limit_ms);
         let fence = Arc::new(Geofence::new(&config.geofence));
-        let clearance = f64::from(bounds.fence_margin_mm) + PLAN_CLEARANCE_MM;
-        let map: Vec<Keepout> = config.obstacles.iter().map(keepout).collect();
-        let grid = Grid::new(&fence, &map, clearance);
+        let map: Arc<[Keepout]> = config.obstacles.iter().map(keepout).collect();
+        let grid = plan(&fence, &map, &bounds);
         let identity = Arc::new(Identity::new(&setup, &config));
         let waived = identity.waived_guards;
         let mut random = ChaCha8Rng::seed_from_u64(setup.seed);
@@ -153,6 +154,7 @@ impl Autonomy {
             picture: Picture::default(),
             localisation: Localisation::new(waived),
             fence,
+            map,
             bounds,
             lease: Lease::default(),
             teammates: Teammates::default(),
@@ -202,6 +204,7 @@ impl Autonomy {
             picture: self.picture.clone(),
             localisation: self.localisation.clone(),
             fence: Arc::clone(&self.fence),
+            map: Arc::clone(&self.map),
             bounds: self.bounds,
             lease: self.lease.clone(),
             teammates: self.teammates.clone(),
@@ -263,6 +266,11 @@ impl Core for Autonomy {
     fn output(&mut self) -> Option<Output> {
         self.out.pop_front()
     }
+}
+
+/// What may be driven under `bounds`.
+fn plan(fence: &Geofence, map: &[Keepout], bounds: &Bounds) -> Grid {
+    Grid::new(fence, map, f64::from(bounds.fence_margin_mm) + PLAN_CLEARANCE_MM)
 }
 
 fn keepout(disc: &Disc) -> Keepout {

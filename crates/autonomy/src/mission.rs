@@ -47,6 +47,11 @@ impl Mission {
         Mission { route, looped, grid, legs: 0, leg: None }
     }
 
+    /// From now on over this grid; the present leg is planned anew.
+    pub fn replan(&mut self, grid: Grid) {
+        (self.grid, self.leg) = (grid, None);
+    }
+
     /// Share of the route driven, permille; a looped route is done after one lap.
     pub fn progress(&self) -> u16 {
         let all = self.route.len().max(1);

@@ -289,8 +289,9 @@ impl Console {
     }
 
     fn refuse(&mut self, now: Instant, at: Interface, refusal: &Refusal) {
-        let event = self.accounts.refused(at, None, refusal);
-        self.note(now, event);
+        if let Some(event) = self.accounts.refused(at, None, refusal) {
+            self.note(now, event);
+        }
     }
 
     fn note(&mut self, now: Instant, event: Event) {

@@ -11,6 +11,7 @@ use wire::id::NodeId;
 use wire::refusal::Refusal;
 use wire::time::{Instant, Span};
 use wire::trust::Accepted;
+use wire::trust::rate::Lane;
 
 use crate::stage::{Command, Dispatch, Progress, Rejected};
 use crate::telemetry::struck;
@@ -44,16 +45,12 @@ impl Gateway {
             },
             Request::Stage(intent) => self.staging.stage(now, (station, accepted.evidence().age), &self.roll, intent),
             Request::Release(confirmation) => self.staging.release(now, station, confirmation),
-            Request::Revoke(revocation) => match self.staging.needed(now, station, true) {
+            Request::Revoke(revocation) => match self.staging.needed(now, station, Lane::Withdraw) {
                 Ok(()) => return self.revoke(now, revocation),
                 Err(refusal) => Err(refusal.into()),
             },
         };
         match verdict {
-            // Counted, and not told one by one: a flood must not make us write as fast as it asks.
-            Err(Rejected { refusal: refusal @ Refusal::Rate { .. }, .. }) if !self.staging.tell(now) => {
-                self.accounts.refused(Interface::Requests, None, &refusal);
-            }
             Ok(progress) => {
                 self.accounts.accepted(Interface::Requests);
                 match progress {
@@ -62,8 +59,10 @@ impl Gateway {
                 }
             }
             Err(Rejected { command, refusal }) => {
-                self.refuse(now, Interface::Requests, None, &refusal);
-                let Some(command) = command else { return };
+                // The display's own are few, but for a flood; nobody else's may keep them from being told.
+                let own = station == DISPLAY && !matches!(refusal, Refusal::Rate { .. });
+                let told = self.reject(now, Interface::Requests, own, &refusal);
+                let Some(command) = command.filter(|_| told) else { return };
                 self.note(now, Event::Staged { command: command.id, stage: CommandStage::Refused });
                 // What another station asks for in vain is no command of the display's, whatever it claims to be.
                 if station == DISPLAY {
@@ -71,6 +70,18 @@ impl Gateway {
                 }
             }
         }
+    }
+
+    /// Counts a refusal, and tells of it where it is `owed` or there is room: a flood must not make us write as fast as it
+    /// comes.
+    fn reject(&mut self, now: Instant, at: Interface, owed: bool, refusal: &Refusal) -> bool {
+        let told = owed || self.staging.tell(now);
+        if told {
+            self.refuse(now, at, None, refusal);
+        } else {
+            self.accounts.refused(at, None, refusal);
+        }
+        told
     }
 
     /// A revocation: it holds here at once, and units are told of it until they are gone.
@@ -108,10 +119,13 @@ impl Gateway {
             Subject::Command(_) => return,
         };
         if let Some(refusal) = struck(&self.roll, &self.policy, unit.node(), now) {
-            return self.refuse(now, Interface::Acks, None, &refusal);
+            self.reject(now, Interface::Acks, false, &refusal);
+            return;
         }
         match self.staging.acknowledged(now, unit, bytes) {
-            Err(refusal) => self.refuse(now, Interface::Acks, None, &refusal),
+            Err(refusal) => {
+                self.reject(now, Interface::Acks, false, &refusal);
+            }
             Ok(None) => self.accounts.accepted(Interface::Acks),
             Ok(Some(ack)) => {
                 self.accounts.accepted(Interface::Acks);

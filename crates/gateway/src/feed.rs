@@ -1,7 +1,7 @@
 //! The feed to the console: what was accepted, refused, opened and sent, one sealed message each.
 //!
-//! Refusals can be as many as an adversary likes, so their feed is bounded; the account, the audit log and therefore
-//! the oracle count every one.
+//! Refusals can be as many as an adversary likes, so their feed is bounded; the account counts every one,
+//! and the oracle by it.
 
 use wire::bus::Sender;
 use wire::codec;

@@ -177,8 +177,9 @@ impl Gateway {
     }
 
     fn refuse(&mut self, now: Instant, at: Interface, peer: Option<PeerId>, refusal: &Refusal) {
-        let event = self.accounts.refused(at, peer, refusal);
-        self.note(now, event);
+        if let Some(event) = self.accounts.refused(at, peer, refusal) {
+            self.note(now, event);
+        }
         if !self.quiet {
             self.out.extend(self.feed.refused(now, refusal.reason(), peer));
         }

@@ -183,8 +183,9 @@ impl Perception {
         match judged {
             Ok(()) => self.accounts.accepted(at),
             Err(refusal) => {
-                let event = self.accounts.refused(at, None, &refusal);
-                self.journal.write(now, event, &mut self.out);
+                if let Some(event) = self.accounts.refused(at, None, &refusal) {
+                    self.journal.write(now, event, &mut self.out);
+                }
             }
         }
     }

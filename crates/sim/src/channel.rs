@@ -5,6 +5,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use wire::account::WRITTEN_REFUSALS;
 use wire::bus::{ChannelKey, Sender};
 use wire::codec::Text;
 use wire::core::{Output, Topic};
@@ -20,8 +21,6 @@ use crate::truth::Witness;
 
 /// The oldest a set-point or act may be on arrival.
 pub const FRESHNESS: Span = Span::ms(300);
-/// How many refusals are written one by one; later ones are only counted.
-const WRITTEN_REFUSALS: u64 = 256;
 
 /// Keys of the sim's channels.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]

@@ -184,7 +184,7 @@ impl Faults {
     pub fn call(&mut self, name: StepName, run: Span) {
         let called = |fault: &Fault| match fault.waits_ms {
             Some(after) if fault.step == Some(name) => {
-                Fault { start_ms: fault.start_ms.max(run.0 / 1000) + after, waits_ms: None, ..*fault }
+                Fault { start_ms: fault.start_ms.max(run.0 / 1000).saturating_add(after), waits_ms: None, ..*fault }
             }
             Some(_) | None => *fault,
         };

@@ -12,9 +12,10 @@ use wire::core::Output;
 use wire::drive::Act;
 use wire::event::Event;
 use wire::id::{FrameId, ObjectId, UnitId};
+use wire::step::StepName;
 use wire::time::{Instant, Span};
 
-use crate::fault::{Effect, Faults, MAX_FAULTS, is_imaging};
+use crate::fault::{Effect, Fault, Faults, MAX_FAULTS, is_imaging};
 use crate::plant::Plant;
 use crate::sensor::localisation::wrap_mrad;
 use crate::world::World;
@@ -26,17 +27,20 @@ pub(crate) struct Witness {
     unit: UnitId,
     leased: bool,
     faults_active: [bool; MAX_FAULTS],
+    /// Whether the step that this fault is the first of is told to have begun and not to have ended.
+    steps_open: [bool; MAX_FAULTS],
 }
 
 impl Witness {
     pub(crate) fn new(journal: Option<Journal>, unit: UnitId) -> Self {
-        Witness { journal, unit, leased: false, faults_active: [false; MAX_FAULTS] }
+        Witness { journal, unit, leased: false, faults_active: [false; MAX_FAULTS], steps_open: [false; MAX_FAULTS] }
     }
 
     /// The same witness in a forked world.
     pub(crate) fn fork(&self) -> Witness {
         let journal = self.journal.as_ref().map(Journal::fork);
-        Witness { journal, unit: self.unit, leased: self.leased, faults_active: self.faults_active }
+        let Witness { unit, leased, faults_active, steps_open, .. } = *self;
+        Witness { journal, unit, leased, faults_active, steps_open }
     }
 
     /// Appends an event.
@@ -122,6 +126,28 @@ impl Witness {
         self.write(now, event, out);
     }
 
+    /// A step is told once, however many of its faults there are: it begins with the first of them, here `active`, and ends
+    /// when none of them is or will be.
+    fn step(
+        &mut self,
+        now: Instant,
+        run: Span,
+        (step, active): (StepName, bool),
+        faults: &Faults,
+        out: &mut VecDeque<Output>,
+    ) {
+        let mut of_step = faults.all().iter().enumerate().filter(|(_, f)| f.step == Some(step));
+        let Some((first, fault)) = of_step.next() else { return };
+        let over = |fault: &Fault| fault.waits_ms.is_none() && run >= fault.ends();
+        let begun = match (self.steps_open[first], active) {
+            (false, true) => true,
+            (true, false) if over(fault) && of_step.all(|(_, f)| over(f)) => false,
+            (_, _) => return,
+        };
+        self.steps_open[first] = begun;
+        self.write(now, Event::Step { step, begun }, out);
+    }
+
     /// Starts and ends of faults since the last reading of this kind; `frame` is the one about to be made.
     pub(crate) fn faults(
         &mut self,
@@ -133,11 +159,11 @@ impl Witness {
     ) {
         for (index, fault) in faults.all().iter().enumerate().filter(|(_, f)| is_imaging(f.sensor) == imaging) {
             let active = fault.active(run);
+            if let Some(step) = fault.step {
+                self.step(now, run, (step, active), faults, out);
+            }
             if active != self.faults_active[index] {
                 self.faults_active[index] = active;
-                if let Some(step) = fault.step {
-                    self.write(now, Event::Step { step, begun: active }, out);
-                }
                 self.write(now, Event::Fault { sensor: fault.sensor, kind: fault.kind(), active, frame }, out);
             }
         }

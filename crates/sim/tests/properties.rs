@@ -17,6 +17,7 @@ use wire::drive::{Act, Drive};
 use wire::event::{Event, FaultKind, Sensor};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, Sequence, TrackId, WorldId};
 use wire::sensor::{Candidates, Class, Frames};
+use wire::step::StepName;
 use wire::time::{Instant, Span};
 
 #[test]
@@ -152,6 +153,32 @@ fn a_drift_walks_the_fix_away_from_the_truth_and_is_written_down() {
     let last = minicbor::decode::<wire::sensor::Navigation>(bodies.last().unwrap()).unwrap();
     assert!((last.fix.unwrap().pose.x_mm - -7_000).abs() < 400, "{last:?}");
     assert!(events(&log).iter().any(|(_, e)| matches!(e, Event::Fault { kind: FaultKind::Drift, active: true, .. })));
+}
+
+#[test]
+fn a_step_of_several_sensors_is_told_to_begin_once_and_to_end_once() {
+    let mut config = SimConfig::new(7, false);
+    // One after the other with a pause between them, and one that navigation and not the frames tell of.
+    let parts = [
+        (Sensor::Rgb, 500, 200),
+        (Sensor::Thermal, 500, 400),
+        (Sensor::Localisation, 800, 100),
+        (Sensor::Lidar, 1300, 300),
+    ];
+    for (sensor, start_ms, duration_ms) in parts {
+        let step = StepName::new("blind");
+        let disturbance = Disturbance::Dropout;
+        config.faults.push(Fault { sensor, disturbance, start_ms, duration_ms, step, waits_ms: None });
+    }
+    let log = Rig::new(config).run(2_500, None);
+    let told: Vec<(u64, bool)> = events(&log)
+        .into_iter()
+        .filter_map(|(at, e)| match e {
+            Event::Step { begun, .. } => Some((at.since(START).0 / 1000, begun)),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(told, [(500, true), (1600, false)]);
 }
 
 #[test]

@@ -13,6 +13,12 @@ use crate::id::PeerId;
 use crate::refusal::Refusal;
 use crate::time::Instant;
 
+/// Refusals of one interface of shared memory that are written one by one; later ones are only counted. Whoever may write
+/// into a segment does so as fast as memory is, with no handshake before it and no key needed to be refused: each entry
+/// would be hashed, recorded and signed for. So many show who came and with what; of more, how many is enough, and the
+/// closing account says so. Other interfaces have a link's pace or a rate of their own.
+pub const WRITTEN_REFUSALS: u64 = 256;
+
 /// Counters by account.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Accounts(BTreeMap<Account, u64>);
@@ -34,12 +40,14 @@ impl Accounts {
         self.count(Account::Accepted(at));
     }
 
-    /// A record was delivered to `at` and refused there; gives the event that says so.
-    pub fn refused(&mut self, at: Interface, peer: Option<PeerId>, refusal: &Refusal) -> Event {
+    /// A record was delivered to `at` and refused there; gives the event that says so, where it is to be written.
+    pub fn refused(&mut self, at: Interface, peer: Option<PeerId>, refusal: &Refusal) -> Option<Event> {
         let reason = refusal.reason();
         self.count(Account::Received(at));
         self.count(Account::Refused(at, reason));
-        Event::Refused { at, peer, reason, detail: Text::new(&refusal.to_string()) }
+        let refused = self.of(Account::Received(at)) - self.of(Account::Accepted(at));
+        let written = !matches!(at, Interface::Bus(_)) || refused <= WRITTEN_REFUSALS;
+        written.then(|| Event::Refused { at, peer, reason, detail: Text::new(&refusal.to_string()) })
     }
 
     /// Writes the closing account, in the order of [`Account`].
@@ -47,5 +55,30 @@ impl Accounts {
         for (account, n) in &self.0 {
             journal.write(now, Event::Count { account: *account, n: *n }, out);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::core::Topic;
+    use crate::id::NodeId;
+    use crate::refusal::Reason;
+
+    #[test]
+    fn refusals_on_the_bus_are_written_up_to_a_bound_for_each_interface_and_counted_beyond_it() {
+        let mut accounts = Accounts::default();
+        let refusal = |n: &u64| {
+            if n.is_multiple_of(2) { Refusal::Tag { expected: NodeId::SIM } } else { Refusal::Schema { at: 0 } }
+        };
+        let mut written = |at, n: u64| (0..n).filter(|n| accounts.refused(at, None, &refusal(n)).is_some()).count();
+        let (seals, tracks) = (Interface::Bus(Topic::Seals), Interface::Bus(Topic::Tracks));
+        assert_eq!(written(seals, 1000), 256);
+        assert_eq!(written(tracks, 1), 1, "another channel has a bound of its own");
+        assert_eq!(written(Interface::Uplink, 1000), 1000);
+        accounts.accepted(seals);
+        let of = |account| accounts.of(account);
+        let refused = Reason::ALL.iter().map(|reason| of(Account::Refused(seals, *reason))).sum::<u64>();
+        assert_eq!((of(Account::Received(seals)), of(Account::Accepted(seals)), refused), (1001, 1, 1000));
     }
 }

@@ -141,7 +141,7 @@ pub enum Refusal {
         /// In the intent.
         got: Nonce,
     },
-    /// The command, or one after it, was already seen.
+    /// A command of the same operator after it was already seen.
     #[error("duplicate: a command after {last:?} expected, got {got:?}")]
     Duplicate {
         /// Newest seen.
@@ -170,13 +170,27 @@ pub enum Refusal {
         /// Bound.
         limit: usize,
     },
+    /// The very same command, by the hash of what was signed, was already seen.
+    #[error("duplicate: none of the last {kept} expected, got {got:?} again")]
+    Repeated {
+        /// How many are remembered.
+        kept: usize,
+        /// In the intent.
+        got: CommandId,
+    },
     /// Further ahead than an operator can have come.
-    #[error("jump: a command at most {limit} after {last:?} expected, got {got:?}")]
+    #[error("jump: at most {furthest:?} of its boot expected, got {got:?}")]
     Ahead {
-        /// Largest step.
-        limit: u64,
-        /// Newest seen, if any.
-        last: Option<CommandId>,
+        /// The furthest that is taken up.
+        furthest: Sequence,
+        /// In the intent.
+        got: CommandId,
+    },
+    /// Of a boot further ahead than an operator's console can have come.
+    #[error("jump: at most {furthest:?} expected, got {got:?}")]
+    AheadBoot {
+        /// The furthest that is taken up.
+        furthest: Boot,
         /// In the intent.
         got: CommandId,
     },
@@ -189,6 +203,14 @@ pub enum Refusal {
         per_s: u32,
         /// Who sent them.
         got: NodeId,
+    },
+    /// More than there can be need for came to nothing when it was verified, whoever it was said to be of.
+    #[error("rate: at most {burst} at once and {per_s} a second that do not verify expected, got more")]
+    Unproven {
+        /// At once.
+        burst: u32,
+        /// In a second.
+        per_s: u32,
     },
     /// The authority of the run has revoked the peer or signer.
     #[error("revoked: one that stands expected, got {got}")]
@@ -378,13 +400,13 @@ impl Refusal {
             Refusal::Unit { .. } => Reason::Unit,
             Refusal::Role { .. } => Reason::Role,
             Refusal::Late { .. } => Reason::Late,
-            Refusal::Duplicate { .. } => Reason::Duplicate,
+            Refusal::Duplicate { .. } | Refusal::Repeated { .. } => Reason::Duplicate,
             Refusal::Confirmation { .. } => Reason::Confirmation,
             Refusal::NoReason => Reason::NoReason,
             Refusal::Interlock { .. } => Reason::Interlock,
             Refusal::Full { .. } => Reason::Full,
-            Refusal::Ahead { .. } => Reason::Jump,
-            Refusal::Rate { .. } => Reason::Rate,
+            Refusal::Ahead { .. } | Refusal::AheadBoot { .. } => Reason::Jump,
+            Refusal::Rate { .. } | Refusal::Unproven { .. } => Reason::Rate,
             Refusal::Revoked { .. } => Reason::Revoked,
             Refusal::Expired { .. } => Reason::Expired,
             Refusal::Joint { .. } => Reason::Joint,

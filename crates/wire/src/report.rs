@@ -94,7 +94,7 @@ pub struct Report {
     /// What an intent has to repeat to prove that it is younger than this nonce.
     #[n(12)]
     pub command_nonce: Nonce,
-    /// The last command seen and, if it was refused, why.
+    /// How far the counter has come of the operator who moved one last and, if the command that did was refused, why.
     #[n(13)]
     pub last_command: Option<(CommandId, Option<Reason>)>,
     /// Share of the route driven, permille.

@@ -3,7 +3,7 @@
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Interface};
 use wire::hop::HopBody;
-use wire::id::{NodeId, Nonce, Sequence, UnitId};
+use wire::id::{Boot, NodeId, Nonce, Sequence, UnitId};
 use wire::mode::Mode;
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
@@ -133,7 +133,7 @@ fn a_counter_run_ahead_is_refused_and_a_hold_from_far_ahead_is_obeyed_and_moves_
 }
 
 #[test]
-fn an_operator_who_floods_is_cut_off_and_neither_answered_nor_told_one_by_one_and_the_other_is_heard() {
+fn an_operator_who_floods_is_cut_off_and_not_told_one_by_one_and_the_other_is_heard() {
     let mut bench = idle();
     let flood = |bench: &mut Bench, kind: CommandKind, from: u64| {
         for sequence in from..from + 60 {
@@ -143,12 +143,12 @@ fn an_operator_who_floods_is_cut_off_and_neither_answered_nor_told_one_by_one_an
         }
     };
     flood(&mut bench, CommandKind::Resume, 1);
-    assert_eq!(executed(&bench).len(), 8, "the burst is answered");
+    assert_eq!(executed(&bench).len(), 8 + 8, "the burst is answered, and as many refusals for the rate");
     let rate = Account::Refused(Interface::Commands, Reason::Rate);
     let told = |bench: &Bench| {
         bench.events.iter().filter(|e| matches!(e, Event::Refused { reason: Reason::Rate, .. })).count()
     };
-    assert_eq!(told(&bench), 1);
+    assert_eq!(told(&bench), 8);
     assert_eq!(bench.order(CommandKind::Enable), None, "the other operator has a rate of its own");
     flood(&mut bench, CommandKind::Hold, 100);
     assert_eq!(bench.core.mode(), Mode::HoldSafe, "the first hold of a flood holds");
@@ -161,6 +161,118 @@ fn an_operator_who_floods_is_cut_off_and_neither_answered_nor_told_one_by_one_an
         _ => None,
     });
     assert_eq!(counted, Some(52 + 52), "every one is counted");
+}
+
+#[test]
+fn a_flood_of_disarms_by_whoever_holds_the_operators_key_does_not_keep_its_hold_out() {
+    let mut bench = Bench::in_mode(Mode::Ready);
+    let mut through = 0;
+    while bench.order(CommandKind::Disarm).is_none() {
+        through += 1;
+    }
+    assert_eq!(through, 8, "in READY they stop nothing");
+    assert_eq!(bench.core.mode(), Mode::Ready);
+    assert_eq!(bench.order(CommandKind::Hold), None);
+    assert_eq!(bench.core.mode(), Mode::HoldSafe);
+}
+
+/// Orders that nobody signed, `n` of them, in the operator's name and with the unit's own nonce.
+fn forge(bench: &mut Bench, kind: CommandKind, n: u64) {
+    for sequence in 0..n {
+        let mut intent = bench.intent(kind, "for a reason");
+        intent.id.sequence = Sequence(1 + sequence % 60);
+        let mut order = order_bytes(&intent, false);
+        // The last byte of the signature, before the missing confirmation.
+        let last = order.len() - 2;
+        order[last] ^= 1;
+        bench.publish(order);
+    }
+}
+
+/// The closing account of the command plane: received, accepted, and refused by reason.
+fn account(bench: &mut Bench) -> (u64, u64, Vec<(Reason, u64)>) {
+    bench.feed(&wire::core::Input::Finish);
+    let counts: Vec<(Account, u64)> = bench
+        .events
+        .iter()
+        .filter_map(|e| match e {
+            Event::Count { account, n } => Some((*account, *n)),
+            _ => None,
+        })
+        .collect();
+    let of = |wanted| counts.iter().find(|(account, _)| *account == wanted).map_or(0, |(_, n)| *n);
+    let refused = counts.iter().filter_map(|(account, n)| match account {
+        Account::Refused(Interface::Commands, reason) => Some((*reason, *n)),
+        _ => None,
+    });
+    (of(Account::Received(Interface::Commands)), of(Account::Accepted(Interface::Commands)), refused.collect())
+}
+
+#[test]
+fn a_flood_of_forged_orders_is_counted_one_by_one_and_neither_written_nor_answered_nor_verified_so() {
+    let mut bench = idle();
+    let (events, acks) = (bench.events.len(), bench.acks.len());
+    forge(&mut bench, CommandKind::Enable, 500);
+    forge(&mut bench, CommandKind::Hold, 500);
+    assert_eq!(bench.acks.len() - acks, 8, "answered");
+    assert_eq!(bench.events.len() - events, 2 * 8, "written: why, and what was asked");
+    assert_eq!(bench.order(CommandKind::Hold), None, "no forgery keeps the operator's hold out");
+    bench.run(3000);
+    assert_eq!(bench.order(CommandKind::Resume), None, "and when it is over the rest is heard again");
+    let (received, accepted, refused) = account(&mut bench);
+    assert_eq!((received, accepted), (1002, 2));
+    let verified_or_not = [(Reason::Signature, 16 + 500), (Reason::Rate, 500 - 16)];
+    assert_eq!(refused, verified_or_not, "a forged hold is always verified, of the others so many");
+}
+
+#[test]
+fn whatever_is_wrong_with_a_flood_it_is_written_and_answered_only_so_often_and_adds_up() {
+    let mut bench = idle();
+    let enable = bench.signed_order(CommandKind::Enable);
+    bench.publish(enable.clone());
+    let (events, acks) = (bench.events.len(), bench.acks.len());
+    for n in 0..300 {
+        let mut intent = bench.intent(CommandKind::Hold, "");
+        match n % 4 {
+            0 => intent.nonce = Nonce(1),
+            1 => intent.unit = UnitId::B,
+            2 => intent.id.operator = NodeId::UNIT_B,
+            _ => {}
+        }
+        if n % 4 == 3 {
+            bench.publish(enable.clone())
+        } else {
+            bench.publish(order_bytes(&intent, false))
+        }
+        bench.publish(vec![0xff]);
+    }
+    assert!(bench.acks.len() - acks <= 8);
+    assert!(bench.events.len() - events <= 2 * 8);
+    let (received, accepted, refused) = account(&mut bench);
+    assert_eq!((received, accepted), (601, 1));
+    assert_eq!(refused.iter().map(|(_, n)| n).sum::<u64>(), 600, "{refused:?}");
+    for (reason, n) in [(Reason::Late, 75), (Reason::Unit, 75), (Reason::Role, 75), (Reason::Duplicate, 75)] {
+        assert!(refused.contains(&(reason, n)), "{reason:?}: {refused:?}");
+    }
+}
+
+#[test]
+fn what_is_reported_of_a_counter_never_runs_backwards_and_follows_where_a_hold_moved_it() {
+    let mut bench = idle();
+    let reported = |bench: &mut Bench, kind, boot, sequence| {
+        let mut intent = bench.intent(kind, "for a reason");
+        (intent.id.boot, intent.id.sequence) = (Boot(boot), Sequence(sequence));
+        bench.publish(order_bytes(&intent, !kind.towards_safe()));
+        bench.run(200);
+        let (id, _) = bench.report.as_ref().unwrap().last_command.unwrap();
+        (id.boot.0, id.sequence.0)
+    };
+    assert_eq!(reported(&mut bench, CommandKind::Enable, 1, 50), (1, 50));
+    assert_eq!(reported(&mut bench, CommandKind::Hold, 1, 3), (1, 50), "an old hold is obeyed and says nothing of it");
+    assert_eq!(bench.core.mode(), Mode::HoldSafe);
+    assert_eq!(reported(&mut bench, CommandKind::Hold, 9, 1), (5, 0), "so that whoever goes on above it is heard");
+    assert_eq!(reported(&mut bench, CommandKind::Resume, 9, 2), (9, 2));
+    assert_eq!(bench.core.mode(), Mode::Ready);
 }
 
 #[test]
@@ -194,4 +306,22 @@ fn values_change_in_idle_only_and_only_if_they_are_safe_together() {
     let mut waived = Bench::under(policy, None);
     waived.run(2000);
     assert_eq!(waived.order(CommandKind::Configure(narrow)), None);
+}
+
+#[test]
+fn the_plan_keeps_the_margin_that_an_operator_has_set() {
+    let driven = |margin_mm| {
+        let mut bench = idle();
+        let settings = Settings { speed_mm_s: 1000, margin_mm, arm_permille: 600, keep_permille: 450 };
+        assert_eq!(bench.order(CommandKind::Configure(settings)), None);
+        assert_eq!(bench.order(CommandKind::Enable), None);
+        bench.run(500);
+        bench.drive.as_ref().unwrap().speed_mm_s
+    };
+    assert_eq!(
+        driven(3000),
+        1000,
+        "the way point is 5 m inside the fence: room for 3 m and what the plan keeps beyond"
+    );
+    assert_eq!(driven(5000), 0, "no way leads there without tripping the guard");
 }

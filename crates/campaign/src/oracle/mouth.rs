@@ -3,8 +3,8 @@
 //! The two share the hash of the very bytes (`crate::sights`). That some record of the insider's arrived is none: an honest
 //! one of its own would do for that.
 
-use wire::event::{Action, Event, Interface};
-use wire::id::NodeId;
+use wire::event::{Account, Action, Event, Interface};
+use wire::id::{Boot, NodeId};
 use wire::refusal::Reason;
 
 use super::{Evidence, Micros};
@@ -37,7 +37,30 @@ pub(super) fn refused_on_the_bus(evidence: &Evidence, zero: Micros) -> bool {
             _ => false,
         })
     };
-    seen(evidence).filter(|s| s.at >= zero && matches!(s.interface, Interface::Bus(_))).any(|s| answers(&s))
+    let on_the_bus = |s: &Seen| s.at >= zero && matches!(s.interface, Interface::Bus(_));
+    seen(evidence).filter(on_the_bus).any(|s| answers(&s) || unwritten(evidence, &s))
+}
+
+/// Whether the reader refused more at this interface than it wrote down (`wire::account::WRITTEN_REFUSALS`), and had come so
+/// far that it wrote no more: then its closing account is what tells.
+fn unwritten(evidence: &Evidence, s: &Seen) -> bool {
+    let of_reader = || evidence.entries.iter().filter(|w| w.entry.node == s.reader);
+    let counts = of_reader().filter_map(|w| match w.entry.event {
+        Event::Count { account: Account::Refused(at, reason), n } if at == s.interface && reason != Reason::Epoch => {
+            Some((w.entry.boot, n))
+        }
+        _ => None,
+    });
+    let counts: Vec<(Boot, u64)> = counts.collect();
+    let Some(boot) = counts.iter().map(|(boot, _)| *boot).max() else { return false };
+    let counted: u64 = counts.iter().filter(|(of, _)| *of == boot).map(|(_, n)| n).sum();
+    let written = of_reader().filter(|w| w.entry.boot == boot).filter_map(|w| match w.entry.event {
+        Event::Refused { at, reason, .. } if at == s.interface => Some((w.at, reason != Reason::Epoch)),
+        _ => None,
+    });
+    let (written, last) =
+        written.fold((0, 0), |(n, last), (at, counts)| (n + u64::from(counts), Micros::max(last, at)));
+    counted > written && s.at >= last
 }
 
 /// A sight of a mouth.

@@ -156,7 +156,7 @@ fn a_station_that_floods_takes_neither_rate_nor_room_nor_the_lane_for_holding_fr
             refused,
             match n {
                 1..=8 => None,
-                9 => Some(Reason::Rate),
+                9..=16 => Some(Reason::Rate),
                 _ => None, // Counted, and not told one by one.
             }
         );

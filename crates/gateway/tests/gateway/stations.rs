@@ -80,6 +80,22 @@ fn an_acknowledgement_that_is_said_again_is_neither_verified_nor_passed_on_again
     assert_eq!(bench.count(Account::Accepted(Interface::Acks)), 50);
 }
 
+/// A hostile broker can repeat and damage what it carries as fast as it likes.
+#[test]
+fn forged_acknowledgements_are_counted_one_by_one_and_told_so_often() {
+    let mut bench = Bench::new(Policy::default());
+    let hold = signed_intent(&intent(1, CommandKind::Hold, ""));
+    assert_eq!(bench.stage(&hold), None);
+    let told = bench.feeds;
+    for _ in 0..200 {
+        bench.acknowledge(NodeId::UNIT_B, &executed(&hold));
+    }
+    assert_eq!(bench.count(Account::Refused(Interface::Acks, Reason::Confirmation)), 200);
+    assert!(bench.feeds - told <= 8, "{} told", bench.feeds - told);
+    let garbage = signed_intent(&intent(2, CommandKind::Enable, ""));
+    assert_eq!(bench.stage(&garbage), Some(Reason::NoReason), "the display's own is told all the same");
+}
+
 #[test]
 fn a_teammate_that_is_struck_hears_no_more_of_the_others_either() {
     let mut bench = Bench::new(Policy::default());

@@ -9,8 +9,8 @@
 use std::collections::VecDeque;
 
 use super::{Attributed, Fresh, Ordered};
-use crate::command::Intent;
-use crate::id::{CommandId, NodeId};
+use crate::command::{CommandKind, Intent};
+use crate::id::{Boot, CommandId, NodeId, Sequence};
 use crate::policy::{Check, Policy, Requirement};
 use crate::refusal::Refusal;
 
@@ -23,8 +23,8 @@ const FIRST: u64 = 1 << 32;
 const STEP_BOOT: u32 = 4;
 const FIRST_BOOT: u32 = 1 << 16;
 /// Commands of one operator that are remembered by the hash of their intents: more than the rates ([`super::rate`]) let
-/// through before the nonces that they repeat have run out.
-const KEPT: usize = 64;
+/// through in all lanes before the nonces that they repeat have run out.
+const KEPT: usize = 96;
 
 /// The commands of every operator; bounded by the closed set of identities.
 #[derive(Clone, Debug, Default)]
@@ -44,23 +44,22 @@ impl Counters {
         self.0.iter().find(|counter| counter.operator == operator)
     }
 
-    /// Whether the unit has counted this command or one after it, so that whoever goes on above it is heard.
-    pub fn counted(&self, id: CommandId) -> bool {
-        let newest = self.of(id.operator).and_then(|counter| counter.newest);
-        newest.is_some_and(|newest| (id.boot, id.sequence) <= (newest.boot, newest.sequence))
+    /// How far the counter of `operator` has come: whoever goes on above it is heard.
+    pub fn newest(&self, operator: NodeId) -> Option<CommandId> {
+        self.of(operator).and_then(|counter| counter.newest)
     }
 
     /// The very same signed intent was not seen lately.
     fn unseen(&self, got: CommandId, hash: &[u8; 32]) -> Result<(), Refusal> {
         let seen = self.of(got.operator).is_some_and(|counter| counter.kept.contains(hash));
-        if seen { Err(Refusal::Duplicate { last: got, got }) } else { Ok(()) }
+        if seen { Err(Refusal::Repeated { kept: KEPT, got }) } else { Ok(()) }
     }
 
     /// It was not seen, and away from safe it comes after all that were.
     fn after(&self, intent: &Intent, hash: &[u8; 32]) -> Result<(), Refusal> {
         let got = intent.id;
         self.unseen(got, hash)?;
-        match self.of(got.operator).and_then(|counter| counter.newest) {
+        match self.newest(got.operator) {
             Some(last) if !intent.kind.towards_safe() && (got.boot, got.sequence) <= (last.boot, last.sequence) => {
                 Err(Refusal::Duplicate { last, got })
             }
@@ -74,18 +73,35 @@ impl Counters {
     }
 
     fn near(&self, got: CommandId) -> Result<(), Refusal> {
-        let last = self.of(got.operator).and_then(|counter| counter.newest);
-        let (limit, from, boots) = match last {
-            None => (FIRST, 0, FIRST_BOOT),
-            Some(last) if got.boot == last.boot => (STEP, last.sequence.0, 0),
-            Some(last) => (STEP, 0, last.boot.0.saturating_add(STEP_BOOT)),
-        };
-        let same = last.is_some_and(|last| last.boot == got.boot);
-        let near = got.sequence.0.saturating_sub(from) <= limit && (same || got.boot.0 <= boots);
-        if near { Ok(()) } else { Err(Refusal::Ahead { limit, last, got }) }
+        let last = self.newest(got.operator);
+        let boot = Boot(last.map_or(FIRST_BOOT, |last| last.boot.0.saturating_add(STEP_BOOT)));
+        let sequence = Sequence(match last {
+            None => FIRST,
+            Some(last) if got.boot == last.boot => last.sequence.0.saturating_add(STEP),
+            Some(_) => STEP,
+        });
+        match (got.boot <= boot, got.sequence <= sequence) {
+            (true, true) => Ok(()),
+            (true, false) => Err(Refusal::Ahead { furthest: sequence, got }),
+            (false, _) => Err(Refusal::AheadBoot { furthest: boot, got }),
+        }
     }
 
-    fn note(&mut self, got: CommandId, hash: &[u8; 32], advance: bool) {
+    /// How far an accepted command moves its operator's counter. A HOLD of a boot that is too far ahead moves it by the one
+    /// step that it may take: else an operator whose console started more often than that unheard would be refused until
+    /// *we* start anew; so a few HOLDs bring the two together. A thief of the key gains nothing: a HOLD of just that boot
+    /// moves the counter as far, and comes as often.
+    fn reached(&self, intent: &Intent) -> Option<CommandId> {
+        match self.near(intent.id) {
+            Ok(()) => Some(intent.id),
+            Err(Refusal::AheadBoot { furthest, .. }) if intent.kind == CommandKind::Hold => {
+                Some(CommandId { boot: furthest, sequence: Sequence(0), ..intent.id })
+            }
+            Err(_) => None,
+        }
+    }
+
+    fn note(&mut self, got: CommandId, hash: &[u8; 32], reached: Option<CommandId>) {
         let at = self.0.iter().position(|counter| counter.operator == got.operator).unwrap_or_else(|| {
             self.0.push(Counter { operator: got.operator, newest: None, kept: VecDeque::new() });
             self.0.len() - 1
@@ -95,9 +111,10 @@ impl Counters {
             counter.kept.pop_front();
         }
         counter.kept.push_back(*hash);
-        let later = counter.newest.is_none_or(|last| (got.boot, got.sequence) > (last.boot, last.sequence));
-        if later && advance {
-            counter.newest = Some(got);
+        let later =
+            |id: &CommandId| counter.newest.is_none_or(|last| (id.boot, id.sequence) > (last.boot, last.sequence));
+        if let Some(reached) = reached.filter(later) {
+            counter.newest = Some(reached);
         }
     }
 }
@@ -118,10 +135,12 @@ impl Attributed<Intent> {
         let new: Attributed<Intent> = self.check(policy, Check::Duplicate, |intent, _| counters.after(intent, hash))?;
         let near: Ordered<Intent> = new.check(policy, Check::Jump, |intent, _| counters.near_enough(intent))?;
         if policy.check(Check::Duplicate) == Requirement::Required {
-            let id = near.message.id;
-            // A hold from far ahead is obeyed and does not move the counter.
-            let advance = policy.check(Check::Jump) == Requirement::Waived || counters.near(id).is_ok();
-            counters.note(id, hash, advance);
+            let intent = &near.message;
+            let reached = match policy.check(Check::Jump) {
+                Requirement::Waived => Some(intent.id),
+                Requirement::Required => counters.reached(intent),
+            };
+            counters.note(intent.id, hash, reached);
         }
         Ok(near)
     }
@@ -136,7 +155,7 @@ impl Attributed<Intent> {
         let new: Ordered<Intent> =
             self.check(policy, Check::Duplicate, |intent, _| counters.unseen(intent.id, hash))?;
         if policy.check(Check::Duplicate) == Requirement::Required {
-            counters.note(new.message.id, hash, false);
+            counters.note(new.message.id, hash, None);
         }
         Ok(new)
     }
@@ -146,8 +165,8 @@ impl Attributed<Intent> {
 mod tests {
     use super::*;
     use crate::codec::Text;
-    use crate::command::CommandKind;
-    use crate::id::{Boot, Nonce, Sequence, UnitId};
+    use crate::id::{Nonce, UnitId};
+    use crate::trust::rate::{Allowance, Lane};
 
     fn intent(boot: u32, sequence: u64, kind: CommandKind) -> Intent {
         let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(boot), sequence: Sequence(sequence) };
@@ -159,9 +178,10 @@ mod tests {
         let mut hash = [0; 32];
         hash[..8].copy_from_slice(&intent.id.sequence.0.to_le_bytes());
         hash[8..12].copy_from_slice(&intent.kind.name().as_bytes()[..4]);
+        hash[12..16].copy_from_slice(&intent.id.boot.0.to_le_bytes());
         counters.after(intent, &hash)?;
         counters.near_enough(intent)?;
-        counters.note(intent.id, &hash, counters.near(intent.id).is_ok());
+        counters.note(intent.id, &hash, counters.reached(intent));
         Ok(())
     }
 
@@ -169,11 +189,15 @@ mod tests {
     fn the_end_of_the_counter_is_out_of_reach_from_anywhere() {
         let mut counters = Counters::default();
         let mut enable = |boot, n| give(&mut counters, &intent(boot, n, CommandKind::Enable));
-        assert!(matches!(enable(1, u64::MAX), Err(Refusal::Ahead { last: None, .. })));
-        assert!(matches!(enable(u32::MAX, 1), Err(Refusal::Ahead { .. })));
+        assert!(matches!(enable(1, u64::MAX), Err(Refusal::Ahead { furthest: Sequence(FIRST), .. })));
+        assert!(matches!(enable(u32::MAX, 1), Err(Refusal::AheadBoot { furthest: Boot(FIRST_BOOT), .. })));
         assert_eq!(enable(1, 7), Ok(()));
-        assert!(matches!(enable(1, 7 + STEP + 1), Err(Refusal::Ahead { .. })));
-        assert!(matches!(enable(2 + STEP_BOOT, 1), Err(Refusal::Ahead { .. })));
+        let got = |boot, sequence| intent(boot, sequence, CommandKind::Enable).id;
+        let far = Refusal::Ahead { furthest: Sequence(7 + STEP), got: got(1, 8 + STEP) };
+        assert_eq!(enable(1, 8 + STEP), Err(far));
+        let far = Refusal::AheadBoot { furthest: Boot(1 + STEP_BOOT), got: got(2 + STEP_BOOT, 1) };
+        assert_eq!(enable(2 + STEP_BOOT, 1), Err(far));
+        assert_eq!(enable(2, 1 + STEP), Err(Refusal::Ahead { furthest: Sequence(STEP), got: got(2, 1 + STEP) }));
         assert_eq!(enable(1, 7 + STEP), Ok(()));
         assert!(matches!(enable(1, 8), Err(Refusal::Duplicate { .. })));
         assert_eq!(enable(2, 1), Ok(()));
@@ -184,9 +208,20 @@ mod tests {
         let mut counters = Counters::default();
         assert_eq!(give(&mut counters, &intent(1, 40, CommandKind::Enable)), Ok(()));
         assert_eq!(give(&mut counters, &intent(1, 3, CommandKind::Hold)), Ok(()));
-        assert!(matches!(give(&mut counters, &intent(1, 3, CommandKind::Hold)), Err(Refusal::Duplicate { .. })));
+        let again = intent(1, 3, CommandKind::Hold);
+        assert_eq!(give(&mut counters, &again), Err(Refusal::Repeated { kept: KEPT, got: again.id }));
         assert_eq!(give(&mut counters, &intent(1, u64::MAX, CommandKind::Hold)), Ok(()));
         assert_eq!(give(&mut counters, &intent(1, 41, CommandKind::Resume)), Ok(()));
+    }
+
+    #[test]
+    fn more_commands_are_remembered_than_the_rates_let_through_while_a_nonce_is_good() {
+        let ms = crate::bounds::Bounds::GROUND.command_limit_ms;
+        let through = [Lane::Away, Lane::Withdraw, Lane::Hold].map(|lane| {
+            let Allowance { burst, per_s } = lane.allowance();
+            u64::from(burst) + u64::from(per_s) * ms / 1000
+        });
+        assert!(through.iter().sum::<u64>() < KEPT as u64, "{through:?}");
     }
 
     #[test]
@@ -206,13 +241,33 @@ mod tests {
     }
 
     #[test]
-    fn what_did_not_move_the_counter_is_not_counted() {
+    fn an_operator_whose_console_started_too_often_unheard_is_heard_again_after_a_few_holds() {
         let mut counters = Counters::default();
-        let far = intent(1, u64::MAX, CommandKind::Hold);
-        assert_eq!(give(&mut counters, &far), Ok(()));
-        assert!(!counters.counted(far.id));
-        let near = intent(1, 7, CommandKind::Hold);
-        assert_eq!(give(&mut counters, &near), Ok(()));
-        assert!(counters.counted(near.id) && !counters.counted(far.id));
+        assert_eq!(give(&mut counters, &intent(1, 40, CommandKind::Enable)), Ok(()));
+        let resume = |counters: &mut Counters| give(counters, &intent(10, 9, CommandKind::Resume));
+        assert!(matches!(resume(&mut counters), Err(Refusal::AheadBoot { .. })));
+        assert_eq!(give(&mut counters, &intent(10, 1, CommandKind::Hold)), Ok(()));
+        assert!(matches!(resume(&mut counters), Err(Refusal::AheadBoot { furthest: Boot(9), .. })));
+        assert_eq!(give(&mut counters, &intent(10, 2, CommandKind::Hold)), Ok(()));
+        assert_eq!(resume(&mut counters), Ok(()));
+    }
+
+    #[test]
+    fn a_hold_from_any_boot_moves_the_counter_no_further_than_a_hold_of_the_next_ones_does() {
+        for boot in [1 + STEP_BOOT, 2 + STEP_BOOT, u32::MAX] {
+            let mut counters = Counters::default();
+            assert_eq!(give(&mut counters, &intent(1, 40, CommandKind::Enable)), Ok(()));
+            assert_eq!(give(&mut counters, &intent(boot, 0, CommandKind::Hold)), Ok(()));
+            let reached = intent(1 + STEP_BOOT, 0, CommandKind::Hold).id;
+            assert_eq!(counters.newest(NodeId::OPERATOR), Some(reached), "from {boot}");
+        }
+        let mut counters = Counters::default();
+        assert_eq!(give(&mut counters, &intent(1, 40, CommandKind::Enable)), Ok(()));
+        assert_eq!(give(&mut counters, &intent(u32::MAX, 0, CommandKind::Disarm)), Ok(()));
+        assert_eq!(
+            counters.newest(NodeId::OPERATOR),
+            Some(intent(1, 40, CommandKind::Enable).id),
+            "only a hold moves it"
+        );
     }
 }
