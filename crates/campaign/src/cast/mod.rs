@@ -25,6 +25,7 @@ use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::policy::{Check, Requirement};
 use wire::setup::{Ablation, Secret, Setup};
 use wire::sign::Key;
+use wire::trust::Mandate;
 
 use adversary::insider::InsiderRecorder;
 use adversary::plan::{AdversaryConfig, Tampering};
@@ -180,6 +181,8 @@ pub struct Cast {
     pub cues: Vec<Cue>,
     /// What the oracle needs receipts for.
     pub planned: Vec<Planned>,
+    /// For how long identities are admitted.
+    pub mandates: Vec<Mandate>,
     /// Length of the trial, microseconds.
     pub duration: u64,
     /// Whether link and stage delays vary with the seed.
@@ -213,6 +216,12 @@ impl Cast {
     pub fn broker(&self) -> NodeId {
         let hostile = self.members.iter().any(|m| m.node() == NodeId::INSIDER_BROKER);
         if hostile { NodeId::INSIDER_BROKER } else { NodeId::BROKER }
+    }
+
+    /// Who may give commands, and until when, microseconds of the run.
+    pub fn operators(&self) -> Vec<(NodeId, u64)> {
+        let until = |who: NodeId| self.mandates.iter().find(|m| m.who == who).map_or(u64::MAX, |m| m.until_ms * 1000);
+        OPERATORS.map(|who| (who, until(who))).to_vec()
     }
 
     /// Processes that are to end, and so owe no closing account.
@@ -264,6 +273,7 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
         ordeals: process::ordeals(scenario, draw.phase_ms),
         cues: attack::cues(scenario, draw.phase_ms),
         planned: attack::planned(scenario),
+        mandates: station::mandates(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
         tampering: attack::tampering(scenario, seed),

@@ -48,6 +48,7 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
         planned: cast.planned.clone(),
         duration: cast.duration,
         stall_limit: STALL_LIMIT_US,
+        operators: cast.operators(),
         killed: cast.killed(),
     };
     let verdict = judge(&evidence);

@@ -6,13 +6,14 @@
 //! then compared with these.
 //!
 //! `timeline` sorts the events by what they are about, `receipt`, `stream`, `planes`, `view`, `mouth` and `place` decide
-//! whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `place` for
+//! whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `content` for P5, `place` for
 //! where the unit takes itself to be, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
 //! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 mod conservation;
+mod content;
 pub mod demise;
 mod mouth;
 mod orders;
@@ -95,6 +96,8 @@ pub struct Evidence {
     pub duration: Micros,
     /// How long the host itself may oversleep before a live run is void.
     pub stall_limit: Micros,
+    /// Who may give commands, and until when; `Micros::MAX` where nothing was said.
+    pub operators: Vec<(wire::id::NodeId, Micros)>,
     /// Nodes that were killed on purpose; they owe no closing account.
     pub killed: Vec<wire::id::NodeId>,
 }

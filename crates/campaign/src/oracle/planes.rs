@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use wire::command::CommandKind;
 use wire::core::Side;
 use wire::event::{Action, Event, ShownAs};
 use wire::feed::CommandStage;
@@ -84,7 +85,7 @@ pub(super) fn commands_shown(evidence: &Evidence, line: &Timeline) -> Vec<Findin
     let within = ANSWER_WITHIN + SLACK;
     for w in evidence.entries.iter().filter(|w| w.entry.node == NodeId::CONSOLE) {
         let Event::CommandShown { command, shown } = w.entry.event else { continue };
-        let one_step = line.intended.iter().any(|(_, id, kind)| *id == command && matches!(*kind, "hold" | "disarm"));
+        let one_step = line.intended.iter().any(|(_, id, kind)| *id == command && kind.towards_safe());
         match shown {
             ShownAs::Requested | ShownAs::Released => {
                 due.insert(command, w.at + within);
@@ -122,7 +123,7 @@ pub(super) fn operators_hold(evidence: &Evidence, line: &Timeline) -> Vec<Findin
         return Vec::new();
     }
     let th = evidence.bounds.to_hold_safe_ms * 1000 + SLACK;
-    let given = line.intended.iter().filter(|(at, _, kind)| *kind == "hold" && at + th <= evidence.duration);
+    let given = line.intended.iter().filter(|(at, _, kind)| *kind == CommandKind::Hold && at + th <= evidence.duration);
     let late =
         given.filter(|(at, ..)| !line.was_in(Mode::HoldSafe, *at, at + th) && !line.was_in(Mode::Idle, *at, at + th));
     late.map(|(at, id, _)| {

@@ -3,14 +3,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use wire::command::CommandKind;
 use wire::event::{Event, FaultKind, Freshness, GuardVerdict, Sensor};
-use wire::id::{CommandId, NodeId, RecordId, UnitId};
+use wire::id::{NodeId, RecordId, UnitId};
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
 use super::receipt::{Befallen, Receipt};
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, demise, finding, planes};
+use super::{Evidence, Finding, Micros, Property, content, demise, finding, planes};
 
 /// What one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.
@@ -27,7 +28,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(link_trust(evidence, line, receipt));
     found.extend(plant_obeys_hold(line));
     found.extend(geofence(line));
-    found.extend(unaccepted_content(evidence));
+    found.extend(content::check(evidence, line));
     found.extend(display(evidence, line));
     found.extend(planes::commands_shown(evidence, line));
     found.extend(planes::operators_hold(evidence, line));
@@ -65,10 +66,9 @@ fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
             found.push(finding(Property::P1, w.at, "act with a failing guard, or none recorded"));
         }
         let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
-        let confirmed = line
-            .intended
-            .iter()
-            .any(|(at, id, kind)| *id == command && *kind == "confirm" && *at <= w.at && w.at - *at <= limit);
+        let confirmed = line.intended.iter().any(|(at, id, kind)| {
+            *id == command && matches!(kind, CommandKind::Confirm(_)) && *at <= w.at && w.at - *at <= limit
+        });
         if !confirmed {
             found.push(finding(Property::P1, w.at, format!("act on {command}, which no operator confirmed in time")));
         }
@@ -165,40 +165,6 @@ fn geofence(line: &Timeline) -> Vec<Finding> {
         .collect()
 }
 
-/// P5: what is displayed and what is executed came from accepted records and the operator's own intents.
-fn unaccepted_content(evidence: &Evidence) -> Vec<Finding> {
-    let mut accepted: BTreeSet<RecordId> = BTreeSet::new();
-    let mut intended: BTreeSet<CommandId> = BTreeSet::new();
-    // A rogue who holds an operator's key may stop the unit: nothing can tell it from that operator, and it is safe.
-    let mut stops: BTreeSet<CommandId> = BTreeSet::new();
-    let mut found = Vec::new();
-    for w in &evidence.entries {
-        match w.entry.event {
-            Event::Accepted { record, .. } if w.entry.node == NodeId::GATEWAY => {
-                accepted.insert(record);
-            }
-            Event::Intended { command, .. } => {
-                intended.insert(command);
-            }
-            Event::Rogue { command, kind, .. } if kind.towards_safe() => {
-                stops.insert(command);
-            }
-            Event::Displayed { report, freshness, .. }
-                if freshness != Freshness::Lost && !accepted.contains(&report) =>
-            {
-                found.push(finding(Property::P5, w.at, format!("{report} is displayed and was never accepted")));
-            }
-            Event::Executed { command, refused: None, .. }
-                if !intended.contains(&command) && !stops.contains(&command) =>
-            {
-                found.push(finding(Property::P5, w.at, format!("{command} was executed and no operator gave it")));
-            }
-            _ => {}
-        }
-    }
-    found
-}
-
 /// P7: nothing of the unit under test is shown fresh beyond its limit, and the mode shown fresh was the unit's own at
 /// some instant within the last telemetry period + *Tf*.
 fn display(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
@@ -228,20 +194,23 @@ fn commands(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let mut found = Vec::new();
     for (at, id, kind) in &line.executed {
         if !once.insert(*id) {
-            found.push(finding(Property::P8, *at, format!("{kind} {id} executed again")));
+            found.push(finding(Property::P8, *at, format!("{} {id} executed again", kind.name())));
         }
         let given = line.intended.iter().find(|(_, command, _)| command == id).map(|(given, _, _)| *given);
         if given.is_some_and(|given| at.saturating_sub(given) > limit) {
-            found.push(finding(Property::P8, *at, format!("{kind} {id} executed more than {} ms late", limit / 1000)));
+            let what = format!("{} {id} executed more than {} ms late", kind.name(), limit / 1000);
+            found.push(finding(Property::P8, *at, what));
         }
     }
     found
 }
 
-/// P9: HOLD_SAFE ends by an operator's Resume only; PREPARE_TO_ACT begins by a new Arm only.
+/// P9: HOLD_SAFE ends by an operator's Resume only; PREPARE_TO_ACT begins by a new Arm only. That the unit executed one is
+/// half of it; the other is that an operator gave one of that kind.
 fn recovery(line: &Timeline) -> Vec<Finding> {
     let by = |kind: &str, from: Micros, to: Micros| {
-        line.executed.iter().any(|(at, _, k)| *k == kind && *at + SLACK >= from && *at <= to + SLACK)
+        let mut near = line.executed.iter().filter(|(at, ..)| *at + SLACK >= from && *at <= to + SLACK);
+        near.any(|(at, id, k)| k.name() == kind && line.gave(*id, *k, *at))
     };
     let mut found = Vec::new();
     for change in &line.changes {

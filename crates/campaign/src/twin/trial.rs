@@ -75,6 +75,7 @@ fn evidence(cast: &Cast, setup: &Setup, log: &[Logged], held: &Held) -> Evidence
         planned: cast.planned.clone(),
         duration: cast.duration,
         stall_limit: Micros::MAX,
+        operators: cast.operators(),
         killed: cast.killed(),
     }
 }
