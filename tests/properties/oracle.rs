@@ -386,7 +386,13 @@ fn obeyed(ms: u64, operator: NodeId, kind: CommandKind, key: NodeId) -> Log {
 #[test]
 fn a_rogues_order_needs_somebody_who_judged_it_and_only_its_stops_are_no_finding() {
     let mut log = Log::whole();
-    rogue(&mut log, 5000, CommandId { operator: NodeId::OPERATOR_2, ..command(9) }, CommandKind::Disarm, NodeId::OPERATOR_2);
+    rogue(
+        &mut log,
+        5000,
+        CommandId { operator: NodeId::OPERATOR_2, ..command(9) },
+        CommandKind::Disarm,
+        NodeId::OPERATOR_2,
+    );
     assert_eq!(log.judge().outcome, Outcome::Invalid, "its word alone");
     let execute = |kind| obeyed(5000, NodeId::OPERATOR_2, kind, NodeId::OPERATOR_2).judge().outcome;
     assert_eq!(execute(CommandKind::Disarm), Outcome::Undetected);

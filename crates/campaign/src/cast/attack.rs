@@ -135,6 +135,8 @@ pub(super) fn tampering(s: &Scenario, seed: u64) -> Option<(Tampering, u64)> {
         scenario::Tampered::Omit => Tampering::Omit,
         scenario::Tampered::Rechain => Tampering::Rechain,
         scenario::Tampered::CutAtSeal => Tampering::CutAtSeal,
+        scenario::Tampered::Feign => Tampering::Feign,
+        scenario::Tampered::Retime => Tampering::Retime,
     };
     Some((does, seed))
 }

@@ -31,7 +31,7 @@ use adversary::insider::InsiderRecorder;
 use adversary::plan::{AdversaryConfig, Tampering};
 
 use crate::cue::Cue;
-use crate::custody::Held;
+use crate::custody::{Held, HeldClock, Life};
 use crate::evidence::hex;
 use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
@@ -197,12 +197,29 @@ impl Cast {
         self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))
     }
 
-    /// The public keys under which everybody's log is signed, and who owes no last signature; no head yet.
-    pub fn held(&self, broker: Option<&Secret>) -> Held {
+    /// The public keys under which everybody's log is signed, the clocks by which it is stamped, and who owes no last
+    /// signature; no head yet. The broker signs where it has a key. From an entry's own time to the one under which it is
+    /// handed over, `late_us` may pass, and as long as the process is stopped meanwhile.
+    pub fn held(&self, broker: Option<&Secret>, late_us: u64) -> Held {
         let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
         let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
         let keys = members.chain(broker.map(|secret| key(NodeId::BROKER, secret))).collect();
-        Held { keys, heads: Vec::new(), killed: self.killed() }
+        let hosts = self.members.iter().map(|m| (m.node(), m.host)).chain([(NodeId::BROKER, Host::Control)]);
+        let clocks = hosts.map(|(node, host)| {
+            let ClockDraw { zero_us, drift_ppm } = self.clocks[host as usize];
+            (node, HeldClock { zero_us, drift_ppm, late_us: late_us + self.stopped(node) })
+        });
+        let killed = self.killed().into_iter().map(|node| Life { node, boot: Boot(1) });
+        Held { keys, heads: Vec::new(), killed: killed.collect(), clocks: clocks.collect() }
+    }
+
+    /// The longest time for which `node` is kept from running, microseconds.
+    fn stopped(&self, node: NodeId) -> u64 {
+        let lasts = |ordeal: &Ordeal| match ordeal.kind {
+            OrdealKind::Suspend { lasts, .. } => lasts,
+            OrdealKind::Kill { .. } => 0,
+        };
+        self.ordeals.iter().filter(|ordeal| ordeal.node == node).map(lasts).max().unwrap_or(0)
     }
 
     /// The insider whose hands the recorder is in, when the scenario has one.

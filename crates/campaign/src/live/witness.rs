@@ -26,11 +26,16 @@ use crate::custody::HeldHead;
 use crate::evidence::{Logged, guard_verdict};
 use crate::sights::Claims;
 
-/// The recording, on the run's time; what was written before the start counts as written at the start.
-pub(super) fn recording(run_dir: &Path, start_us: u64) -> Result<Vec<Logged>, LiveError> {
+/// The recording, in the order and under the times in which it was kept.
+pub(super) fn recording(run_dir: &Path) -> Result<Vec<Logged>, LiveError> {
     let frames = recorded::frames(&run_dir.join("recording")).map_err(|e| LiveError::Environment(e.to_string()))?;
-    let logged = |f: Frame| Logged { at: f.trace_us.saturating_sub(start_us), node: f.node, bytes: f.bytes };
+    let logged = |f: Frame| Logged { at: f.trace_us, node: f.node, bytes: f.bytes };
     Ok(frames.into_iter().map(logged).collect())
+}
+
+/// The same on the run's time; what was written before the start counts as written at the start.
+pub(super) fn on_the_runs_time(kept: Vec<Logged>, start_us: u64) -> Vec<Logged> {
+    kept.into_iter().map(|logged| Logged { at: logged.at.saturating_sub(start_us), ..logged }).collect()
 }
 
 /// Lets the hands that the recorder is in at the files of its recording.
@@ -57,7 +62,13 @@ pub(super) fn lay_on(hands: &InsiderRecorder, run_dir: &Path) -> Result<(), Live
 pub(super) fn heads(stats: &[(NodeId, Value)]) -> Vec<HeldHead> {
     let of = |(node, stats): &(NodeId, Value)| {
         let head = &stats["links"]["head"];
-        Some(HeldHead { node: *node, counter: head["counter"].as_u64()?, hash: head["hash"].as_str()?.to_owned() })
+        let boot = Boot(u32::try_from(head["boot"].as_u64()?).ok()?);
+        Some(HeldHead {
+            node: *node,
+            boot,
+            counter: head["counter"].as_u64()?,
+            hash: head["hash"].as_str()?.to_owned(),
+        })
     };
     stats.iter().filter(|(node, _)| *node != NodeId::RECORDER).filter_map(of).collect()
 }
