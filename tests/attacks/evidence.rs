@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use campaign::cast::is_attacked;
 use campaign::custody::{Custodian, Custody, Held, Life};
 use campaign::evidence::{Logged, by_recorder, heads};
+use campaign::oracle::{Plan, Planned, Witnessed, judge};
 use campaign::sabotage::sabotage;
 use campaign::scenario::{self, DisplayedState, Ending, Process, Settings};
 use campaign::trial::Outcome;
@@ -17,13 +18,9 @@ use wire::id::{Boot, NodeId};
 use adversary::insider::{InsiderRecorder, Kept};
 use adversary::plan::Tampering;
 
-/// Of a process that is only slowed the launcher's word has to do, for it goes on writing (`oracle::receipt`). Where nothing
-/// else is injected that word alone is believed.
-const BELIEVED: [&str; 1] = ["slow_inference"];
-
 /// N1: what the actors of each shipped scenario claim, in the log of the same trial in which nobody acted.
 #[test]
-fn of_no_scenario_but_the_slow_one_is_an_injection_believed_that_did_not_happen() {
+fn of_no_scenario_is_an_injection_believed_that_did_not_happen() {
     let (mut denied, mut believed) = (0, Vec::new());
     for file in scenario::shipped(&root()).expect("scenarios") {
         let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
@@ -39,8 +36,35 @@ fn of_no_scenario_but_the_slow_one_is_an_injection_believed_that_did_not_happen(
         denied += 1;
     }
     println!("{} of {denied} attacking scenarios INVALID; believed: {believed:?}", denied - believed.len());
-    assert_eq!(believed, BELIEVED, "of {denied}");
+    assert!(believed.is_empty(), "{believed:?} of {denied}");
     assert!(denied > 60, "{denied}");
+}
+
+#[test]
+fn what_one_table_of_a_scenario_did_is_no_receipt_for_another() {
+    for (name, node) in [("view_forged", NodeId::INSIDER_GATEWAY), ("role_gateway", NodeId::INSIDER_OPERATOR)] {
+        let run = shipped(name).run(1);
+        assert!(run.verdict.receipt, "{name}");
+        let deed =
+            |w: &Witnessed| w.entry.node == node && matches!(w.entry.event, Event::Attack { .. } | Event::Rogue { .. });
+        let mut plans: Vec<Plan> = run.evidence.planned.clone();
+        plans.retain(|plan| matches!(plan.what, Planned::Feed(_) | Planned::Rogue));
+        assert!(plans.len() > 1, "{name}: {plans:?}");
+        for plan in plans {
+            let mut without = run.evidence.clone();
+            without.entries.retain(|w| !deed(w) || w.at < plan.from || w.at > plan.until + 100_000);
+            let verdict = judge(&without);
+            assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid), "{name}: {plan:?}");
+        }
+    }
+}
+
+#[test]
+fn in_the_trial_in_which_nobody_acts_the_recording_is_left_alone() {
+    let ready = shipped("hostile_recorder");
+    let run = ready.run(1);
+    assert!(run.cast.hands().is_some());
+    assert!(run.cast.disarmed(&ready.scenario).hands().is_none());
 }
 
 #[test]

@@ -127,6 +127,7 @@ impl InsiderGateway {
                     return self.journal.write(now, Event::Withheld { record: report.id() }, &mut self.out);
                 }
                 FeedAction::Delay { ms, young } => {
+                    self.journal.write(now, Event::Withheld { record: report.id() }, &mut self.out);
                     if self.held.len() < MAX_HELD {
                         self.held.push_back(Held { since: now, due: now + Span::ms(ms), young, body });
                     }

@@ -33,7 +33,7 @@ use adversary::plan::{AdversaryConfig, Tampering};
 use crate::cue::Cue;
 use crate::custody::{Held, HeldClock, Life};
 use crate::evidence::hex;
-use crate::oracle::Planned;
+use crate::oracle::{Plan, Planned};
 use crate::scenario::{self, Scenario};
 
 pub use attack::is_attacked;
@@ -180,7 +180,7 @@ pub struct Cast {
     /// Steps that wait for what the instrument plane tells.
     pub cues: Vec<Cue>,
     /// What the oracle needs receipts for.
-    pub planned: Vec<Planned>,
+    pub planned: Vec<Plan>,
     /// For how long identities are admitted.
     pub mandates: Vec<Mandate>,
     /// Length of the trial, microseconds.
@@ -211,6 +211,12 @@ impl Cast {
         });
         let killed = self.killed().into_iter().map(|node| Life { node, boot: Boot(1) });
         Held { keys, heads: Vec::new(), killed: killed.collect(), clocks: clocks.collect() }
+    }
+
+    /// Processes that are to be kept from running, whose cores' mouths are watched for it.
+    pub fn watched(&self) -> Vec<NodeId> {
+        let suspended = |plan: &Plan| if let Planned::Suspend(node) = plan.what { Some(node) } else { None };
+        self.planned.iter().filter_map(suspended).collect()
     }
 
     /// The longest time for which `node` is kept from running, microseconds.
@@ -289,7 +295,7 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
         clocks: draw.clocks,
         ordeals: process::ordeals(scenario, draw.phase_ms),
         cues: attack::cues(scenario, draw.phase_ms),
-        planned: attack::planned(scenario),
+        planned: attack::planned::of(scenario, draw.phase_ms),
         mandates: station::mandates(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,

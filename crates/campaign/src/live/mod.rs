@@ -141,6 +141,7 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     told.push((cast.duration, Event::Stalled { by: Span(stayed.overslept) }));
     told.extend(witness::unsent(&company.stats).into_iter().map(|event| (cast.duration, event)));
     told.extend(witness::sights(cast, &places.run_dir, start_us, &log));
+    told.extend(witness::running(cast, &places.run_dir, start_us));
     // One chain, whose order has to be that of the times in it.
     told.sort_by_key(|(at, _)| *at);
     for (at, event) in told {

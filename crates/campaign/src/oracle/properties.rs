@@ -4,14 +4,14 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use wire::command::CommandKind;
-use wire::event::{Event, FaultKind, Freshness, GuardVerdict, Sensor};
-use wire::id::{NodeId, RecordId, UnitId};
+use wire::event::{Event, FaultKind, Freshness, Sensor};
+use wire::id::{RecordId, UnitId};
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
 use super::receipt::{Befallen, Receipt};
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, content, demise, finding, planes};
+use super::{Evidence, Finding, Micros, Property, content, finding, link, planes};
 
 /// What one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.
@@ -25,7 +25,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     let mut found = Vec::new();
     found.extend(acts(evidence, line));
     found.extend(subsystem_loss(evidence, line, receipt));
-    found.extend(link_trust(evidence, line, receipt));
+    found.extend(link::trust(evidence, line, receipt));
     found.extend(plant_obeys_hold(line));
     found.extend(geofence(line));
     found.extend(content::check(evidence, line));
@@ -96,50 +96,6 @@ fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Ve
         finding(Property::P2, start + td, format!("{sensor:?} lost for {} ms and still {mode}", td / 1000))
     })
     .collect()
-}
-
-/// P3, for the telemetry link: when nothing timely has come through for *Th*, in either direction, the unit holds.
-///
-/// Timely is what the guard at the target passed, was not made or changed by the adversary, and was not held back for
-/// more than *Tf*: all from the relay's and the guards' logs.
-fn link_trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
-    let th = evidence.bounds.to_hold_safe_ms * 1000;
-    let tf = evidence.bounds.freshness_ms * 1000;
-    let ends = [NodeId::GATEWAY, NodeId::UNIT_A].map(|n| (n, n.guard()));
-    let mut found = Vec::new();
-    if evidence.killed.contains(&NodeId::UNIT_A) {
-        // A dead unit changes no mode; what its plant does is `demise`'s to judge.
-        return found;
-    }
-    for (node, guard) in ends {
-        if evidence.killed.contains(&node) {
-            continue;
-        }
-        let mut firsts = BTreeSet::new();
-        let mut last: Option<Micros> = None;
-        let arrivals =
-            evidence.entries.iter().filter(|w| Some(w.entry.node) == guard).filter_map(|w| match w.entry.event {
-                Event::GuardSaw { hash, verdict: GuardVerdict::Passed, epoch: 1.., .. } => Some((w.at, hash)),
-                _ => None,
-            });
-        let timely = arrivals.filter(|(_, hash)| {
-            let held = receipt.delayed.get(hash).copied().unwrap_or(0);
-            firsts.insert(*hash) && held <= tf && !receipt.forged.contains_key(hash)
-        });
-        let within = timely.map(|(at, _)| at).filter(|at| *at < evidence.duration);
-        for at in within.chain(std::iter::once(evidence.duration)) {
-            if let Some(before) = last.filter(|before| at - before > th) {
-                // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
-                let mode = line.mode_at(demise::can_judge(evidence, before + th));
-                if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
-                    let what = format!("nothing timely at {node} for {} ms and still {}", th / 1000, mode.name());
-                    found.push(finding(Property::P3, before + th, what));
-                }
-            }
-            last = Some(at);
-        }
-    }
-    found
 }
 
 /// P3's other half: HOLD_SAFE is believed from the plant, not from the unit.

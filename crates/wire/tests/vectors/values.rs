@@ -604,6 +604,9 @@ fn witnesses() -> Vec<(&'static str, Event)> {
             Event::Rogue { command: COMMAND, kind: CommandKind::Hold, key: NodeId::OPERATOR_2, certificate: None },
         ),
         ("struck", Event::Struck { who: NodeId::OPERATOR_2 }),
+        ("associated", Event::Associated { association: 3, peer: PeerId::UNIT_A }),
+        ("halted", Event::Halted { node: NodeId::PERCEPTION, on: true }),
+        ("ran", Event::Ran { node: NodeId::PERCEPTION }),
         (
             "mouth-saw",
             Event::MouthSaw { reader: NodeId::UNIT_A, at: Interface::Bus(Topic::Tracks), length: 340, hash: 1 << 40 },
