@@ -4,6 +4,7 @@
 //! are both its marks. The broker has no core and writes next to nothing: it is heard of by the streams that lead to it.
 
 use wire::event::{Event, Suspension};
+use wire::feed::CommandStage;
 use wire::id::NodeId;
 use wire::stream::Sight;
 
@@ -69,8 +70,8 @@ pub(super) fn suspended(evidence: &Evidence, wanted: NodeId, window: Window) -> 
         Suspension::Hang => vec![(from, to)],
         Suspension::Slow { .. } => halts(evidence, wanted, (from, to)),
     };
-    let was =
-        if wanted == NodeId::BROKER { held_up(evidence, (from, to)) } else { stood_still(evidence, wanted, &stops) };
+    let broker = wanted == NodeId::BROKER;
+    let was = if broker { held_up(evidence, &stops) } else { stood_still(evidence, wanted, &stops) };
     was.then_some(from)
 }
 
@@ -93,7 +94,8 @@ fn halts(evidence: &Evidence, wanted: NodeId, span: Span) -> Vec<Span> {
 
 fn stood_still(evidence: &Evidence, wanted: NodeId, stops: &[Span]) -> bool {
     let (Some(first), Some(last)) = (stops.first(), stops.last()) else { return false };
-    let around = (first.0.saturating_sub(AROUND), last.1.saturating_add(AROUND).min(evidence.duration));
+    // Who was stopped to the end of the run still closes its account.
+    let around = (first.0.saturating_sub(AROUND), last.1.saturating_add(AROUND));
     let marks = evidence.entries.iter().filter(|w| match w.entry.event {
         Event::Ran { node } => node == wanted && w.entry.node == NodeId::CAMPAIGN,
         _ => w.entry.node == wanted,
@@ -108,17 +110,20 @@ fn stood_still(evidence: &Evidence, wanted: NodeId, stops: &[Span]) -> bool {
     lived && missing >= TELLING && !marks.iter().any(within)
 }
 
-/// Whether what was given to the broker in that time came out of it after that and nothing before, or the unit gave it up.
-fn held_up(evidence: &Evidence, (from, to): Span) -> bool {
+/// Whether what was given to the broker while it was stopped came out of it after that, and nothing came out meanwhile; or
+/// the unit gave it up.
+fn held_up(evidence: &Evidence, stops: &[Span]) -> bool {
     let delivered = |w: &Witnessed| matches!(w.entry.event, Event::StreamSaw { sight: Sight::Delivered, .. });
     let given = |w: &Witnessed| match w.entry.event {
-        Event::Staged { stage: wire::feed::CommandStage::Sent, .. } => w.entry.node == NodeId::GATEWAY,
+        Event::Staged { stage: CommandStage::Sent, .. } => w.entry.node == NodeId::GATEWAY,
         Event::Executed { .. } => w.entry.node == NodeId::UNIT_A,
         _ => false,
     };
-    let while_stopped = |w: &&Witnessed| w.at > from && w.at < to;
-    let mut inside = evidence.entries.iter().filter(while_stopped);
-    let came = inside.clone().any(|w| delivered(w) && w.at > from + UNDER_WAY);
-    let behind = evidence.entries.iter().any(|w| delivered(w) && w.at >= to && w.at < to.saturating_add(AROUND));
-    cut_off(evidence, from, to.saturating_add(AROUND).min(evidence.duration)) || inside.any(given) && behind && !came
+    let any = |test: &dyn Fn(&Witnessed) -> bool, from: Micros, to: Micros| {
+        evidence.entries.iter().any(|w| w.at > from && w.at < to && test(w))
+    };
+    let held = |(from, to): &Span| any(&given, *from, *to) && any(&delivered, to - 1, to.saturating_add(AROUND));
+    let came = stops.iter().any(|(from, to)| any(&delivered, from + UNDER_WAY, *to));
+    let gave_up = |(from, to): &Span| cut_off(evidence, *from, to.saturating_add(AROUND).min(evidence.duration));
+    !came && stops.iter().any(held) || stops.iter().any(gave_up)
 }

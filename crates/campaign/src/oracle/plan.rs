@@ -9,7 +9,7 @@ use wire::stream::Deed;
 use super::{Evidence, Micros};
 
 /// By how much an actor's clock and the host may put its deed before or behind its window.
-const EARLY: Micros = 50_000;
+const EARLY: Micros = 5_000;
 const LATE: Micros = 100_000;
 
 /// What was to be done.

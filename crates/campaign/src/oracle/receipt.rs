@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 
 use wire::core::Side;
-use wire::event::{Account, Action, Event, FaultKind, Sensor};
+use wire::event::{Account, Action, Event, FaultKind, GuardVerdict, Sensor};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
 use wire::step::StepName;
@@ -17,6 +17,9 @@ use wire::step::StepName;
 use super::plan::Window;
 use super::{Evidence, Micros, Plan, Planned, life, link, mouth, orders, place, planes, stream, view};
 
+/// How close together a guard logs the pieces of one datagram, and how long a datagram is on its way.
+const TOGETHER: Micros = 500;
+const ON_THE_WAY: Micros = 200_000;
 /// What a link takes by itself; so short a delay shows nothing.
 const LEAST_DELAY: Micros = 10_000;
 
@@ -139,10 +142,10 @@ fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
 /// The relay's first entry of `action` within `window` whose bytes the target's guard confirms.
 fn datagram(evidence: &Evidence, action: Action, window: Window) -> Option<Micros> {
     let entries = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Attack { action: a, side, hash, delay, .. }
+        Event::Attack { action: a, side, length, hash, delay }
             if a == action && w.entry.node == NodeId::RELAY_TELEMETRY && window.has(w.at) =>
         {
-            Some((w.at, side, hash, delay.0))
+            Some((w.at, side, length, hash, delay.0))
         }
         _ => None,
     });
@@ -150,15 +153,33 @@ fn datagram(evidence: &Evidence, action: Action, window: Window) -> Option<Micro
     let wrote = |test: &dyn Fn(&Event) -> bool| evidence.entries.iter().any(|w| test(&w.entry.event));
     let guarded = wrote(&|e| matches!(e, Event::GuardSaw { .. }))
         && wrote(&|e| matches!(e, Event::Count { account: Account::GuardIn, .. }));
-    let confirmed = |at: Micros, side: Side, hash: u64, delay: Micros| match action {
+    let confirmed = |(at, side, length, hash, delay): (Micros, Side, u16, u64, Micros)| match action {
         Action::Drop => guarded && seen(evidence, hash).next().is_none() && link::missed(evidence, side, at),
         Action::Delay | Action::Reorder => delay >= LEAST_DELAY && seen(evidence, hash).any(|s| s >= at + delay),
         Action::Duplicate | Action::Replay => seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1,
-        Action::Corrupt | Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
+        Action::Corrupt => seen(evidence, hash).any(|s| s >= at) || in_pieces(evidence, at, side, length),
+        Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
         Action::Forward | Action::Kill | Action::Forge | Action::Republish => false,
         Action::Resend | Action::Lie | Action::Confuse => false,
     };
-    entries.into_iter().find(|(at, side, hash, delay)| confirmed(*at, *side, *hash, *delay)).map(|(at, ..)| at)
+    entries.into_iter().find(|claim| confirmed(*claim)).map(|(at, ..)| at)
+}
+
+/// Whether a guard took a datagram of this length apart, just after `at`, and refused a piece of it: it logs records, and
+/// what was made longer or put together of two is no longer one.
+fn in_pieces(evidence: &Evidence, at: Micros, side: Side, length: u16) -> bool {
+    let target = if side == Side::Server { NodeId::GATEWAY } else { NodeId::UNIT_A };
+    let pieces = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::GuardSaw { length, verdict, .. } if Some(w.entry.node) == target.guard() && w.at >= at => {
+            Some((w.at, u32::from(length), verdict != GuardVerdict::Passed))
+        }
+        _ => None,
+    });
+    let pieces: Vec<(Micros, u32, bool)> = pieces.take_while(|(seen, ..)| *seen <= at + ON_THE_WAY).collect();
+    pieces.chunk_by(|a, b| b.0 - a.0 <= TOGETHER).any(|datagram| {
+        let whole: u32 = datagram.iter().map(|(_, length, _)| length).sum();
+        datagram.len() > 1 && whole == u32::from(length) && datagram.iter().any(|(.., refused)| *refused)
+    })
 }
 
 /// Whether the actor of `wanted` says that it began.
