@@ -3,26 +3,24 @@
 use std::collections::BTreeSet;
 
 use campaign::cast::is_attacked;
-use campaign::custody::{Custodian, Custody, Held};
+use campaign::custody::{Custodian, Custody, Held, Life};
 use campaign::evidence::{Logged, by_recorder, heads};
+use campaign::oracle::{Plan, Planned, Witnessed, judge};
 use campaign::sabotage::sabotage;
-use campaign::scenario;
+use campaign::scenario::{self, DisplayedState, Ending, Process, Settings};
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
 use holdsafe_tests::{root, shipped, variations};
+use wire::audit::Entry;
 use wire::event::Event;
-use wire::id::NodeId;
+use wire::id::{Boot, NodeId};
 
 use adversary::insider::{InsiderRecorder, Kept};
 use adversary::plan::Tampering;
 
-/// Of a process that is only slowed the launcher's word has to do, for it goes on writing (`oracle::receipt`). Where nothing
-/// else is injected that word alone is believed.
-const BELIEVED: [&str; 1] = ["slow_inference"];
-
 /// N1: what the actors of each shipped scenario claim, in the log of the same trial in which nobody acted.
 #[test]
-fn of_no_scenario_but_the_slow_one_is_an_injection_believed_that_did_not_happen() {
+fn of_no_scenario_is_an_injection_believed_that_did_not_happen() {
     let (mut denied, mut believed) = (0, Vec::new());
     for file in scenario::shipped(&root()).expect("scenarios") {
         let name = file.file_stem().expect("a name").to_string_lossy().into_owned();
@@ -38,13 +36,40 @@ fn of_no_scenario_but_the_slow_one_is_an_injection_believed_that_did_not_happen(
         denied += 1;
     }
     println!("{} of {denied} attacking scenarios INVALID; believed: {believed:?}", denied - believed.len());
-    assert_eq!(believed, BELIEVED, "of {denied}");
+    assert!(believed.is_empty(), "{believed:?} of {denied}");
     assert!(denied > 60, "{denied}");
 }
 
 #[test]
+fn what_one_table_of_a_scenario_did_is_no_receipt_for_another() {
+    for (name, node) in [("view_forged", NodeId::INSIDER_GATEWAY), ("role_gateway", NodeId::INSIDER_OPERATOR)] {
+        let run = shipped(name).run(1);
+        assert!(run.verdict.receipt, "{name}");
+        let deed =
+            |w: &Witnessed| w.entry.node == node && matches!(w.entry.event, Event::Attack { .. } | Event::Rogue { .. });
+        let mut plans: Vec<Plan> = run.evidence.planned.clone();
+        plans.retain(|plan| matches!(plan.what, Planned::Feed(_) | Planned::Rogue));
+        assert!(plans.len() > 1, "{name}: {plans:?}");
+        for plan in plans {
+            let mut without = run.evidence.clone();
+            without.entries.retain(|w| !deed(w) || w.at + 5_000 < plan.from || w.at > plan.until + 100_000);
+            let verdict = judge(&without);
+            assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid), "{name}: {plan:?}");
+        }
+    }
+}
+
+#[test]
+fn in_the_trial_in_which_nobody_acts_the_recording_is_left_alone() {
+    let ready = shipped("hostile_recorder");
+    let run = ready.run(1);
+    assert!(run.cast.hands().is_some());
+    assert!(run.cast.disarmed(&ready.scenario).hands().is_none());
+}
+
+#[test]
 fn a_recording_that_is_edited_reordered_or_cut_is_invalid_and_the_place_is_told() {
-    for run in shipped("evidence_tampered").expect(1..9) {
+    for run in shipped("evidence_tampered").expect(1..11) {
         let first = run.evidence.custody.first().expect("a flaw");
         assert!(first.at > 0, "{first}");
     }
@@ -57,7 +82,7 @@ fn a_recorder_whose_story_holds_together_is_found_out_by_what_it_cannot_sign_and
     }
 }
 
-const ALL: [Tampering; 7] = [
+const ALL: [Tampering; 9] = [
     Tampering::Edit,
     Tampering::Swap,
     Tampering::Delete,
@@ -65,20 +90,26 @@ const ALL: [Tampering; 7] = [
     Tampering::Omit,
     Tampering::Rechain,
     Tampering::CutAtSeal,
+    Tampering::Feign,
+    Tampering::Retime,
 ];
 
 /// A finished run's recording, and what is held outside the recorder.
 fn recorded() -> (Run, Vec<Kept>) {
     let run = shipped("nominal").run(1);
-    let kept = run.log.iter().filter(|l| by_recorder(l.node));
-    let kept = kept.map(|Logged { at, node, bytes }| Kept { at: *at, node: *node, bytes: bytes.clone() }).collect();
+    let kept = kept_of(&run);
     (run, kept)
+}
+
+fn kept_of(run: &Run) -> Vec<Kept> {
+    let kept = run.log.iter().filter(|l| by_recorder(l.node));
+    kept.map(|Logged { at, node, bytes }| Kept { at: *at, node: *node, bytes: bytes.clone() }).collect()
 }
 
 fn judged(kept: &[Kept], held: &Held) -> Custody {
     let mut custodian = Custodian::new(held);
     for one in kept {
-        let _noted = custodian.take(&one.bytes);
+        let _noted = custodian.take(one.at, one.node, &one.bytes);
     }
     custodian.close()
 }
@@ -116,15 +147,16 @@ fn without_signatures_or_without_heads_outside_a_hostile_recorder_gets_through()
         InsiderRecorder::new(recorder.setup.key(), does, 3).lay_on(&mut hands);
         hands
     };
+    // Whoever holds no head knows nothing of any life; that is not what is asked here.
     let headless = Held { heads: Vec::new(), ..run.held.clone() };
-    assert_eq!(
-        judged(&after(Tampering::CutAtSeal), &headless).flaws,
-        [],
-        "a run cut at a seal looks like a shorter run"
-    );
-    let of = |does| judged(&after(does), &headless).flaws;
+    let of = |does| {
+        let mut flaws = judged(&after(does), &headless).flaws;
+        flaws.retain(|flaw| !flaw.what.starts_with("nobody knows of"));
+        flaws
+    };
+    assert_eq!(of(Tampering::CutAtSeal), [], "a run cut at a seal looks like a shorter run");
     for does in [Tampering::Omit, Tampering::Rechain] {
-        assert!(of(does)[0].what.contains("sign"), "{does:?}: {:?}", of(does));
+        assert!(of(does).iter().any(|f| f.what.contains("sign")), "{does:?}: {:?}", of(does));
     }
 }
 
@@ -133,9 +165,66 @@ fn a_service_that_the_recorder_leaves_out_altogether_is_missed() {
     let (run, mut kept) = recorded();
     kept.retain(|one| one.node != NodeId::CONSOLE);
     let flaws = judged(&kept, &run.held).flaws;
-    assert!(flaws.iter().any(|f| f.what.contains("console wrote")), "{flaws:?}");
+    assert!(flaws.iter().any(|f| f.what.contains("console, boot 1 wrote")), "{flaws:?}");
     let full = heads(&run.log);
     assert!(full.iter().any(|head| head.node == NodeId::CONSOLE));
+}
+
+/// The entries of one life.
+fn of_life(kept: &[Kept], life: Life) -> Vec<Kept> {
+    kept.iter().filter(|one| Entry::decode(&one.bytes).is_ok_and(|e| Life::of(&e) == life)).cloned().collect()
+}
+
+#[test]
+fn the_life_of_a_unit_before_it_was_started_again_is_held_by_its_signatures_alone() {
+    let mut ready = shipped("process_ends");
+    let change = (DisplayedState::Ready, DisplayedState::PrepareToAct);
+    ready.scenario = ready.scenario.ending_at(Process::Autonomy, Ending::Kill, change);
+    let again = Settings::one("kill.0.restart_after_s", serde_json::json!(1.0));
+    ready.scenario = again.applied_to(&ready.scenario).expect("a restart");
+    let run = ready.run(1);
+    assert_eq!(run.evidence.custody, []);
+    let [first, second] = [1, 2].map(|boot| Life { node: NodeId::UNIT_A, boot: Boot(boot) });
+    // Live nobody holds the head of one that was killed.
+    let mut held = run.held.clone();
+    held.heads.retain(|head| head.life() != first);
+    let kept = kept_of(&run);
+    assert_eq!(judged(&kept, &held).flaws, [], "that it was killed is on record");
+    let recorder = run.cast.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
+    let lives = [first, second].map(|life| of_life(&kept, life).len());
+    assert!(lives.iter().all(|n| *n > 20), "{lives:?}");
+    let hands = InsiderRecorder::new(recorder.setup.key(), Tampering::Rechain, 0);
+    for (what, unsigned) in [("rewritten", false), ("rewritten without its signatures", true)] {
+        let mut kept = kept.clone();
+        let mut old = 0;
+        kept.retain_mut(|one| {
+            let Ok(mut entry) = Entry::decode(&one.bytes) else { return true };
+            if Life::of(&entry) != first {
+                return true;
+            }
+            old += 1;
+            if old == 5 {
+                entry.event = Event::Started;
+                one.bytes = wire::codec::encode(&entry);
+            }
+            !unsigned || !matches!(entry.event, Event::Signed { .. })
+        });
+        hands.chain_anew(&mut kept);
+        let flaws = judged(&kept, &held).flaws;
+        assert!(flaws.iter().any(|f| f.what.contains("unit-a, boot 1 did not sign")), "{what}: {flaws:?}");
+    }
+    held.killed.clear();
+    let flaws = judged(&kept, &held).flaws;
+    assert!(flaws.iter().any(|f| f.what == "nobody knows of unit-a, boot 1"), "{flaws:?}");
+}
+
+#[test]
+fn an_entry_that_is_kept_as_anothers_is_a_flaw() {
+    let (run, mut kept) = recorded();
+    let i = kept.iter().position(|one| one.node == NodeId::CONSOLE).expect("an entry of the console's");
+    kept[i].node = NodeId::GATEWAY;
+    let flaws = judged(&kept, &run.held).flaws;
+    assert_eq!(flaws.iter().map(|f| f.at).collect::<Vec<_>>(), [i + 1], "{flaws:?}");
 }
 
 #[test]

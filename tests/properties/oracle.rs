@@ -2,14 +2,14 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use campaign::oracle::{Evidence, Planned, Property, Verdict, Witnessed, judge};
+use campaign::oracle::{Evidence, Plan, Planned, Property, Verdict, Witnessed, judge};
 use campaign::trial::Outcome;
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::codec::Text;
 use wire::command::CommandKind;
 use wire::core::{Side, Topic};
-use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor, ShownAs};
+use wire::event::{Account, Action, Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor, ShownAs, Suspension};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::Waived;
@@ -23,7 +23,7 @@ use wire::time::{Instant, Span};
 #[derive(Clone)]
 struct Log {
     entries: Vec<Witnessed>,
-    planned: Vec<Planned>,
+    planned: Vec<Plan>,
 }
 
 impl Log {
@@ -40,6 +40,7 @@ impl Log {
             waived: Waived::default(),
         };
         log.add(2000, NodeId::UNIT_A, minted);
+        log.associated(50, 1, PeerId::UNIT_A);
         for t in (100..10_000).step_by(100) {
             let mode = log.mode(t);
             log.report(t).displayed(t + 5, mode, t).heard(t).truth(t, 1000, 5000);
@@ -96,6 +97,14 @@ impl Log {
         self.add(ms, NodeId::CONSOLE, event)
     }
 
+    /// The unit has its association with the gateway, and `peer` this one at the gateway.
+    fn associated(&mut self, ms: u64, association: u32, peer: PeerId) -> &mut Log {
+        let guard = |node: NodeId| node.guard().expect("a node with a guard");
+        let to_gateway = Event::Associated { association: 1, peer: PeerId::GATEWAY };
+        self.add(ms, guard(NodeId::UNIT_A), to_gateway);
+        self.add(ms, guard(NodeId::GATEWAY), Event::Associated { association, peer })
+    }
+
     /// A datagram at both guards.
     fn heard(&mut self, ms: u64) -> &mut Log {
         for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
@@ -147,7 +156,7 @@ impl Log {
     }
 
     fn thermal_fault(&mut self, from: u64, to: u64) -> &mut Log {
-        self.planned.push(Planned::Fault(Sensor::Thermal));
+        self.planned.push(Planned::Fault(Sensor::Thermal, FaultKind::Dropout).into());
         let fault =
             |active| Event::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active, frame: FrameId(1) };
         let present = Modalities::default().with(Modality::Rgb).with(Modality::Depth).with(Modality::Lidar);
@@ -176,6 +185,7 @@ impl Log {
             planned: self.planned.clone(),
             duration: 10_000_000,
             stall_limit: u64::MAX,
+            operators: vec![(NodeId::OPERATOR, u64::MAX), (NodeId::OPERATOR_2, 7_000_000)],
             killed,
         })
     }
@@ -253,7 +263,7 @@ fn p3_records_held_back_too_long_are_not_timely() {
             Event::Attack { action: Action::Delay, side: Side::Server, length: 100, hash, delay: Span::ms(400) };
         log.add(t - 400, NodeId::RELAY_TELEMETRY, event);
     }
-    log.planned.push(Planned::Action(Action::Delay));
+    log.planned.push(Planned::Action(Action::Delay).into());
     // What came so late is accepted in this log, which is P7's to say.
     assert_eq!(log.breaks(), [Property::P3, Property::P7]);
 }
@@ -281,7 +291,7 @@ fn p7_a_record_accepted_after_it_was_held_back_too_long() {
         let delay = Span::ms(ms);
         let event = Event::Attack { action: Action::Delay, side: Side::Server, length: 100, hash, delay };
         log.add(5000 - ms, NodeId::RELAY_TELEMETRY, event);
-        log.planned.push(Planned::Action(Action::Delay));
+        log.planned.push(Planned::Action(Action::Delay).into());
         log.breaks()
     };
     assert_eq!(held(250), []);
@@ -369,23 +379,72 @@ fn p4_values_under_which_a_blind_unit_leaves_the_fence() {
     assert_eq!(log.breaks(), [Property::P4]);
 }
 
+/// A command that a rogue gives under `key`, its word at `ms`.
+fn rogue(log: &mut Log, ms: u64, id: CommandId, kind: CommandKind, key: NodeId) {
+    log.planned.push(Planned::Rogue.into());
+    log.add(ms, NodeId::INSIDER_OPERATOR, Event::Rogue { command: id, kind, key, certificate: None });
+}
+
+/// The same, and the unit executes it 10 ms later.
+fn obeyed(ms: u64, operator: NodeId, kind: CommandKind, key: NodeId) -> Log {
+    let id = CommandId { operator, ..command(9) };
+    let mut log = Log::whole();
+    rogue(&mut log, ms, id, kind, key);
+    log.add(ms + 10, NodeId::UNIT_A, Event::Executed { command: id, kind, refused: None });
+    log
+}
+
 #[test]
 fn a_rogues_order_needs_somebody_who_judged_it_and_only_its_stops_are_no_finding() {
-    let rogue = |kind| {
-        let event = Event::Rogue { command: command(9), kind, key: NodeId::OPERATOR_2, certificate: None };
-        let mut log = Log::whole();
-        log.planned.push(Planned::Rogue);
-        log.add(5000, NodeId::INSIDER_OPERATOR, event);
-        log
-    };
-    assert_eq!(rogue(CommandKind::Disarm).judge().outcome, Outcome::Invalid, "its word alone");
-    let execute = |kind| {
-        let mut log = rogue(kind);
-        log.add(5010, NodeId::UNIT_A, Event::Executed { command: command(9), kind, refused: None });
-        log.judge().outcome
-    };
+    let mut log = Log::whole();
+    rogue(
+        &mut log,
+        5000,
+        CommandId { operator: NodeId::OPERATOR_2, ..command(9) },
+        CommandKind::Disarm,
+        NodeId::OPERATOR_2,
+    );
+    assert_eq!(log.judge().outcome, Outcome::Invalid, "its word alone");
+    let execute = |kind| obeyed(5000, NodeId::OPERATOR_2, kind, NodeId::OPERATOR_2).judge().outcome;
     assert_eq!(execute(CommandKind::Disarm), Outcome::Undetected);
     assert_eq!(execute(CommandKind::Resume), Outcome::Unsafe);
+}
+
+#[test]
+fn p5_a_stop_by_a_rogue_without_a_standing_operators_key_is_a_finding() {
+    let stop = |ms, operator, key| obeyed(ms, operator, CommandKind::Disarm, key);
+    assert_eq!(stop(5000, NodeId::UNIT_B, NodeId::UNIT_B).breaks(), [Property::P5], "nobody's operator");
+    assert_eq!(stop(5000, NodeId::OPERATOR, NodeId::UNIT_B).breaks(), [Property::P5], "not that operator's key");
+    assert_eq!(stop(5000, NodeId::OPERATOR, NodeId::OPERATOR_2).breaks(), [Property::P5], "another operator's");
+    assert_eq!(stop(7500, NodeId::OPERATOR_2, NodeId::OPERATOR_2).breaks(), [Property::P5], "expired");
+    for (node, at, broken) in [
+        (NodeId::UNIT_A, 4900, &[Property::P5][..]),
+        (NodeId::UNIT_A, 5100, &[]),
+        (NodeId::GATEWAY, 3900, &[Property::P5]),
+        (NodeId::GATEWAY, 4900, &[]),
+    ] {
+        let mut log = stop(5000, NodeId::OPERATOR_2, NodeId::OPERATOR_2);
+        log.add(at, node, Event::Struck { who: NodeId::OPERATOR_2 });
+        assert_eq!(log.breaks(), broken, "{node} knows it at {at} ms");
+    }
+}
+
+#[test]
+fn p5_and_p9_an_operators_id_over_another_command_than_the_operator_gave() {
+    let mut log = Log::whole();
+    log.add(4990, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Disarm });
+    log.add(5000, NodeId::UNIT_A, Event::Executed { command: command(3), kind: CommandKind::Hold, refused: None });
+    assert_eq!(log.breaks(), [Property::P5]);
+    let resumed = |given| {
+        let mut log = Log::whole();
+        log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(3000);
+        log.add(3990, NodeId::CONSOLE, Event::Intended { command: command(3), kind: given });
+        let executed = Event::Executed { command: command(3), kind: CommandKind::Resume, refused: None };
+        log.add(4000, NodeId::UNIT_A, executed).to(4000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
+        log.breaks()
+    };
+    assert_eq!(resumed(CommandKind::Resume), []);
+    assert_eq!(resumed(CommandKind::Hold), [Property::P5, Property::P9]);
 }
 
 #[test]
@@ -414,6 +473,7 @@ fn p10_a_broken_log() {
         planned: Vec::new(),
         duration: 10_000_000,
         stall_limit: u64::MAX,
+        operators: Vec::new(),
         killed: Vec::new(),
     });
     assert_eq!(verdict.outcome, Outcome::Invalid);
@@ -435,7 +495,7 @@ fn p11_an_act_on_a_decoy_and_one_far_from_any_vehicle() {
 #[test]
 fn an_injection_without_its_receipt_is_invalid_whatever_else_happened() {
     let mut log = Log::whole();
-    log.planned.push(Planned::Action(Action::Replay));
+    log.planned.push(Planned::Action(Action::Replay).into());
     let event = Event::Attack { action: Action::Replay, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
     log.add(4000, NodeId::RELAY_TELEMETRY, event);
     assert_eq!(log.judge().outcome, Outcome::Invalid, "the adversary's word alone is no receipt");
@@ -446,7 +506,7 @@ fn an_injection_without_its_receipt_is_invalid_whatever_else_happened() {
 #[test]
 fn a_drop_without_a_guards_closed_account_is_no_receipt() {
     let mut log = Log::whole();
-    log.planned.push(Planned::Action(Action::Drop));
+    log.planned.push(Planned::Action(Action::Drop).into());
     let event = Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 77, delay: Span::ZERO };
     log.add(4000, NodeId::RELAY_TELEMETRY, event);
     assert_eq!(log.judge().outcome, Outcome::Invalid);
@@ -458,7 +518,7 @@ fn a_refusal_on_the_bus_that_is_no_longer_written_counts_by_the_closing_account(
         let at = Interface::Bus(Topic::Tracks);
         let reason = Reason::Tag;
         let mut log = Log::whole();
-        log.planned.push(Planned::Action(Action::Forge));
+        log.planned.push(Planned::Action(Action::Forge).into());
         for _ in 0..256 {
             log.add(3000, NodeId::UNIT_A, Event::Refused { at, peer: None, reason, detail: Text::new("tag") });
         }
@@ -483,7 +543,7 @@ fn a_refusal_on_the_bus_that_is_no_longer_written_counts_by_the_closing_account(
 /// mouth there says `seen`, by milliseconds.
 fn tampered(deed: Deed, delay_ms: u64, seen: &[(u64, Sight, u64, u32, u64)]) -> Log {
     let mut log = Log::whole();
-    log.planned.push(Planned::Stream(deed));
+    log.planned.push(Planned::Stream(deed).into());
     let (side, stream, hash, delay) = (Side::Client, 5, 77, Span::ms(delay_ms));
     let event = Event::Tampered { deed, side, stream, offset: 100, length: 10, hash, delay };
     log.add(4000, NodeId::RELAY_COMMAND, event);
@@ -528,7 +588,7 @@ fn a_trip_without_a_fault_is_a_false_trip() {
 impl Log {
     /// `node` was killed on purpose at `ms`.
     fn killed(&mut self, ms: u64, node: NodeId) -> &mut Log {
-        self.planned.push(Planned::Kill(node));
+        self.planned.push(Planned::Kill(node).into());
         self.add(ms, NodeId::CAMPAIGN, Event::Ended { node, killed: true })
     }
 
@@ -646,4 +706,157 @@ fn a_command_shown_as_under_way_for_more_than_a_second_breaks_p7() {
     let mut log = Log::whole();
     log.add(6000, NodeId::CONSOLE, shown(ShownAs::Released));
     assert_eq!(log.breaks(), [Property::P7], "no alarm at all");
+}
+
+/// A unit that ends at 3 s, is started again at 4 s and enabled at 5 s; judged by what is said with `word` in it.
+fn started_again(change: impl Fn(&mut Log), word: &str) -> Vec<String> {
+    let mut log = Log::whole();
+    log.killed(3000, NodeId::UNIT_A).cut_display(3000);
+    log.add(4000, NodeId::CAMPAIGN, Event::Restarted { node: NodeId::UNIT_A, boot: Boot(2) });
+    log.command(5000, 5, CommandKind::Enable).to(5000, Mode::Idle, Mode::Ready, Cause::Operator);
+    change(&mut log);
+    let findings = log.judge_with(vec![NodeId::UNIT_A]).findings;
+    findings.into_iter().map(|f| f.what).filter(|what| what.contains(word)).collect()
+}
+
+#[test]
+fn p3_is_asked_again_of_a_unit_that_was_started_again() {
+    let silent = |from: u64, to: u64| {
+        move |log: &mut Log| {
+            let guard = NodeId::UNIT_A.guard();
+            log.entries.retain(|w| !(w.at > from * 1000 && w.at < to * 1000 && Some(w.entry.node) == guard));
+        }
+    };
+    assert_eq!(started_again(silent(3000, 4000), "nothing timely"), [""; 0], "dead");
+    assert_eq!(started_again(silent(6000, 8000), "nothing timely").len(), 1, "alive again");
+    let hold = |ms: u64| {
+        let event = Event::Intended { command: command(9), kind: CommandKind::Hold };
+        move |log: &mut Log| {
+            log.add(ms, NodeId::CONSOLE, event);
+        }
+    };
+    assert_eq!(started_again(hold(2500), "had not held"), [""; 0], "it died under the order");
+    assert_eq!(started_again(hold(6000), "had not held").len(), 1, "alive again");
+}
+
+#[test]
+fn p3_what_a_teammate_sends_to_the_gateway_is_no_sign_of_the_unit() {
+    let mut log = Log::whole();
+    let guard = NodeId::GATEWAY.guard().expect("a guard");
+    log.entries.retain(|w| !(w.at > 5_000_000 && w.at < 7_000_000 && w.entry.node == guard));
+    log.add(60, guard, Event::Associated { association: 2, peer: PeerId::UNIT_B });
+    for t in (5050..7000).step_by(100) {
+        let (hash, verdict) = (t << 8, GuardVerdict::Passed);
+        log.add(t, guard, Event::GuardSaw { association: 2, epoch: 1, sequence: t, length: 100, hash, verdict });
+    }
+    assert_eq!(log.breaks(), [Property::P3]);
+}
+
+/// A log in which perception is said to be halted for half of each 100 ms from 4 s to 6 s; its core is fed at `fed`.
+fn slowed(fed: impl Fn(u64) -> bool) -> Verdict {
+    let node = NodeId::PERCEPTION;
+    let how = Suspension::Slow { quota: 500, period: Span::ms(100) };
+    let mut log = Log::whole();
+    log.planned.push(Planned::Suspend(node).into());
+    log.add(4000, NodeId::CAMPAIGN, Event::Suspended { node, how, on: true });
+    for from in (4000..6000).step_by(100) {
+        log.add(from, NodeId::CAMPAIGN, Event::Halted { node, on: true });
+        log.add(from + 50, NodeId::CAMPAIGN, Event::Halted { node, on: false });
+    }
+    log.add(6000, NodeId::CAMPAIGN, Event::Suspended { node, how, on: false });
+    for t in (2000..8000).step_by(25).filter(|t| fed(*t)) {
+        log.add(t, NodeId::CAMPAIGN, Event::Ran { node });
+    }
+    log.judge()
+}
+
+#[test]
+fn a_slow_process_is_believed_only_when_its_core_is_fed_between_its_stops_and_never_in_them() {
+    let stopped = |t: u64| (4000..6000).contains(&t) && t % 100 < 50;
+    assert_eq!((slowed(|t| !stopped(t)).receipt, slowed(|t| !stopped(t)).zero), (true, Some(4_000_000)));
+    assert!(!slowed(|_| true).receipt, "it runs on");
+    assert!(!slowed(|t| !stopped(t) || t == 5025).receipt, "once is enough");
+    assert!(!slowed(|_| false).receipt, "silent by itself");
+    assert!(!slowed(|t| t < 4000).receipt, "it never runs again");
+    assert!(!slowed(|t| t % 2000 == 1000).receipt, "so seldom that nothing is missing");
+}
+
+#[test]
+fn a_broker_that_is_said_to_hang_has_to_hold_something_up() {
+    let hung = |given: u64, delivered: u64| {
+        let (node, how) = (NodeId::BROKER, Suspension::Hang);
+        let mut log = Log::whole();
+        log.planned.push(Planned::Suspend(node).into());
+        log.add(4000, NodeId::CAMPAIGN, Event::Suspended { node, how, on: true });
+        log.add(6000, NodeId::CAMPAIGN, Event::Suspended { node, how, on: false });
+        log.command(given, 7, CommandKind::Hold);
+        let event = Event::StreamSaw { sight: Sight::Delivered, stream: 1, offset: 0, length: 9, hash: 1 };
+        log.add(delivered, NodeId::GATEWAY.guard().expect("a mouth"), event);
+        log.judge().receipt
+    };
+    assert!(hung(5000, 6010));
+    assert!(!hung(5000, 5010), "it is handed on");
+    assert!(!hung(3000, 6010), "nothing was given to it");
+}
+
+/// A gateway insider says at 4 s that it keeps a report for 800 ms; the console took in what it sent at `came`, and the
+/// report was on the display at once where `shown`.
+fn late(came: u64, shown: bool) -> Verdict {
+    let mut log = Log::whole();
+    log.planned.push(Planned::Late(800_000).into());
+    log.add(4001, NodeId::INSIDER_GATEWAY, Event::Withheld { record: record(4000) });
+    if !shown {
+        log.entries
+            .retain(|w| !(w.at > 4_000_000 && w.at < 4_850_000 && matches!(w.entry.event, Event::Displayed { .. })));
+    }
+    log.displayed(4250, Mode::PrepareToAct, 3900);
+    let (action, side, delay) = (Action::Delay, Side::Server, Span::ms(800));
+    log.add(4200, NodeId::INSIDER_GATEWAY, Event::Attack { action, side, length: 9, hash: 77, delay });
+    let (reader, at) = (NodeId::CONSOLE, Interface::Bus(Topic::Feed));
+    log.add(came, NodeId::CAMPAIGN, Event::MouthSaw { reader, at, length: 9, hash: 77 });
+    log.judge()
+}
+
+#[test]
+fn a_report_that_is_said_to_come_late_has_to_come_late() {
+    assert_eq!((late(4802, false).receipt, late(4802, false).zero), (true, Some(4_001_000)));
+    assert!(!late(4802, true).receipt, "it was on the display at once");
+    assert!(!late(4300, false).receipt, "half a second early, whatever delay was claimed");
+    assert!(!late(5500, false).receipt, "that was another one");
+}
+
+#[test]
+fn each_table_needs_a_receipt_within_its_own_window() {
+    let window = |what, ms: u64| Plan { from: ms * 1000, until: ms * 1000 + 200_000, ..Plan::from(what) };
+    let mut log = obeyed(4000, NodeId::OPERATOR, CommandKind::Disarm, NodeId::OPERATOR);
+    log.planned = vec![window(Planned::Rogue, 4000), window(Planned::Rogue, 6000)];
+    assert!(!log.judge().receipt);
+    log.planned[1] = window(Planned::Rogue, 3900);
+    assert!(log.judge().receipt);
+    let mut log = Log::whole();
+    log.thermal_fault(4000, 4200);
+    let fault = Planned::Fault(Sensor::Thermal, FaultKind::Dropout);
+    for (plan, receipt) in [
+        (window(fault, 4000), true),
+        (window(fault, 6000), false),
+        (window(Planned::Fault(Sensor::Thermal, FaultKind::Freeze), 4000), false),
+    ] {
+        log.planned = vec![plan];
+        assert_eq!(log.judge().receipt, receipt, "{plan:?}");
+    }
+}
+
+#[test]
+fn what_a_rogue_on_shared_memory_forged_is_no_receipt_for_the_gateways_insider() {
+    let forged = |node| {
+        let mut log = Log::whole();
+        log.planned.push(Planned::Feed(Action::Forge).into());
+        let (action, side, delay) = (Action::Forge, Side::Server, Span::ZERO);
+        log.add(4000, node, Event::Attack { action, side, length: 9, hash: 77, delay });
+        let (reader, at) = (NodeId::CONSOLE, Interface::Bus(Topic::Feed));
+        log.add(4001, NodeId::CAMPAIGN, Event::MouthSaw { reader, at, length: 9, hash: 77 });
+        log.judge().receipt
+    };
+    assert!(forged(NodeId::INSIDER_GATEWAY));
+    assert!(!forged(NodeId::IMPOSTOR));
 }

@@ -17,7 +17,7 @@ use wire::event::{Event, GuardVerdict};
 use wire::id::{NodeId, WorldId};
 use wire::policy::Waived;
 
-use crate::custody::{Custodian, Custody, Held, HeldHead};
+use crate::custody::{Custodian, Custody, Held, HeldHead, Life};
 use crate::oracle::Witnessed;
 
 /// An encoded audit entry with the trace time at which it was written.
@@ -36,12 +36,13 @@ pub fn by_recorder(node: NodeId) -> bool {
     node != NodeId::CAMPAIGN && !node.is_mouth()
 }
 
-/// The head of each chain that goes by way of the recorder, from the log before it was in anybody's hands. The recorder's own
+/// The head of each life's chain that goes by way of the recorder, from the log before it was in anybody's hands. The recorder's own
 /// is no witness against it.
 pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
     let kept = log.iter().filter(|l| by_recorder(l.node) && l.node != NodeId::RECORDER);
-    let last: BTreeMap<NodeId, &[u8]> = kept.map(|l| (l.node, l.bytes.as_slice())).collect();
-    last.values().filter_map(|bytes| Head::of(bytes)).map(HeldHead::from).collect()
+    let heads = kept.filter_map(|l| Head::of(&l.bytes)).map(HeldHead::from);
+    let last: BTreeMap<Life, HeldHead> = heads.map(|head| (head.life(), head)).collect();
+    last.into_values().collect()
 }
 
 /// Lets `hands` at what went by way of the recorder.
@@ -57,7 +58,8 @@ pub fn tamper(hands: &InsiderRecorder, log: &mut Vec<Logged>) {
 /// entries in (time, node, counter) order, the first problem found, and what became of the recording.
 pub fn read_against(log: &[Logged], held: &Held) -> (Vec<Witnessed>, Option<String>, Custody) {
     let (mut custodian, mut noted) = (Custodian::new(held), Chains::default());
-    let follow = |l: &Logged| if by_recorder(l.node) { custodian.take(&l.bytes) } else { noted.follow(&l.bytes) };
+    let follow =
+        |l: &Logged| if by_recorder(l.node) { custodian.take(l.at, l.node, &l.bytes) } else { noted.follow(&l.bytes) };
     let (entries, problem) = follow_all(log, follow);
     (entries, problem, custodian.close())
 }

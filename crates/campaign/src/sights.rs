@@ -2,9 +2,10 @@
 //!
 //! An insider's bytes are those of the protocol, so no guard can tell them from others. What every core is fed is known
 //! outside it: live its process keeps a mouth log, in the twin the engine feeds it. Here the two are read by one rule: an
-//! input whose bytes have the hash that an insider named is a sight. A core's own word is not asked.
+//! input whose bytes have the hash that an insider named is a sight. A core's own word is not asked. And a process that is
+//! said not to run takes nothing in ([`Running`]).
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use wire::audit::Entry;
 use wire::core::{Input, Subject};
@@ -54,5 +55,29 @@ impl Claims {
         let hash = wire_hash(bytes);
         let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
         self.0.contains(&hash).then_some(Event::MouthSaw { reader, at, length, hash })
+    }
+}
+
+/// How close together it is told that one core runs, microseconds.
+const APART_US: u64 = 5_000;
+
+/// Which cores are watched for being fed, and when that was told last.
+#[derive(Clone, Debug, Default)]
+pub struct Running(BTreeMap<NodeId, Option<u64>>);
+
+impl Running {
+    /// Watches these.
+    pub fn new(watched: &[NodeId]) -> Self {
+        Self(watched.iter().map(|node| (*node, None)).collect())
+    }
+
+    /// Whether it is to be told that the core of `node` was fed at `at`.
+    pub fn told(&mut self, node: NodeId, at: u64) -> bool {
+        let Some(last) = self.0.get_mut(&node) else { return false };
+        let tell = last.is_none_or(|last| at >= last + APART_US);
+        if tell {
+            *last = Some(at);
+        }
+        tell
     }
 }

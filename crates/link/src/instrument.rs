@@ -35,11 +35,11 @@ const PAUSE: Duration = Duration::from_millis(20);
 /// How long a closing service tries to hand over what waits.
 const LAST_WORDS: Duration = Duration::from_secs(2);
 
-/// What a process says of its chain in its closing statistics: entries and the SHA-256 of the last, hexadecimal.
+/// What a process says of its chain in its closing statistics: its boot, entries and the SHA-256 of the last, hexadecimal.
 pub fn head(last: &[u8]) -> serde_json::Value {
     let told = |head: Head| {
         let hash: String = head.hash.iter().map(|byte| format!("{byte:02x}")).collect();
-        serde_json::json!({ "counter": head.counter, "hash": hash })
+        serde_json::json!({ "boot": head.boot, "counter": head.counter, "hash": hash })
     };
     Head::of(last).map_or(serde_json::Value::Null, told)
 }

@@ -17,8 +17,9 @@ use crate::time::{Instant, Span};
 /// Longest encoded entry, bytes.
 pub const MAX_ENTRY: usize = 512;
 
-/// How often a node signs its head, and the recorder seals.
-const SIGN_PERIOD: Span = Span::s(1);
+/// How often a node signs its head: an entry so long after the last signature has one behind it.
+pub const SIGN_PERIOD: Span = Span::s(1);
+/// How often the recorder seals.
 const SEAL_PERIOD: Span = Span::ms(250);
 
 /// One event in a node's chain.

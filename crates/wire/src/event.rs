@@ -731,7 +731,7 @@ pub enum Event {
         #[n(1)]
         shown: ShownAs,
     },
-    /// An adversary kept a report from the display.
+    /// An adversary kept a report from the display, for a time or for good.
     #[n(46)]
     Withheld {
         #[n(0)]
@@ -792,6 +792,28 @@ pub enum Event {
         length: u32,
         #[n(3)]
         hash: u64,
+    },
+    /// The guard in front of a session: whose certificate the handshake of an association showed.
+    #[n(66)]
+    Associated {
+        #[n(0)]
+        association: u32,
+        #[n(1)]
+        peer: PeerId,
+    },
+    /// The launcher or twin stops a slow process for its share of a period (true), or lets it go on.
+    #[n(67)]
+    Halted {
+        #[n(0)]
+        node: NodeId,
+        #[n(1)]
+        on: bool,
+    },
+    /// The core of a process that is to be kept from running was fed something (told once in a few milliseconds).
+    #[n(68)]
+    Ran {
+        #[n(0)]
+        node: NodeId,
     },
     /// An insider sends the report with this identity: which of a session's records are its deeds.
     #[n(55)]

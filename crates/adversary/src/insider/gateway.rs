@@ -115,6 +115,7 @@ impl InsiderGateway {
                     return self.desk.write(now, Event::Withheld { record: report.id() });
                 }
                 FeedAction::Delay { ms, young } => {
+                    self.desk.write(now, Event::Withheld { record: report.id() });
                     if self.held.len() < MAX_HELD {
                         self.held.push_back(Held { since: now, due: now + Span::ms(ms), young, body });
                     }

@@ -15,12 +15,17 @@ use sha2::{Digest, Sha256};
 use wire::audit::Entry;
 use wire::codec;
 use wire::event::Event;
-use wire::id::NodeId;
+use wire::id::{Boot, NodeId};
 use wire::sign::{Key, Purpose};
 use wire::time::Span;
 
 use crate::plan::Tampering;
 use crate::schedule::{below, stream};
+
+/// By how much an entry's time is changed, microseconds.
+const RETIMED_US: u64 = 300_000;
+/// Longest life that is made up, entries.
+const FEIGNED: usize = 20;
 
 /// A recorded entry as the recorder has it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -92,6 +97,21 @@ impl InsiderRecorder {
                 Some(i + 1)
             }
             Tampering::CutAtSeal => self.cut(kept, draw),
+            Tampering::Feign => {
+                let of = kept[others[draw(others.len())]].node;
+                let first = kept.iter().position(|one| one.node == of)?;
+                let i = draw(first + 1);
+                let earlier = feigned(kept, of, kept[i].at);
+                kept.splice(i..i, earlier);
+                self.chain_anew(kept);
+                Some(i + 1)
+            }
+            Tampering::Retime => {
+                let i = others[draw(others.len())];
+                let at = kept[i].at;
+                kept[i].at = at.checked_sub(RETIMED_US).unwrap_or(at + RETIMED_US);
+                Some(i + 1)
+            }
         }
     }
 
@@ -124,19 +144,19 @@ impl InsiderRecorder {
     }
 
     /// Writes every chain anew, so that each holds together: counters, hashes, the recorder's seals and its signatures.
-    fn chain_anew(&self, kept: &mut [Kept]) {
-        let mut heads: BTreeMap<NodeId, (u64, [u8; 32])> = BTreeMap::new();
+    pub fn chain_anew(&self, kept: &mut [Kept]) {
+        let mut heads: BTreeMap<(NodeId, Boot), (u64, [u8; 32])> = BTreeMap::new();
         let mut running: Vec<[u8; 32]> = vec![[0; 32]];
         for one in kept {
             let Ok(mut entry) = Entry::decode(&one.bytes) else { continue };
-            let (counter, previous) = heads.get(&entry.node).copied().unwrap_or_default();
+            let (counter, previous) = heads.get(&(entry.node, entry.boot)).copied().unwrap_or_default();
             (entry.counter, entry.previous) = (counter + 1, previous);
             if entry.node == NodeId::RECORDER {
                 entry.event = self.own(entry.event, &previous, &running);
             }
             one.bytes = codec::encode(&entry);
             let hash: [u8; 32] = Sha256::digest(&one.bytes).into();
-            heads.insert(entry.node, (counter + 1, hash));
+            heads.insert((entry.node, entry.boot), (counter + 1, hash));
             if entry.node != NodeId::RECORDER {
                 let before = running.last().copied().unwrap_or_default();
                 running.push(Sha256::new().chain_update(before).chain_update(hash).finalize().into());
@@ -158,6 +178,15 @@ impl InsiderRecorder {
             other => other,
         }
     }
+}
+
+/// An earlier life of `of`: what it first said, under the boot before, all at `at`. No signature: that it cannot make.
+fn feigned(kept: &[Kept], of: NodeId, at: u64) -> Vec<Kept> {
+    let said = kept.iter().filter(|one| one.node == of).filter_map(|one| Entry::decode(&one.bytes).ok());
+    let said = said.filter(|entry| !matches!(entry.event, Event::Signed { .. })).take(FEIGNED);
+    let boot = |boot: Boot| Boot(boot.0.saturating_sub(1));
+    let said = said.map(|entry| codec::encode(&Entry { boot: boot(entry.boot), ..entry }));
+    said.map(|bytes| Kept { at, node: of, bytes }).collect()
 }
 
 fn event(kept: &Kept) -> Option<Event> {

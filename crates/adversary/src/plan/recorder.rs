@@ -20,4 +20,8 @@ pub enum Tampering {
     Rechain,
     /// The recording ends at a seal, closed as if the run had ended there.
     CutAtSeal,
+    /// A service is given an earlier life, under a boot that never was, and every seal is written anew.
+    Feign,
+    /// An entry is kept as it was written, under another time.
+    Retime,
 }

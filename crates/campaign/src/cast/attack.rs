@@ -2,20 +2,18 @@
 
 pub(super) mod broker;
 pub(super) mod gateway;
+pub(super) mod planned;
 
 use adversary::plan::{
     Content, Damage, DatagramAction, DatagramRelayConfig, Direction, Flaw, Form, Forward, InsiderTeammateConfig,
     Malformed, On, Place, Step, StreamAction, StreamRelayConfig, Tampering, Timed, Wait,
 };
 use sim::fault::{Disturbance, Fault};
-use wire::event::{Action, Sensor};
+use wire::event::Sensor;
 use wire::step::StepName;
-use wire::stream::Deed;
 
-use super::process;
 use super::script::mode;
 use crate::cue::{Cue, Watched};
-use crate::oracle::Planned;
 use crate::scenario::{self, Forwarding, Magnitude, Scenario, ThirdUnit, Trigger, Windowed};
 
 pub(super) fn start_ms(of: &dyn Windowed, phase_ms: u64) -> u64 {
@@ -135,6 +133,8 @@ pub(super) fn tampering(s: &Scenario, seed: u64) -> Option<(Tampering, u64)> {
         scenario::Tampered::Omit => Tampering::Omit,
         scenario::Tampered::Rechain => Tampering::Rechain,
         scenario::Tampered::CutAtSeal => Tampering::CutAtSeal,
+        scenario::Tampered::Feign => Tampering::Feign,
+        scenario::Tampered::Retime => Tampering::Retime,
     };
     Some((does, seed))
 }
@@ -276,50 +276,5 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
 
 /// Whether something is injected that needs a receipt.
 pub fn is_attacked(s: &Scenario) -> bool {
-    !planned(s).is_empty()
-}
-
-/// What the oracle has to find receipts for.
-pub(super) fn planned(s: &Scenario) -> Vec<Planned> {
-    let mut planned = Vec::new();
-    let mut add = |any: bool, action: Action| {
-        if any {
-            planned.push(Planned::Action(action));
-        }
-    };
-    add(!s.delay.is_empty() || !s.jitter.is_empty(), Action::Delay);
-    add(!s.loss.is_empty() || !s.burst_loss.is_empty(), Action::Drop);
-    add(!s.duplicate.is_empty(), Action::Duplicate);
-    add(!s.reorder.is_empty(), Action::Reorder);
-    add(!s.replay.is_empty(), Action::Replay);
-    add(!s.corrupt.is_empty(), Action::Corrupt);
-    add(!s.reoriginate.is_empty(), Action::Reoriginate);
-    add(!s.inject.is_empty(), Action::Inject);
-    add(!s.teammate.is_empty(), Action::Forward);
-    planned.extend(super::peer::planned(s));
-    planned.extend(tampered(s).map(Planned::Stream));
-    planned.extend((!s.rogue.is_empty()).then_some(Planned::Rogue));
-    planned.extend(broker::planned(s).map(Planned::Broker));
-    planned.extend(gateway::planned(s).map(Planned::Feed));
-    planned.extend((!s.intent_drop.is_empty()).then_some(Planned::Swallowed));
-    planned.extend((!s.malformed.is_empty()).then_some(Planned::Malformed));
-    planned.extend(s.fault.iter().map(|f| Planned::Fault(sensor(f.sensor))));
-    planned.extend(super::rogue::planned(s));
-    planned.extend(s.kill.iter().map(process::planned));
-    planned.extend(s.windows().into_iter().filter_map(step_name).map(Planned::Step));
-    planned.dedup();
-    planned
-}
-
-/// What is done to the command stream, each kind once.
-fn tampered(s: &Scenario) -> impl Iterator<Item = Deed> {
-    let holds = !s.stream_delay.is_empty() || !s.stall.is_empty() || !s.throttle.is_empty();
-    let cuts = !s.reset.is_empty() || !s.cut.is_empty();
-    let deeds = [
-        (holds, Deed::Held),
-        (!s.stream_corrupt.is_empty(), Deed::Damaged),
-        (!s.half_close.is_empty(), Deed::HalfClosed),
-        (cuts, Deed::Reset),
-    ];
-    deeds.into_iter().filter_map(|(any, deed)| any.then_some(deed))
+    !planned::of(s, 0).is_empty()
 }

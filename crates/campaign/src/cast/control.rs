@@ -6,8 +6,8 @@ use super::{Cast, Role, attack};
 use crate::scenario::Scenario;
 
 impl Cast {
-    /// The same cast with idle hands: relays pass, insiders keep their place and misuse nothing, nothing fails and nobody is
-    /// killed or kept from running. The link's own weather stays, and so does what was planned.
+    /// The same cast with idle hands: relays pass, insiders keep their place and misuse nothing, nothing fails, nobody is
+    /// killed or kept from running, and the recording is left alone. The link's own weather stays, and so does what was planned.
     #[must_use]
     pub fn disarmed(mut self, scenario: &Scenario) -> Cast {
         for member in &mut self.members {
@@ -18,6 +18,7 @@ impl Cast {
             }
         }
         self.ordeals.clear();
+        self.tampering = None;
         self.cues.clear();
         self
     }

@@ -25,14 +25,15 @@ use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::policy::{Check, Requirement};
 use wire::setup::{Ablation, Secret, Setup};
 use wire::sign::Key;
+use wire::trust::Mandate;
 
 use adversary::insider::InsiderRecorder;
 use adversary::plan::{AdversaryConfig, Tampering};
 
 use crate::cue::Cue;
-use crate::custody::Held;
+use crate::custody::{Held, HeldClock, Life};
 use crate::evidence::hex;
-use crate::oracle::Planned;
+use crate::oracle::{Plan, Planned};
 use crate::scenario::{self, Scenario};
 
 pub use attack::is_attacked;
@@ -179,7 +180,9 @@ pub struct Cast {
     /// Steps that wait for what the instrument plane tells.
     pub cues: Vec<Cue>,
     /// What the oracle needs receipts for.
-    pub planned: Vec<Planned>,
+    pub planned: Vec<Plan>,
+    /// For how long identities are admitted.
+    pub mandates: Vec<Mandate>,
     /// Length of the trial, microseconds.
     pub duration: u64,
     /// Whether link and stage delays vary with the seed.
@@ -194,12 +197,35 @@ impl Cast {
         self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))
     }
 
-    /// The public keys under which everybody's log is signed, and who owes no last signature; no head yet.
-    pub fn held(&self, broker: Option<&Secret>) -> Held {
+    /// The public keys under which everybody's log is signed, the clocks by which it is stamped, and who owes no last
+    /// signature; no head yet. The broker signs where it has a key. From an entry's own time to the one under which it is
+    /// handed over, `late_us` may pass, and as long as the process is stopped meanwhile.
+    pub fn held(&self, broker: Option<&Secret>, late_us: u64) -> Held {
         let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
         let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
         let keys = members.chain(broker.map(|secret| key(NodeId::BROKER, secret))).collect();
-        Held { keys, heads: Vec::new(), killed: self.killed() }
+        let hosts = self.members.iter().map(|m| (m.node(), m.host)).chain([(NodeId::BROKER, Host::Control)]);
+        let clocks = hosts.map(|(node, host)| {
+            let ClockDraw { zero_us, drift_ppm } = self.clocks[host as usize];
+            (node, HeldClock { zero_us, drift_ppm, late_us: late_us + self.stopped(node) })
+        });
+        let killed = self.killed().into_iter().map(|node| Life { node, boot: Boot(1) });
+        Held { keys, heads: Vec::new(), killed: killed.collect(), clocks: clocks.collect() }
+    }
+
+    /// Processes that are to be kept from running, whose cores' mouths are watched for it.
+    pub fn watched(&self) -> Vec<NodeId> {
+        let suspended = |plan: &Plan| if let Planned::Suspend(node) = plan.what { Some(node) } else { None };
+        self.planned.iter().filter_map(suspended).collect()
+    }
+
+    /// The longest time for which `node` is kept from running, microseconds.
+    fn stopped(&self, node: NodeId) -> u64 {
+        let lasts = |ordeal: &Ordeal| match ordeal.kind {
+            OrdealKind::Suspend { lasts, .. } => lasts,
+            OrdealKind::Kill { .. } => 0,
+        };
+        self.ordeals.iter().filter(|ordeal| ordeal.node == node).map(lasts).max().unwrap_or(0)
     }
 
     /// The insider whose hands the recorder is in, when the scenario has one.
@@ -213,6 +239,12 @@ impl Cast {
     pub fn broker(&self) -> NodeId {
         let hostile = self.members.iter().any(|m| m.node() == NodeId::INSIDER_BROKER);
         if hostile { NodeId::INSIDER_BROKER } else { NodeId::BROKER }
+    }
+
+    /// Who may give commands, and until when, microseconds of the run.
+    pub fn operators(&self) -> Vec<(NodeId, u64)> {
+        let until = |who: NodeId| self.mandates.iter().find(|m| m.who == who).map_or(u64::MAX, |m| m.until_ms * 1000);
+        OPERATORS.map(|who| (who, until(who))).to_vec()
     }
 
     /// Processes that are to end, and so owe no closing account.
@@ -263,7 +295,8 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
         clocks: draw.clocks,
         ordeals: process::ordeals(scenario, draw.phase_ms),
         cues: attack::cues(scenario, draw.phase_ms),
-        planned: attack::planned(scenario),
+        planned: attack::planned::of(scenario, draw.phase_ms),
+        mandates: station::mandates(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
         tampering: attack::tampering(scenario, seed),

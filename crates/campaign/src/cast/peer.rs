@@ -1,10 +1,8 @@
-//! From a scenario's tables to what an admitted teammate says in bad faith, and its receipts.
+//! From a scenario's tables to what an admitted teammate says in bad faith.
 
 use adversary::plan::{Confusion, Falsehood, InsiderTeammateConfig, Motion, Product, Resend};
-use wire::event::Action;
 
 use super::attack::start_ms;
-use crate::oracle::Planned;
 use crate::scenario::{self, Scenario};
 
 /// Adds it to the insider's plan.
@@ -38,14 +36,4 @@ pub(super) fn plan(s: &Scenario, phase: u64, config: &mut InsiderTeammateConfig)
         clock_ms: c.clock_ms.get(),
     };
     config.confusions = s.mode_confusion.iter().map(confusion).collect();
-}
-
-/// What the oracle has to find receipts for.
-pub(super) fn planned(s: &Scenario) -> impl Iterator<Item = Planned> {
-    let deeds = [
-        (!s.session_replay.is_empty(), Action::Resend),
-        (!s.falsehood.is_empty(), Action::Lie),
-        (!s.mode_confusion.is_empty(), Action::Confuse),
-    ];
-    deeds.into_iter().filter_map(|(any, action)| any.then_some(Planned::Action(action)))
 }

@@ -2,12 +2,10 @@
 
 use adversary::plan::{RogueConfig, RogueMove, Says, Spot};
 use wire::core::Topic;
-use wire::event::Action;
 use wire::id::NodeId;
 
 use super::Host;
 use super::attack::start_ms;
-use crate::oracle::Planned;
 use crate::scenario::{Channel, Holder, Point, Saying, Scenario, Seconds};
 
 /// A rogue to be put on a host.
@@ -59,13 +57,6 @@ pub(super) fn of(s: &Scenario, phase: u64) -> Option<Casting> {
         topics,
         config: RogueConfig { moves: all.into_iter().map(|(_, _, plan)| plan).collect() },
     })
-}
-
-/// What of it needs a receipt.
-pub(super) fn planned(s: &Scenario) -> impl Iterator<Item = Planned> {
-    let forged = !s.forge.is_empty() || !s.alter.is_empty();
-    let forged = forged.then_some(Planned::Action(Action::Forge));
-    forged.into_iter().chain((!s.republish.is_empty()).then_some(Planned::Action(Action::Republish)))
 }
 
 fn one(channel: Channel, at_ms: u64, duration_s: Seconds, every_ms: u64, says: Says) -> RogueMove {

@@ -142,6 +142,11 @@ pub(super) fn is_unexpected(outcome: Outcome, expected: &[Outcome]) -> bool {
     }
 }
 
+/// Whether a receipt was believed of which nothing is true: of actors who only said that they acted.
+fn is_believed(sabotage: bool, receipt: bool) -> bool {
+    sabotage && receipt
+}
+
 /// Names every unexpected trial on stderr, with the line that reproduces it, and gives the exit code.
 pub(super) fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
     const MAX_TOLD: usize = 10;
@@ -149,7 +154,10 @@ pub(super) fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
     let odd: Vec<(&Trial, &Planned)> = trials
         .iter()
         .filter_map(|trial| Some((trial, of(trial)?)))
-        .filter(|(trial, planned)| is_unexpected(trial.outcome, &planned.variation.scenario.expected))
+        .filter(|(trial, planned)| {
+            is_unexpected(trial.outcome, &planned.variation.scenario.expected)
+                || is_believed(planned.sabotage, trial.receipt)
+        })
         .collect();
     for (trial, planned) in odd.iter().take(MAX_TOLD) {
         let why = if trial.findings.is_empty() { String::new() } else { format!(" ({})", trial.findings.join("; ")) };
@@ -162,7 +170,10 @@ pub(super) fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
     }
     if trials.is_empty() {
         Exit::NoEvidence
-    } else if odd.iter().any(|(trial, _)| trial.outcome != Outcome::Invalid) {
+    } else if odd
+        .iter()
+        .any(|(trial, planned)| trial.outcome != Outcome::Invalid || is_believed(planned.sabotage, trial.receipt))
+    {
         Exit::Unexpected
     } else if odd.is_empty() {
         Exit::Fine
@@ -264,6 +275,12 @@ mod tests {
         assert!(is_unexpected(Outcome::Unsafe, &[]) && is_unexpected(Outcome::Invalid, &[]));
         assert!(!is_unexpected(Outcome::HoldSafe, &[]));
         assert!(is_unexpected(Outcome::HoldSafe, &[Outcome::Rejected]));
+    }
+
+    #[test]
+    fn a_sabotaged_receipt_that_is_believed_is_unexpected_and_no_other() {
+        assert!(is_believed(true, true));
+        assert!(!is_believed(true, false) && !is_believed(false, true));
     }
 
     #[test]

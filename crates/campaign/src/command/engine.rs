@@ -233,7 +233,7 @@ pub(super) fn verify(run: &Path) -> Result<Verified, EngineError> {
     let mut custodian = Custodian::new(&held);
     for frame in frames.iter().filter(|frame| by_recorder(frame.node)) {
         // What does not continue its chain is in the custodian's own list.
-        let _noted = custodian.take(&frame.bytes);
+        let _noted = custodian.take(frame.trace_us, frame.node, &frame.bytes);
     }
     let custody = custodian.close();
     let findings = custody.flaws.iter().map(ToString::to_string).collect();

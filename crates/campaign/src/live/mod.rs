@@ -31,7 +31,7 @@ use wire::time::Span;
 
 use crate::cast::{Cast, RunSecret};
 use crate::cue::Watch;
-use crate::custody::Held;
+use crate::custody::{Flaw, Held};
 use crate::evidence::Logged;
 use crate::progress::Stop;
 
@@ -47,6 +47,8 @@ const LEAD_US: u64 = 2_500_000;
 const READY: Duration = Duration::from_secs(20);
 /// How long what is under way may take to arrive at the end.
 const GRACE_US: u64 = 1_200_000;
+/// By how much the host may oversleep before it, and not the platform, explains a latency.
+const OVERSLEPT_US: u64 = 100_000;
 /// How long a service may take to end itself.
 const ENDING: Duration = Duration::from_secs(5);
 
@@ -83,8 +85,8 @@ pub struct Options<'a> {
 pub struct Aftermath {
     /// The recording, on the run's time; behind it what guards and launcher noted.
     pub log: Vec<Logged>,
-    /// How much of it is the recording, in the order in which it was kept; nothing where the recorder died.
-    pub recorded: usize,
+    /// What does not hold of the recording, as it was kept.
+    pub custody: Vec<Flaw>,
     /// What is held of it outside the recorder.
     pub held: Held,
     /// The first process that ended by itself, and when, microseconds of the run.
@@ -122,29 +124,31 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     let stayed = company.stay(cast, start_us, &mut again)?;
     company.finish()?;
     // A dead recorder wrote nothing more; then the mouth logs of the others are the second place where entries are.
-    let dead = stayed.ended(NodeId::RECORDER);
-    let mut log = if dead {
-        witness::mouths(cast, &places.run_dir, start_us)
+    let held = cast.held(Some(&secret.of(NodeId::BROKER)), OVERSLEPT_US);
+    let held = Held { heads: witness::heads(&company.stats), ..held };
+    let (mut log, custody) = if stayed.ended(NodeId::RECORDER) {
+        (witness::mouths(cast, &places.run_dir, start_us), Vec::new())
     } else {
         if let Some(hands) = cast.hands() {
             witness::lay_on(&hands, &places.run_dir)?;
         }
-        witness::recording(&places.run_dir, start_us)?
+        let kept = witness::recording(&places.run_dir)?;
+        let custody = trial::custody(&kept, &held);
+        (witness::on_the_runs_time(kept, start_us), custody)
     };
-    let recorded = if dead { 0 } else { log.len() };
-    let held = Held { heads: witness::heads(&company.stats), ..cast.held(Some(&secret.of(NodeId::BROKER))) };
     log.extend(witness::guards(cast, &places.run_dir, start_us, &company.stats));
     let mut told = stayed.events.clone();
     told.push((cast.duration, Event::Stalled { by: Span(stayed.overslept) }));
     told.extend(witness::unsent(&company.stats).into_iter().map(|event| (cast.duration, event)));
     told.extend(witness::sights(cast, &places.run_dir, start_us, &log));
+    told.extend(witness::running(cast, &places.run_dir, start_us));
     // One chain, whose order has to be that of the times in it.
     told.sort_by_key(|(at, _)| *at);
     for (at, event) in told {
         witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, at, event);
     }
     drop(company);
-    Ok(Aftermath { log, recorded, held, lost: stayed.lost() })
+    Ok(Aftermath { log, custody, held, lost: stayed.lost() })
 }
 
 /// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in

@@ -3,7 +3,7 @@
 //! Ending is SIGKILL, keeping from running SIGSTOP; a slow process is stopped for a part of each period. Nothing is told
 //! that was not seen: a kill by the wait status, a stop by the kernel's process table.
 
-use wire::event::Event;
+use wire::event::{Event, Suspension};
 use wire::id::NodeId;
 use wire::step::StepName;
 
@@ -73,13 +73,19 @@ impl Ordeals {
             (Turn::Halt | Turn::Release, OrdealKind::Suspend { how, lasts }) => {
                 let left = (self.begun[i].unwrap_or(at) + lasts).saturating_sub(at);
                 let halts = turn == Turn::Halt && left > 0;
+                // It runs as soon as it is let go on, and is stopped once that has been seen.
+                let before = clock();
                 let done = child.is_some_and(|child| if halts { child.halt() } else { child.go_on() });
+                let when = if halts { clock() } else { before };
+                if matches!(how, Suspension::Slow { .. }) {
+                    self.events.extend(done.then_some((when, Event::Halted { node: ordeal.node, on: halts })));
+                }
                 if left > 0 {
                     let (next, after) = next_turn(turn, how, left);
                     self.turns.push((at + after, i, next));
                 } else {
                     let over = Event::Suspended { node: ordeal.node, how, on: false };
-                    self.events.extend(done.then_some((clock(), over)));
+                    self.events.extend(done.then_some((before, over)));
                     self.tell_step(clock(), ordeal, false);
                 }
             }
@@ -99,7 +105,11 @@ impl Ordeals {
             }
             OrdealKind::Suspend { how, lasts } => {
                 if child.is_some_and(Child::halt) {
-                    self.events.push((clock(), Event::Suspended { node, how, on: true }));
+                    let at = clock();
+                    self.events.push((at, Event::Suspended { node, how, on: true }));
+                    if matches!(how, Suspension::Slow { .. }) {
+                        self.events.push((at, Event::Halted { node, on: true }));
+                    }
                 }
                 let (next, after) = next_turn(Turn::Halt, how, lasts);
                 self.turns.push((now + after, i, next));

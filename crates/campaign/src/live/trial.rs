@@ -10,9 +10,6 @@ use crate::evidence::{Logged, read};
 use crate::oracle::{Evidence, Verdict, judge};
 use crate::scenario::{Scenario, Setup};
 
-/// By how much the host may oversleep before it, and not the platform, explains a latency.
-const STALL_LIMIT_US: u64 = 100_000;
-
 /// A finished live run.
 pub struct Run {
     /// Who took part.
@@ -35,8 +32,7 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     let secret = RunSecret::random(secret);
     let cast = cast(scenario, setup, seed, &secret);
     let run_dir = options.run_dir.clone();
-    let Aftermath { mut log, recorded, held, lost } = run(&cast, &secret, setup.policy.record_guard, options)?;
-    let custody = custody(&log[..recorded], &held);
+    let Aftermath { mut log, custody, held, lost } = run(&cast, &secret, setup.policy.record_guard, options)?;
     log.sort_by_key(|l| l.at);
     let (entries, broken_log) = read(&log);
     let lost = lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
@@ -47,7 +43,8 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
         bounds: setup.bounds,
         planned: cast.planned.clone(),
         duration: cast.duration,
-        stall_limit: STALL_LIMIT_US,
+        stall_limit: super::OVERSLEPT_US,
+        operators: cast.operators(),
         killed: cast.killed(),
     };
     let verdict = judge(&evidence);
@@ -55,15 +52,22 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     Ok(Run { cast, held, evidence, verdict, replays })
 }
 
-/// What does not hold of the recording, in the order in which it was kept. A recorder that died left none to judge.
-fn custody(recorded: &[Logged], held: &Held) -> Vec<Flaw> {
-    if recorded.is_empty() {
-        return Vec::new();
-    }
+/// What does not hold of a recording, in the order in which it was kept. One that a living recorder left empty holds nothing.
+pub(super) fn custody(recorded: &[Logged], held: &Held) -> Vec<Flaw> {
     let mut custodian = Custodian::new(held);
     for logged in recorded {
         // What does not continue its chain is in the custodian's own list.
-        let _noted = custodian.take(&logged.bytes);
+        let _noted = custodian.take(logged.at, logged.node, &logged.bytes);
     }
     custodian.close().flaws
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_that_a_living_recorder_left_empty_is_flawed() {
+        assert!(!custody(&[], &Held::default()).is_empty());
+    }
 }

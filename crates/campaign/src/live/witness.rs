@@ -24,13 +24,18 @@ use super::LiveError;
 use crate::cast::{Cast, Member};
 use crate::custody::HeldHead;
 use crate::evidence::{Logged, guard_verdict};
-use crate::sights::Claims;
+use crate::sights::{Claims, Running};
 
-/// The recording, on the run's time; what was written before the start counts as written at the start.
-pub(super) fn recording(run_dir: &Path, start_us: u64) -> Result<Vec<Logged>, LiveError> {
+/// The recording, in the order and under the times in which it was kept.
+pub(super) fn recording(run_dir: &Path) -> Result<Vec<Logged>, LiveError> {
     let frames = recorded::frames(&run_dir.join("recording")).map_err(|e| LiveError::Environment(e.to_string()))?;
-    let logged = |f: Frame| Logged { at: f.trace_us.saturating_sub(start_us), node: f.node, bytes: f.bytes };
+    let logged = |f: Frame| Logged { at: f.trace_us, node: f.node, bytes: f.bytes };
     Ok(frames.into_iter().map(logged).collect())
+}
+
+/// The same on the run's time; what was written before the start counts as written at the start.
+pub(super) fn on_the_runs_time(kept: Vec<Logged>, start_us: u64) -> Vec<Logged> {
+    kept.into_iter().map(|logged| Logged { at: logged.at.saturating_sub(start_us), ..logged }).collect()
 }
 
 /// Lets the hands that the recorder is in at the files of its recording.
@@ -57,7 +62,13 @@ pub(super) fn lay_on(hands: &InsiderRecorder, run_dir: &Path) -> Result<(), Live
 pub(super) fn heads(stats: &[(NodeId, Value)]) -> Vec<HeldHead> {
     let of = |(node, stats): &(NodeId, Value)| {
         let head = &stats["links"]["head"];
-        Some(HeldHead { node: *node, counter: head["counter"].as_u64()?, hash: head["hash"].as_str()?.to_owned() })
+        let boot = Boot(u32::try_from(head["boot"].as_u64()?).ok()?);
+        Some(HeldHead {
+            node: *node,
+            boot,
+            counter: head["counter"].as_u64()?,
+            hash: head["hash"].as_str()?.to_owned(),
+        })
     };
     stats.iter().filter(|(node, _)| *node != NodeId::RECORDER).filter_map(of).collect()
 }
@@ -93,18 +104,37 @@ pub(super) fn sights(cast: &Cast, run_dir: &Path, start_us: u64, log: &[Logged])
     seen
 }
 
+/// When the cores of processes that were to be kept from running were fed, by the mouth logs of those.
+pub(super) fn running(cast: &Cast, run_dir: &Path, start_us: u64) -> Vec<(u64, Event)> {
+    let watched = cast.watched();
+    let mut running = Running::new(&watched);
+    let mut seen = Vec::new();
+    for member in cast.members.iter().filter(|m| watched.contains(&m.node())) {
+        let node = member.node();
+        passed(cast, member, run_dir, start_us, |at, entry| {
+            if matches!(entry, mouth::Entry::Input { .. }) && running.told(node, at) {
+                seen.push((at, Event::Ran { node }));
+            }
+        });
+    }
+    seen
+}
+
 /// Everything that passed the mouth of `member`, each with the time of the run at which its core was fed.
 fn passed(cast: &Cast, member: &Member, run_dir: &Path, start_us: u64, mut each: impl FnMut(u64, mouth::Entry)) {
-    let file = std::fs::File::open(run_dir.join("mouth").join(format!("{}.cbor", member.node())));
-    let Some(mouth) = file.ok().and_then(|file| mouth::Reader::new(BufReader::new(file)).ok()) else { return };
     let clock = super::spec::clock(cast, member.host);
-    let mut now = mouth.header().started;
-    // A cut at the end is what a killed writer leaves; a missing entry before it breaks the chain.
-    for entry in mouth.map_while(Result::ok) {
-        if let mouth::Entry::Input { now: fed, .. } = &entry {
-            now = *fed;
+    // One log for each start; the second is there when it was started again.
+    for boot in ["", "-2"] {
+        let file = std::fs::File::open(run_dir.join("mouth").join(format!("{}{boot}.cbor", member.node())));
+        let Some(mouth) = file.ok().and_then(|file| mouth::Reader::new(BufReader::new(file)).ok()) else { continue };
+        let mut now = mouth.header().started;
+        // A cut at the end is what a killed writer leaves; a missing entry before it breaks the chain.
+        for entry in mouth.map_while(Result::ok) {
+            if let mouth::Entry::Input { now: fed, .. } = &entry {
+                now = *fed;
+            }
+            each(clock.trace_at(now).saturating_sub(start_us), entry);
         }
-        each(clock.trace_at(now).saturating_sub(start_us), entry);
     }
 }
 
@@ -129,8 +159,14 @@ pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeI
         let Some(guard) = guard else { continue };
         let mut journal = Journal::new(guard, Boot(1), None);
         let mut events = Vec::new();
-        let path = run_dir.join("guard").join(format!("{node}.cbor"));
-        for seen in recorded::observations(&path).unwrap_or_default() {
+        // One log for each start; the second is there when it was started again.
+        let logs = ["", "-2"].map(|boot| run_dir.join("guard").join(format!("{node}{boot}.cbor")));
+        for seen in logs.iter().flat_map(|path| recorded::observations(path).unwrap_or_default()) {
+            let at = seen.trace_us.saturating_sub(start_us);
+            if let Some(peer) = seen.peer {
+                events.push((at, Event::Associated { association: seen.association, peer }));
+                continue;
+            }
             let event = Event::GuardSaw {
                 association: seen.association,
                 epoch: seen.epoch,
@@ -139,7 +175,6 @@ pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeI
                 hash: u64::from_be_bytes(seen.digest),
                 verdict: guard_verdict(seen.verdict),
             };
-            let at = seen.trace_us.saturating_sub(start_us);
             events.push((at, event));
             if let Some(fault) = seen.fault {
                 events.push((at, refused(node, fault)));

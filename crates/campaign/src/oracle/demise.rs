@@ -8,6 +8,7 @@
 
 use serde::Serialize;
 use wire::bounds::Bounds;
+use wire::command::CommandKind;
 use wire::event::{Event, Suspension};
 use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
@@ -215,7 +216,9 @@ pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec
         let Some(owed) = owed(node) else { continue };
         let runs = runs_again(evidence, w);
         let given = |at: Micros| at >= w.at && at < runs;
-        let hold = || line.intended.iter().find(|(at, _, kind)| given(*at) && *kind == "hold").map(|(at, _, _)| *at);
+        let hold = || {
+            line.intended.iter().find(|(at, _, kind)| given(*at) && *kind == CommandKind::Hold).map(|(at, _, _)| *at)
+        };
         let zero = if owed.from == From::Kill { Some(w.at) } else { hold() };
         let death = Death { owed, fate, killed: w.at, runs, zero, evidence, line };
         let broken = death.findings();

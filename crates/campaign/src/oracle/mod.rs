@@ -5,20 +5,24 @@
 //! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
 //! then compared with these.
 //!
-//! `timeline` sorts the events by what they are about, `receipt`, `stream`, `planes`, `view`, `mouth` and `place` decide
-//! whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `place` for
+//! `timeline` sorts the events by what they are about, `plan` is what was set out to be done and when, `receipt`, `stream`,
+//! `planes`, `view`, `mouth`, `life` and `place` decide whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `content` for P5, `link` for P3 on the telemetry link, `place` for
 //! where the unit takes itself to be, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
 //! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 mod conservation;
+mod content;
 pub mod demise;
+mod life;
+mod link;
 mod mouth;
 mod orders;
 mod outcome;
 pub mod peers;
 mod place;
+pub mod plan;
 mod planes;
 mod properties;
 mod receipt;
@@ -30,12 +34,11 @@ mod view;
 use serde::Serialize;
 use wire::audit::Entry;
 use wire::bounds::Bounds;
-use wire::event::{Action, Sensor};
-use wire::stream::Deed;
 
 use crate::custody::Flaw;
 use crate::trial::{Latency, Outcome, TransitionRow};
 
+pub use plan::{Plan, Planned};
 pub use timeline::Timeline;
 
 /// Microseconds of trace time: true time in the twin, one common host clock live. No core reads it.
@@ -50,33 +53,6 @@ pub struct Witnessed {
     pub entry: Entry,
 }
 
-/// What the scenario set out to inject; each kind needs its receipt.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Planned {
-    /// An action of the relay or of an insider.
-    Action(Action),
-    /// Something that the relay does to a byte stream.
-    Stream(Deed),
-    /// Something that a hostile broker does to publications.
-    Broker(Action),
-    /// Something that a gateway insider does to what the display is told.
-    Feed(Action),
-    /// A command that a gateway insider keeps from the gateway.
-    Swallowed,
-    /// Authenticated and broken records of an insider.
-    Malformed,
-    /// A fault of a sensor.
-    Fault(Sensor),
-    /// Orders of a rogue station.
-    Rogue,
-    /// A process was to end.
-    Kill(wire::id::NodeId),
-    /// A process was to be kept from running.
-    Suspend(wire::id::NodeId),
-    /// A named step was to begin.
-    Step(wire::step::StepName),
-}
-
 /// Everything the judge gets to see.
 #[derive(Clone, Debug)]
 pub struct Evidence {
@@ -89,12 +65,14 @@ pub struct Evidence {
     pub custody: Vec<Flaw>,
     /// Bounds in force.
     pub bounds: Bounds,
-    /// What was planned; empty for a null attack.
-    pub planned: Vec<Planned>,
+    /// What was planned, table by table; empty for a null attack.
+    pub planned: Vec<Plan>,
     /// Length of the run.
     pub duration: Micros,
     /// How long the host itself may oversleep before a live run is void.
     pub stall_limit: Micros,
+    /// Who may give commands, and until when; `Micros::MAX` where nothing was said.
+    pub operators: Vec<(wire::id::NodeId, Micros)>,
     /// Nodes that were killed on purpose; they owe no closing account.
     pub killed: Vec<wire::id::NodeId>,
 }

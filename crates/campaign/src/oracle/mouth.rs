@@ -7,22 +7,29 @@ use wire::event::{Account, Action, Event, Interface};
 use wire::id::{Boot, NodeId};
 use wire::refusal::Reason;
 
+use super::plan::Window;
 use super::{Evidence, Micros};
 
 /// How soon after a message the verdict over it is in the log.
 const VERDICT: Micros = 5_000;
 
-/// The first entry of an insider's `action` whose bytes a mouth took in afterwards, and `sights` times in all.
-pub(super) fn receipt(evidence: &Evidence, wanted: Action, sights: usize) -> Option<Micros> {
-    let claims = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Attack { action, hash, .. } if action == wanted && w.entry.node.is_insider() => Some((w.at, hash)),
+/// The first entry within `window` of this `action` by one of `who` whose bytes a mouth took in afterwards.
+pub(super) fn receipt(evidence: &Evidence, wanted: Action, window: Window, who: &[NodeId]) -> Option<Micros> {
+    let mut claims = claims(evidence, wanted, who).filter(|(at, _)| window.has(*at));
+    claims.find(|(at, hash)| seen(evidence).any(|s| s.hash == *hash && s.at >= *at)).map(|(at, _)| at)
+}
+
+/// When a mouth took in bytes that one of `who` says it sent as its `action`.
+pub(super) fn sights(evidence: &Evidence, wanted: Action, who: &[NodeId]) -> Vec<Micros> {
+    let claims = claims(evidence, wanted, who);
+    claims.flat_map(|(at, hash)| seen(evidence).filter(move |s| s.hash == hash && s.at >= at)).map(|s| s.at).collect()
+}
+
+fn claims(evidence: &Evidence, wanted: Action, who: &[NodeId]) -> impl Iterator<Item = (Micros, u64)> {
+    evidence.entries.iter().filter_map(move |w| match w.entry.event {
+        Event::Attack { action, hash, .. } if action == wanted && who.contains(&w.entry.node) => Some((w.at, hash)),
         _ => None,
-    });
-    let confirmed = |at: Micros, hash: u64| {
-        let seen: Vec<Micros> = seen(evidence).filter(|s| s.hash == hash).map(|s| s.at).collect();
-        seen.len() >= sights && seen.iter().any(|seen| *seen >= at)
-    };
-    claims.into_iter().find(|(at, hash)| confirmed(*at, *hash)).map(|(at, _)| at)
+    })
 }
 
 /// Whether a reader of shared memory refused, from `zero` on, what an insider had put there.

@@ -8,6 +8,7 @@ use wire::command::CommandKind;
 use wire::event::{Event, Interface};
 use wire::id::{CommandId, NodeId, PeerId};
 
+use super::plan::Window;
 use super::{Evidence, Finding, Micros, Property, finding};
 
 /// From a decision to the brakes, milliseconds: what the fence guard has already taken off (`docs/bounds.md`).
@@ -27,11 +28,11 @@ pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
         .collect()
 }
 
-/// The first order of the rogue that another process judged: the unit or the gateway by its id, the broker by the
+/// The first order of the rogue within `window` that another process judged: the unit or the gateway by its id, the broker by the
 /// certificate under which it was published.
-pub(super) fn receipt(evidence: &Evidence) -> Option<Micros> {
+pub(super) fn receipt(evidence: &Evidence, window: Window) -> Option<Micros> {
     let orders = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Rogue { command, certificate, .. } if w.entry.node == NodeId::INSIDER_OPERATOR => {
+        Event::Rogue { command, certificate, .. } if w.entry.node == NodeId::INSIDER_OPERATOR && window.has(w.at) => {
             Some((w.at, command, certificate))
         }
         _ => None,

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use wire::command::CommandKind;
 use wire::core::Side;
 use wire::event::{Action, Event, ShownAs};
 use wire::feed::CommandStage;
@@ -14,9 +15,10 @@ use wire::id::{CommandId, NodeId};
 use wire::mode::Mode;
 use wire::stream::Sight;
 
+use super::plan::Window;
 use super::properties::SLACK;
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, Witnessed, finding};
+use super::{Evidence, Finding, Micros, Property, Witnessed, finding, life};
 
 /// The longest that a command may be shown as under way after the operator last did something about it.
 const ANSWER_WITHIN: Micros = 1_000_000;
@@ -26,11 +28,11 @@ const DRIFT: u64 = 1_000;
 /// Longest time from a sender's own entry to the broker's.
 const ON_THE_WAY: Micros = 1_000_000;
 
-/// The first entry of `wanted` that the client's mouth confirms.
-pub(super) fn broker(evidence: &Evidence, wanted: Action) -> Option<Micros> {
+/// The first entry of `wanted` within `window` that the client's mouth confirms.
+pub(super) fn broker(evidence: &Evidence, wanted: Action, window: Window) -> Option<Micros> {
     let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Attack { action, side, hash, delay, .. }
-            if action == wanted && w.entry.node == NodeId::INSIDER_BROKER =>
+            if action == wanted && w.entry.node == NodeId::INSIDER_BROKER && window.has(w.at) =>
         {
             Some((w.at, side, hash, delay.0))
         }
@@ -84,7 +86,7 @@ pub(super) fn commands_shown(evidence: &Evidence, line: &Timeline) -> Vec<Findin
     let within = ANSWER_WITHIN + SLACK;
     for w in evidence.entries.iter().filter(|w| w.entry.node == NodeId::CONSOLE) {
         let Event::CommandShown { command, shown } = w.entry.event else { continue };
-        let one_step = line.intended.iter().any(|(_, id, kind)| *id == command && matches!(*kind, "hold" | "disarm"));
+        let one_step = line.intended.iter().any(|(_, id, kind)| *id == command && kind.towards_safe());
         match shown {
             ShownAs::Requested | ShownAs::Released => {
                 due.insert(command, w.at + within);
@@ -116,13 +118,16 @@ fn under_way(command: CommandId, until: Micros) -> Finding {
     finding(Property::P7, until, format!("{command} is shown as under way for more than {ms} ms"))
 }
 
-/// P3 for the operator: *Th* after a HOLD was given, the unit holds, by the order or by its lease.
+/// P3 for the operator: *Th* after a HOLD was given, the unit holds, by the order or by its lease. One that did not live all
+/// that time is `demise`'s to judge.
 pub(super) fn operators_hold(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    if evidence.killed.contains(&NodeId::UNIT_A) {
-        return Vec::new();
-    }
+    let dead = life::dead(evidence, NodeId::UNIT_A);
+    let lived = |from: Micros, to: Micros| dead.iter().all(|(died, again)| to < *died || from > *again);
     let th = evidence.bounds.to_hold_safe_ms * 1000 + SLACK;
-    let given = line.intended.iter().filter(|(at, _, kind)| *kind == "hold" && at + th <= evidence.duration);
+    let given = line
+        .intended
+        .iter()
+        .filter(|(at, _, kind)| *kind == CommandKind::Hold && at + th <= evidence.duration && lived(*at, at + th));
     let late =
         given.filter(|(at, ..)| !line.was_in(Mode::HoldSafe, *at, at + th) && !line.was_in(Mode::Idle, *at, at + th));
     late.map(|(at, id, _)| {

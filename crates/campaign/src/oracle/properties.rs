@@ -3,14 +3,15 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use wire::event::{Event, FaultKind, Freshness, GuardVerdict, Sensor};
-use wire::id::{CommandId, NodeId, RecordId, UnitId};
+use wire::command::CommandKind;
+use wire::event::{Event, FaultKind, Freshness, Sensor};
+use wire::id::{RecordId, UnitId};
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
 use super::receipt::{Befallen, Receipt};
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, demise, finding, planes};
+use super::{Evidence, Finding, Micros, Property, content, finding, link, planes};
 
 /// What one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.
@@ -24,10 +25,10 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     let mut found = Vec::new();
     found.extend(acts(evidence, line));
     found.extend(subsystem_loss(evidence, line, receipt));
-    found.extend(link_trust(evidence, line, receipt));
+    found.extend(link::trust(evidence, line, receipt));
     found.extend(plant_obeys_hold(line));
     found.extend(geofence(line));
-    found.extend(unaccepted_content(evidence));
+    found.extend(content::check(evidence, line));
     found.extend(display(evidence, line));
     found.extend(planes::commands_shown(evidence, line));
     found.extend(planes::operators_hold(evidence, line));
@@ -65,10 +66,9 @@ fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
             found.push(finding(Property::P1, w.at, "act with a failing guard, or none recorded"));
         }
         let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
-        let confirmed = line
-            .intended
-            .iter()
-            .any(|(at, id, kind)| *id == command && *kind == "confirm" && *at <= w.at && w.at - *at <= limit);
+        let confirmed = line.intended.iter().any(|(at, id, kind)| {
+            *id == command && matches!(kind, CommandKind::Confirm(_)) && *at <= w.at && w.at - *at <= limit
+        });
         if !confirmed {
             found.push(finding(Property::P1, w.at, format!("act on {command}, which no operator confirmed in time")));
         }
@@ -98,50 +98,6 @@ fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Ve
     .collect()
 }
 
-/// P3, for the telemetry link: when nothing timely has come through for *Th*, in either direction, the unit holds.
-///
-/// Timely is what the guard at the target passed, was not made or changed by the adversary, and was not held back for
-/// more than *Tf*: all from the relay's and the guards' logs.
-fn link_trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
-    let th = evidence.bounds.to_hold_safe_ms * 1000;
-    let tf = evidence.bounds.freshness_ms * 1000;
-    let ends = [NodeId::GATEWAY, NodeId::UNIT_A].map(|n| (n, n.guard()));
-    let mut found = Vec::new();
-    if evidence.killed.contains(&NodeId::UNIT_A) {
-        // A dead unit changes no mode; what its plant does is `demise`'s to judge.
-        return found;
-    }
-    for (node, guard) in ends {
-        if evidence.killed.contains(&node) {
-            continue;
-        }
-        let mut firsts = BTreeSet::new();
-        let mut last: Option<Micros> = None;
-        let arrivals =
-            evidence.entries.iter().filter(|w| Some(w.entry.node) == guard).filter_map(|w| match w.entry.event {
-                Event::GuardSaw { hash, verdict: GuardVerdict::Passed, epoch: 1.., .. } => Some((w.at, hash)),
-                _ => None,
-            });
-        let timely = arrivals.filter(|(_, hash)| {
-            let held = receipt.delayed.get(hash).copied().unwrap_or(0);
-            firsts.insert(*hash) && held <= tf && !receipt.forged.contains_key(hash)
-        });
-        let within = timely.map(|(at, _)| at).filter(|at| *at < evidence.duration);
-        for at in within.chain(std::iter::once(evidence.duration)) {
-            if let Some(before) = last.filter(|before| at - before > th) {
-                // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
-                let mode = line.mode_at(demise::can_judge(evidence, before + th));
-                if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
-                    let what = format!("nothing timely at {node} for {} ms and still {}", th / 1000, mode.name());
-                    found.push(finding(Property::P3, before + th, what));
-                }
-            }
-            last = Some(at);
-        }
-    }
-    found
-}
-
 /// P3's other half: HOLD_SAFE is believed from the plant, not from the unit.
 fn plant_obeys_hold(line: &Timeline) -> Vec<Finding> {
     let holds = line.changes.iter().filter(|c| c.to == Mode::HoldSafe);
@@ -163,40 +119,6 @@ fn geofence(line: &Timeline) -> Vec<Finding> {
         .map(|t| finding(Property::P4, t.at, format!("driving {} mm outside the fence", -t.fence)))
         .into_iter()
         .collect()
-}
-
-/// P5: what is displayed and what is executed came from accepted records and the operator's own intents.
-fn unaccepted_content(evidence: &Evidence) -> Vec<Finding> {
-    let mut accepted: BTreeSet<RecordId> = BTreeSet::new();
-    let mut intended: BTreeSet<CommandId> = BTreeSet::new();
-    // A rogue who holds an operator's key may stop the unit: nothing can tell it from that operator, and it is safe.
-    let mut stops: BTreeSet<CommandId> = BTreeSet::new();
-    let mut found = Vec::new();
-    for w in &evidence.entries {
-        match w.entry.event {
-            Event::Accepted { record, .. } if w.entry.node == NodeId::GATEWAY => {
-                accepted.insert(record);
-            }
-            Event::Intended { command, .. } => {
-                intended.insert(command);
-            }
-            Event::Rogue { command, kind, .. } if kind.towards_safe() => {
-                stops.insert(command);
-            }
-            Event::Displayed { report, freshness, .. }
-                if freshness != Freshness::Lost && !accepted.contains(&report) =>
-            {
-                found.push(finding(Property::P5, w.at, format!("{report} is displayed and was never accepted")));
-            }
-            Event::Executed { command, refused: None, .. }
-                if !intended.contains(&command) && !stops.contains(&command) =>
-            {
-                found.push(finding(Property::P5, w.at, format!("{command} was executed and no operator gave it")));
-            }
-            _ => {}
-        }
-    }
-    found
 }
 
 /// P7: nothing of the unit under test is shown fresh beyond its limit, and the mode shown fresh was the unit's own at
@@ -228,20 +150,23 @@ fn commands(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let mut found = Vec::new();
     for (at, id, kind) in &line.executed {
         if !once.insert(*id) {
-            found.push(finding(Property::P8, *at, format!("{kind} {id} executed again")));
+            found.push(finding(Property::P8, *at, format!("{} {id} executed again", kind.name())));
         }
         let given = line.intended.iter().find(|(_, command, _)| command == id).map(|(given, _, _)| *given);
         if given.is_some_and(|given| at.saturating_sub(given) > limit) {
-            found.push(finding(Property::P8, *at, format!("{kind} {id} executed more than {} ms late", limit / 1000)));
+            let what = format!("{} {id} executed more than {} ms late", kind.name(), limit / 1000);
+            found.push(finding(Property::P8, *at, what));
         }
     }
     found
 }
 
-/// P9: HOLD_SAFE ends by an operator's Resume only; PREPARE_TO_ACT begins by a new Arm only.
+/// P9: HOLD_SAFE ends by an operator's Resume only; PREPARE_TO_ACT begins by a new Arm only. That the unit executed one is
+/// half of it; the other is that an operator gave one of that kind.
 fn recovery(line: &Timeline) -> Vec<Finding> {
     let by = |kind: &str, from: Micros, to: Micros| {
-        line.executed.iter().any(|(at, _, k)| *k == kind && *at + SLACK >= from && *at <= to + SLACK)
+        let mut near = line.executed.iter().filter(|(at, ..)| *at + SLACK >= from && *at <= to + SLACK);
+        near.any(|(at, id, k)| k.name() == kind && line.gave(*id, *k, *at))
     };
     let mut found = Vec::new();
     for change in &line.changes {

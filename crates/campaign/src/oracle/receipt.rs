@@ -4,26 +4,22 @@
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
 //! time; for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
 //! perception or autonomy must have seen the readings go missing, or off by what was imposed (`place`). What was done to a
-//! byte stream is `stream`'s, to publications `planes`', what insiders sent `mouth`'s.
+//! byte stream is `stream`'s, to publications `planes`', what insiders sent `mouth`'s, what befell processes `life`'s.
 
 use std::collections::BTreeMap;
 
 use wire::core::Side;
-use wire::event::{Account, Action, Event, FaultKind, Sensor, Suspension};
+use wire::event::{Account, Action, Event, FaultKind, GuardVerdict, Sensor};
 use wire::id::NodeId;
 use wire::sensor::{Modalities, Modality};
 use wire::step::StepName;
-use wire::stream::Sight;
 
-use super::{Evidence, Micros, Planned, Witnessed, mouth, orders, place, planes, stream, view};
+use super::plan::Window;
+use super::{Evidence, Micros, Plan, Planned, life, link, mouth, orders, place, planes, stream, view};
 
-/// How long after a process is stopped its last entry may still be written.
-const UNDER_WAY: Micros = 20_000;
-
-/// How long what a dying process had said may still be on its way into the log.
-const LAST_WORDS: Micros = 100_000;
-/// Longer than a link on which a record goes each way every tenth of a second is silent by itself.
-const SILENCE: Micros = 350_000;
+/// How close together a guard logs the pieces of one datagram, and how long a datagram is on its way.
+const TOGETHER: Micros = 500;
+const ON_THE_WAY: Micros = 200_000;
 /// What a link takes by itself; so short a delay shows nothing.
 const LEAST_DELAY: Micros = 10_000;
 
@@ -33,7 +29,7 @@ pub(super) struct Receipt {
     /// Every planned injection has both witnesses.
     pub whole: bool,
     /// Planned injections without one.
-    pub missing: Vec<Planned>,
+    pub missing: Vec<Plan>,
     /// The actor's first entry that has a second witness.
     pub zero: Option<Micros>,
     /// Sensor faults with receipts.
@@ -62,41 +58,49 @@ pub(super) fn find(evidence: &Evidence) -> Receipt {
     let mut receipt = Receipt { faults: faults(evidence), ..Receipt::default() };
     note_datagrams(evidence, &mut receipt);
     let mut zeros = Vec::new();
-    for planned in &evidence.planned {
+    for plan in &evidence.planned {
         // That a step began is its actor's word; what it did needs its own receipt, and only that counts as the start.
-        if let Planned::Step(step) = planned {
-            if !begun(evidence, *step) {
-                receipt.missing.push(*planned);
+        if let Planned::Step(step) = plan.what {
+            if !begun(evidence, step) {
+                receipt.missing.push(*plan);
             }
             continue;
         }
-        let zero = match *planned {
-            Planned::Step(_) => None,
-            Planned::Action(action @ (Action::Forward | Action::Forge | Action::Republish)) => {
-                mouth::receipt(evidence, action, 1)
-            }
-            Planned::Action(action @ (Action::Resend | Action::Lie | Action::Confuse)) => {
-                mouth::receipt(evidence, action, 1)
-            }
-            Planned::Malformed => mouth::receipt(evidence, Action::Inject, 1),
-            Planned::Action(Action::Kill) | Planned::Kill(_) => killed(evidence, planned),
-            Planned::Action(action) => datagram(evidence, action),
-            Planned::Rogue => orders::receipt(evidence),
-            Planned::Suspend(node) => suspended(evidence, node),
-            Planned::Stream(deed) => stream::receipt(evidence, deed),
-            Planned::Broker(action) => planes::broker(evidence, action),
-            Planned::Feed(action) => view::feed(evidence, action),
-            Planned::Swallowed => view::swallowed(evidence),
-            Planned::Fault(sensor) => receipt.faults.iter().find(|f| f.sensor == sensor).map(|f| f.start),
-        };
-        match zero {
+        match Window::of(evidence, plan).and_then(|window| of(evidence, plan.what, window, &receipt.faults)) {
             Some(zero) => zeros.push(zero),
-            None => receipt.missing.push(*planned),
+            None => receipt.missing.push(*plan),
         }
     }
     receipt.whole = receipt.missing.is_empty();
     receipt.zero = zeros.into_iter().min();
     receipt
+}
+
+/// When something planned within `window` was first seen to be done.
+fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]) -> Option<Micros> {
+    match planned {
+        Planned::Step(_) => None,
+        Planned::Action(action @ (Action::Forward | Action::Resend | Action::Lie | Action::Confuse)) => {
+            mouth::receipt(evidence, action, window, &[NodeId::INSIDER_B])
+        }
+        Planned::Action(action @ (Action::Forge | Action::Republish)) => {
+            mouth::receipt(evidence, action, window, &[NodeId::INSIDER_PERCEPTION, NodeId::IMPOSTOR])
+        }
+        Planned::Malformed => mouth::receipt(evidence, Action::Inject, window, &[NodeId::INSIDER_B]),
+        Planned::Action(action) => datagram(evidence, action, window),
+        Planned::Kill(node) => life::killed(evidence, node, window),
+        Planned::Suspend(node) => life::suspended(evidence, node, window),
+        Planned::Rogue => orders::receipt(evidence, window),
+        Planned::Stream(deed) => stream::receipt(evidence, deed, window),
+        Planned::Broker(action) => planes::broker(evidence, action, window),
+        Planned::Feed(action) => view::feed(evidence, action, window),
+        Planned::Late(by) => view::late(evidence, by, window),
+        Planned::Swallowed => view::swallowed(evidence, window),
+        Planned::Fault(sensor, kind) => {
+            let mut mine = faults.iter().filter(|f| (f.sensor, f.kind) == (sensor, kind) && window.has(f.start));
+            mine.next().map(|f| f.start)
+        }
+    }
 }
 
 fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
@@ -135,113 +139,52 @@ fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
     })
 }
 
-/// The first entry of `action` whose bytes the target's guard confirms.
-fn datagram(evidence: &Evidence, action: Action) -> Option<Micros> {
+/// The relay's first entry of `action` within `window` whose bytes the target's guard confirms.
+fn datagram(evidence: &Evidence, action: Action, window: Window) -> Option<Micros> {
     let entries = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Attack { action: a, side, hash, delay, .. } if a == action => Some((w.at, side, hash, delay.0)),
+        Event::Attack { action: a, side, length, hash, delay }
+            if a == action && w.entry.node == NodeId::RELAY_TELEMETRY && window.has(w.at) =>
+        {
+            Some((w.at, side, length, hash, delay.0))
+        }
         _ => None,
     });
     // Only a guard that kept a log and closed its account is a witness of an absence.
     let wrote = |test: &dyn Fn(&Event) -> bool| evidence.entries.iter().any(|w| test(&w.entry.event));
     let guarded = wrote(&|e| matches!(e, Event::GuardSaw { .. }))
         && wrote(&|e| matches!(e, Event::Count { account: Account::GuardIn, .. }));
-    let confirmed = |at: Micros, side: Side, hash: u64, delay: Micros| match action {
-        Action::Drop => guarded && seen(evidence, hash).next().is_none() && missed(evidence, side, at),
+    let confirmed = |(at, side, length, hash, delay): (Micros, Side, u16, u64, Micros)| match action {
+        Action::Drop => guarded && seen(evidence, hash).next().is_none() && link::missed(evidence, side, at),
         Action::Delay | Action::Reorder => delay >= LEAST_DELAY && seen(evidence, hash).any(|s| s >= at + delay),
         Action::Duplicate | Action::Replay => seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1,
-        Action::Corrupt | Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
+        Action::Corrupt => seen(evidence, hash).any(|s| s >= at) || in_pieces(evidence, at, side, length),
+        Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
         Action::Forward | Action::Kill | Action::Forge | Action::Republish => false,
         Action::Resend | Action::Lie | Action::Confuse => false,
     };
-    entries.into_iter().find(|(at, side, hash, delay)| confirmed(*at, *side, *hash, *delay)).map(|(at, ..)| at)
+    entries.into_iter().find(|claim| confirmed(*claim)).map(|(at, ..)| at)
 }
 
-/// A kill counts when the dead said nothing more. The broker is heard of by its streams only: there the unit's mouth has to
-/// see its own end.
-fn killed(evidence: &Evidence, planned: &Planned) -> Option<Micros> {
-    let silent = |node: NodeId, at: Micros| {
-        let mut of = evidence.entries.iter().filter(|w| w.entry.node == node);
-        // Who is started again speaks under another boot.
-        let boot = of.clone().take_while(|w| w.at <= at).last().map(|w| w.entry.boot);
-        !of.any(|w| Some(w.entry.boot) == boot && w.at > at + LAST_WORDS)
-    };
-    let cut_off = |at: Micros| {
-        evidence.entries.iter().any(|w| {
-            let ended = matches!(w.entry.event, Event::StreamSaw { sight: Sight::Closed | Sight::HungUp, .. });
-            Some(w.entry.node) == NodeId::UNIT_A.guard() && ended && w.at >= at && w.at < evidence.duration
-        })
-    };
-    let dead = |node: NodeId, at: Micros| silent(node, at) && (node != NodeId::BROKER || cut_off(at));
-    evidence.entries.iter().find_map(|w| match (w.entry.event, planned) {
-        (Event::Ended { node, killed: true }, Planned::Kill(wanted)) if node == *wanted && dead(node, w.at) => {
-            Some(w.at)
-        }
-        (Event::Ended { node, killed: true }, Planned::Action(_)) if dead(node, w.at) => Some(w.at),
-        _ => None,
-    })
-}
-
-/// Whether something is missing at the guard of whoever `from` talks to, at about `at`: a gap in the record numbers, or
-/// silence for longer than the link is ever silent by itself.
-fn missed(evidence: &Evidence, from: Side, at: Micros) -> bool {
-    let target = if from == Side::Client { NodeId::GATEWAY } else { NodeId::UNIT_A };
-    let mut arrivals = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::GuardSaw { association, epoch: 1.., sequence, .. } if Some(w.entry.node) == target.guard() => {
-            Some((w.at, association, sequence))
+/// Whether a guard took a datagram of this length apart, just after `at`, and refused a piece of it: it logs records, and
+/// what was made longer or put together of two is no longer one.
+fn in_pieces(evidence: &Evidence, at: Micros, side: Side, length: u16) -> bool {
+    let target = if side == Side::Server { NodeId::GATEWAY } else { NodeId::UNIT_A };
+    let pieces = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::GuardSaw { length, verdict, .. } if Some(w.entry.node) == target.guard() && w.at >= at => {
+            Some((w.at, u32::from(length), verdict != GuardVerdict::Passed))
         }
         _ => None,
     });
-    let mut highest: BTreeMap<u32, u64> = BTreeMap::new();
-    let after = arrivals.by_ref().find(|(seen, association, sequence)| {
-        let highest = highest.entry(*association).or_insert(*sequence);
-        let jumped = *sequence > *highest + 1;
-        *highest = (*highest).max(*sequence);
-        *seen >= at && (jumped || *seen > at + SILENCE)
-    });
-    match after {
-        Some((seen, ..)) => seen <= at + SILENCE || !arrived(evidence, target, at, at + SILENCE),
-        None => at + SILENCE < evidence.duration && !arrived(evidence, target, at, at + SILENCE),
-    }
-}
-
-/// Whether a record came to the guard of `target` in that time.
-fn arrived(evidence: &Evidence, target: NodeId, from: Micros, to: Micros) -> bool {
-    evidence.entries.iter().any(|w| {
-        let record = matches!(w.entry.event, Event::GuardSaw { epoch: 1.., .. });
-        Some(w.entry.node) == target.guard() && record && w.at > from && w.at <= to
+    let pieces: Vec<(Micros, u32, bool)> = pieces.take_while(|(seen, ..)| *seen <= at + ON_THE_WAY).collect();
+    pieces.chunk_by(|a, b| b.0 - a.0 <= TOGETHER).any(|datagram| {
+        let whole: u32 = datagram.iter().map(|(_, length, _)| length).sum();
+        datagram.len() > 1 && whole == u32::from(length) && datagram.iter().any(|(.., refused)| *refused)
     })
 }
 
 /// Whether the actor of `wanted` says that it began.
 fn begun(evidence: &Evidence, wanted: StepName) -> bool {
     evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Step { step, begun: true } if step == wanted))
-}
-
-/// That a process was kept from running counts when it wrote nothing while it hung. A slow one goes on writing, so the
-/// word of who slowed it has to do: live, that is given once the kernel's process table shows the process stopped.
-fn suspended(evidence: &Evidence, wanted: NodeId) -> Option<Micros> {
-    let begins = |w: &Witnessed| match w.entry.event {
-        Event::Suspended { node, how, on: true } if node == wanted => Some((w.at, how)),
-        _ => None,
-    };
-    let ends = |from: Micros| {
-        let over = |w: &&Witnessed| {
-            w.at > from && matches!(w.entry.event, Event::Suspended { node, on: false, .. } if node == wanted)
-        };
-        evidence.entries.iter().find(over).map_or(Micros::MAX, |w| w.at)
-    };
-    // What was on its way when it was stopped may still come out; what comes as it goes on is its own again.
-    let silent = |from: Micros| {
-        let to = ends(from);
-        let wrote = |w: &Witnessed| w.entry.node == wanted && w.at > from + UNDER_WAY && w.at < to;
-        !evidence.entries.iter().any(wrote)
-    };
-    let suspensions: Vec<(Micros, Suspension)> = evidence.entries.iter().filter_map(begins).collect();
-    let hangs = suspensions.iter().filter(|(_, how)| *how == Suspension::Hang);
-    if hangs.into_iter().any(|(from, _)| !silent(*from)) {
-        return None;
-    }
-    suspensions.first().map(|(from, _)| *from)
 }
 
 /// Sensor faults that the sim applied and that the other side saw.

@@ -9,6 +9,7 @@ use wire::event::Event;
 use wire::id::NodeId;
 use wire::stream::{Deed, Sight};
 
+use super::plan::Window;
 use super::{Evidence, Micros};
 
 /// By how much of a delay the relay's clock may have run ahead of the trace's, as a divisor: clocks of hosts drift by
@@ -37,11 +38,11 @@ struct Seen {
     hash: u64,
 }
 
-/// The first entry of `wanted` that the mouth of its far end confirms.
-pub(super) fn receipt(evidence: &Evidence, wanted: Deed) -> Option<Micros> {
+/// The first entry of `wanted` within `window` that the mouth of its far end confirms.
+pub(super) fn receipt(evidence: &Evidence, wanted: Deed, window: Window) -> Option<Micros> {
     let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Tampered { deed, side, stream, offset, length, hash, delay }
-            if deed == wanted && w.entry.node == NodeId::RELAY_COMMAND =>
+            if deed == wanted && w.entry.node == NodeId::RELAY_COMMAND && window.has(w.at) =>
         {
             Some(Told { at: w.at, side, stream, offset, length, hash, delay: delay.0 })
         }

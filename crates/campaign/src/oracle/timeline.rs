@@ -1,5 +1,6 @@
 //! The events of a trial, sorted by what they are about. Nothing is judged here.
 
+use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{CommandId, NodeId, RecordId, UnitId};
 use wire::mode::{Cause, Mode};
@@ -47,9 +48,9 @@ pub struct Timeline {
     /// Authority that ended unused: (when, serial).
     pub revoked: Vec<(Micros, u32)>,
     /// Operator's intents.
-    pub intended: Vec<(Micros, CommandId, &'static str)>,
+    pub intended: Vec<(Micros, CommandId, CommandKind)>,
     /// Commands that unit A executed.
-    pub executed: Vec<(Micros, CommandId, &'static str)>,
+    pub executed: Vec<(Micros, CommandId, CommandKind)>,
     /// Reports that the gateway accepted of unit A.
     pub accepted: Vec<(Micros, RecordId)>,
     /// Refusals at network interfaces: when, and by whom.
@@ -78,16 +79,19 @@ impl Timeline {
             }
             Event::Minted { authority, .. } if unit_a => self.minted.push((at, authority)),
             Event::Revoked { authority, .. } if unit_a => self.revoked.push((at, authority)),
-            Event::Intended { command, kind } => self.intended.push((at, command, kind.name())),
-            Event::Executed { command, kind, refused: None } if unit_a => {
-                self.executed.push((at, command, kind.name()));
-            }
+            Event::Intended { command, kind } if node == NodeId::CONSOLE => self.intended.push((at, command, kind)),
+            Event::Executed { command, kind, refused: None } if unit_a => self.executed.push((at, command, kind)),
             Event::Accepted { record, .. } if node == NodeId::GATEWAY => self.accepted.push((at, record)),
             Event::Refused { at: interface, .. } if !matches!(interface, wire::event::Interface::Bus(_)) => {
                 self.refused.push((at, node));
             }
             _ => {}
         }
+    }
+
+    /// Whether an operator had given exactly this by `at`: the id alone could be of another command.
+    pub fn gave(&self, id: CommandId, wanted: CommandKind, at: Micros) -> bool {
+        self.intended.iter().any(|(given, command, kind)| *command == id && *kind == wanted && *given <= at)
     }
 
     /// Mode of unit A at `at`.

@@ -6,54 +6,64 @@
 use wire::event::{Action, Event};
 use wire::id::{CommandId, NodeId, RecordId, UnitId};
 
+use super::plan::Window;
 use super::{Evidence, Micros, Witnessed, mouth};
 
 /// Longest time from the insider's entry to the console's own about the same message.
 const AT_ONCE: Micros = 100_000;
+/// By how much of a delay the insider's clock may have run ahead of the trace's, as a divisor.
+const DRIFT: u64 = 1_000;
 
-/// The first deed of this kind on the feed that a witness confirms.
-pub(super) fn feed(evidence: &Evidence, wanted: Action) -> Option<Micros> {
+/// The first deed of this kind on the feed, within `window`, that a witness confirms.
+pub(super) fn feed(evidence: &Evidence, wanted: Action, window: Window) -> Option<Micros> {
     match wanted {
-        Action::Drop => withheld(evidence),
-        // Told when its bytes go out; what was done to it began when it was taken.
-        Action::Delay => mouth::receipt(evidence, wanted, 1).map(|at| at.saturating_sub(longest_delay(evidence, at))),
-        _ => mouth::receipt(evidence, wanted, 1),
+        Action::Drop => withheld(evidence, window),
+        _ => mouth::receipt(evidence, wanted, window, &[NodeId::INSIDER_GATEWAY]),
     }
 }
 
-/// The first report that the insider says it withheld, that the honest half had accepted, and that the display lacked: never
-/// shown, and told to be without it when it had long been due.
-fn withheld(evidence: &Evidence) -> Option<Micros> {
-    let mut told = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Withheld { record } if w.entry.node == NodeId::INSIDER_GATEWAY => Some((w.at, record)),
-        _ => None,
-    });
-    told.find(|(at, record)| {
-        let mut shown = shown(evidence);
-        let lacked = |(when, shown): (Micros, RecordId)| when >= at + AT_ONCE && shown < *record;
-        accepted(evidence, *record, *at)
-            && shown.all(|(_, shown)| shown != *record)
-            && self::shown(evidence).any(lacked)
-    })
-    .map(|(at, _)| at)
-}
-
-fn longest_delay(evidence: &Evidence, told: Micros) -> Micros {
-    let delays = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Attack { action: Action::Delay, delay, .. }
-            if w.entry.node == NodeId::INSIDER_GATEWAY && w.at == told =>
-        {
-            Some(delay.0)
+/// The reports that the insider says it kept, and that the honest half had accepted.
+fn kept(evidence: &Evidence, window: Window) -> impl Iterator<Item = (Micros, RecordId)> {
+    let told = evidence.entries.iter().filter_map(move |w| match w.entry.event {
+        Event::Withheld { record } if w.entry.node == NodeId::INSIDER_GATEWAY && window.has(w.at) => {
+            Some((w.at, record))
         }
         _ => None,
     });
-    delays.max().unwrap_or_default()
+    told.filter(|(at, record)| accepted(evidence, *record, *at))
 }
 
-/// The first command that the insider says it swallowed, that the operator gave and the gateway never heard of.
-pub(super) fn swallowed(evidence: &Evidence) -> Option<Micros> {
+/// Whether the display was told to be without `record` in that time, when it had long been due.
+fn lacked(evidence: &Evidence, record: RecordId, (from, to): (Micros, Micros)) -> bool {
+    shown(evidence).any(|(at, shown)| at >= from + AT_ONCE && at < to && shown < record)
+}
+
+/// The first report that was kept for good: never shown.
+fn withheld(evidence: &Evidence, window: Window) -> Option<Micros> {
+    let mut kept = kept(evidence, window);
+    let never = |wanted: RecordId| shown(evidence).all(|(_, shown)| shown != wanted);
+    kept.find(|(at, record)| never(*record) && lacked(evidence, *record, (*at, Micros::MAX))).map(|(at, _)| at)
+}
+
+/// The first report that was kept for so long and then passed on: not shown before it was due, and the display was without
+/// it until then; what the insider sent when it was due came in at the console.
+pub(super) fn late(evidence: &Evidence, by: Micros, window: Window) -> Option<Micros> {
+    let sent = mouth::sights(evidence, Action::Delay, &[NodeId::INSIDER_GATEWAY]);
+    let confirmed = |at: Micros, record: RecordId| {
+        let due = at + by - by / DRIFT;
+        let early = shown(evidence).any(|(when, shown)| shown == record && when < due);
+        let came = sent.iter().any(|seen| *seen >= due && *seen <= at + by + AT_ONCE);
+        !early && came && (by <= AT_ONCE || lacked(evidence, record, (at, due)))
+    };
+    kept(evidence, window).find(|(at, record)| confirmed(*at, *record)).map(|(at, _)| at)
+}
+
+/// The first command that the insider says it swallowed within `window`, that the operator gave and the gateway never heard of.
+pub(super) fn swallowed(evidence: &Evidence, window: Window) -> Option<Micros> {
     let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Swallowed { command } if w.entry.node == NodeId::INSIDER_GATEWAY => Some((w.at, command)),
+        Event::Swallowed { command } if w.entry.node == NodeId::INSIDER_GATEWAY && window.has(w.at) => {
+            Some((w.at, command))
+        }
         _ => None,
     });
     told.into_iter()

@@ -30,4 +30,8 @@ pub enum Tampered {
     Rechain,
     /// The recording ends at a seal, closed as if the run had ended there.
     CutAtSeal,
+    /// A service is given an earlier life that never was, and every seal is written anew.
+    Feign,
+    /// An entry is kept under another time than that at which it came.
+    Retime,
 }

@@ -60,6 +60,7 @@ pub fn assemble(cast: &Cast, seed: u64, guard: Requirement, mouths: bool) -> Res
         delays: Delays::new(seed, cast.varied_delays),
         spare: cast.members.iter().filter(|m| restarts(cast, m.node())).cloned().collect(),
         ordeals: cast.ordeals.clone(),
+        watched: cast.watched(),
         cues: cast.cues.clone(),
         mouths,
         verified,

@@ -18,6 +18,7 @@ use wire::time::Instant;
 use super::queue::{Micros, NodeIndex};
 use super::stream::{Effect, Stream};
 use super::{Happening, OPENS_AT, Twin};
+use crate::cast::Host;
 
 /// How long the client waits for a session (its library's default).
 const PATIENCE: Micros = 5_000_000;
@@ -119,8 +120,9 @@ impl Twin {
             Ok(receivers) => self.hand_on(node, at, &receivers, subject, &bytes),
             Err(refusal) => {
                 let mut out = VecDeque::new();
+                let now = self.clocks[Host::Control as usize].read(self.now);
                 let denied = Denied::Denied(Denial::Access { peer: publisher, refusal });
-                self.refusals.write(Instant(self.now), broker::audit::audited(&denied), &mut out);
+                self.refusals.write(now, broker::audit::audited(&denied), &mut out);
                 self.record_all(NodeId::BROKER, out);
             }
         }

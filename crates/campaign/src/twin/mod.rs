@@ -163,6 +163,8 @@ pub struct Assembly {
     pub ordeals: Vec<Ordeal>,
     /// What those are made from that may be started again.
     pub spare: Vec<Member>,
+    /// Processes whose mouths are watched for being kept from running.
+    pub watched: Vec<NodeId>,
     /// Steps that wait for what the instrument plane tells.
     pub cues: Vec<Cue>,
     /// Whether to keep what every core was fed and gave back.
@@ -196,7 +198,7 @@ impl Twin {
             broker: Some(broker),
             commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret)),
             delays: assembly.delays,
-            processes: Processes::new(assembly.ordeals, assembly.spare),
+            processes: Processes::new(assembly.ordeals, assembly.spare, &assembly.watched),
             cues: Watch::new(&assembly.cues),
             log: Vec::new(),
             journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), None),
@@ -372,6 +374,7 @@ impl Twin {
         let Some(Happening::Input(input)) = self.keep(node, Happening::Input(input)) else { return };
         if self.nodes[usize::from(node)].alive {
             let now = self.local(node);
+            self.note_running(node);
             if let Some(sight) = self.claims.sight(self.nodes[usize::from(node)].id, &input) {
                 self.note(sight);
             }

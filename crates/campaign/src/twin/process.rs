@@ -20,6 +20,7 @@ use super::net::Standing;
 use super::queue::{Micros, NodeIndex};
 use super::{Happening, OPENS_AT, Twin};
 use crate::cast::{Member, Ordeal, OrdealKind, Turn, next_turn};
+use crate::sights::Running;
 
 /// From an entry on the instrument plane to who is called because of it: the recorder, the launcher, a pipe.
 const CUE: Micros = 500;
@@ -38,11 +39,14 @@ pub(super) struct Processes {
     halted: BTreeMap<NodeId, VecDeque<(NodeIndex, Happening)>>,
     /// What those are made from that may be started again.
     spare: Vec<Member>,
+    /// Whose mouths are watched.
+    running: Running,
 }
 
 impl Processes {
-    pub(super) fn new(ordeals: Vec<Ordeal>, spare: Vec<Member>) -> Self {
-        Self { begun: vec![None; ordeals.len()], ordeals, halted: BTreeMap::new(), spare }
+    pub(super) fn new(ordeals: Vec<Ordeal>, spare: Vec<Member>, watched: &[NodeId]) -> Self {
+        let running = Running::new(watched);
+        Self { begun: vec![None; ordeals.len()], ordeals, halted: BTreeMap::new(), spare, running }
     }
 }
 
@@ -123,7 +127,11 @@ impl Twin {
     /// Halts or releases, and says when the other is due. At `end` it is over.
     fn alternate(&mut self, i: usize, ordeal: Ordeal, turn: Turn, how: Suspension, end: Micros) {
         let over = self.now >= end;
-        if turn == Turn::Halt && !over {
+        let halts = turn == Turn::Halt && !over;
+        if matches!(how, Suspension::Slow { .. }) {
+            self.note(Event::Halted { node: ordeal.node, on: halts });
+        }
+        if halts {
             self.processes.halted.entry(ordeal.node).or_default();
         } else {
             self.release(ordeal.node);
@@ -255,6 +263,14 @@ impl Twin {
     fn tell_step(&mut self, ordeal: Ordeal, begun: bool) {
         if let Some(step) = ordeal.step {
             self.note(Event::Step { step, begun });
+        }
+    }
+
+    /// The core of a node whose mouth is watched is fed: told once in a few milliseconds.
+    pub(super) fn note_running(&mut self, node: NodeIndex) {
+        let (id, now) = (self.nodes[usize::from(node)].id, self.now);
+        if self.processes.running.told(id, now) {
+            self.note(Event::Ran { node: id });
         }
     }
 

@@ -5,7 +5,7 @@
 use link::guard::hello::at_the_door;
 use link::guard::record::{Split, split};
 use wire::core::{Input, Side};
-use wire::event::GuardVerdict;
+use wire::event::{Event, GuardVerdict};
 
 use super::net::{self, Arrival, Standing};
 use super::queue::{Micros, NodeIndex};
@@ -146,7 +146,9 @@ impl Twin {
         self.pauses[a] = PAUSES.0;
         let ends = [self.associations[a].ends[0].clone(), self.associations[a].ends[1].clone()];
         for (own, other) in [(1, 0), (0, 1)] {
-            let input = Input::Opened { session: ends[own].session, peer: ends[other].peer };
+            let peer = ends[other].peer;
+            self.note_guard(ends[own].node, Event::Associated { association: association.into(), peer });
+            let input = Input::Opened { session: ends[own].session, peer };
             self.feed(ends[own].node, input);
         }
     }

@@ -54,9 +54,7 @@ pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     if let Some(stopwatch) = &mut stopwatch {
         stopwatch.enter(Stage::Judging);
     }
-    let mut held = Held { heads: heads(&log), ..cast.held(None) };
-    // The model of the broker has no key: its chain is held by its head alone.
-    held.killed.push(wire::id::NodeId::BROKER);
+    let held = Held { heads: heads(&log), ..cast.held(None, 0) };
     if let Some(hands) = cast.hands() {
         tamper(&hands, &mut log);
     }
@@ -75,6 +73,7 @@ fn evidence(cast: &Cast, setup: &Setup, log: &[Logged], held: &Held) -> Evidence
         planned: cast.planned.clone(),
         duration: cast.duration,
         stall_limit: Micros::MAX,
+        operators: cast.operators(),
         killed: cast.killed(),
     }
 }

@@ -209,6 +209,9 @@ pub(super) async fn serve(
     let (outbound, mut to_send) = mpsc::channel(OUTBOUND);
     let counters = &settings.counters;
     SessionCounters::add(&counters.opened);
+    if let Some(log) = &settings.log {
+        log.complete(session.0, secure.peer(), &counters.guard);
+    }
     let handle = SessionHandle { session, peer: secure.peer(), outbound, counters: counters.clone() };
     if events.send(SessionEvent::Opened(handle)).await.is_err() {
         secure.close().await;

@@ -163,6 +163,7 @@ impl GuardConn {
                     digest: digest(raw.bytes),
                     verdict,
                     fault: None,
+                    peer: None,
                 },
                 &self.settings.counters,
             );

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use minicbor::{Decode, Encode};
 use serde::Serialize;
 use tokio::sync::mpsc;
+use wire::id::PeerId;
 
 use crate::vet::Fault;
 
@@ -78,6 +79,9 @@ pub struct Observation {
     /// Why a handshake or a session came to nothing, where its peer was refused.
     #[n(8)]
     pub fault: Option<Fault>,
+    /// Whose certificate the handshake showed, in the observation that says that it is complete; that one is of no record.
+    #[n(9)]
+    pub peer: Option<PeerId>,
 }
 
 /// The short hash of a record, as the adversary's half of a receipt carries it. A datagram of one record has the
@@ -112,6 +116,24 @@ impl ObservationLog {
             digest: digest(&[]),
             verdict: Verdict::Unfinished,
             fault: Some(fault),
+            peer: None,
+        };
+        self.push(observation, counters);
+    }
+
+    /// Reports that an association is complete, and with whom.
+    pub(crate) fn complete(&self, association: u32, peer: PeerId, counters: &GuardCounters) {
+        let observation = Observation {
+            trace_us: crate::clock::trace_us(),
+            association,
+            content: 0,
+            epoch: 0,
+            sequence: 0,
+            length: 0,
+            digest: digest(&[]),
+            verdict: Verdict::Passed,
+            fault: None,
+            peer: Some(peer),
         };
         self.push(observation, counters);
     }
@@ -131,6 +153,7 @@ impl ObservationLog {
             digest: digest(bytes),
             verdict,
             fault,
+            peer: None,
         };
         self.push(observation, counters);
     }

@@ -403,7 +403,7 @@ fn outputs() -> Vec<Named> {
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(60..62).chain(65..66)
+    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(60..62).chain(65..69)
 }
 
 fn entries() -> Vec<Named> {
@@ -604,6 +604,9 @@ fn witnesses() -> Vec<(&'static str, Event)> {
             Event::Rogue { command: COMMAND, kind: CommandKind::Hold, key: NodeId::OPERATOR_2, certificate: None },
         ),
         ("struck", Event::Struck { who: NodeId::OPERATOR_2 }),
+        ("associated", Event::Associated { association: 3, peer: PeerId::UNIT_A }),
+        ("halted", Event::Halted { node: NodeId::PERCEPTION, on: true }),
+        ("ran", Event::Ran { node: NodeId::PERCEPTION }),
         (
             "mouth-saw",
             Event::MouthSaw { reader: NodeId::UNIT_A, at: Interface::Bus(Topic::Tracks), length: 340, hash: 1 << 40 },

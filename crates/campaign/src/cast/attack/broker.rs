@@ -1,7 +1,6 @@
-//! The plan of the hostile broker, and what of it needs a receipt.
+//! The plan of the hostile broker.
 
 use adversary::plan::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, OrderForgery};
-use wire::event::Action;
 
 use super::timed;
 use crate::scenario::{self, Direction, Order, Scenario, Windowed};
@@ -36,19 +35,6 @@ pub(in crate::cast) fn plan(s: &Scenario, phase: u64) -> Option<InsiderBrokerCon
         add(a, Direction::Up, BrokerAction::Forge { forgery: acknowledgement(a.forgery) });
     }
     (!actions.is_empty()).then_some(InsiderBrokerConfig { actions })
-}
-
-/// What it does, each kind once.
-pub(super) fn planned(s: &Scenario) -> impl Iterator<Item = Action> {
-    let actions = [
-        (!s.broker_drop.is_empty(), Action::Drop),
-        (!s.broker_delay.is_empty(), Action::Delay),
-        (!s.broker_reorder.is_empty(), Action::Reorder),
-        (!s.broker_duplicate.is_empty(), Action::Duplicate),
-        (!s.broker_replay.is_empty() || !s.broker_retain.is_empty(), Action::Replay),
-        (!s.broker_invent.is_empty() || !s.broker_forge.is_empty(), Action::Inject),
-    ];
-    actions.into_iter().filter_map(|(any, action)| any.then_some(action))
 }
 
 pub(super) fn kind(asked: Order) -> Kind {

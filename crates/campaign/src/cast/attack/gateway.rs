@@ -1,7 +1,6 @@
-//! The plan of the gateway insider, and what of it needs a receipt.
+//! The plan of the gateway insider.
 
 use adversary::plan::{FeedAction, FeedForgery, InsiderGatewayConfig};
-use wire::event::Action;
 
 use super::{broker, mode, timed};
 use crate::scenario::{self, Direction, Scenario, Windowed};
@@ -23,15 +22,4 @@ pub(in crate::cast) fn plan(s: &Scenario, phase: u64) -> Option<InsiderGatewayCo
     s.feed_replay.iter().for_each(|a| add(a, FeedAction::Replay));
     s.intent_drop.iter().for_each(|a| add(a, FeedAction::Swallow { only: a.only.map(broker::kind) }));
     (!actions.is_empty()).then_some(InsiderGatewayConfig { actions })
-}
-
-/// What it does to the feed, each kind once.
-pub(super) fn planned(s: &Scenario) -> impl Iterator<Item = Action> {
-    let actions = [
-        (!s.feed_withhold.is_empty(), Action::Drop),
-        (!s.feed_delay.is_empty(), Action::Delay),
-        (!s.feed_forge.is_empty(), Action::Forge),
-        (!s.feed_replay.is_empty(), Action::Republish),
-    ];
-    actions.into_iter().filter_map(|(any, action)| any.then_some(action))
 }

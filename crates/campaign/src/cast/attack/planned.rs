@@ -1,0 +1,120 @@
+//! What the oracle has to find receipts for: one plan for each table, with the window in which it is carried out.
+
+use wire::event::{Action, FaultKind};
+use wire::stream::Deed;
+
+use super::{sensor, start_ms, step_name};
+use crate::cast::process;
+use crate::oracle::{Micros, Plan, Planned};
+use crate::scenario::{self, Scenario, Windowed};
+
+/// Everything planned of a scenario; the steps last, each once.
+pub(in crate::cast) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {
+    let mut all = Planner { phase, plans: Vec::new() };
+    all.datagrams(s);
+    all.streams(s);
+    all.broker(s);
+    all.gateway(s);
+    all.insiders(s);
+    s.fault.iter().for_each(|f| all.add(f, 0, Planned::Fault(sensor(f.sensor), kind(f.kind))));
+    s.kill.iter().for_each(|k| all.add(k, 0, process::planned(k)));
+    let mut steps: Vec<_> = s.windows().into_iter().filter_map(step_name).collect();
+    steps.sort_unstable();
+    steps.dedup();
+    all.plans.extend(steps.into_iter().map(|step| Plan::from(Planned::Step(step))));
+    all.plans
+}
+
+struct Planner {
+    phase: u64,
+    plans: Vec<Plan>,
+}
+
+impl Planner {
+    /// A table's plan: from its start for its length, and `more_ms` beyond for what ends later by itself.
+    fn add(&mut self, of: &dyn Windowed, more_ms: u64, what: Planned) {
+        let from = start_ms(of, self.phase) * 1000;
+        let length = (of.duration_s().get() * 1e6) as Micros;
+        self.plans.push(Plan { what, from, until: from + length + more_ms * 1000, step: step_name(of) });
+    }
+
+    fn datagrams(&mut self, s: &Scenario) {
+        let action = Planned::Action;
+        s.delay.iter().for_each(|a| self.add(a, 0, action(Action::Delay)));
+        s.jitter.iter().for_each(|a| self.add(a, 0, action(Action::Delay)));
+        s.loss.iter().for_each(|a| self.add(a, 0, action(Action::Drop)));
+        s.burst_loss.iter().for_each(|a| self.add(a, 0, action(Action::Drop)));
+        for a in s.duplicate.iter() {
+            self.add(a, a.copies.unsigned() * a.every_ms.unsigned(), action(Action::Duplicate));
+        }
+        s.reorder.iter().for_each(|a| self.add(a, 0, action(Action::Reorder)));
+        s.replay.iter().for_each(|a| self.add(a, 0, action(Action::Replay)));
+        s.corrupt.iter().for_each(|a| self.add(a, 0, action(Action::Corrupt)));
+        s.reoriginate.iter().for_each(|a| self.add(a, 0, action(Action::Reoriginate)));
+        s.inject.iter().for_each(|a| self.add(a, 0, action(Action::Inject)));
+    }
+
+    fn streams(&mut self, s: &Scenario) {
+        let deed = Planned::Stream;
+        s.stream_delay.iter().for_each(|a| self.add(a, 0, deed(Deed::Held)));
+        s.stall.iter().for_each(|a| self.add(a, 0, deed(Deed::Held)));
+        s.throttle.iter().for_each(|a| self.add(a, 0, deed(Deed::Held)));
+        s.stream_corrupt.iter().for_each(|a| self.add(a, 0, deed(Deed::Damaged)));
+        s.half_close.iter().for_each(|a| self.add(a, 0, deed(Deed::HalfClosed)));
+        s.reset.iter().for_each(|a| self.add(a, 0, deed(Deed::Reset)));
+        s.cut.iter().for_each(|a| self.add(a, 0, deed(Deed::Reset)));
+    }
+
+    fn broker(&mut self, s: &Scenario) {
+        let action = Planned::Broker;
+        s.broker_drop.iter().for_each(|a| self.add(a, 0, action(Action::Drop)));
+        s.broker_delay.iter().for_each(|a| self.add(a, a.by_ms.unsigned(), action(Action::Delay)));
+        s.broker_reorder.iter().for_each(|a| self.add(a, a.hold_ms.unsigned(), action(Action::Reorder)));
+        s.broker_duplicate.iter().for_each(|a| self.add(a, 0, action(Action::Duplicate)));
+        for a in s.broker_replay.iter() {
+            self.add(a, a.count.unsigned() * a.every_ms.unsigned(), action(Action::Replay));
+        }
+        s.broker_retain.iter().for_each(|a| self.add(a, 0, action(Action::Replay)));
+        for a in s.broker_invent.iter() {
+            self.add(a, a.count.unsigned() * a.every_ms.unsigned(), action(Action::Inject));
+        }
+        s.broker_forge.iter().for_each(|a| self.add(a, 0, action(Action::Inject)));
+    }
+
+    fn gateway(&mut self, s: &Scenario) {
+        s.feed_withhold.iter().for_each(|a| self.add(a, 0, Planned::Feed(Action::Drop)));
+        s.feed_delay.iter().for_each(|a| self.add(a, 0, Planned::Late(a.by_ms.unsigned() * 1000)));
+        s.feed_forge.iter().for_each(|a| self.add(a, 0, Planned::Feed(Action::Forge)));
+        s.feed_replay.iter().for_each(|a| self.add(a, 0, Planned::Feed(Action::Republish)));
+        s.intent_drop.iter().for_each(|a| self.add(a, 0, Planned::Swallowed));
+    }
+
+    fn insiders(&mut self, s: &Scenario) {
+        let action = Planned::Action;
+        // The insider has one form of forwarding and one session to replay (`attack::teammate`, `peer`).
+        s.teammate.first().into_iter().for_each(|t| self.add(t, t.lag_ms.unsigned(), action(Action::Forward)));
+        let anew = s.session_replay.first().map(|r| (start_ms(r, self.phase) * 1000, action(Action::Resend)));
+        // How long it takes to dial again is up to the gateway.
+        self.plans.extend(anew.map(|(from, what)| Plan { what, from, until: Micros::MAX, step: None }));
+        s.falsehood.iter().for_each(|f| self.add(f, 0, action(Action::Lie)));
+        s.mode_confusion.iter().for_each(|c| self.add(c, 0, action(Action::Confuse)));
+        s.malformed.iter().for_each(|m| self.add(m, m.count.unsigned() * m.every_ms.unsigned(), Planned::Malformed));
+        s.rogue.iter().for_each(|r| self.add(r, r.count.unsigned() * r.every_ms.unsigned(), Planned::Rogue));
+        s.forge.iter().for_each(|f| self.add(f, 0, action(Action::Forge)));
+        s.alter.iter().for_each(|a| self.add(a, 0, action(Action::Forge)));
+        s.republish.iter().for_each(|r| self.add(r, 0, action(Action::Republish)));
+    }
+}
+
+fn kind(kind: scenario::FaultKind) -> FaultKind {
+    match kind {
+        scenario::FaultKind::Dropout => FaultKind::Dropout,
+        scenario::FaultKind::Freeze => FaultKind::Freeze,
+        scenario::FaultKind::Noise => FaultKind::Noise,
+        scenario::FaultKind::Occlusion => FaultKind::Occlusion,
+        scenario::FaultKind::Drift => FaultKind::Drift,
+        scenario::FaultKind::Jump => FaultKind::Jump,
+        scenario::FaultKind::TimeStep => FaultKind::TimeStep,
+        scenario::FaultKind::TimeDrift => FaultKind::TimeDrift,
+    }
+}

@@ -1,0 +1,98 @@
+//! What is held of a recording outside the recorder: public keys, heads, clocks. No secret.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use wire::audit::{Entry, Head};
+use wire::id::{Boot, NodeId};
+
+use crate::evidence::hex;
+
+/// By how much an entry may seem to have been written after it was handed over, microseconds: the rounding of two clocks.
+const ROUNDING_US: i128 = 2;
+
+/// What is held outside the recorder.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Held {
+    /// The public key of each service that writes, hexadecimal.
+    pub keys: BTreeMap<NodeId, String>,
+    /// How far each life's chain went, by its own account.
+    pub heads: Vec<HeldHead>,
+    /// Lives that were ended on purpose: they owe no last signature and left no account.
+    pub killed: Vec<Life>,
+    /// The clock of each service's host.
+    pub clocks: BTreeMap<NodeId, HeldClock>,
+}
+
+/// A service from one start to its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Life {
+    /// Who.
+    pub node: NodeId,
+    /// Which start.
+    pub boot: Boot,
+}
+
+impl Life {
+    /// The life that wrote `entry`.
+    pub fn of(entry: &Entry) -> Life {
+        Life { node: entry.node, boot: entry.boot }
+    }
+}
+
+impl core::fmt::Display for Life {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(f, "{}, boot {}", self.node, self.boot.0)
+    }
+}
+
+/// A head that is held outside the recorder.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeldHead {
+    /// Whose chain.
+    pub node: NodeId,
+    /// Of which start.
+    pub boot: Boot,
+    /// Its last entry, counted from 1.
+    pub counter: u64,
+    /// SHA-256 of that entry, hexadecimal.
+    pub hash: String,
+}
+
+impl HeldHead {
+    /// Whose it is.
+    pub fn life(&self) -> Life {
+        Life { node: self.node, boot: self.boot }
+    }
+}
+
+impl From<Head> for HeldHead {
+    fn from(head: Head) -> Self {
+        HeldHead { node: head.node, boot: head.boot, counter: head.counter, hash: hex(&head.hash) }
+    }
+}
+
+/// What a service's clock reads at a time of the recording, and how long an entry takes at most from there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeldClock {
+    /// Reading at zero of the recording's clock, microseconds.
+    pub zero_us: u64,
+    /// How much faster than that clock it runs, parts per million.
+    pub drift_ppm: i64,
+    /// Longest time from an entry to the time under which it was handed over, microseconds.
+    pub late_us: u64,
+}
+
+impl HeldClock {
+    /// Whether an entry of this clock may have been handed over at `at` of the recording's.
+    pub fn allows(&self, entry: &Entry, at: u64) -> bool {
+        let at = i128::from(at);
+        let reading = i128::from(self.zero_us) + at + (at * i128::from(self.drift_ppm)).div_euclid(1_000_000);
+        let late = reading - i128::from(entry.at.0);
+        (-ROUNDING_US..=i128::from(self.late_us) + ROUNDING_US).contains(&late)
+    }
+}

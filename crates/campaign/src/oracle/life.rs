@@ -1,0 +1,129 @@
+//! Receipts of what befell processes: a kill, a hang, a share of the time.
+//!
+//! Who did it says so; that it was so is seen at the process. What it writes itself, and what the mouth of its core was fed,
+//! are both its marks. The broker has no core and writes next to nothing: it is heard of by the streams that lead to it.
+
+use wire::event::{Event, Suspension};
+use wire::feed::CommandStage;
+use wire::id::NodeId;
+use wire::stream::Sight;
+
+use super::plan::Window;
+use super::{Evidence, Micros, Witnessed};
+
+/// How long after a process is stopped a mark of it may still be made.
+const UNDER_WAY: Micros = 20_000;
+/// How long what a dying process had said may still be on its way into the log.
+const LAST_WORDS: Micros = 100_000;
+/// How far before and behind its stops a process is looked at for how often it leaves a mark.
+const AROUND: Micros = 1_000_000;
+/// So many marks have to be missing for a silence to say something.
+const TELLING: u64 = 3;
+
+/// A span of time.
+type Span = (Micros, Micros);
+
+/// When `node` did not live: from each end to the start after it, if there is one.
+pub(super) fn dead(evidence: &Evidence, node: NodeId) -> Vec<Span> {
+    let ended = evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::Ended { node: n, .. } if n == node));
+    let again = |from: Micros| {
+        let mut later = evidence.entries.iter().filter(|w| w.at >= from);
+        later.find(|w| matches!(w.entry.event, Event::Restarted { node: n, .. } if n == node))
+    };
+    ended.map(|w| (w.at, again(w.at).map_or(Micros::MAX, |w| w.at))).collect()
+}
+
+/// A kill counts when the dead said nothing more. Of the broker the unit's mouth has to see its own end.
+pub(super) fn killed(evidence: &Evidence, wanted: NodeId, window: Window) -> Option<Micros> {
+    let silent = |at: Micros| {
+        let mut of = evidence.entries.iter().filter(|w| w.entry.node == wanted);
+        // Who is started again speaks under another boot.
+        let boot = of.clone().take_while(|w| w.at <= at).last().map(|w| w.entry.boot);
+        !of.any(|w| Some(w.entry.boot) == boot && w.at > at + LAST_WORDS)
+    };
+    let dead = |at: Micros| silent(at) && (wanted != NodeId::BROKER || cut_off(evidence, at, evidence.duration));
+    let ends = |w: &&Witnessed| matches!(w.entry.event, Event::Ended { node, killed: true } if node == wanted);
+    evidence.entries.iter().filter(ends).map(|w| w.at).find(|at| window.has(*at) && dead(*at))
+}
+
+/// Whether the unit's mouth saw its stream to the broker end.
+fn cut_off(evidence: &Evidence, from: Micros, to: Micros) -> bool {
+    evidence.entries.iter().any(|w| {
+        let ended = matches!(w.entry.event, Event::StreamSaw { sight: Sight::Closed | Sight::HungUp, .. });
+        Some(w.entry.node) == NodeId::UNIT_A.guard() && ended && w.at >= from && w.at < to
+    })
+}
+
+/// That a process was kept from running counts when it left marks before and after, none while it was stopped, and would
+/// have left some: by how often it did otherwise.
+pub(super) fn suspended(evidence: &Evidence, wanted: NodeId, window: Window) -> Option<Micros> {
+    let mut begins = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Suspended { node, how, on: true } if node == wanted && window.has(w.at) => Some((w.at, how)),
+        _ => None,
+    });
+    let (from, how) = begins.next()?;
+    let over = |w: &&Witnessed| {
+        w.at > from && matches!(w.entry.event, Event::Suspended { node, on: false, .. } if node == wanted)
+    };
+    let to = evidence.entries.iter().find(over).map_or(evidence.duration, |w| w.at);
+    let stops = match how {
+        Suspension::Hang => vec![(from, to)],
+        Suspension::Slow { .. } => halts(evidence, wanted, (from, to)),
+    };
+    let broker = wanted == NodeId::BROKER;
+    let was = if broker { held_up(evidence, &stops) } else { stood_still(evidence, wanted, &stops) };
+    was.then_some(from)
+}
+
+/// The stops of a slow process within `span`.
+fn halts(evidence: &Evidence, wanted: NodeId, span: Span) -> Vec<Span> {
+    let mut stops = Vec::new();
+    let mut since = None;
+    for w in evidence.entries.iter().filter(|w| w.at >= span.0 && w.at <= span.1) {
+        match w.entry.event {
+            Event::Halted { node, on: true } if node == wanted => since = Some(w.at),
+            Event::Halted { node, on: false } if node == wanted => {
+                stops.extend(since.take().map(|since| (since, w.at)))
+            }
+            _ => {}
+        }
+    }
+    stops.extend(since.map(|since| (since, span.1)));
+    stops
+}
+
+fn stood_still(evidence: &Evidence, wanted: NodeId, stops: &[Span]) -> bool {
+    let (Some(first), Some(last)) = (stops.first(), stops.last()) else { return false };
+    // Who was stopped to the end of the run still closes its account.
+    let around = (first.0.saturating_sub(AROUND), last.1.saturating_add(AROUND));
+    let marks = evidence.entries.iter().filter(|w| match w.entry.event {
+        Event::Ran { node } => node == wanted && w.entry.node == NodeId::CAMPAIGN,
+        _ => w.entry.node == wanted,
+    });
+    let marks: Vec<Micros> = marks.map(|w| w.at).filter(|at| *at >= around.0 && *at <= around.1).collect();
+    // What was on its way when it was stopped may still come out; what comes as it goes on is its own again.
+    let within = |at: &Micros| stops.iter().any(|(from, to)| *at > from + UNDER_WAY && at < to);
+    let stopped: Micros = stops.iter().map(|(from, to)| to.saturating_sub(from + UNDER_WAY)).sum();
+    let ran = (around.1 - around.0).saturating_sub(stopped).max(1);
+    let missing = marks.len() as u64 * stopped / ran;
+    let lived = marks.first().is_some_and(|at| *at <= first.0) && marks.last().is_some_and(|at| *at >= last.1);
+    lived && missing >= TELLING && !marks.iter().any(within)
+}
+
+/// Whether what was given to the broker while it was stopped came out of it after that, and nothing came out meanwhile; or
+/// the unit gave it up.
+fn held_up(evidence: &Evidence, stops: &[Span]) -> bool {
+    let delivered = |w: &Witnessed| matches!(w.entry.event, Event::StreamSaw { sight: Sight::Delivered, .. });
+    let given = |w: &Witnessed| match w.entry.event {
+        Event::Staged { stage: CommandStage::Sent, .. } => w.entry.node == NodeId::GATEWAY,
+        Event::Executed { .. } => w.entry.node == NodeId::UNIT_A,
+        _ => false,
+    };
+    let any = |test: &dyn Fn(&Witnessed) -> bool, from: Micros, to: Micros| {
+        evidence.entries.iter().any(|w| w.at > from && w.at < to && test(w))
+    };
+    let held = |(from, to): &Span| any(&given, *from, *to) && any(&delivered, to - 1, to.saturating_add(AROUND));
+    let came = stops.iter().any(|(from, to)| any(&delivered, from + UNDER_WAY, *to));
+    let gave_up = |(from, to): &Span| cut_off(evidence, *from, to.saturating_add(AROUND).min(evidence.duration));
+    !came && stops.iter().any(held) || stops.iter().any(gave_up)
+}

@@ -1,0 +1,88 @@
+//! What the scenario set out to inject, one entry for each of its tables, and when. Each needs its own receipt: what another
+//! table of the same kind did is none.
+
+use wire::event::{Action, Event, FaultKind, Sensor};
+use wire::id::NodeId;
+use wire::step::StepName;
+use wire::stream::Deed;
+
+use super::{Evidence, Micros};
+
+/// By how much an actor's clock and the host may put its deed before or behind its window.
+const EARLY: Micros = 5_000;
+const LATE: Micros = 100_000;
+
+/// What was to be done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Planned {
+    /// An action of the relay, of a teammate, or of a rogue on shared memory.
+    Action(Action),
+    /// Something that the relay does to a byte stream.
+    Stream(Deed),
+    /// Something that a hostile broker does to publications.
+    Broker(Action),
+    /// Something that a gateway insider does to what the display is told.
+    Feed(Action),
+    /// Reports that a gateway insider passes on to the display so much later.
+    Late(Micros),
+    /// A command that a gateway insider keeps from the gateway.
+    Swallowed,
+    /// Authenticated and broken records of an insider.
+    Malformed,
+    /// A fault of a sensor.
+    Fault(Sensor, FaultKind),
+    /// Orders of a rogue station.
+    Rogue,
+    /// A process was to end.
+    Kill(NodeId),
+    /// A process was to be kept from running.
+    Suspend(NodeId),
+    /// A named step was to begin.
+    Step(StepName),
+}
+
+/// It, and when.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// What.
+    pub what: Planned,
+    /// From, at the earliest.
+    pub from: Micros,
+    /// To, where it begins at its time.
+    pub until: Micros,
+    /// The step that it is a part of: from when that begins to when it ends, then.
+    pub step: Option<StepName>,
+}
+
+impl From<Planned> for Plan {
+    /// At any time of the run.
+    fn from(what: Planned) -> Self {
+        Plan { what, from: 0, until: Micros::MAX, step: None }
+    }
+}
+
+/// When what was planned may have been done.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
+    from: Micros,
+    until: Micros,
+}
+
+impl Window {
+    /// Of a plan; none where its step never began.
+    pub(super) fn of(evidence: &Evidence, plan: &Plan) -> Option<Window> {
+        let Some(wanted) = plan.step else { return Some(Window { from: plan.from, until: plan.until }) };
+        let told = |begins: bool| {
+            evidence.entries.iter().filter(
+                move |w| matches!(w.entry.event, Event::Step { step, begun } if step == wanted && begun == begins),
+            )
+        };
+        let from = told(true).next()?.at;
+        Some(Window { from, until: told(false).next_back().map_or(Micros::MAX, |w| w.at) })
+    }
+
+    /// Whether a deed at `at` is within it.
+    pub(super) fn has(self, at: Micros) -> bool {
+        at.saturating_add(EARLY) >= self.from && at <= self.until.saturating_add(LATE)
+    }
+}
