@@ -210,7 +210,7 @@ impl Cast {
             (node, HeldClock { zero_us, drift_ppm, late_us: late_us + self.stopped(node) })
         });
         let killed = self.killed().into_iter().map(|node| Life { node, boot: Boot(1) });
-        Held { keys, heads: Vec::new(), killed: killed.collect(), clocks: clocks.collect() }
+        Held { keys, heads: Vec::new(), killed: killed.collect(), clocks: clocks.collect(), start_us: 0 }
     }
 
     /// Processes that are to be kept from running, whose cores' mouths are watched for it.

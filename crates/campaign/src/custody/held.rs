@@ -23,6 +23,8 @@ pub struct Held {
     pub killed: Vec<Life>,
     /// The clock of each service's host.
     pub clocks: BTreeMap<NodeId, HeldClock>,
+    /// The start of the run by the recording's clock: what a service writes while it is made ready is of that time.
+    pub start_us: u64,
 }
 
 /// A service from one start to its end.
@@ -88,11 +90,15 @@ pub struct HeldClock {
 }
 
 impl HeldClock {
-    /// Whether an entry of this clock may have been handed over at `at` of the recording's.
-    pub fn allows(&self, entry: &Entry, at: u64) -> bool {
+    /// Whether an entry of this clock may have been handed over at `at` of the recording's, in a run from `start` on.
+    pub fn allows(&self, entry: &Entry, at: u64, start: u64) -> bool {
+        let earliest = self.reading(at) - i128::from(self.late_us) - ROUNDING_US;
+        let latest = self.reading(at.max(start)) + ROUNDING_US;
+        (earliest..=latest).contains(&i128::from(entry.at.0))
+    }
+
+    fn reading(&self, at: u64) -> i128 {
         let at = i128::from(at);
-        let reading = i128::from(self.zero_us) + at + (at * i128::from(self.drift_ppm)).div_euclid(1_000_000);
-        let late = reading - i128::from(entry.at.0);
-        (-ROUNDING_US..=i128::from(self.late_us) + ROUNDING_US).contains(&late)
+        i128::from(self.zero_us) + at + (at * i128::from(self.drift_ppm)).div_euclid(1_000_000)
     }
 }

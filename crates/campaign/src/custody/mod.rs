@@ -11,8 +11,6 @@
 //! What guards and the launcher note does not go by way of the recorder and is not judged here. Where among the entries of
 //! others a seal stands is not sealed.
 
-#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
-
 mod held;
 
 use std::collections::BTreeMap;
@@ -136,7 +134,7 @@ impl<'a> Custodian<'a> {
             self.flaw(here, format!("{} wrote what is kept as handed over by {node}", entry.node));
         }
         match self.held.clocks.get(&entry.node) {
-            Some(clock) if clock.allows(&entry, at) => {}
+            Some(clock) if clock.allows(&entry, at, self.held.start_us) => {}
             Some(_) => self.flaw(here, format!("{} wrote it at another time than {at} us", entry.node)),
             None => self.flaw(here, format!("no clock is held for {}", entry.node)),
         }

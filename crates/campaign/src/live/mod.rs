@@ -125,7 +125,7 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     company.finish()?;
     // A dead recorder wrote nothing more; then the mouth logs of the others are the second place where entries are.
     let held = cast.held(Some(&secret.of(NodeId::BROKER)), OVERSLEPT_US);
-    let held = Held { heads: witness::heads(&company.stats), ..held };
+    let held = Held { heads: witness::heads(&company.stats), start_us, ..held };
     let (mut log, custody) = if stayed.ended(NodeId::RECORDER) {
         (witness::mouths(cast, &places.run_dir, start_us), Vec::new())
     } else {

@@ -65,7 +65,8 @@ pub(super) fn suspended(evidence: &Evidence, wanted: NodeId, window: Window) -> 
     let over = |w: &&Witnessed| {
         w.at > from && matches!(w.entry.event, Event::Suspended { node, on: false, .. } if node == wanted)
     };
-    let to = evidence.entries.iter().find(over).map_or(evidence.duration, |w| w.at);
+    // At the end of a run everybody is let go on.
+    let to = evidence.entries.iter().find(over).map_or(evidence.duration, |w| w.at.min(evidence.duration));
     let stops = match how {
         Suspension::Hang => vec![(from, to)],
         Suspension::Slow { .. } => halts(evidence, wanted, (from, to)),
