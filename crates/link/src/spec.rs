@@ -343,7 +343,7 @@ impl ServiceSpec {
         // A backstop: it follows the launcher's spawning thread; the end of the pipe is what counts.
         nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGKILL).map_err(io::Error::from)?;
         crate::crypto::init();
-        let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn".into());
+        let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn,dtls=error".into());
         let logging = tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).try_init();
         if logging.is_err() {
             tracing::trace!("logging was set up already");
