@@ -8,6 +8,8 @@ use wire::id::{Boot, NodeId};
 
 use crate::evidence::hex;
 
+/// How long after the start a service may still come to be, microseconds.
+const MADE_WITHIN_US: i128 = 2_000_000;
 /// By how much an entry may seem to have been written after it was handed over, microseconds: the rounding of two clocks.
 const ROUNDING_US: i128 = 2;
 
@@ -91,8 +93,13 @@ pub struct HeldClock {
 
 impl HeldClock {
     /// Whether an entry of this clock may have been handed over at `at` of the recording's, in a run from `start` on.
+    ///
+    /// What a service writes while it is made is stamped with the start, whenever its process comes to be: only of what it
+    /// writes afterwards does its time matter. In the twin, where the start is zero, all are there by then.
     pub fn allows(&self, entry: &Entry, at: u64, start: u64) -> bool {
-        let earliest = self.reading(at) - i128::from(self.late_us) - ROUNDING_US;
+        let made = start > 0 && (self.reading(start) - i128::from(entry.at.0)).abs() <= ROUNDING_US;
+        let late = if made { MADE_WITHIN_US } else { i128::from(self.late_us) };
+        let earliest = self.reading(at) - late - ROUNDING_US;
         let latest = self.reading(at.max(start)) + ROUNDING_US;
         (earliest..=latest).contains(&i128::from(entry.at.0))
     }
