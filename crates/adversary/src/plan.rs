@@ -12,6 +12,7 @@ use wire::setup::NoChannel;
 mod broker;
 mod gateway;
 mod insider;
+mod order;
 mod peer;
 mod recorder;
 mod relay;
@@ -19,14 +20,15 @@ mod rogue;
 mod station;
 mod step;
 
-pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, OrderForgery};
+pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, OrderForgery};
 pub use gateway::{FeedAction, FeedForgery, InsiderGatewayConfig};
 pub use insider::{Flaw, Form, Forward, InsiderTeammateConfig, Malformed, Place};
+pub use order::Kind;
 pub use peer::{Confusion, Falsehood, Motion, Product, Resend};
 pub use recorder::Tampering;
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
 pub use rogue::{RogueConfig, RogueMove, Says, Spot};
-pub use station::{Demand, InsiderOperatorConfig, RogueOrders};
+pub use station::{InsiderOperatorConfig, RogueOrders};
 pub use step::{MAX_PASSES, On, Step, Wait};
 
 /// Longest time in a plan, ms: an hour.

@@ -9,14 +9,10 @@ use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
 use wire::core::Subject;
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, UnitId};
 use wire::mode::Mode;
-use wire::settings::Settings;
 use wire::sign::{Key, Purpose, Signed};
 
 use super::voice::under_signature;
 use crate::plan::{AckForgery, Kind, OrderForgery};
-
-/// The values that a broker invents: as fast, as near the fence and as unsure as each range allows.
-const BOLDEST: Settings = Settings { speed_mm_s: 3000, margin_mm: 300, arm_permille: 500, keep_permille: 300 };
 
 /// Most orders whose kind is remembered, for telling what an acknowledgement is about.
 const MAX_KINDS: usize = 64;
@@ -65,7 +61,7 @@ impl Forger {
 
     fn note_order(&mut self, bytes: &[u8]) -> Option<Kind> {
         let (intent, order) = read(bytes)?;
-        let kind = kind_of(intent.kind);
+        let kind = Kind::from(intent.kind);
         if let CommandKind::Arm(track) | CommandKind::Confirm(track) = intent.kind {
             self.track = track;
         }
@@ -108,15 +104,7 @@ impl Forger {
             id: CommandId { sequence: id.sequence.next(), ..id },
             unit: UnitId::A,
             nonce: self.newest.map_or(Nonce(1), |newest| newest.nonce),
-            kind: match kind {
-                Kind::Hold => CommandKind::Hold,
-                Kind::Disarm => CommandKind::Disarm,
-                Kind::Enable => CommandKind::Enable,
-                Kind::Resume => CommandKind::Resume,
-                Kind::Arm => CommandKind::Arm(self.track),
-                Kind::Confirm => CommandKind::Confirm(self.track),
-                Kind::Configure => CommandKind::Configure(BOLDEST),
-            },
+            kind: kind.command(self.track, self.track, None),
             reason: Text::new("invented"),
         }
     }
@@ -137,7 +125,7 @@ impl Forger {
     /// An acknowledgement that says that `order` was executed; `None` when it cannot be made of what was seen.
     pub(super) fn acknowledgement(&self, forgery: AckForgery, order: &[u8]) -> Option<Vec<u8>> {
         let (intent, order) = read(order)?;
-        let mode = match kind_of(intent.kind) {
+        let mode = match Kind::from(intent.kind) {
             Kind::Hold => Mode::HoldSafe,
             Kind::Arm => Mode::PrepareToAct,
             Kind::Disarm | Kind::Enable | Kind::Resume | Kind::Confirm => Mode::Ready,
@@ -160,16 +148,4 @@ fn read(bytes: &[u8]) -> Option<(Intent, Order<'_>)> {
     let order: Order<'_> = codec::decode(bytes, MAX_ORDER).ok()?;
     let signed = Signed::parse(order.intent, MAX_ORDER).ok()?;
     Some((codec::decode(signed.payload, MAX_ORDER).ok()?, order))
-}
-
-pub(super) fn kind_of(kind: CommandKind) -> Kind {
-    match kind {
-        CommandKind::Hold => Kind::Hold,
-        CommandKind::Disarm => Kind::Disarm,
-        CommandKind::Enable => Kind::Enable,
-        CommandKind::Resume => Kind::Resume,
-        CommandKind::Arm(_) => Kind::Arm,
-        CommandKind::Confirm(_) => Kind::Confirm,
-        CommandKind::Configure(_) => Kind::Configure,
-    }
 }

@@ -22,11 +22,10 @@ use wire::setup::Setup;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Instant, Span};
 
-use super::forgery::kind_of;
 use super::voice::under_signature;
 use crate::desk::Desk;
 use crate::opening::Opening;
-use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, PlanError, Timed};
+use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, Kind, PlanError, Timed};
 
 /// Most messages of the feed held back at once; what comes beyond is withheld.
 const MAX_HELD: usize = 256;
@@ -174,7 +173,7 @@ impl InsiderGateway {
     fn asked(&mut self, now: Instant, bytes: &[u8]) {
         let intent = body(bytes).and_then(intent_of);
         let swallowed = |action: &FeedAction| match (action, &intent) {
-            (FeedAction::Swallow { only }, Some(intent)) => only.is_none_or(|kind| kind == kind_of(intent.kind)),
+            (FeedAction::Swallow { only }, Some(intent)) => only.is_none_or(|kind| kind == Kind::from(intent.kind)),
             _ => false,
         };
         match intent.filter(|_| self.open(now).iter().any(swallowed)) {

@@ -152,7 +152,7 @@ impl InsiderOperator {
         let tracks = self.report.iter().flat_map(|report| report.tracks.iter());
         let best = tracks.filter(|track| track.class == Class::Vehicle).max_by_key(|track| track.confidence);
         let held = self.report.as_ref().and_then(|report| report.authority).map(|held| held.track);
-        run.demand.kind(best.map_or(TrackId(0), |track| track.id), held.unwrap_or(TrackId(0)))
+        run.order.command(best.map_or(TrackId(0), |track| track.id), held.unwrap_or(TrackId(0)), run.values)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Direction, MAX_COPIES, MAX_HOLD_MS, PlanError, Timed, at_most, repeats, within};
+use super::{Direction, Kind, MAX_COPIES, MAX_HOLD_MS, PlanError, Timed, at_most, repeats, within};
 
 /// Plan of the holder of the broker's certificate and key. Without actions it is an honest broker.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -65,20 +65,6 @@ pub enum BrokerAction {
         /// What it is made of.
         forgery: AckForgery,
     },
-}
-
-/// What an order asks.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[expect(missing_docs, reason = "named as in `wire::command::CommandKind`")]
-pub enum Kind {
-    Hold,
-    Disarm,
-    Enable,
-    Resume,
-    Arm,
-    Confirm,
-    Configure,
 }
 
 /// What an invented order is made of.

@@ -1,10 +1,11 @@
 //! From a scenario's `[[rogue]]` and `[[mandate]]` tables to the rogue station's plan and everybody's roll.
 
-use adversary::plan::{Demand, InsiderOperatorConfig, RogueOrders};
+use adversary::plan::{InsiderOperatorConfig, RogueOrders};
 use wire::id::{NodeId, PeerId, UnitId};
 use wire::trust::Mandate;
 
 use super::RunSecret;
+use super::attack::broker::kind;
 use super::attack::{start_ms, step};
 use crate::scenario::{self, Name, Scenario, Way};
 
@@ -19,7 +20,8 @@ pub(super) fn plan(s: &Scenario, phase: u64, secret: &RunSecret) -> Option<Insid
             count: r.count.unsigned() as u32,
             every_ms: r.every_ms.unsigned(),
             claim: r.claims.as_ref().map_or(Some(holds), |name| node(name))?,
-            demand: demand(r)?,
+            order: kind(r.order),
+            values: r.values.map(|values| values.settings()),
             ahead: r.ahead.unsigned(),
             step: step(r),
         })
@@ -54,16 +56,4 @@ fn certificate(s: &Scenario) -> Option<PeerId> {
 
 fn node(name: &Name) -> Option<NodeId> {
     NodeId::from_name(name.as_str())
-}
-
-fn demand(rogue: &scenario::Rogue) -> Option<Demand> {
-    Some(match rogue.order {
-        scenario::Order::Configure => Demand::Configure(rogue.values?.settings()),
-        scenario::Order::Hold => Demand::Hold,
-        scenario::Order::Disarm => Demand::Disarm,
-        scenario::Order::Enable => Demand::Enable,
-        scenario::Order::Resume => Demand::Resume,
-        scenario::Order::Arm => Demand::Arm,
-        scenario::Order::Confirm => Demand::Confirm,
-    })
 }

@@ -109,3 +109,28 @@ impl HeldClock {
         i128::from(self.zero_us) + at + (at * i128::from(self.drift_ppm)).div_euclid(1_000_000)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wire::event::Event;
+    use wire::time::Instant;
+
+    const START: u64 = 5_000_000;
+
+    fn allowed(written: u64, handed_over: u64) -> bool {
+        let clock = HeldClock { zero_us: 1_000_000, drift_ppm: 0, late_us: 100_000 };
+        let at = Instant(1_000_000 + written);
+        let entry =
+            Entry { node: NodeId::SIM, boot: Boot(1), counter: 1, at, event: Event::Started, previous: [0; 32] };
+        clock.allows(&entry, handed_over, START)
+    }
+
+    #[test]
+    fn only_what_is_stamped_with_the_start_may_be_handed_over_late() {
+        assert!(allowed(START, START + 110_000) && allowed(START, START - 500_000), "made late, or ready before");
+        assert!(!allowed(START, START + 3_000_000));
+        assert!(allowed(START + 10, START + 90_000) && !allowed(START + 10, START + 110_000));
+        assert!(!allowed(START + 10_000, START + 9_000), "before it was written");
+    }
+}

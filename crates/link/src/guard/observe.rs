@@ -93,6 +93,24 @@ pub fn digest(record: &[u8]) -> [u8; 8] {
 /// The association of an observation that belongs to none.
 pub const STRANGER: u32 = u32::MAX;
 
+impl Observation {
+    /// What is known of an association without a record of it.
+    fn of_no_record(association: u32, verdict: Verdict) -> Self {
+        Self {
+            trace_us: crate::clock::trace_us(),
+            association,
+            content: 0,
+            epoch: 0,
+            sequence: 0,
+            length: 0,
+            digest: digest(&[]),
+            verdict,
+            fault: None,
+            peer: None,
+        }
+    }
+}
+
 /// A bounded way out for observations; what does not fit is counted, not waited for.
 #[derive(Clone, Debug)]
 pub struct ObservationLog(mpsc::Sender<Observation>);
@@ -106,36 +124,14 @@ impl ObservationLog {
 
     /// Reports that the peer of an association was refused, in a handshake of ours or later.
     pub(crate) fn refused(&self, association: u32, fault: Fault, counters: &GuardCounters) {
-        let observation = Observation {
-            trace_us: crate::clock::trace_us(),
-            association,
-            content: 0,
-            epoch: 0,
-            sequence: 0,
-            length: 0,
-            digest: digest(&[]),
-            verdict: Verdict::Unfinished,
-            fault: Some(fault),
-            peer: None,
-        };
-        self.push(observation, counters);
+        let word = Observation { fault: Some(fault), ..Observation::of_no_record(association, Verdict::Unfinished) };
+        self.push(word, counters);
     }
 
     /// Reports that an association is complete, and with whom.
     pub(crate) fn complete(&self, association: u32, peer: PeerId, counters: &GuardCounters) {
-        let observation = Observation {
-            trace_us: crate::clock::trace_us(),
-            association,
-            content: 0,
-            epoch: 0,
-            sequence: 0,
-            length: 0,
-            digest: digest(&[]),
-            verdict: Verdict::Passed,
-            fault: None,
-            peer: Some(peer),
-        };
-        self.push(observation, counters);
+        let word = Observation { peer: Some(peer), ..Observation::of_no_record(association, Verdict::Passed) };
+        self.push(word, counters);
     }
 
     /// Reports what became of a datagram of a peer that has no association, and why, where it was refused.

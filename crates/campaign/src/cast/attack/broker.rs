@@ -37,7 +37,7 @@ pub(in crate::cast) fn plan(s: &Scenario, phase: u64) -> Option<InsiderBrokerCon
     (!actions.is_empty()).then_some(InsiderBrokerConfig { actions })
 }
 
-pub(super) fn kind(asked: Order) -> Kind {
+pub(in crate::cast) fn kind(asked: Order) -> Kind {
     match asked {
         Order::Enable => Kind::Enable,
         Order::Arm => Kind::Arm,
