@@ -1,5 +1,6 @@
-//! Processes that end, hang or are slow.
+//! Processes that end, hang, are slow or find their disk full.
 
+use campaign::cast::Role;
 use campaign::oracle::demise::Fate;
 use campaign::oracle::judge;
 use campaign::scenario::{DisplayedState, Ending, Process, Settings};
@@ -8,6 +9,8 @@ use holdsafe_tests::{Ready, shipped, variations};
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
+use wire::time::Instant;
+use wire::trust::Roll;
 
 use crate::SEEDS;
 
@@ -123,6 +126,54 @@ fn a_unit_that_is_started_again_is_idle_and_arms_nothing_by_itself() {
 }
 
 #[test]
+fn a_judge_that_is_started_again_goes_on_with_what_is_left_of_a_mandate() {
+    let ready = shipped("expired_operator");
+    let (cast, _) = campaign::twin::trial::start(&ready.scenario, &ready.setup, 1, false).expect("it starts");
+    let mandate = |member: &campaign::cast::Member| match &member.role {
+        Role::Autonomy(config) => config.mandates.first().copied(),
+        Role::Gateway(config) => config.mandates.first().copied(),
+        _ => None,
+    };
+    let judges: Vec<_> = cast.members.iter().filter(|member| mandate(member).is_some()).collect();
+    assert!(judges.iter().any(|m| m.node() == NodeId::UNIT_A) && judges.iter().any(|m| m.node() == NodeId::GATEWAY));
+    for judge in judges {
+        let (before, after) = (judge.again(2_000_000), judge.again(4_000_000));
+        let stands = |member| {
+            let roll = Roll::new(&[mandate(member).expect("it is still there")], Instant(0));
+            roll.stands(NodeId::OPERATOR_2, Instant(1_400_000)).is_ok()
+        };
+        assert!(stands(judge) && stands(&before) && !stands(&after), "3.5 s of the run, whoever starts when");
+    }
+}
+
+#[test]
+fn a_slow_broker_holds_something_up_wherever_it_begins() {
+    use DisplayedState::{HoldSafe, PrepareToAct, Ready};
+    for change in [ARMING, (PrepareToAct, Ready), (Ready, HoldSafe), (HoldSafe, Ready)] {
+        for run in ending_at(Process::Broker, Ending::Slow, change).expect(SEEDS) {
+            assert!(run.verdict.receipt && run.verdict.responses.iter().all(|r| !r.owed && r.kept), "{change:?}");
+        }
+    }
+}
+
+#[test]
+fn a_stop_that_is_shorter_than_every_bound_owes_nothing_and_a_longer_one_does() {
+    let owed = |process, ending| ending_at(process, ending, ARMING).run(1).verdict.responses.iter().all(|r| r.owed);
+    for process in [Process::Sim, Process::Perception, Process::Autonomy, Process::Gateway, Process::Recorder] {
+        assert!(owed(process, Ending::Hang) && owed(process, Ending::Kill), "{process:?}");
+        assert!(!owed(process, Ending::Slow), "{process:?}");
+    }
+    assert!(!owed(Process::Console, Ending::Kill), "no bound asks for a person");
+}
+
+#[test]
+fn a_plant_whose_world_was_stopped_obeys_once_that_goes_on() {
+    for run in ending_at(Process::Sim, Ending::Hang, ARMING).expect(SEEDS) {
+        assert!(run.verdict.responses.iter().all(|r| r.owed && r.kept), "{:?}", run.verdict.findings);
+    }
+}
+
+#[test]
 fn a_process_that_is_said_to_hang_and_goes_on_writing_is_no_evidence() {
     let attacked = shipped("process_ends").run(1);
     let mut ready = shipped("process_ends");
@@ -134,6 +185,80 @@ fn a_process_that_is_said_to_hang_and_goes_on_writing_is_no_evidence() {
     quiet.evidence.planned = attacked.evidence.planned;
     let verdict = judge(&quiet.evidence);
     assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid), "{:?}", verdict.findings);
+}
+
+/// Times at which the gateway accepted a report of the unit's.
+fn reported(run: &campaign::twin::trial::Run) -> Vec<u64> {
+    let mine = run.evidence.entries.iter().filter(|w| match w.entry.event {
+        Event::Accepted { record, .. } => w.entry.node == NodeId::GATEWAY && record.node == NodeId::UNIT_A,
+        _ => false,
+    });
+    mine.map(|w| w.at).collect()
+}
+
+fn longest_pause(times: &[u64]) -> u64 {
+    times.windows(2).map(|pair| pair[1] - pair[0]).max().expect("several reports")
+}
+
+/// When the recorder's disk was said to be full, or to have room again.
+fn disk(run: &campaign::twin::trial::Run, full: bool) -> Option<u64> {
+    let told = |on: bool| Event::DiskFull { node: NodeId::RECORDER, on };
+    run.evidence.entries.iter().find(|w| w.entry.event == told(full)).map(|w| w.at)
+}
+
+#[test]
+fn a_full_disk_takes_authority_within_the_seal_limit_and_holds_nothing_up() {
+    let undisturbed = longest_pause(&reported(&shipped("nominal").run(1)));
+    for cell in variations("disk_full") {
+        for run in cell.expect(SEEDS) {
+            let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
+            assert!(response.kept && response.fate == Fate::Full, "{response:?} {:?}", run.verdict.findings);
+            let bounds = run.evidence.bounds;
+            let owed = (bounds.seal_limit_ms + bounds.control_period_ms) as f64;
+            assert!(response.restricted_ms.is_some_and(|ms| ms <= owed), "{response:?}");
+            let first = run.verdict.transitions.iter().find(|t| t.t_ms > response.killed_ms).expect("it changes");
+            assert_eq!((first.to.as_str(), first.cause.as_str()), ("DEGRADED", "lost:sealed_log"));
+            let pause = longest_pause(&reported(&run));
+            assert!(pause <= undisturbed + 20_000, "reports wait for nothing: {pause} us, {undisturbed} else");
+        }
+    }
+}
+
+#[test]
+fn a_disk_that_has_room_again_loses_nothing_and_the_unit_recovers_and_arms_nothing_by_itself() {
+    let cells = variations("disk_full");
+    let cell = cells.iter().find(|cell| cell.cell.as_deref() == Some("for_a_time")).expect("it is there");
+    for run in cell.expect(SEEDS) {
+        let freed = disk(&run, false).expect("it has room again");
+        let later: Vec<_> = run.verdict.transitions.iter().filter(|t| t.t_ms > freed as f64 / 1000.0).collect();
+        let to: Vec<&str> = later.iter().map(|t| t.to.as_str()).collect();
+        assert_eq!(to, ["READY"], "{later:?}");
+        let own = |w: &&campaign::oracle::Witnessed| {
+            campaign::evidence::by_recorder(w.entry.node) && w.entry.node != NodeId::RECORDER
+        };
+        let sealed = run.evidence.entries.iter().rev().find_map(|w| match w.entry.event {
+            Event::Sealed { entries, .. } => Some(entries),
+            _ => None,
+        });
+        assert_eq!(sealed, Some(run.evidence.entries.iter().filter(own).count() as u64));
+    }
+}
+
+#[test]
+fn a_disk_that_is_said_to_be_full_counts_only_while_the_recording_is_seen_to_stand() {
+    for cell in variations("disk_full") {
+        let run = cell.run(1);
+        let full = disk(&run, true).expect("it is full");
+        let kept = |w: &campaign::oracle::Witnessed| matches!(w.entry.event, Event::Kept { .. });
+        let mut unseen = run.evidence.clone();
+        unseen.entries.retain(|w| !kept(w));
+        assert_eq!(judge(&unseen).outcome, Outcome::Invalid, "nobody looked");
+        let mut grows = run.evidence.clone();
+        let last = *grows.entries.iter().find(|w| kept(w)).expect("it grew");
+        grows.entries.push(campaign::oracle::Witnessed { at: full + 1_000_000, ..last });
+        grows.entries.sort_by_key(|w| w.at);
+        assert_eq!(judge(&grows).outcome, Outcome::Invalid, "it went on growing");
+    }
 }
 
 #[test]

@@ -17,12 +17,10 @@ pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {
     let mut recording = Recording::new(directory.join("recording"));
     for logged in log {
         let frame = Frame { trace_us: logged.at, node: logged.node, bytes: logged.bytes.clone() };
-        if !recording.write(&frame) {
-            return Err(std::io::Error::other("the recording cannot be written"));
-        }
+        recording.write(frame);
     }
-    recording.finish();
-    Ok(())
+    let whole = recording.finish().lost == 0;
+    whole.then_some(()).ok_or_else(|| std::io::Error::other("the recording cannot be written"))
 }
 
 /// The file with public keys and heads.

@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use nix::sys::signal::{SigSet, Signal};
 use serde::Deserialize;
 use wire::audit::Recorder;
 use wire::core::Topic;
@@ -21,12 +22,22 @@ struct Making {
 
 /// Runs the recorder until its launcher ends it.
 pub fn main() -> ExitCode {
+    survive_limits();
     match recorder() {
         Ok((spec, core)) => crate::drive::run(spec, Box::new(core)),
         Err(why) => {
             eprintln!("holdsafe-recorder: {why}");
             ExitCode::from(2)
         }
+    }
+}
+
+/// A write beyond a limit on the size of files fails like any other, instead of ending the process by its signal.
+fn survive_limits() {
+    let mut signals = SigSet::empty();
+    signals.add(Signal::SIGXFSZ);
+    if let Err(error) = signals.thread_block() {
+        tracing::warn!(%error, "a file that grows beyond a limit ends the recorder");
     }
 }
 

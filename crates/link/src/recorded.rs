@@ -60,7 +60,8 @@ pub fn frames(directory: &Path) -> Result<Vec<Frame>, RecordedError> {
             files.push(path);
         }
     }
-    files.sort();
+    // By number: the tenth file comes behind the second.
+    files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
     let mut frames = Vec::new();
     for file in files {
         read_file(&file, &mut frames)?;

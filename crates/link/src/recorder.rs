@@ -1,11 +1,12 @@
 //! The recording: audit frames in MCAP files, one channel per node.
 //!
 //! A chunk is closed whenever something has to be on file before the world hears of it ([`Recording::flush`]), so a
-//! killed recorder loses nothing it has sealed. When a file cannot be written the next one is tried; what could not be
-//! written is counted and, by whoever drives the recorder, not fed to its core: a seal never covers an entry that is
-//! on no file. Chains and seals are the core's business (`wire::audit`).
+//! killed recorder loses nothing it has sealed. A frame counts as on file only once it was flushed there. A disk that takes
+//! nothing more loses nothing at once either: frames wait, as many as there is room for, and go to the next file once one
+//! can be written. Until then the recorder's core is not fed what waits and no seal goes out, so that a seal never
+//! covers an entry that is on no file. Chains and seals are the core's business (`wire::audit`).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::PathBuf;
@@ -27,12 +28,23 @@ const PAUSE_US: u64 = 100_000;
 /// Files that one recorder may begin.
 const MAX_FILES: u32 = 1_000;
 
+/// Frames are flushed when so many are written and not flushed yet.
+const UNFLUSHED: usize = 1_024;
+
+/// Room for frames that wait for a file, in bytes, each with what it costs to keep.
+pub const ROOM: usize = 16 << 20;
+
+/// What a frame of so many bytes takes of [`ROOM`].
+pub fn cost(bytes: usize) -> usize {
+    bytes + size_of::<Waiting>()
+}
+
 /// What became of frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct RecordingStats {
-    /// Frames written.
+    /// Frames on file.
     pub written: u64,
-    /// Frames that could not be written.
+    /// Frames that are on no file: there was no room for them to wait, or they waited in vain.
     pub lost: u64,
     /// Files begun.
     pub files: u32,
@@ -43,52 +55,92 @@ pub struct Recording {
     directory: PathBuf,
     open: Option<Open>,
     retry_at_us: u64,
+    /// Frames that are not known to be on file, oldest first.
+    waiting: VecDeque<Waiting>,
+    /// How many of them, from the oldest on, are written to the open file.
+    unflushed: usize,
+    room: usize,
+    /// Entries that were written since they were last asked for.
+    fresh: VecDeque<Vec<u8>>,
     stats: RecordingStats,
+}
+
+struct Waiting {
+    frame: Frame,
+    /// Whether the recorder's core has still to be fed with it.
+    feeds: bool,
 }
 
 struct Open {
     writer: Writer<BufWriter<File>>,
+    /// The same file, to cut off what was not written whole.
+    file: File,
+    path: PathBuf,
+    /// Its length after the last flush.
+    length: u64,
+    /// Frames in that.
+    frames: u64,
     channels: BTreeMap<NodeId, (u16, u32)>,
 }
 
 impl Recording {
     /// A recording in `directory`; the first file is begun with the first frame.
     pub fn new(directory: PathBuf) -> Self {
-        Self { directory, open: None, retry_at_us: 0, stats: RecordingStats::default() }
-    }
-
-    /// Writes a frame; false when it could not be written.
-    pub fn write(&mut self, frame: &Frame) -> bool {
-        let written = match self.file() {
-            Some(open) => self::Open::write(open, frame).is_ok(),
-            None => false,
-        };
-        if written {
-            self.stats.written += 1;
-        } else {
-            self.fail();
-            self.stats.lost += 1;
+        Self {
+            directory,
+            open: None,
+            retry_at_us: 0,
+            waiting: VecDeque::new(),
+            unflushed: 0,
+            room: ROOM,
+            fresh: VecDeque::new(),
+            stats: RecordingStats::default(),
         }
-        written
     }
 
-    /// Closes the chunk and hands it to the operating system; false when that failed.
+    /// Writes a frame, or lets it wait.
+    pub fn write(&mut self, frame: Frame) {
+        self.take(frame, false);
+    }
+
+    /// Writes a frame of which the recorder's core is to hear, or lets it wait; [`Recording::written`] gives it once it is
+    /// written.
+    pub fn receive(&mut self, frame: Frame) {
+        self.take(frame, true);
+    }
+
+    /// The next entry that was received and is now written.
+    pub fn written(&mut self) -> Option<Vec<u8>> {
+        self.fresh.pop_front()
+    }
+
+    /// Closes the chunk and hands it to the operating system; true when every frame so far is on file.
     pub fn flush(&mut self) -> bool {
-        let Some(open) = &mut self.open else { return self.stats.lost == 0 };
-        let flushed = open.writer.flush().is_ok();
-        if !flushed {
+        self.write_waiting();
+        let Some(open) = &mut self.open else { return self.waiting.is_empty() };
+        if self.unflushed < self.waiting.len() || open.flush(self.unflushed as u64).is_err() {
             self.fail();
+            return false;
         }
-        flushed
+        self.stats.written += self.unflushed as u64;
+        self.unflushed = 0;
+        self.waiting.clear();
+        self.room = ROOM;
+        true
     }
 
     /// Writes the index and closes the file.
     pub fn finish(&mut self) -> RecordingStats {
+        self.retry_at_us = 0;
+        self.flush();
         if let Some(mut open) = self.open.take()
             && let Err(error) = open.writer.finish()
         {
             tracing::warn!(%error, "recording not closed");
+            open.cut();
         }
+        self.stats.lost += self.waiting.len() as u64;
+        self.waiting.clear();
         self.stats
     }
 
@@ -97,39 +149,83 @@ impl Recording {
         self.stats
     }
 
-    fn fail(&mut self) {
-        if self.open.take().is_some() {
-            self.retry_at_us = trace_us() + PAUSE_US;
+    fn take(&mut self, frame: Frame, feeds: bool) {
+        let cost = cost(frame.bytes.len());
+        if cost > self.room {
+            self.stats.lost += 1;
+            return;
+        }
+        self.room -= cost;
+        self.waiting.push_back(Waiting { frame, feeds });
+        self.write_waiting();
+        if self.unflushed >= UNFLUSHED {
+            self.flush();
         }
     }
 
-    fn file(&mut self) -> Option<&mut Open> {
-        if self.open.is_none() && trace_us() >= self.retry_at_us && self.stats.files < MAX_FILES {
-            match self.begin() {
-                Ok(open) => self.open = Some(open),
-                Err(error) => {
-                    tracing::warn!(%error, "no recording can be begun");
-                    self.retry_at_us = trace_us() + PAUSE_US;
-                }
+    /// Writes what waits, as long as that succeeds.
+    fn write_waiting(&mut self) {
+        if self.unflushed < self.waiting.len() {
+            self.begin_if_due();
+        }
+        let Some(open) = &mut self.open else { return };
+        for waiting in self.waiting.iter_mut().skip(self.unflushed) {
+            if let Err(error) = open.write(&waiting.frame) {
+                tracing::debug!(%error, "frame not written");
+                return self.fail();
+            }
+            self.unflushed += 1;
+            if std::mem::take(&mut waiting.feeds) {
+                self.fresh.push_back(waiting.frame.bytes.clone());
             }
         }
-        self.open.as_mut()
+    }
+
+    /// Gives the file up as far as it is not flushed; that waits for the next one.
+    fn fail(&mut self) {
+        self.unflushed = 0;
+        let Some(open) = self.open.take() else { return };
+        self.retry_at_us = trace_us() + PAUSE_US;
+        // One without a frame would be begun again and again while the disk is full.
+        self.stats.files -= u32::from(open.cut());
+    }
+
+    fn begin_if_due(&mut self) {
+        if self.open.is_some() || trace_us() < self.retry_at_us || self.stats.files >= MAX_FILES {
+            return;
+        }
+        match self.begin() {
+            Ok(open) => self.open = Some(open),
+            Err(error) => {
+                tracing::debug!(%error, "no recording can be begun");
+                self.retry_at_us = trace_us() + PAUSE_US;
+            }
+        }
     }
 
     fn begin(&mut self) -> McapResult<Open> {
         std::fs::create_dir_all(&self.directory)?;
         // A recorder that was restarted goes on in the next free file.
-        let file = loop {
+        let (path, file) = loop {
             let path = self.directory.join(format!("audit-{}.mcap", self.stats.files));
-            self.stats.files += 1;
             match File::create_new(&path) {
-                Ok(file) => break file,
-                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists && self.stats.files < MAX_FILES => {}
+                Ok(file) => break (path, file),
+                Err(error) if error.kind() == std::io::ErrorKind::AlreadyExists && self.stats.files < MAX_FILES => {
+                    self.stats.files += 1;
+                }
                 Err(error) => return Err(error.into()),
             }
         };
         let options = WriteOptions::new().library("holdsafe").compression(None).chunk_size(Some(CHUNK));
-        Ok(Open { writer: options.create(BufWriter::new(file))?, channels: BTreeMap::new() })
+        let writer = options.create(BufWriter::new(file.try_clone()?))?;
+        let mut open = Open { writer, file, path, length: 0, frames: 0, channels: BTreeMap::new() };
+        // A disk that is full says so here, before anything is given to it.
+        if let Err(error) = open.flush(0) {
+            open.cut();
+            return Err(error);
+        }
+        self.stats.files += 1;
+        Ok(open)
     }
 }
 
@@ -146,5 +242,88 @@ impl Open {
         let time = frame.trace_us.saturating_mul(1_000);
         let header = MessageHeader { channel_id: channel, sequence, log_time: time, publish_time: time };
         self.writer.write_to_known_channel(&header, &frame.bytes)
+    }
+
+    /// Hands everything to the operating system: `frames` more than before.
+    fn flush(&mut self, frames: u64) -> McapResult<()> {
+        self.writer.flush()?;
+        self.length = self.file.metadata()?.len();
+        self.frames += frames;
+        Ok(())
+    }
+
+    /// Cuts off what was not flushed whole; true when nothing is left and the file with it.
+    fn cut(self) -> bool {
+        let Open { writer, file, path, length, frames, .. } = self;
+        // It tries to write its end, which is cut off too.
+        drop(writer);
+        let done = if frames == 0 { std::fs::remove_file(&path) } else { file.set_len(length) };
+        if let Err(error) = &done {
+            tracing::warn!(%error, "a file that could not be written on was not cut");
+        }
+        frames == 0 && done.is_ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(trace_us: u64, length: usize) -> Frame {
+        Frame { trace_us, node: NodeId::SIM, bytes: vec![trace_us as u8; length] }
+    }
+
+    /// A recording in a folder that cannot be made as long as a file stands in its place.
+    fn blocked(parent: &tempfile::TempDir) -> (Recording, PathBuf) {
+        let folder = parent.path().join("recording");
+        std::fs::write(&folder, "in the way").unwrap();
+        (Recording::new(folder.clone()), folder)
+    }
+
+    #[test]
+    fn frames_wait_for_a_file_and_are_told_of_in_order_once_they_are_in_one() {
+        let parent = tempfile::tempdir().unwrap();
+        let (mut recording, folder) = blocked(&parent);
+        (1..=3).for_each(|at| recording.receive(frame(at, 10)));
+        recording.write(frame(4, 10));
+        assert!(!recording.flush() && recording.written().is_none());
+        std::fs::remove_file(&folder).unwrap();
+        while !recording.flush() {
+            std::thread::yield_now();
+        }
+        let told: Vec<u8> = std::iter::from_fn(|| recording.written()).map(|bytes| bytes[0]).collect();
+        assert_eq!(told, [1, 2, 3], "its own it is not told");
+        assert_eq!(recording.finish(), RecordingStats { written: 4, lost: 0, files: 1 });
+        let kept = crate::recorded::frames(&folder).unwrap();
+        assert_eq!(kept.iter().map(|f| f.trace_us).collect::<Vec<_>>(), [1, 2, 3, 4]);
+    }
+
+    #[test]
+    fn what_finds_no_room_to_wait_is_lost_and_never_told_of() {
+        let parent = tempfile::tempdir().unwrap();
+        let (mut recording, _folder) = blocked(&parent);
+        let room = ROOM / cost(1000);
+        (0..=room as u64).for_each(|at| recording.receive(frame(at, 1000)));
+        assert_eq!((recording.stats().lost, recording.written()), (1, None));
+        assert_eq!(recording.finish(), RecordingStats { written: 0, lost: room as u64 + 1, files: 0 });
+    }
+
+    #[test]
+    fn what_was_written_and_not_flushed_goes_to_the_next_file_once() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("recording");
+        let mut recording = Recording::new(folder.clone());
+        recording.receive(frame(1, 10));
+        assert!(recording.flush());
+        recording.receive(frame(2, 10));
+        assert_eq!(recording.written().zip(recording.written()).map(|(a, b)| (a[0], b[0])), Some((1, 2)));
+        recording.fail();
+        while !recording.flush() {
+            std::thread::yield_now();
+        }
+        assert_eq!(recording.written(), None, "it was told of");
+        assert_eq!(recording.finish(), RecordingStats { written: 2, lost: 0, files: 2 });
+        let kept = crate::recorded::frames(&folder).unwrap();
+        assert_eq!(kept.iter().map(|f| f.trace_us).collect::<Vec<_>>(), [1, 2]);
     }
 }

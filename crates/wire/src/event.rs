@@ -815,6 +815,20 @@ pub enum Event {
         #[n(0)]
         node: NodeId,
     },
+    /// The launcher or twin lets a process write nothing more to its disk (true), or lets it again.
+    #[n(69)]
+    DiskFull {
+        #[n(0)]
+        node: NodeId,
+        #[n(1)]
+        on: bool,
+    },
+    /// The recording has grown to so many bytes, as seen from outside the recorder (told where its disk is to be full).
+    #[n(70)]
+    Kept {
+        #[n(0)]
+        bytes: u64,
+    },
     /// An insider sends the report with this identity: which of a session's records are its deeds.
     #[n(55)]
     Claimed {

@@ -7,7 +7,7 @@ use crate::scenario::Scenario;
 
 impl Cast {
     /// The same cast with idle hands: relays pass, insiders keep their place and misuse nothing, nothing fails, nobody is
-    /// killed or kept from running, and the recording is left alone. The link's own weather stays, and so does what was planned.
+    /// killed, kept from running or short of disk, and the recording is left alone. The link's own weather stays, and so does what was planned.
     #[must_use]
     pub fn disarmed(mut self, scenario: &Scenario) -> Cast {
         for member in &mut self.members {

@@ -133,6 +133,22 @@ impl Member {
     pub fn node(&self) -> NodeId {
         self.setup.node
     }
+
+    /// The same for one that is started again when the run has lasted for `ran` microseconds. Mandates are judged from the start
+    /// of whoever judges them; they do not begin anew with it.
+    #[must_use]
+    pub fn again(&self, ran: u64) -> Member {
+        let mut member = self.clone();
+        let mandates = match &mut member.role {
+            Role::Autonomy(config) => &mut config.mandates,
+            Role::Gateway(config) => &mut config.mandates,
+            Role::Sim(_) | Role::Perception(_) | Role::Console(_) | Role::Recorder | Role::Adversary(_) => {
+                return member;
+            }
+        };
+        mandates.iter_mut().for_each(|mandate| mandate.until_ms = mandate.until_ms.saturating_sub(ran.div_ceil(1000)));
+        member
+    }
 }
 
 impl Role {
@@ -219,11 +235,16 @@ impl Cast {
         self.planned.iter().filter_map(suspended).collect()
     }
 
+    /// Whether the recorder's disk is to be full for a time, and so the recording is looked at while it grows.
+    pub fn fills(&self) -> bool {
+        self.planned.iter().any(|plan| matches!(plan.what, Planned::Fill(_)))
+    }
+
     /// The longest time for which `node` is kept from running, microseconds.
     fn stopped(&self, node: NodeId) -> u64 {
         let lasts = |ordeal: &Ordeal| match ordeal.kind {
             OrdealKind::Suspend { lasts, .. } => lasts,
-            OrdealKind::Kill { .. } => 0,
+            OrdealKind::Kill { .. } | OrdealKind::Fill { .. } => 0,
         };
         self.ordeals.iter().filter(|ordeal| ordeal.node == node).map(lasts).max().unwrap_or(0)
     }

@@ -1,4 +1,4 @@
-//! What befalls processes: they end, hang, or run for a share of the time. The twin and the launcher carry it out.
+//! What befalls processes: they end, hang, run for a share of the time, or find their disk full. The twin and the launcher carry it out.
 
 use wire::event::Suspension;
 use wire::id::NodeId;
@@ -39,6 +39,11 @@ pub enum OrdealKind {
         /// For so many microseconds.
         lasts: u64,
     },
+    /// Its disk takes nothing more.
+    Fill {
+        /// For so many microseconds.
+        lasts: u64,
+    },
 }
 
 /// What happens to a process by an ordeal's plan.
@@ -48,7 +53,7 @@ pub enum Turn {
     Begin,
     /// It is stopped, for a while.
     Halt,
-    /// It goes on, for a while or for good.
+    /// It goes on, for a while or for good; or its disk has room again.
     Release,
     /// It is started again.
     Restart,
@@ -81,7 +86,8 @@ pub(super) fn ordeals(s: &Scenario, phase_ms: u64) -> Vec<Ordeal> {
 }
 
 fn kind(k: &Kill) -> OrdealKind {
-    let suspend = |how| OrdealKind::Suspend { how, lasts: k.duration_s.span().0 };
+    let lasts = k.duration_s.span().0;
+    let suspend = |how| OrdealKind::Suspend { how, lasts };
     match k.ending {
         Ending::Kill => OrdealKind::Kill { restart: k.restart_after_s.as_ref().map(|s| s.span().0) },
         Ending::Hang => suspend(Suspension::Hang),
@@ -89,6 +95,7 @@ fn kind(k: &Kill) -> OrdealKind {
             let quota = k.quota.as_ref().map_or(1000, |share| (share.get() * 1000.0) as u16);
             suspend(Suspension::Slow { quota, period: Span::ms(k.period_ms.unsigned()) })
         }
+        Ending::Full => OrdealKind::Fill { lasts },
     }
 }
 
@@ -97,6 +104,7 @@ pub(super) fn planned(k: &Kill) -> Planned {
     match k.ending {
         Ending::Kill => Planned::Kill(node_of(k.process)),
         Ending::Hang | Ending::Slow => Planned::Suspend(node_of(k.process)),
+        Ending::Full => Planned::Fill(node_of(k.process)),
     }
 }
 

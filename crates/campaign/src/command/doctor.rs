@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::failure::{Exit, Failure};
 use super::{Context, out};
+use crate::live::leftovers::{self, Leftovers};
 use crate::report::SCHEMA_VERSION;
 use crate::scenario;
 
@@ -32,7 +33,7 @@ struct Told {
 }
 
 pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
-    let needs = vec![files(context), shared_memory(), loopback(), open_files(), scratch(), cores()];
+    let needs = vec![files(context), shared_memory(), leftovers(), loopback(), open_files(), scratch(), cores()];
     let ready = needs.iter().all(|need| need.met);
     if !context.json {
         for need in &needs {
@@ -70,6 +71,16 @@ fn shared_memory() -> Need {
         Err(error) => (false, error.to_string()),
     };
     Need { need: "shared memory", met, found, remedy }
+}
+
+/// What runs left that were killed together with their janitors is removed here.
+fn leftovers() -> Need {
+    let remedy = "end what is left of those runs, perhaps stopped, and call the doctor again";
+    let (met, found) = match leftovers::remove() {
+        Ok(Leftovers { removed, held }) => (held == 0, format!("{removed} killed runs swept, {held} still in use")),
+        Err(error) => (false, error.to_string()),
+    };
+    Need { need: "leftovers of killed runs", met, found, remedy }
 }
 
 fn loopback() -> Need {

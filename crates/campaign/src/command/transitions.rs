@@ -100,7 +100,7 @@ fn rows(trials: &[Trial]) -> Vec<TransitionRow> {
         let Some(row) = rows.last_mut() else { continue };
         let broken = matches!(trial.outcome, Outcome::Unsafe | Outcome::Invalid | Outcome::Late);
         let kept = !broken && !trial.responses.is_empty() && trial.responses.iter().all(|r| r.kept);
-        row.count(change, kept, trial.outcome);
+        row.count(change, trial.responses.iter().any(|r| r.owed), kept, trial.outcome);
     }
     rows
 }

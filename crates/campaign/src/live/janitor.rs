@@ -1,4 +1,5 @@
-//! The janitor: a process of its own that outlives a killed launcher and removes what the run left.
+//! The janitor: a process of its own that outlives a killed launcher and removes what the run left. Where it was killed too, the
+//! next run does ([`super::leftovers`]).
 //!
 //! It is told the run's prefixes and folder over its pipe, waits for the pipe to end, gives the services a moment to
 //! end themselves (they see the same end of their own pipes), and sweeps.
@@ -10,6 +11,8 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::leftovers::Mark;
+
 /// How long services get to end themselves, in steps.
 const STEP: Duration = Duration::from_millis(50);
 const STEPS: u32 = 20;
@@ -18,6 +21,8 @@ const STEPS: u32 = 20;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Remains {
+    /// How every shared-memory name of the run begins.
+    pub prefix: String,
     /// Shared-memory domains: (prefix, root).
     pub domains: Vec<(String, PathBuf)>,
     /// The run's folder for sockets.
@@ -40,6 +45,12 @@ impl Remains {
             }
         }
         remove(&self.folder);
+    }
+
+    /// Removes everything and the logs that nobody keeps.
+    pub fn remove_all(&self) {
+        self.remove();
+        self.scratch.iter().for_each(|scratch| remove(scratch));
     }
 }
 
@@ -68,6 +79,7 @@ pub fn main() -> ExitCode {
         eprintln!("holdsafe janitor: expected a line of JSON, got {read:?}");
         return ExitCode::from(2);
     };
+    let mark = Mark::join(&remains);
     let (mut pids, mut done) = (Vec::new(), false);
     for line in input.lines().map_while(Result::ok).take(256) {
         pids.extend(line.trim().parse::<i32>());
@@ -83,8 +95,10 @@ pub fn main() -> ExitCode {
         let _ = nix::sys::signal::kill(nix::unistd::Pid::from_raw(pid), nix::sys::signal::Signal::SIGKILL);
     }
     pause(STEP);
-    remains.remove();
-    remains.scratch.iter().filter(|_| !done).for_each(|scratch| remove(scratch));
+    if done { remains.remove() } else { remains.remove_all() }
+    if let Ok(mark) = mark {
+        mark.clear();
+    }
     ExitCode::SUCCESS
 }
 

@@ -5,7 +5,9 @@
 //! on purpose where the scenario says so, and reads the recording afterwards.
 
 pub mod child;
+mod disk;
 pub mod janitor;
+pub mod leftovers;
 pub mod mouths;
 mod process;
 pub mod service;
@@ -36,6 +38,8 @@ use crate::evidence::Logged;
 use crate::progress::Stop;
 
 use child::{Child, Line, Services};
+use disk::Growth;
+use leftovers::Mark;
 use process::Ordeals;
 use spec::{Places, Specs, service};
 
@@ -96,10 +100,12 @@ pub struct Aftermath {
 /// Runs `cast` live.
 pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options<'_>) -> Result<Aftermath, LiveError> {
     let places = Places::new(options.run_dir, &run_id());
+    leftovers::make_room();
     spec::make_folders(&places).map_err(|e| format!("cannot make {}: {e}", places.run_dir.display()))?;
     let credentials = spec::credentials(cast).map_err(|e| e.to_string())?;
     let (lines_in, lines) = channel();
     let mut company = Company {
+        mark: None,
         janitor: None,
         children: Vec::new(),
         lines,
@@ -117,16 +123,17 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     let mut journal = Journal::new(NodeId::CAMPAIGN, Boot(1), None);
     let mut again = |node: NodeId, boot: Boot| {
         let member = cast.members.iter().find(|m| m.node() == node).ok_or("no such member")?;
-        let mut spec = specs.member(member)?;
+        let member = member.again(trace_us().saturating_sub(start_us));
+        let mut spec = specs.member(&member)?;
         (spec.boot, spec.start_us) = (boot, 0);
         Child::start(&options.services, service(&member.role), node, &lines_in, &spec)
     };
     let stayed = company.stay(cast, start_us, &mut again)?;
     company.finish()?;
-    // A dead recorder wrote nothing more; then the mouth logs of the others are the second place where entries are.
+    // A dead recorder wrote nothing more, nor did one with a full disk; then the mouth logs of the others are the second place where entries are.
     let held = cast.held(Some(&secret.of(NodeId::BROKER)), OVERSLEPT_US);
     let held = Held { heads: witness::heads(&company.stats), start_us, ..held };
-    let (mut log, custody) = if stayed.ended(NodeId::RECORDER) {
+    let (mut log, custody) = if stayed.cut_short() {
         (witness::mouths(cast, &places.run_dir, start_us), Vec::new())
     } else {
         if let Some(hands) = cast.hands() {
@@ -175,6 +182,15 @@ impl Stayed {
         self.events.iter().any(|(_, event)| matches!(event, Event::Ended { node: n, .. } if *n == node))
     }
 
+    /// Whether the recording lacks what came last: the recorder was dead or its disk full at the end.
+    fn cut_short(&self) -> bool {
+        let disk = self.events.iter().rev().find_map(|(_, event)| match event {
+            Event::DiskFull { on, .. } => Some(*on),
+            _ => None,
+        });
+        self.ended(NodeId::RECORDER) || disk == Some(true)
+    }
+
     fn lost(&self) -> Option<(u64, NodeId)> {
         self.events.iter().find_map(|(at, event)| {
             let Event::Ended { node, killed: false } = event else { return None };
@@ -184,6 +200,8 @@ impl Stayed {
 }
 
 struct Company<'a> {
+    /// Held as long as this launcher lives.
+    mark: Option<Mark>,
     janitor: Option<Child>,
     children: Vec<Child>,
     lines: Receiver<(NodeId, Line)>,
@@ -203,8 +221,10 @@ impl Company<'_> {
         specs: &mut Specs<'_>,
         lines: &std::sync::mpsc::Sender<(NodeId, Line)>,
     ) -> Result<(), LiveError> {
+        let remains = self.places.remains();
+        self.mark = Some(Mark::set(&remains).map_err(|e| format!("cannot mark the run: {e}"))?);
         let mut janitor = Child::spawn(services, "janitor", NodeId::CAMPAIGN, lines)?;
-        let remains = serde_json::to_string(&self.places.remains()).map_err(|e| e.to_string())?;
+        let remains = serde_json::to_string(&remains).map_err(|e| e.to_string())?;
         janitor.write(format!("{remains}\n").as_bytes());
         self.janitor = Some(janitor);
         let member = |node: NodeId| cast.members.iter().find(|m| m.node() == node);
@@ -276,12 +296,16 @@ impl Company<'_> {
         let mut ordeals = Ordeals::new(cast);
         let mut watch = Watch::new(&cast.cues);
         let (mut overslept, mut watched) = (0, 0);
+        let mut growth = cast.fills().then(|| Growth::of(self.places.recording()));
         let clock = || trace_us().saturating_sub(start_us);
         let end = start_us + cast.duration;
         loop {
             let now = trace_us();
             if self.stop.asked() {
                 return Err(LiveError::Stopped);
+            }
+            if let Some(grown) = growth.as_mut().and_then(Growth::look) {
+                ordeals.note(clock(), grown);
             }
             if now >= end {
                 // Whoever is still stopped has an account to close.

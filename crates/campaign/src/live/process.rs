@@ -1,13 +1,15 @@
 //! What the launcher does to processes on purpose, and when: the live form of `twin::process`.
 //!
-//! Ending is SIGKILL, keeping from running SIGSTOP; a slow process is stopped for a part of each period. Nothing is told
-//! that was not seen: a kill by the wait status, a stop by the kernel's process table.
+//! Ending is SIGKILL, keeping from running SIGSTOP; a slow process is stopped for a part of each period; a
+//! full disk is a limit on the size of files. Nothing is told that was not seen: a kill by the wait status, a stop by the
+//! kernel's process table, a limit by the kernel's answer.
 
 use wire::event::{Event, Suspension};
 use wire::id::NodeId;
 use wire::step::StepName;
 
 use super::child::Child;
+use super::disk::fill;
 use crate::cast::{Cast, Ordeal, OrdealKind, Turn, next_turn};
 
 /// The ordeals of a run, with what is still to be done.
@@ -90,7 +92,13 @@ impl Ordeals {
                 }
             }
             (Turn::Restart, _) => return Some(ordeal.node),
-            (Turn::Halt | Turn::Release, OrdealKind::Kill { .. }) => {}
+            (Turn::Release, OrdealKind::Fill { .. }) => {
+                let before = clock();
+                let done = child.is_some_and(|child| fill(child.pid(), false));
+                self.events.extend(done.then_some((before, Event::DiskFull { node: ordeal.node, on: false })));
+                self.tell_step(clock(), ordeal, false);
+            }
+            (Turn::Halt, OrdealKind::Fill { .. }) | (Turn::Halt | Turn::Release, OrdealKind::Kill { .. }) => {}
         }
         None
     }
@@ -113,6 +121,11 @@ impl Ordeals {
                 }
                 let (next, after) = next_turn(Turn::Halt, how, lasts);
                 self.turns.push((now + after, i, next));
+            }
+            OrdealKind::Fill { lasts } => {
+                let done = child.is_some_and(|child| fill(child.pid(), true));
+                self.events.extend(done.then_some((clock(), Event::DiskFull { node, on: true })));
+                self.turns.push((now + lasts, i, Turn::Release));
             }
         }
     }

@@ -42,7 +42,12 @@ impl Places {
         let domains = [Host::VehicleA, Host::Control, Host::VehicleC].map(|host| self.domain(host)).to_vec();
         let temporary = |dir: &PathBuf| dir.file_name().is_some_and(|n| n.to_string_lossy().starts_with(SCRATCH));
         let scratch = Some(self.run_dir.clone()).filter(temporary);
-        Remains { domains, folder: self.temporary.clone(), scratch }
+        Remains { prefix: self.prefix.clone(), domains, folder: self.temporary.clone(), scratch }
+    }
+
+    /// Where the recorder writes.
+    pub(super) fn recording(&self) -> PathBuf {
+        self.run_dir.join("recording")
     }
 
     fn domain(&self, host: Host) -> (String, PathBuf) {
@@ -150,7 +155,7 @@ impl Specs<'_> {
         spec.config = config(member);
         if matches!(member.role, Role::Recorder) {
             spec.instrument = None;
-            let directory = self.places.run_dir.join("recording");
+            let directory = self.places.recording();
             let tell = !self.cast.cues.is_empty();
             spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory, tell });
         }

@@ -50,12 +50,10 @@ pub(super) fn lay_on(hands: &InsiderRecorder, run_dir: &Path) -> Result<(), Live
     std::fs::remove_dir_all(&folder).map_err(unwritable)?;
     let mut recording = Recording::new(folder.clone());
     for Kept { at: trace_us, node, bytes } in kept {
-        if !recording.write(&Frame { trace_us, node, bytes }) {
-            return Err(LiveError::Environment(format!("{} cannot be written again", folder.display())));
-        }
+        recording.write(Frame { trace_us, node, bytes });
     }
-    recording.finish();
-    Ok(())
+    let again = || LiveError::Environment(format!("{} cannot be written again", folder.display()));
+    (recording.finish().lost == 0).then_some(()).ok_or_else(again)
 }
 
 /// How far each service's chain went, by its own closing words; the recorder's are none against it.

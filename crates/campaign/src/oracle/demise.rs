@@ -1,10 +1,12 @@
-//! What the platform owes when one of its processes is killed, hangs or is slow, stated before any run, and what a log shows
+//! What the platform owes when one of its processes is killed, hangs, is slow or finds its disk full, stated before any run, and what a log shows
 //! came of it.
 //!
 //! A process that dies says nothing more, so each row is read from the others: the mode from the unit's own log, and
 //! where the unit itself is dead, from the ground truth of the plant. Bounds are the platform's (`docs/bounds.md`). A
 //! process that does not run for a time owes what a dead one does, as far as its bounds end within that time; and a unit
 //! that did not run for as long as its lease holds as soon as it runs again.
+
+mod owed;
 
 use serde::Serialize;
 use wire::bounds::Bounds;
@@ -16,128 +18,14 @@ use wire::mode::{Cause, Mode};
 use super::timeline::{Timeline, Truth};
 use super::{Evidence, Finding, Micros, Property, Witnessed, finding};
 
+pub use owed::{From, OWED, Owed, owed};
+
 /// Speed below which the plant counts as standing, mm/s.
 const STANDING: i32 = 50;
 /// From the end of a stop to the first entry that is written after it, beyond the period of judging.
 const RESUME_SLACK: Micros = 50_000;
 /// Between two samples of the plant's truth.
 const TRUTH_PERIOD: Micros = 100_000;
-
-/// From what moment a bound counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum From {
-    /// From the kill.
-    Kill,
-    /// From the operator's next HOLD: the death by itself owes nothing.
-    Hold,
-}
-
-/// What is owed when one process is killed while the platform is READY or holds authority.
-#[derive(Clone, Copy, Debug)]
-pub struct Owed {
-    /// The process.
-    pub node: NodeId,
-    /// The mode the platform ends in.
-    pub ends_in: Mode,
-    /// From when the bounds count.
-    pub from: From,
-    /// Latest time without READY or authority, ms; where nothing is to be lost there is none.
-    pub restricted: Option<fn(&Bounds) -> u64>,
-    /// Latest time in `ends_in`, ms.
-    pub settled: Option<fn(&Bounds) -> u64>,
-    /// Why this and not something else.
-    pub reason: &'static str,
-}
-
-fn td(b: &Bounds) -> u64 {
-    b.to_degraded_ms
-}
-
-fn th(b: &Bounds) -> u64 {
-    b.to_hold_safe_ms
-}
-
-/// The seal limit and one judgement of the guards.
-fn unsealed(b: &Bounds) -> u64 {
-    b.seal_limit_ms + b.control_period_ms
-}
-
-/// Every process that can be killed.
-pub const OWED: [Owed; 8] = [
-    Owed {
-        node: NodeId::SIM,
-        ends_in: Mode::HoldSafe,
-        from: From::Kill,
-        restricted: Some(td),
-        settled: Some(th),
-        reason: "no localisation and no frames: degraded after the product limit, held when driving blind is not made \
-                 good; the plant dies with its world",
-    },
-    Owed {
-        node: NodeId::PERCEPTION,
-        ends_in: Mode::HoldSafe,
-        from: From::Kill,
-        restricted: Some(td),
-        settled: Some(th),
-        reason: "every stage and all tracks are lost at once: degraded, and with no measured range left, held",
-    },
-    Owed {
-        node: NodeId::UNIT_A,
-        ends_in: Mode::HoldSafe,
-        from: From::Kill,
-        restricted: None,
-        settled: Some(th),
-        reason: "nobody renews the set-point: the plant brakes when its lease ends; read from ground truth",
-    },
-    Owed {
-        node: NodeId::GATEWAY,
-        ends_in: Mode::HoldSafe,
-        from: From::Kill,
-        restricted: Some(th),
-        settled: Some(th),
-        reason: "no more grants: the supervision lease lapses",
-    },
-    Owed {
-        node: NodeId::RELAY_TELEMETRY,
-        ends_in: Mode::HoldSafe,
-        from: From::Kill,
-        restricted: Some(th),
-        settled: Some(th),
-        reason: "the telemetry link is cut both ways: the supervision lease lapses",
-    },
-    Owed {
-        node: NodeId::BROKER,
-        ends_in: Mode::HoldSafe,
-        from: From::Hold,
-        restricted: Some(th),
-        settled: Some(th),
-        reason: "commands do not come through, telemetry and grants do: READY goes on, unused authority expires, and a \
-                 HOLD that stays unacknowledged ends the grants",
-    },
-    Owed {
-        node: NodeId::RECORDER,
-        ends_in: Mode::Degraded,
-        from: From::Kill,
-        restricted: Some(unsealed),
-        settled: Some(unsealed),
-        reason: "no sealed log for the seal limit: no authority, reduced speed; driving does not depend on it",
-    },
-    Owed {
-        node: NodeId::CONSOLE,
-        ends_in: Mode::Ready,
-        from: From::Kill,
-        restricted: None,
-        settled: None,
-        reason: "supervision is the gateway's lease and no bound asks for a person: READY goes on, nothing new can be \
-                 armed or confirmed, unused authority expires",
-    },
-];
-
-/// What is owed for `node`.
-pub fn owed(node: NodeId) -> Option<&'static Owed> {
-    OWED.iter().find(|owed| owed.node == node)
-}
 
 /// What befell the process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -149,6 +37,8 @@ pub enum Fate {
     Hang,
     /// It ran for a share of the time.
     Slow,
+    /// Its disk took nothing more for a time.
+    Full,
 }
 
 /// What came of it.
@@ -174,6 +64,8 @@ pub struct Response {
     pub settled_ms: Option<f64>,
     /// The plant; `None` where its world died with it.
     pub plant: Option<PlantResponse>,
+    /// Whether anything was owed: no bound ends within a stop that is shorter than it, and a broker without an order owes none.
+    pub owed: bool,
     /// Whether everything that was owed came, in time.
     pub kept: bool,
 }
@@ -211,6 +103,7 @@ pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec
             Event::Ended { node, killed: true } => (node, Fate::Kill),
             Event::Suspended { node, how: Suspension::Hang, on: true } => (node, Fate::Hang),
             Event::Suspended { node, how: Suspension::Slow { .. }, on: true } => (node, Fate::Slow),
+            Event::DiskFull { node, on: true } => (node, Fate::Full),
             _ => continue,
         };
         let Some(owed) = owed(node) else { continue };
@@ -235,7 +128,8 @@ fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
         Event::Suspended { node, how, .. } => {
             let over =
                 |l: &&Witnessed| matches!(l.entry.event, Event::Suspended { node: n, on: false, .. } if n == node);
-            let end = later.find(over).map_or(evidence.duration, |l| l.at);
+            // At the end of a run everybody is let go on, to close its account.
+            let end = later.find(over).map_or(evidence.duration, |l| l.at.min(evidence.duration));
             match how {
                 Suspension::Hang => end,
                 Suspension::Slow { quota, period } => {
@@ -247,15 +141,18 @@ fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
             let again = |l: &&Witnessed| matches!(l.entry.event, Event::Restarted { node: n, .. } if n == node);
             later.find(again).map_or(Micros::MAX, |l| l.at)
         }
+        Event::DiskFull { node, .. } => {
+            let room = |l: &&Witnessed| matches!(l.entry.event, Event::DiskFull { node: n, on: false } if n == node);
+            later.find(room).map_or(Micros::MAX, |l| l.at)
+        }
         _ => w.at,
     }
 }
 
-/// When the unit under test could next judge anything: `at`, or one judgement after it runs again where it hung then.
-pub(super) fn can_judge(evidence: &Evidence, at: Micros) -> Micros {
+/// When `wanted` could next judge or do anything: `at`, or one judgement after it runs again where it hung then.
+pub(super) fn can_judge(evidence: &Evidence, wanted: NodeId, at: Micros) -> Micros {
     let hung = evidence.entries.iter().filter(|w| {
-        matches!(w.entry.event, Event::Suspended { node: NodeId::UNIT_A, how: Suspension::Hang, on: true })
-            && w.at <= at
+        matches!(w.entry.event, Event::Suspended { node, how: Suspension::Hang, on: true } if node == wanted) && w.at <= at
     });
     let judges = hung.map(|w| runs_again(evidence, w)).max().map(|runs| runs + judgement(evidence));
     at.max(judges.unwrap_or(0))
@@ -335,6 +232,7 @@ impl Death<'_> {
             restricted_ms: ms(restricted),
             settled_ms: ms(settled),
             plant: (self.owed.node != NodeId::SIM).then_some(plant),
+            owed: self.owes(),
             kept: true,
         }
     }
@@ -364,12 +262,52 @@ impl Death<'_> {
             let holds = self.owed.ends_in == Mode::HoldSafe && self.owed.node != NodeId::SIM;
             found.extend(if holds { self.stands_in_time(zero) } else { None });
         }
+        found.extend(if self.fate == Fate::Full { self.held_up() } else { None });
         found
     }
 
-    fn mode_changes(&self, zero: Micros) -> Vec<Finding> {
+    /// A log that cannot be written holds up nothing: reports go on coming, and the plant is driven under its lease.
+    fn held_up(&self) -> Option<Finding> {
+        let (from, to) = (self.killed, self.runs.min(self.evidence.duration));
+        let limit = self.evidence.bounds.freshness_ms * 1000;
+        let mine = self.line.accepted.iter().filter(|(_, record)| record.node == NodeId::UNIT_A);
+        let reports = mine.map(|(at, _)| *at).filter(|at| (from..to).contains(at));
+        let marks: Vec<Micros> = std::iter::once(from).chain(reports).chain([to]).collect();
+        let silent = marks.windows(2).find(|pair| pair[1] - pair[0] > limit);
+        let let_go = || self.line.truth.iter().find(|t| (from..to).contains(&t.at) && !t.leased && self.drives(t.at));
+        let what = |at: Micros, what: &str| finding(Property::P2, at, format!("{what} while no log could be written"));
+        silent.map(|pair| what(pair[1], "no report")).or_else(|| let_go().map(|t| what(t.at, "no set-point")))
+    }
+
+    fn drives(&self, at: Micros) -> bool {
+        matches!(self.line.mode_at(at), Mode::Ready | Mode::PrepareToAct | Mode::Degraded)
+    }
+
+    /// When a bound that counts from `zero` ends, if the process does not run again before.
+    fn due(&self, zero: Micros, bound: Option<fn(&Bounds) -> u64>) -> Option<Micros> {
+        Some(zero + bound?(&self.evidence.bounds) * 1000).filter(|at| *at <= self.runs)
+    }
+
+    /// Whether there was anything to respond to.
+    fn owes(&self) -> bool {
+        let Some(zero) = self.zero else { return false };
+        if self.fate == Fate::Full {
+            return true;
+        }
+        if self.unit_dead() {
+            return self.due(zero, Some(owed::th)).is_some() || self.lapsed();
+        }
+        self.due(zero, self.owed.restricted).is_some() || self.due(zero, self.owed.settled).is_some()
+    }
+
+    /// Whether the unit did not run for as long as its supervision lease, and runs again.
+    fn lapsed(&self) -> bool {
         let b = &self.evidence.bounds;
-        let due = |ms: Option<fn(&Bounds) -> u64>| Some(zero + ms?(b) * 1000).filter(|at| *at <= self.runs);
+        self.runs < self.evidence.duration && self.runs - self.killed > (b.lease_ms + b.control_period_ms) * 1000
+    }
+
+    fn mode_changes(&self, zero: Micros) -> Vec<Finding> {
+        let due = |bound: Option<fn(&Bounds) -> u64>| self.due(zero, bound);
         let mut found = Vec::new();
         if let Some(at) =
             due(self.owed.restricted).max(due(self.owed.settled)).filter(|at| *at > self.evidence.duration)
@@ -406,11 +344,9 @@ impl Death<'_> {
     /// A unit that did not run for as long as its supervision lease holds at its first judgement; one that was started
     /// again is idle.
     fn holds_when_it_runs_again(&self) -> Option<Finding> {
-        let b = &self.evidence.bounds;
         let at = self.runs.checked_add(judgement(self.evidence)).filter(|at| *at <= self.evidence.duration)?;
-        let lapsed = self.runs - self.killed > (b.lease_ms + b.control_period_ms) * 1000;
         let mode = self.line.mode_at(at);
-        let loose = lapsed && !matches!(mode, Mode::HoldSafe | Mode::Idle);
+        let loose = self.lapsed() && !matches!(mode, Mode::HoldSafe | Mode::Idle);
         let what = || format!("{} after {} ms in which it did not run", mode.name(), (self.runs - self.killed) / 1000);
         loose.then(|| finding(Property::P3, at, what()))
     }

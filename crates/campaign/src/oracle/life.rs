@@ -1,4 +1,4 @@
-//! Receipts of what befell processes: a kill, a hang, a share of the time.
+//! Receipts of what befell processes: a kill, a hang, a share of the time, a full disk.
 //!
 //! Who did it says so; that it was so is seen at the process. What it writes itself, and what the mouth of its core was fed,
 //! are both its marks. The broker has no core and writes next to nothing: it is heard of by the streams that lead to it.
@@ -10,6 +10,7 @@ use wire::stream::Sight;
 
 use super::plan::Window;
 use super::{Evidence, Micros, Witnessed};
+use crate::evidence::by_recorder;
 
 /// How long after a process is stopped a mark of it may still be made.
 const UNDER_WAY: Micros = 20_000;
@@ -74,6 +75,30 @@ pub(super) fn suspended(evidence: &Evidence, wanted: NodeId, window: Window) -> 
     let broker = wanted == NodeId::BROKER;
     let was = if broker { held_up(evidence, &stops) } else { stood_still(evidence, wanted, &stops) };
     was.then_some(from)
+}
+
+/// That the recorder's disk was full counts when the recording grew before, and did not from then on although there was
+/// something to write; and grew again where there was room again before the end.
+pub(super) fn filled(evidence: &Evidence, wanted: NodeId, window: Window) -> Option<Micros> {
+    let told = |wanted_on: bool, after: Micros| {
+        let turned = move |w: &&Witnessed| match w.entry.event {
+            Event::DiskFull { node, on } => node == wanted && on == wanted_on && w.at >= after,
+            _ => false,
+        };
+        evidence.entries.iter().filter(turned).map(|w| w.at)
+    };
+    let from = told(true, 0).find(|at| window.has(*at))?;
+    let freed = told(false, from).find(|at| *at < evidence.duration);
+    let to = freed.unwrap_or(evidence.duration);
+    let quiet = from + LAST_WORDS;
+    let grew = |from: Micros, to: Micros| {
+        let kept = |w: &Witnessed| matches!(w.entry.event, Event::Kept { .. }) && w.entry.node == NodeId::CAMPAIGN;
+        evidence.entries.iter().any(|w| w.at > from && w.at < to && kept(w))
+    };
+    let due = |w: &&Witnessed| w.at > quiet && w.at < to && w.entry.node != wanted && by_recorder(w.entry.node);
+    let something = evidence.entries.iter().filter(due).count() as u64 >= TELLING;
+    let again = freed.is_none_or(|at| grew(at, at.saturating_add(AROUND)));
+    (grew(from.saturating_sub(AROUND), from) && something && !grew(quiet, to) && again).then_some(from)
 }
 
 /// The stops of a slow process within `span`.

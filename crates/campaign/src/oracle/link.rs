@@ -79,7 +79,7 @@ pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
                 continue;
             }
             // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
-            let mode = line.mode_at(demise::can_judge(evidence, before + th));
+            let mode = line.mode_at(demise::can_judge(evidence, NodeId::UNIT_A, before + th));
             if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
                 let what = format!("nothing timely at {node} for {} ms and still {}", th / 1000, mode.name());
                 found.push(finding(Property::P3, before + th, what));

@@ -37,6 +37,8 @@ pub enum Planned {
     Kill(NodeId),
     /// A process was to be kept from running.
     Suspend(NodeId),
+    /// The disk of a process was to be full.
+    Fill(NodeId),
     /// A named step was to begin.
     Step(StepName),
 }

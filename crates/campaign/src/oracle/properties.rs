@@ -5,13 +5,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use wire::command::CommandKind;
 use wire::event::{Event, FaultKind, Freshness, Sensor};
-use wire::id::{RecordId, UnitId};
+use wire::id::{NodeId, RecordId, UnitId};
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
 use super::receipt::{Befallen, Receipt};
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, content, finding, link, planes};
+use super::{Evidence, Finding, Micros, Property, content, demise, finding, link, planes};
 
 /// What one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.
@@ -26,7 +26,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(acts(evidence, line));
     found.extend(subsystem_loss(evidence, line, receipt));
     found.extend(link::trust(evidence, line, receipt));
-    found.extend(plant_obeys_hold(line));
+    found.extend(plant_obeys_hold(evidence, line));
     found.extend(geofence(line));
     found.extend(content::check(evidence, line));
     found.extend(display(evidence, line));
@@ -98,13 +98,13 @@ fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Ve
     .collect()
 }
 
-/// P3's other half: HOLD_SAFE is believed from the plant, not from the unit.
-fn plant_obeys_hold(line: &Timeline) -> Vec<Finding> {
+/// P3's other half: HOLD_SAFE is believed from the plant, not from the unit. A plant whose world was stopped obeys once that goes on.
+fn plant_obeys_hold(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let holds = line.changes.iter().filter(|c| c.to == Mode::HoldSafe);
     holds
         .filter_map(|hold| {
             let until = line.first_change(hold.at + 1, |_| true).map_or(Micros::MAX, |c| c.at);
-            let after = hold.at + 500_000;
+            let after = demise::can_judge(evidence, NodeId::SIM, hold.at + 500_000);
             let moving = line.truth.iter().find(|t| t.at >= after && t.at < until && t.set_speed.abs() > STANDING)?;
             let what = format!("HOLD_SAFE, and the plant still follows {} mm/s", moving.set_speed);
             Some(finding(Property::P3, moving.at, what))

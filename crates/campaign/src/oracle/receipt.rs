@@ -90,6 +90,7 @@ fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]
         Planned::Action(action) => datagram(evidence, action, window),
         Planned::Kill(node) => life::killed(evidence, node, window),
         Planned::Suspend(node) => life::suspended(evidence, node, window),
+        Planned::Fill(node) => life::filled(evidence, node, window),
         Planned::Rogue => orders::receipt(evidence, window),
         Planned::Stream(deed) => stream::receipt(evidence, deed, window),
         Planned::Broker(action) => planes::broker(evidence, action, window),

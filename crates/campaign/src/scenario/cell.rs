@@ -8,7 +8,7 @@ use super::fault::{Ending, Kill, Process};
 use super::operator::{DisplayedState, Step, Verb};
 use super::set::Settings;
 use super::step::When;
-use super::value::{Label, List, Located, Name, Real};
+use super::value::{Label, List, Located, Name, Real, Whole};
 use crate::trial::Outcome;
 
 /// When a process is killed at the earliest, seconds: authority is held by then, also where arming took a second try.
@@ -24,6 +24,9 @@ const KILL_DURATION_S: f64 = 10.5;
 const SUSPENDED_S: f64 = 3.0;
 /// The share of the time that a slow one has.
 const SLOW_QUOTA: f64 = 0.25;
+/// Its period. The operator acts on a grid of 100 ms and the change of mode follows at once: a quota's own 100 ms would put
+/// every later order just behind a stop, and a slow broker would hold up nothing.
+const SLOW_PERIOD_MS: i64 = 90;
 /// When the operator asks for a HOLD through a broker that does nothing, seconds: after every change of mode.
 const LATE_HOLD_S: f64 = 7.4;
 
@@ -134,6 +137,7 @@ impl Scenario {
         scenario.kill = List::of([Kill {
             duration_s: Real::nearest(if suspends { SUSPENDED_S } else { 0.0 }),
             quota: (ending == Ending::Slow).then(|| Located::nowhere(Real::nearest(SLOW_QUOTA))),
+            period_ms: Whole::new(SLOW_PERIOD_MS).expect("invariant: within its range"),
             step: Some(Located::nowhere(Name::constant("end"))),
             when: Some(Located::nowhere(when)),
             ..Kill::of(process, ending)

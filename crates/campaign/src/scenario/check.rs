@@ -66,10 +66,13 @@ fn kills(s: &Scenario) -> Vec<Finding> {
             Ending::Kill if lasts => {
                 found.push(finding(&kill.at_s, "a kill has no duration", "take `duration_s` out, or say hang or slow"));
             }
-            Ending::Hang | Ending::Slow if !lasts => {
+            Ending::Hang | Ending::Slow | Ending::Full if !lasts => {
                 found.push(finding(&kill.at_s, "this ends again, and nothing says when", "add `duration_s`"));
             }
-            Ending::Kill | Ending::Hang | Ending::Slow => {}
+            Ending::Full if kill.process != Process::Recorder => {
+                found.push(finding(&kill.at_s, "only the recorder has a disk", "say `process = \"recorder\"`"));
+            }
+            Ending::Kill | Ending::Hang | Ending::Slow | Ending::Full => {}
         }
         match (&kill.quota, kill.ending) {
             (None, Ending::Slow) => {
@@ -78,10 +81,10 @@ fn kills(s: &Scenario) -> Vec<Finding> {
             (Some(quota), Ending::Slow) if quota.get() <= 0.0 || quota.get() >= 1.0 => {
                 found.push(finding(quota, "not a share of the time", "use a number above 0 and below 1"));
             }
-            (Some(quota), Ending::Kill | Ending::Hang) => {
+            (Some(quota), Ending::Kill | Ending::Hang | Ending::Full) => {
                 found.push(finding(quota, "a quota is for a slow process", "take it out, or say `ending = \"slow\"`"));
             }
-            (Some(_), Ending::Slow) | (None, Ending::Kill | Ending::Hang) => {}
+            (Some(_), Ending::Slow) | (None, Ending::Kill | Ending::Hang | Ending::Full) => {}
         }
         if let Some(restart) = &kill.restart_after_s
             && (kill.ending != Ending::Kill || kill.process != Process::Autonomy)

@@ -90,14 +90,14 @@ impl FaultKind {
 }
 
 timed! {
-    /// A process that ends, hangs or is slow.
+    /// A process that ends, hangs, is slow or finds its disk full.
     Kill lasts duration_s {
         /// Which one.
         process: Process,
         /// How.
         #[serde(default)]
         ending: Ending,
-        /// How long it hangs or is slow.
+        /// How long it hangs, is slow, or has no room on its disk.
         #[serde(default)]
         duration_s: Seconds,
         /// For a slow one: the share of each period for which it runs. For the rest it is stopped, whatever it would do.
@@ -163,6 +163,8 @@ pub enum Ending {
     Hang,
     /// It runs for a share of the time.
     Slow,
+    /// It runs, and its disk takes nothing more for a time. The recorder only.
+    Full,
 }
 
 fn quota_period() -> Whole<10, 10_000> {

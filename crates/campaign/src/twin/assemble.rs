@@ -61,6 +61,7 @@ pub fn assemble(cast: &Cast, seed: u64, guard: Requirement, mouths: bool) -> Res
         spare: cast.members.iter().filter(|m| restarts(cast, m.node())).cloned().collect(),
         ordeals: cast.ordeals.clone(),
         watched: cast.watched(),
+        fills: cast.fills(),
         cues: cast.cues.clone(),
         mouths,
         verified,

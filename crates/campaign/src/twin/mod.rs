@@ -8,6 +8,7 @@ pub mod clock;
 mod command;
 pub mod cost;
 pub mod delay;
+mod disk;
 mod guard;
 pub mod net;
 pub mod part;
@@ -31,6 +32,7 @@ use wire::time::Instant;
 use clock::HostClock;
 use command::{Along, Relayed};
 use delay::Delays;
+use disk::Disk;
 use guard::Guard;
 use net::Association;
 use part::Part;
@@ -133,6 +135,8 @@ pub struct Twin {
     /// When the last thing from one node to another arrives: channels and sockets keep their order.
     latest: Vec<Micros>,
     processes: Processes,
+    /// The recorder's disk, where it is to be full for a time.
+    disk: Option<Disk>,
     cues: Watch,
     log: Vec<Logged>,
     journal: Journal,
@@ -165,6 +169,8 @@ pub struct Assembly {
     pub spare: Vec<Member>,
     /// Processes whose mouths are watched for being kept from running.
     pub watched: Vec<NodeId>,
+    /// Whether the recorder's disk is to be full for a time.
+    pub fills: bool,
     /// Steps that wait for what the instrument plane tells.
     pub cues: Vec<Cue>,
     /// Whether to keep what every core was fed and gave back.
@@ -199,6 +205,7 @@ impl Twin {
             commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret)),
             delays: assembly.delays,
             processes: Processes::new(assembly.ordeals, assembly.spare, &assembly.watched),
+            disk: assembly.fills.then(Disk::new),
             cues: Watch::new(&assembly.cues),
             log: Vec::new(),
             journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), None),
@@ -245,6 +252,7 @@ impl Twin {
             commands: self.commands.as_ref().map(Relayed::fork),
             delays: self.delays.clone(),
             processes: self.processes.clone(),
+            disk: self.disk.clone(),
             cues: self.cues.clone(),
             latest: self.latest.clone(),
             log: self.log.clone(),
@@ -265,6 +273,11 @@ impl Twin {
     /// Every audit entry so far, in the order in which it was written.
     pub fn log(&self) -> &[Logged] {
         &self.log
+    }
+
+    /// Whether the recorder's disk takes nothing, and so the recording lacks what came last.
+    pub fn cut_short(&self) -> bool {
+        self.disk.as_ref().is_some_and(Disk::full)
     }
 
     /// The log and the stopwatch of a twin that has ended.
@@ -363,6 +376,7 @@ impl Twin {
     /// Something comes to a node, which takes it at once, or when it runs again.
     fn take(&mut self, node: NodeIndex, input: Input) {
         let Some(Happening::Input(input)) = self.keep(node, Happening::Input(input)) else { return };
+        let Some(input) = self.written(input) else { return };
         if let Input::Published { bytes, .. } = &input {
             self.note_delivered(node, bytes);
         }
@@ -474,7 +488,7 @@ impl Twin {
 
     fn publish_bus(&mut self, node: NodeIndex, at: Micros, topic: Topic, bytes: &[u8]) {
         // The live publisher refuses it too.
-        if bytes.len() > topic.max_len() {
+        if bytes.len() > topic.max_len() || !self.flushed(node, topic) {
             return;
         }
         let Node { host, seat, .. } = self.nodes[usize::from(node)];

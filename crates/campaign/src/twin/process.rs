@@ -1,4 +1,4 @@
-//! What befalls the processes of a twin: they end, are kept from running, are started again; and the calls to steps that
+//! What befalls the processes of a twin: they end, are kept from running, find their disk full, are started again; and the calls to steps that
 //! wait for something on the instrument plane.
 //!
 //! A process that does not run is fed nothing and wakes at no deadline, while its host's clock goes on. What comes for it
@@ -105,7 +105,11 @@ impl Twin {
                 let end = self.processes.begun[i].unwrap_or(self.now) + lasts;
                 self.alternate(i, ordeal, turn, how, end);
             }
-            (Turn::Halt | Turn::Release, OrdealKind::Kill { .. }) => {}
+            (Turn::Release, OrdealKind::Fill { .. }) => {
+                self.fill(ordeal.node, false);
+                self.tell_step(ordeal, false);
+            }
+            (Turn::Halt, OrdealKind::Fill { .. }) | (Turn::Halt | Turn::Release, OrdealKind::Kill { .. }) => {}
         }
     }
 
@@ -120,6 +124,10 @@ impl Twin {
             OrdealKind::Suspend { how, lasts } => {
                 self.note(Event::Suspended { node: ordeal.node, how, on: true });
                 self.alternate(i, ordeal, Turn::Halt, how, self.now + lasts);
+            }
+            OrdealKind::Fill { lasts } => {
+                self.fill(ordeal.node, true);
+                self.turn_at(i, Turn::Release, self.now + lasts);
             }
         }
     }
@@ -238,6 +246,7 @@ impl Twin {
     fn restart(&mut self, id: NodeId) {
         let member = self.processes.spare.iter().find(|m| m.node() == id).cloned();
         let (Some(member), Some(node)) = (member, self.index(id)) else { return };
+        let member = member.again(self.now);
         let boot = Boot(member.setup.boot.0 + 1);
         let setup = Setup { boot, verified: Some(self.verified.clone()), ..member.setup };
         // The same setup made the first one.

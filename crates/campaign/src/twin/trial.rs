@@ -50,6 +50,7 @@ pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     twin.run_until(cast.duration);
     twin.finish(GRACE);
     let signatures = twin.signatures();
+    let cut_short = twin.cut_short();
     let (mut log, mut stopwatch) = twin.into_log();
     if let Some(stopwatch) = &mut stopwatch {
         stopwatch.enter(Stage::Judging);
@@ -58,7 +59,11 @@ pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     if let Some(hands) = cast.hands() {
         tamper(&hands, &mut log);
     }
-    let evidence = evidence(&cast, setup, &log, &held);
+    let mut evidence = evidence(&cast, setup, &log, &held);
+    if cut_short {
+        // As live: read from what the mouths of the others saw, and no recording to hold against anything.
+        evidence.custody.clear();
+    }
     let verdict = judge(&evidence);
     Run { cast, log, held, evidence, verdict, signatures, stopwatch }
 }

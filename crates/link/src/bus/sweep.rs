@@ -4,7 +4,7 @@ use std::io;
 use std::path::Path;
 
 /// Where the kernel keeps shared-memory files.
-const SHARED_MEMORY: &str = "/dev/shm";
+pub const SHARED_MEMORY: &str = "/dev/shm";
 
 /// A prefix that names one run and nothing else: `hs_`, then 3 to 40 lower-case letters, digits or `_`.
 pub fn checked_prefix(prefix: &str) -> Option<&str> {
@@ -35,6 +35,15 @@ pub fn sweep(prefix: &str, root: &Path) -> io::Result<usize> {
     }
 }
 
+/// Whether a process has shared memory of the domain `prefix` mapped: one that was stopped has, too. Of processes whose maps
+/// this user may not read nothing is known; they are another user's.
+pub fn mapped(prefix: &str) -> bool {
+    let wanted = format!("{SHARED_MEMORY}/{prefix}");
+    let maps = |process: io::Result<std::fs::DirEntry>| std::fs::read_to_string(process?.path().join("maps"));
+    let Ok(processes) = std::fs::read_dir("/proc") else { return true };
+    processes.map(maps).any(|maps| maps.is_ok_and(|maps| maps.contains(&wanted)))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -46,5 +55,18 @@ mod tests {
             assert!(checked_prefix(prefix).is_none(), "{prefix}");
             assert!(sweep(prefix, Path::new("/nonexistent-root")).is_err());
         }
+    }
+
+    #[test]
+    fn shared_memory_counts_as_mapped_as_long_as_a_process_has_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let prefix = format!("hs_t{:x}_mapped_", std::process::id());
+        assert!(!mapped(&prefix));
+        let domain = crate::bus::Domain::new(folder.path(), &prefix).unwrap();
+        let publisher = domain.publisher("vehicle", wire::core::Topic::Seals).unwrap();
+        assert!(mapped(&prefix));
+        drop((publisher, domain));
+        assert!(!mapped(&prefix));
+        sweep(&prefix, &folder.path().join("root")).unwrap();
     }
 }

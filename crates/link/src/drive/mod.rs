@@ -156,9 +156,7 @@ impl Driver {
                 if self.tells && wire::audit::is_awaited(&frame.bytes) {
                     say("entry", &json!(frame.bytes));
                 }
-                if self.outlets.record(&frame) {
-                    self.feed(&Input::Audit { bytes: frame.bytes });
-                }
+                self.outlets.record(frame);
             }
             Wake::Observed(observation) => self.outlets.observed(&observation),
             Wake::Control(Control::Quiesce) => self.feed(&Input::Quiesce),
@@ -170,6 +168,7 @@ impl Driver {
             Wake::Deadline => self.deadline(),
             Wake::Flush => self.outlets.flush(),
         }
+        self.feed_recorded();
         false
     }
 
@@ -183,6 +182,13 @@ impl Driver {
                 self.late_us = self.late_us.max(now.since(at).0);
             }
             self.feed(&Input::Timeout);
+        }
+    }
+
+    /// What is written now and was not before: a recorder hears of nothing else.
+    fn feed_recorded(&mut self) {
+        while let Some(bytes) = self.outlets.recorded() {
+            self.feed(&Input::Audit { bytes });
         }
     }
 

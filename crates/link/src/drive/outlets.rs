@@ -197,9 +197,16 @@ impl Outlets {
         self.sessions.remove(&session);
     }
 
-    /// Writes an audit frame to the recording; false when it is on no file.
-    pub(super) fn record(&mut self, frame: &Frame) -> bool {
-        self.recording.as_mut().is_some_and(|recording| recording.write(frame))
+    /// Writes an audit frame to the recording, or lets it wait there.
+    pub(super) fn record(&mut self, frame: Frame) {
+        if let Some(recording) = &mut self.recording {
+            recording.receive(frame);
+        }
+    }
+
+    /// The next audit entry that has come into the recording.
+    pub(super) fn recorded(&mut self) -> Option<Vec<u8>> {
+        self.recording.as_mut()?.written()
     }
 
     pub(super) fn note_input(&mut self, now: Instant, input: &Input) {
@@ -294,7 +301,7 @@ impl Outlets {
         self.last_entry.clone_from(&bytes);
         let frame = Frame { trace_us: trace_us(), node: self.node, bytes };
         if let Some(recording) = &mut self.recording {
-            recording.write(&frame);
+            recording.write(frame);
         } else if let Some(instrument) = &mut self.instrument {
             instrument.push(frame);
         } else {

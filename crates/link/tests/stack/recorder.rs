@@ -9,7 +9,9 @@ use link::bus::sweep::sweep;
 use link::clock::{HostClock, trace_us};
 use link::instrument::{Frame, Instrument};
 use link::mouth::{Entry, Reader};
+use link::recorded;
 use link::spec::{BusSpec, ChannelSpec, Control, ORPHANED, RecorderSpec, ServiceSpec};
+use rustix::process::{Resource, Rlimit};
 use tokio::sync::mpsc;
 use wire::audit::{Entry as AuditEntry, Journal};
 use wire::core::{Input, Output, Topic};
@@ -53,9 +55,13 @@ fn launch(spec: ServiceSpec) -> Running {
 }
 
 fn frames(n: u64) -> Vec<Frame> {
+    written(n, Event::Started)
+}
+
+fn written(n: u64, event: Event) -> Vec<Frame> {
     let mut journal = Journal::new(NodeId::SIM, Boot(1), None);
     let mut out = std::collections::VecDeque::new();
-    (0..n).for_each(|at| journal.write(Instant(at), Event::Started, &mut out));
+    (0..n).for_each(|at| journal.write(Instant(at), event, &mut out));
     let bytes = |output| if let Output::Audit { bytes } = output { bytes } else { panic!("{output:?}") };
     out.into_iter().map(|o| Frame { trace_us: trace_us(), node: NodeId::SIM, bytes: bytes(o) }).collect()
 }
@@ -97,6 +103,59 @@ fn wait_for(directory: &Path, n: usize) -> usize {
         }
         std::thread::yield_now();
     }
+}
+
+/// Lets the process write files of so many bytes, from now on.
+fn limit(child: &Child, bytes: Option<u64>) {
+    let pid = rustix::process::Pid::from_raw(child.id() as i32);
+    let maximum = rustix::process::getrlimit(Resource::Fsize).maximum;
+    rustix::process::prlimit(pid, Resource::Fsize, Rlimit { current: bytes, maximum }).unwrap();
+}
+
+#[test]
+fn a_recorder_that_may_write_nothing_lives_and_loses_nothing_once_it_may_again() {
+    let directory = tempfile::tempdir().unwrap();
+    let mut spec = spec(directory.path(), Boot(1));
+    let recorder = spec.recorder.as_mut().unwrap();
+    // It says of each step that it has got it, whether or not it can write it down.
+    (recorder.tell, recorder.directory) = (true, directory.path().join("record"));
+    let mut running = launch(spec);
+    let mut instrument = Instrument::start(directory.path().join("audit")).unwrap();
+    let step = Event::Step { step: wire::step::StepName::new("cut").unwrap(), begun: true };
+    let sent = written(60, step);
+    let mut send = |range: std::ops::Range<usize>| {
+        sent[range.clone()].iter().for_each(|frame| instrument.push(frame.clone()));
+        let heard = running.lines.by_ref().map(Result::unwrap).filter(|line| line.starts_with("entry "));
+        assert_eq!(heard.take(range.len()).count(), range.len());
+    };
+    let on_file = || -> usize {
+        let frames = recorded::frames(&directory.path().join("record")).unwrap_or_default();
+        frames.iter().filter(|frame| frame.node == NodeId::SIM).count()
+    };
+    send(0..20);
+    while on_file() < 20 {
+        std::thread::yield_now();
+    }
+    limit(&running.child, Some(0));
+    send(20..60);
+    assert_eq!(on_file(), 20, "the kernel refuses the rest");
+    limit(&running.child, rustix::process::getrlimit(Resource::Fsize).current);
+    while on_file() < 60 {
+        std::thread::yield_now();
+    }
+    running.child.stdin.as_mut().unwrap().write_all(Control::Finish.line().as_bytes()).unwrap();
+    let last = running.lines.map(Result::unwrap).find(|line| line.starts_with("stats ")).unwrap();
+    let stats: serde_json::Value = serde_json::from_str(last.trim_start_matches("stats ")).unwrap();
+    assert_eq!(stats["links"]["recording"]["lost"], 0);
+    assert!(running.child.wait().unwrap().success());
+    let kept = recorded::frames(&directory.path().join("record")).unwrap();
+    let mut chains = wire::audit::Chains::default();
+    assert!(kept.iter().all(|frame| chains.follow(&frame.bytes).is_ok()), "each once, in order");
+    let last = kept.iter().rev().find_map(|frame| match AuditEntry::decode(&frame.bytes).unwrap().event {
+        Event::Sealed { entries, .. } => Some(entries),
+        _ => None,
+    });
+    assert_eq!(last, Some(60));
 }
 
 #[test]

@@ -36,7 +36,7 @@ impl Revocation {
 pub struct Mandate {
     /// Who.
     pub who: NodeId,
-    /// Until so many milliseconds after the start of whoever judges it.
+    /// Until so many milliseconds after the start of whoever judges it. Who starts a judge again takes off what has passed.
     pub until_ms: u64,
 }
 

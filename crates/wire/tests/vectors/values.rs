@@ -607,6 +607,8 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ("associated", Event::Associated { association: 3, peer: PeerId::UNIT_A }),
         ("halted", Event::Halted { node: NodeId::PERCEPTION, on: true }),
         ("ran", Event::Ran { node: NodeId::PERCEPTION }),
+        ("disk-full", Event::DiskFull { node: NodeId::RECORDER, on: true }),
+        ("kept", Event::Kept { bytes: 70_000 }),
         (
             "mouth-saw",
             Event::MouthSaw { reader: NodeId::UNIT_A, at: Interface::Bus(Topic::Tracks), length: 340, hash: 1 << 40 },
