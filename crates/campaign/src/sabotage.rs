@@ -52,7 +52,11 @@ fn is_claim(w: &Witnessed) -> bool {
         Event::Started | Event::Count { .. } | Event::Signed { .. } => false,
         Event::Fault { .. } => node == NodeId::SIM,
         Event::Ended { killed, .. } => killed && node == NodeId::CAMPAIGN,
-        Event::Suspended { .. } | Event::Halted { .. } | Event::DiskFull { .. } | Event::Step { .. } if node == NodeId::CAMPAIGN => true,
+        Event::Suspended { .. } | Event::Halted { .. } | Event::DiskFull { .. } | Event::Step { .. }
+            if node == NodeId::CAMPAIGN =>
+        {
+            true
+        }
         _ => adversary,
     }
 }

@@ -95,7 +95,11 @@ pub fn main() -> ExitCode {
         let _ = nix::sys::signal::kill(nix::unistd::Pid::from_raw(pid), nix::sys::signal::Signal::SIGKILL);
     }
     pause(STEP);
-    if done { remains.remove() } else { remains.remove_all() }
+    if done {
+        remains.remove()
+    } else {
+        remains.remove_all()
+    }
     if let Ok(mark) = mark {
         mark.clear();
     }

@@ -79,7 +79,8 @@ pub fn remove() -> std::io::Result<Leftovers> {
     let mut found = Leftovers::default();
     for entry in std::fs::read_dir(SHARED_MEMORY)? {
         let path = entry?.path();
-        let named = path.file_name().and_then(|n| n.to_str()).is_some_and(|n| n.starts_with("hs_") && n.ends_with(MARK));
+        let named =
+            path.file_name().and_then(|n| n.to_str()).is_some_and(|n| n.starts_with("hs_") && n.ends_with(MARK));
         let Some((mark, remains)) = named.then(|| abandoned(&path)).flatten() else { continue };
         if mapped(&remains.prefix) {
             found.held += 1;

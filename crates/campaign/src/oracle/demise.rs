@@ -152,7 +152,8 @@ fn runs_again(evidence: &Evidence, w: &Witnessed) -> Micros {
 /// When `wanted` could next judge or do anything: `at`, or one judgement after it runs again where it hung then.
 pub(super) fn can_judge(evidence: &Evidence, wanted: NodeId, at: Micros) -> Micros {
     let hung = evidence.entries.iter().filter(|w| {
-        matches!(w.entry.event, Event::Suspended { node, how: Suspension::Hang, on: true } if node == wanted) && w.at <= at
+        matches!(w.entry.event, Event::Suspended { node, how: Suspension::Hang, on: true } if node == wanted)
+            && w.at <= at
     });
     let judges = hung.map(|w| runs_again(evidence, w)).max().map(|runs| runs + judgement(evidence));
     at.max(judges.unwrap_or(0))

@@ -26,7 +26,7 @@ const SUSPENDED_S: f64 = 3.0;
 const SLOW_QUOTA: f64 = 0.25;
 /// Its period. The operator acts on a grid of 100 ms and the change of mode follows at once: a quota's own 100 ms would put
 /// every later order just behind a stop, and a slow broker would hold up nothing.
-const SLOW_PERIOD_MS: i64 = 90;
+const SLOW_PERIOD_MS: i64 = 110;
 /// When the operator asks for a HOLD through a broker that does nothing, seconds: after every change of mode.
 const LATE_HOLD_S: f64 = 7.4;
 

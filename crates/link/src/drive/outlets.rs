@@ -57,6 +57,8 @@ pub(super) struct Outlets {
     recording: Option<Recording>,
     /// The last audit entry: what this process itself says of how far its chain went.
     last_entry: Vec<u8>,
+    /// Whether buffered logs could not be handed over the last time.
+    unflushed: bool,
     undeliverable: u64,
 }
 
@@ -87,6 +89,7 @@ impl Outlets {
             instrument: None,
             recording: None,
             last_entry: Vec::new(),
+            unflushed: false,
             undeliverable: 0,
         };
         this.open_instruments(spec, senders)?;
@@ -313,7 +316,12 @@ impl Outlets {
     pub(super) fn flush(&mut self) {
         let mouth = self.mouth.as_mut().map_or(Ok(()), mouth::Writer::flush);
         let observations = self.observations.as_mut().map_or(Ok(()), |log| log.out.flush());
-        if let Err(error) = mouth.and(observations) {
+        let flushed = mouth.and(observations);
+        let failed = std::mem::replace(&mut self.unflushed, flushed.is_err());
+        // Told once: a full disk says the same ten times a second.
+        if let Err(error) = flushed
+            && !failed
+        {
             tracing::warn!(%error, "logs not flushed");
         }
     }
