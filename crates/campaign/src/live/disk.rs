@@ -15,8 +15,8 @@ pub(super) fn fill(pid: u32, full: bool) -> bool {
     let Some(pid) = i32::try_from(pid).ok().and_then(Pid::from_raw) else { return false };
     // Services inherit the launcher's own limit.
     let usual = getrlimit(Resource::Fsize);
-    let limit = if full { Rlimit { current: Some(0), maximum: usual.maximum } } else { usual.clone() };
-    let set = || prlimit(Some(pid), Resource::Fsize, limit.clone());
+    let limit = if full { Rlimit { current: Some(0), maximum: usual.maximum } } else { usual };
+    let set = || prlimit(Some(pid), Resource::Fsize, limit);
     // The second call gives what the first has set.
     set().and_then(|_| set()).is_ok_and(|now| now.current == limit.current)
 }

@@ -184,9 +184,9 @@ impl Stayed {
 
     /// Whether the recording lacks what came last: the recorder was dead or its disk full at the end.
     fn cut_short(&self) -> bool {
-        let disk = self.events.iter().rev().find_map(|(_, event)| match event {
-            Event::DiskFull { on, .. } => Some(*on),
-            _ => None,
+        let disk = self.events.iter().rev().find_map(|(_, event)| {
+            let Event::DiskFull { on, .. } = event else { return None };
+            Some(*on)
         });
         self.ended(NodeId::RECORDER) || disk == Some(true)
     }

@@ -151,9 +151,9 @@ fn a_recorder_that_may_write_nothing_lives_and_loses_nothing_once_it_may_again()
     let kept = recorded::frames(&directory.path().join("record")).unwrap();
     let mut chains = wire::audit::Chains::default();
     assert!(kept.iter().all(|frame| chains.follow(&frame.bytes).is_ok()), "each once, in order");
-    let last = kept.iter().rev().find_map(|frame| match AuditEntry::decode(&frame.bytes).unwrap().event {
-        Event::Sealed { entries, .. } => Some(entries),
-        _ => None,
+    let last = kept.iter().rev().find_map(|frame| {
+        let Event::Sealed { entries, .. } = AuditEntry::decode(&frame.bytes).unwrap().event else { return None };
+        Some(entries)
     });
     assert_eq!(last, Some(60));
 }

@@ -403,7 +403,7 @@ fn outputs() -> Vec<Named> {
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(60..62).chain(65..69)
+    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(60..62).chain(65..71)
 }
 
 fn entries() -> Vec<Named> {
