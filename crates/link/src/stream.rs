@@ -10,7 +10,7 @@ use std::os::fd::OwnedFd;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::pin::Pin;
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll, ready};
 
@@ -74,7 +74,8 @@ impl Sink {
                 *room = room.saturating_sub(bytes.len() as u64);
                 fits && file.write_all(&bytes).is_ok()
             }
-            Sink::Listener(to) => to.try_send(*sight).is_ok(),
+            // One who listens no more has heard what it wanted.
+            Sink::Listener(to) => !matches!(to.try_send(*sight), Err(TrySendError::Full(_))),
         }
     }
 }
