@@ -8,7 +8,8 @@ use campaign::evidence::{Logged, by_recorder, heads};
 use campaign::oracle::{Plan, Planned, Witnessed, judge};
 use campaign::sabotage::sabotage;
 use campaign::scenario::{self, DisplayedState, Ending, Process, Settings};
-use campaign::trial::Outcome;
+use campaign::stack;
+use campaign::trial::{Outcome, Trial};
 use campaign::twin::trial::Run;
 use holdsafe_tests::{root, shipped, variations};
 use wire::audit::Entry;
@@ -17,6 +18,8 @@ use wire::id::{Boot, NodeId};
 
 use adversary::insider::{InsiderRecorder, Kept};
 use adversary::plan::Tampering;
+
+use crate::SEEDS;
 
 /// N1: what the actors of each shipped scenario claim, in the log of the same trial in which nobody acted.
 #[test]
@@ -245,4 +248,60 @@ fn no_secret_of_a_run_is_in_what_is_held_of_it_or_in_its_log() {
             .iter()
             .any(|l| matches!(wire::audit::Entry::decode(&l.bytes).map(|e| e.event), Ok(Event::Signed { .. })))
     );
+}
+
+/// Every trial of one cell of `passive_observer`, within its expected classes.
+fn observed(cell: &str) -> Vec<Trial> {
+    let scenario = scenario::load(&root().join("scenarios/passive_observer.toml")).expect("it loads");
+    let variation = scenario.variations(None).into_iter().find(|v| v.cell.as_deref() == Some(cell)).expect("a cell");
+    let expected = &variation.scenario.expected;
+    let trials = SEEDS.map(|seed| stack::trial(&variation.scenario, seed).expect("it runs"));
+    let told = trials.inspect(|t| assert!(expected.contains(&t.outcome), "{cell}: {:?} {:?}", t.outcome, t.findings));
+    told.collect()
+}
+
+#[test]
+fn who_sees_every_byte_of_the_telemetry_link_reads_nothing_but_the_certificates_of_its_ends() {
+    for trial in observed("telemetry/path") {
+        assert_eq!(trial.findings.len(), 4, "{:?}", trial.findings);
+        for what in
+            ["the name of gateway", "the name of unit-", "the certificate of gateway", "the certificate of unit-"]
+        {
+            let told = format!("in the clear: {what}");
+            assert!(trial.findings.iter().any(|f| f.starts_with(&told)), "{told}: {:?}", trial.findings);
+        }
+        assert_eq!((trial.receipt, trial.accepted), (true, 16));
+    }
+}
+
+#[test]
+fn who_sees_every_byte_of_the_command_plane_reads_nothing_but_the_name_of_the_broker() {
+    for trial in observed("command/path") {
+        assert_eq!(trial.findings, ["in the clear: the name of broker"]);
+        assert_eq!((trial.receipt, trial.accepted), (true, 16));
+    }
+}
+
+#[test]
+fn where_a_link_protects_nothing_the_same_search_reads_every_word() {
+    let read = |cell: &str, what: &str| {
+        let counts = observed(cell).into_iter().map(|t| t.findings.iter().filter(|f| f.contains(what)).count());
+        counts.collect::<Vec<_>>()
+    };
+    for (cell, what, n) in [
+        ("telemetry/behind", "read: record ", 16),
+        ("telemetry/behind", "read: signed report ", 7),
+        ("telemetry/behind", "read: command nonce ", 7),
+        ("command/behind", "read: order ", 8),
+        ("command/behind", "read: acknowledgement ", 8),
+        ("command/behind", "read: reason ", 8),
+        ("command/behind", "read: a topic", 1),
+    ] {
+        assert_eq!(read(cell, what), [n; 3], "{cell}: {what}");
+    }
+    for cell in ["telemetry/behind", "command/behind"] {
+        for what in ["key", "secret"] {
+            assert_eq!(read(cell, what), [0; 3], "{cell}: what was not said is not found");
+        }
+    }
 }

@@ -36,7 +36,7 @@ fn code(text: &str) -> String {
 /// Files of a service crate that belong to its process, not to its core.
 fn is_process(file: &str) -> bool {
     let process = ["/process.rs", "/main.rs"];
-    let live_broker = ["broker/src/server.rs", "broker/src/tls.rs", "broker/src/gate.rs"];
+    let live_broker = ["broker/src/server.rs", "broker/src/tls.rs", "broker/src/gate.rs", "broker/src/watched.rs"];
     process.iter().chain(&live_broker).any(|end| file.ends_with(end))
 }
 

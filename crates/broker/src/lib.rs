@@ -9,6 +9,7 @@
 //!   or time. The twin routes with it.
 //! - [`server`] is the live broker, with its parts in [`tls`] (handshake, identity) and [`gate`] (what one connection may
 //!   do). TLS, identity, rights and bounds are ours; packets, sessions and routing are those of the `mqtt5` crate.
+//! - [`watched`] runs it between two real clients for one who wants to see what an observer sees.
 //! - [`audit`] says what happened there in the words of the audit log; [`process`] starts it from a service spec.
 //!
 //! The model and the live broker share [`acl`]; that they also agree on who receives is held by `tests/command_path`.
@@ -19,6 +20,7 @@ pub mod gate;
 pub mod process;
 pub mod server;
 pub mod tls;
+pub mod watched;
 
 use arrayvec::ArrayVec;
 use wire::core::Subject;

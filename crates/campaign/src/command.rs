@@ -15,6 +15,7 @@ mod failure;
 mod interrupt;
 mod kept;
 mod kill;
+mod leak;
 mod live;
 mod liveness;
 mod load;

@@ -221,6 +221,9 @@ pub struct Scenario {
     /// On the real stacks: strangers by the thousand.
     #[serde(default)]
     pub storm: List<stack::Storm, 64>,
+    /// On the real stacks: somebody who only looks.
+    #[serde(default)]
+    pub observe: List<stack::Observe, 64>,
     /// Publications that a hostile broker does not pass on.
     #[serde(default)]
     pub broker_drop: List<BrokerDrop, 16>,

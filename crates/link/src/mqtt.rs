@@ -43,6 +43,7 @@ pub const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::f
 #[derive(Debug, Default)]
 struct Counters {
     connected: AtomicU64,
+    subscribed: AtomicU64,
     published: AtomicU64,
     lost: AtomicU64,
     received: AtomicU64,
@@ -54,6 +55,8 @@ struct Counters {
 pub struct MqttStats {
     /// Connections the broker accepted.
     pub connected: u64,
+    /// Subscriptions that the broker answered.
+    pub subscribed: u64,
     /// Publications handed to the client library.
     pub published: u64,
     /// Publications lost: too long, or no room.
@@ -86,13 +89,25 @@ impl Mqtt {
         log: StreamLog,
         to: mpsc::Sender<Input>,
     ) -> Result<Self, PkiError> {
+        Ok(Self::over(tls::client(credential, broker, revocations)?, at, (own, broker), subjects, log, to))
+    }
+
+    /// The same with a TLS configuration that is there already. Must be called inside a tokio runtime.
+    pub fn over(
+        tls: rustls::ClientConfig,
+        at: LoopbackAddr,
+        (own, broker): (PeerId, PeerId),
+        subjects: Vec<Subject>,
+        log: StreamLog,
+        to: mpsc::Sender<Input>,
+    ) -> Self {
         let latest = Latest::default();
-        let options = options(at, own, broker, tls::client(credential, broker, revocations)?, log, latest.clone());
+        let options = options(at, own, broker, tls, log, latest.clone());
         let (client, events) = AsyncClient::builder(options).capacity(OUTBOUND).build();
         let (outbound, to_send) = mpsc::channel(OUTBOUND);
         let counters = Arc::new(Counters::default());
         let task = tokio::spawn(run(client, events, subjects, latest, to_send, to, counters.clone()));
-        Ok(Self { outbound, counters, task })
+        Self { outbound, counters, task }
     }
 
     /// Queues a publication, or loses it; both are counted.
@@ -107,6 +122,7 @@ impl Mqtt {
         let get = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         MqttStats {
             connected: get(&self.counters.connected),
+            subscribed: get(&self.counters.subscribed),
             published: get(&self.counters.published),
             lost: get(&self.counters.lost),
             received: get(&self.counters.received),
@@ -214,6 +230,7 @@ async fn poll(
                     Some(_) | None => add(&counters.refused),
                 }
             }
+            Ok(Event::Incoming(Packet::SubAck(_))) => add(&counters.subscribed),
             Ok(event) => tracing::trace!(?event, "mqtt"),
             Err(error) => {
                 tracing::debug!(%error, "broker not reached");

@@ -10,6 +10,7 @@ use std::os::fd::OwnedFd;
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 use std::pin::Pin;
+use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll, ready};
 
@@ -50,7 +51,34 @@ pub struct StreamSight {
 
 /// A process's log of its streams, each entry written through at once: there are few, and a killed process keeps them.
 #[derive(Clone, Debug)]
-pub struct StreamLog(Arc<Mutex<Option<(File, u64)>>>);
+pub struct StreamLog(Arc<Mutex<Option<Sink>>>);
+
+/// Where entries go.
+#[derive(Debug)]
+enum Sink {
+    /// Into a file with so much room left.
+    File(File, u64),
+    /// To one who listens in this process.
+    Listener(SyncSender<StreamSight>),
+}
+
+impl Sink {
+    /// Whether there was room for it.
+    fn take(&mut self, sight: &StreamSight) -> bool {
+        match self {
+            Sink::File(file, room) => {
+                let Ok(body) = minicbor::to_vec(sight) else { return true };
+                let mut bytes = (body.len() as u32).to_be_bytes().to_vec();
+                bytes.extend_from_slice(&body);
+                let fits = bytes.len() as u64 <= *room;
+                *room = room.saturating_sub(bytes.len() as u64);
+                fits && file.write_all(&bytes).is_ok()
+            }
+            // One who listens no more has heard what it wanted.
+            Sink::Listener(to) => !matches!(to.try_send(*sight), Err(TrySendError::Full(_))),
+        }
+    }
+}
 
 impl StreamLog {
     /// A log that keeps nothing.
@@ -68,7 +96,13 @@ impl StreamLog {
             std::fs::create_dir_all(folder)?;
         }
         let file = File::options().write(true).create_new(true).mode(0o600).open(path)?;
-        Ok(Self(Arc::new(Mutex::new(Some((file, LOG_BYTES))))))
+        Ok(Self(Arc::new(Mutex::new(Some(Sink::File(file, LOG_BYTES))))))
+    }
+
+    /// A log that is no file but is heard in this process, as long as at most `room` entries wait.
+    pub fn heard(room: usize) -> (Self, Receiver<StreamSight>) {
+        let (to, heard) = sync_channel(room);
+        (Self(Arc::new(Mutex::new(Some(Sink::Listener(to))))), heard)
     }
 
     /// Where the log of `node` is.
@@ -78,13 +112,7 @@ impl StreamLog {
 
     fn write(&self, sight: &StreamSight) {
         let mut log = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let Some((file, room)) = &mut *log else { return };
-        let Ok(body) = minicbor::to_vec(sight) else { return };
-        let mut bytes = (body.len() as u32).to_be_bytes().to_vec();
-        bytes.extend_from_slice(&body);
-        let fits = bytes.len() as u64 <= *room;
-        *room = room.saturating_sub(bytes.len() as u64);
-        if !fits || file.write_all(&bytes).is_err() {
+        if log.as_mut().is_some_and(|sink| !sink.take(sight)) {
             tracing::warn!("stream log ended");
             *log = None;
         }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, cost, kill, liveness, load, out, run, stages, window};
+use super::{Context, cost, kill, leak, liveness, load, out, run, stages, window};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -34,6 +34,8 @@ pub(super) enum Bench {
     Load(load::Args),
     /// The anti-replay window: late records that it refuses against what it lets in again, by width, loss and lateness.
     Window(window::Args),
+    /// How well lengths and times on the links tell the unit's mode, against chance, in the twin.
+    Leak(leak::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -72,6 +74,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Stages(args) => stages::run(context, args),
         Bench::Liveness(args) => liveness::run(context, args),
         Bench::Window(args) => window::run(context, args),
+        Bench::Leak(args) => leak::run(context, args),
         Bench::Twin(args) => cost::run(context, args),
         Bench::Load(args) => load::run(context, args),
     }

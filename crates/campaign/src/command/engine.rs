@@ -15,7 +15,7 @@ use crate::sabotage::sabotage;
 use crate::scenario::{Scenario, Setup};
 use crate::stages::Delays;
 use crate::trial::Trial;
-use crate::{judged, keep, stack, twin};
+use crate::{judged, keep, leak, stack, twin};
 
 /// The longest `replay.json` that is read.
 const MAX_REPLAY_BYTES: u64 = 1 << 20;
@@ -169,6 +169,13 @@ pub(super) fn twin_stages(scenario: &Scenario, setup: &Setup, seed: u64, to: &mu
     twin.run_until(cast.duration);
     to.take_twin(&cast, &twin);
     Ok(())
+}
+
+/// One trial in the twin as an observer of its links sees it, second by second.
+pub(super) fn twin_seconds(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<leak::Run, EngineError> {
+    let (cast, mut twin) = twin::trial::start(scenario, setup, seed, true).map_err(failed)?;
+    twin.run_until(cast.duration);
+    Ok(leak::Run::of_twin(seed, &cast, &twin))
 }
 
 /// Adds the stages of one live run.

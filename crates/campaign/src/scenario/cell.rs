@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Scenario;
-use super::fault::{Ending, Kill, Process};
+use super::fault::{Ending, Fault, Kill, Process};
 use super::operator::{DisplayedState, Step, Verb};
 use super::set::Settings;
 use super::step::When;
@@ -96,6 +96,21 @@ impl Scenario {
         scenario.duration_s = Located::nowhere(Real::nearest(duration_s));
         scenario.conditions.loss = Located::nowhere(Real::nearest(loss));
         scenario.expected = Located::nowhere(List::of([Outcome::Nominal, Outcome::FalseTrip]));
+        scenario
+    }
+
+    /// The same scenario, longer by `by_s`, in which operator and faults begin by as much later. Attacks on the links keep
+    /// their times.
+    pub fn later(&self, by_s: f64) -> Scenario {
+        let mut scenario = self.clone();
+        scenario.duration_s = Located::nowhere(Real::nearest(self.duration_s.get() + by_s));
+        let steps = self.operator.step.iter().cloned();
+        scenario.operator.step =
+            List::of(steps.map(|step| Step { at_s: Located::nowhere(Real::nearest(step.at_s.get() + by_s)), ..step }));
+        let faults = self.fault.iter().cloned();
+        scenario.fault = List::of(
+            faults.map(|fault| Fault { at_s: Located::nowhere(Real::nearest(fault.at_s.get() + by_s)), ..fault }),
+        );
         scenario
     }
 

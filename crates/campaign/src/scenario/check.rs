@@ -109,8 +109,7 @@ fn conditions(s: &Scenario) -> Vec<Finding> {
 fn stacks(s: &Scenario) -> Vec<Finding> {
     let mut found = Vec::new();
     if s.is_of_stacks() != (s.evidence == Evidence::Stack) {
-        let remedy =
-            "set `evidence = \"stack\"` where there are impostor, downgrade, handle or storm tables, and nowhere else";
+        let remedy = "set `evidence = \"stack\"` where there are impostor, downgrade, handle, storm or observe tables, and nowhere else";
         found.push(finding(&s.name, "evidence and tables do not fit", remedy));
     }
     let mut seen = BTreeSet::new();

@@ -177,6 +177,28 @@ pub struct Storm {
     pub expected: Located<List<Outcome, 9>>,
 }
 
+/// Where an observer stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stand {
+    /// On the path between the two ends.
+    Path,
+    /// Behind the secure layer of an end, where everything is plain: the control.
+    Behind,
+}
+
+/// Somebody sees every byte and does nothing else.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Observe {
+    /// On which link.
+    pub link: Link,
+    /// Where.
+    pub at: Stand,
+    /// What must come of it.
+    pub expected: Located<List<Outcome, 9>>,
+}
+
 fn required() -> Requirement {
     Requirement::Required
 }
@@ -198,7 +220,11 @@ fn word(value: impl Serialize) -> String {
 impl Scenario {
     /// Whether it runs on the real stacks in memory, without a platform.
     pub fn is_of_stacks(&self) -> bool {
-        !(self.impostor.is_empty() && self.downgrade.is_empty() && self.handle.is_empty() && self.storm.is_empty())
+        !(self.impostor.is_empty()
+            && self.downgrade.is_empty()
+            && self.handle.is_empty()
+            && self.storm.is_empty()
+            && self.observe.is_empty())
     }
 
     /// Each of its cells, by name, as a scenario with nothing else in it.
@@ -206,7 +232,7 @@ impl Scenario {
         let mut cells = Vec::new();
         let bare = || {
             let mut bare = self.clone();
-            (bare.impostor, bare.downgrade, bare.handle, bare.storm) = Default::default();
+            (bare.impostor, bare.downgrade, bare.handle, bare.storm, bare.observe) = Default::default();
             bare
         };
         let mut add = |label: String, expected: &Located<List<Outcome, 9>>, put: &dyn Fn(&mut Scenario)| {
@@ -231,6 +257,10 @@ impl Scenario {
         for one in &self.storm {
             let label = format!("{}/{}us", word(one.content), one.every_us.get());
             add(label, &one.expected, &|cell| cell.storm = List::of([one.clone()]));
+        }
+        for one in &self.observe {
+            let label = format!("{}/{}", one.link.name(), word(one.at));
+            add(label, &one.expected, &|cell| cell.observe = List::of([one.clone()]));
         }
         cells
     }

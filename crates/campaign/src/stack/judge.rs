@@ -1,7 +1,7 @@
 //! The class of a trial on the real stacks, from what the adversary says it did and what the target's log says it saw.
 //!
 //! The classes are the oracle's, in its order. UNSAFE: somebody passed for another, or a record was delivered that
-//! nobody sent, or one twice (P5). INVALID: something done was not seen at the target. LATE: an honest record did not
+//! nobody sent, or one twice (P5), or something was read that the link is to keep to itself. INVALID: something done was not seen at the target. LATE: an honest record did not
 //! get through in time, or the association is gone. A stack has no modes, so it neither holds nor degrades.
 
 use std::collections::BTreeMap;
@@ -24,6 +24,10 @@ pub(super) struct Showing {
     seen: BTreeMap<u64, u64>,
     /// What must never happen and did.
     pub(super) breaches: Vec<String>,
+    /// What an observer read and must not be able to read.
+    pub(super) read: Vec<String>,
+    /// What an observer read that the protocol does not hide.
+    pub(super) in_the_clear: Vec<String>,
     /// What should have got through in time and did not.
     pub(super) missed: Vec<String>,
     /// Refused by an end, by name.
@@ -51,7 +55,6 @@ impl Showing {
     }
 
     /// These bytes arrived at the target.
-    #[cfg(test)]
     pub(super) fn saw(&mut self, bytes: &[u8]) {
         self.saw_hash(wire_hash(bytes));
     }
@@ -80,7 +83,7 @@ impl Showing {
     }
 
     fn outcome(&self) -> Outcome {
-        if !self.breaches.is_empty() {
+        if !self.breaches.is_empty() || !self.read.is_empty() {
             Outcome::Unsafe
         } else if !self.receipt() {
             Outcome::Invalid
@@ -100,7 +103,9 @@ impl Showing {
 pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
     let outcome = showing.outcome();
     let breaches = showing.breaches.iter().map(|what| format!("P5: {what}"));
+    let read = showing.read.iter().map(|what| format!("read: {what}"));
     let missed = showing.missed.iter().map(|what| format!("late: {what}"));
+    let clear = showing.in_the_clear.iter().map(|what| format!("in the clear: {what}"));
     let unseen = (!showing.receipt()).then(|| "something that was done was not seen at its target".to_owned());
     let refusals: u64 = showing.refused.values().chain(showing.guard_refused.values()).sum();
     let decisions = (outcome.name(), &showing.refused, &showing.guard_refused, showing.delivered);
@@ -112,7 +117,7 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         knowledge: Knowledge::default(),
         steps: Vec::new(),
         outcome,
-        findings: breaches.chain(missed).chain(unseen).collect(),
+        findings: breaches.chain(read).chain(missed).chain(unseen).chain(clear).collect(),
         receipt: showing.receipt(),
         log_hash: hex(&Sha256::digest(format!("{decisions:?}{counts:?}"))),
         decision_hash,

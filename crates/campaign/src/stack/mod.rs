@@ -1,16 +1,21 @@
-//! Trials on the real stacks: the guard, the DTLS library and the TLS library between two ends in memory (`link::memory`).
+//! Trials on the real stacks: the guard, the DTLS library and the TLS library between two ends in memory (`link::memory`),
+//! and where somebody only looks the live broker between two clients (`broker::watched`).
 //!
 //! There is no platform here and so no mode. What is asked is what the links promise: nobody passes for another, what
-//! nobody sent is not delivered and nothing twice, and honest records still get through. The seed draws names, numbers
+//! nobody sent is not delivered and nothing twice, nothing that is said can be read, and honest records still get through. The seed draws names, numbers
 //! and places; the libraries draw keys of their own, so that a seed repeats what was done and not every byte.
 //!
-//! `handshake`, `records` and `storm` do it, `judge` gives the class.
+//! `handshake`, `records`, `storm` and `observe` (with `words` and `search`) do it, `judge` gives the class.
 
 mod handshake;
 mod judge;
+mod observe;
 mod records;
+mod search;
 mod storm;
+mod words;
 
+use broker::watched::WatchError;
 use link::dtls::DtlsError;
 use link::pki::PkiError;
 
@@ -28,6 +33,9 @@ pub enum StackError {
     /// The stack could not be set up.
     #[error(transparent)]
     Dtls(#[from] DtlsError),
+    /// The exchange over the broker did not come about.
+    #[error(transparent)]
+    Watch(#[from] WatchError),
     /// The honest association did not come about, so that there was nothing to attack.
     #[error("two honest ends have no association")]
     NoAssociation,
@@ -41,11 +49,13 @@ pub enum StackError {
 /// # Errors
 /// When it could not be run at all.
 pub fn trial(cell: &Scenario, seed: u64) -> Result<Trial, StackError> {
-    let showing = match (&cell.impostor[..], &cell.downgrade[..], &cell.handle[..], &cell.storm[..]) {
-        ([one], [], [], []) => handshake::impostor(one, seed)?,
-        ([], [one], [], []) => handshake::downgrade(one, seed)?,
-        ([], [], [one], []) => records::handled(one, seed)?,
-        ([], [], [], [one]) => storm::stormed(one, seed)?,
+    let showing = match (&cell.impostor[..], &cell.downgrade[..], &cell.handle[..], &cell.storm[..], &cell.observe[..])
+    {
+        ([one], [], [], [], []) => handshake::impostor(one, seed)?,
+        ([], [one], [], [], []) => handshake::downgrade(one, seed)?,
+        ([], [], [one], [], []) => records::handled(one, seed)?,
+        ([], [], [], [one], []) => storm::stormed(one, seed)?,
+        ([], [], [], [], [one]) => observe::observed(one, seed)?,
         _ => return Err(StackError::NotOneCell),
     };
     Ok(Trial { knowledge: cell.level(), ..judge::judge(seed, &showing) })
@@ -75,6 +85,12 @@ mod tests {
         showing.breaches.push("a record that nobody sent".to_owned());
         assert_eq!(judge(1, &showing).outcome, Outcome::Unsafe);
         assert_eq!(judge(1, &Showing::default()).outcome, Outcome::Nominal);
+        let mut looked = attacked();
+        looked.saw(b"deed");
+        looked.in_the_clear.push("a name".to_owned());
+        assert_eq!(judge(1, &looked).outcome, Outcome::Undetected, "what cannot be hidden is told");
+        looked.read.push("an order".to_owned());
+        assert_eq!(judge(1, &looked).outcome, Outcome::Unsafe);
     }
 
     #[test]

@@ -142,6 +142,11 @@ impl Secure {
         Ok(())
     }
 
+    /// What both ends derive their keys from, for one who has to look for it where it must not be.
+    pub(crate) async fn master_secret(&self) -> Result<Vec<u8>, DtlsError> {
+        Ok(self.conn.connection_state().await.key_log_data()?.master_secret)
+    }
+
     /// Ends the association with an authenticated notice.
     pub async fn close(&self) {
         if let Err(error) = self.conn.close().await {

@@ -205,6 +205,18 @@ impl Pair {
         }
     }
 
+    /// The master secret of each end that has an association.
+    ///
+    /// # Errors
+    /// When the library does not give it.
+    pub fn secrets(&self) -> Result<Vec<Vec<u8>>, DtlsError> {
+        let standing = self.ends.iter().filter_map(|end| match end {
+            End::Stands(secure) => Some(secure),
+            End::Broken(_) | End::Rogue(_) => None,
+        });
+        standing.map(|secure| self.runtime.block_on(secure.master_secret())).collect()
+    }
+
     /// The datagrams that left an end since this was last asked, in order.
     pub fn take(&mut self, from: Side) -> Vec<Vec<u8>> {
         let mut sent = lock(&self.sent);

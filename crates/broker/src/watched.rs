@@ -1,0 +1,265 @@
+//! The live broker between two real clients, with somebody on both their paths who looks at every byte and does nothing else.
+//!
+//! Broker and clients are those of a live run, over loopback at ports that the system chooses: the MQTT library takes
+//! nothing but a socket. Nothing waits for time to pass: each publication has come out at its end before the next is made. What
+//! the watcher may read is left to the one who asks (`campaign::stack`).
+
+use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use link::loopback::LoopbackAddr;
+use link::mqtt::Mqtt;
+use link::pki::{Credential, PkiError};
+use link::relay::StreamRelay;
+use link::spec::RelayLeg;
+use link::stream::{StreamLog, StreamSight};
+use link::vet::list::Revocations;
+use rustls::{ClientConfig, KeyLog};
+use tokio::sync::mpsc;
+use wire::core::{Input, Side, Subject};
+use wire::event::wire_hash;
+use wire::id::{PeerId, UnitId};
+use wire::stream::{Place, Sight};
+
+use crate::server::{Limits, Server, StartError};
+
+/// Longest wall time of a whole exchange; one that takes longer is given up.
+const LIMIT: Duration = Duration::from_secs(20);
+/// Pieces and publications that may wait.
+const ROOM: usize = 256;
+/// Sights of the ends' mouths that are kept.
+const SIGHTS: usize = 4096;
+
+/// An exchange that did not come about.
+#[derive(Debug, thiserror::Error)]
+pub enum WatchError {
+    /// The broker did not start.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// A credential is unusable.
+    #[error(transparent)]
+    Pki(#[from] PkiError),
+    /// No socket or runtime.
+    #[error("sockets: {0}")]
+    Io(#[from] std::io::Error),
+    /// A client was not admitted, or a publication did not come out.
+    #[error("the exchange over the broker came to no end")]
+    Unfinished,
+}
+
+/// Certificates of those who take part, and which unit it is.
+pub struct Papers {
+    /// The broker's.
+    pub broker: Credential,
+    /// The gateway's.
+    pub gateway: Credential,
+    /// The unit's.
+    pub unit: Credential,
+    /// Which unit.
+    pub who: UnitId,
+}
+
+/// One direction of a connection, as the watcher saw it.
+#[derive(Clone, Debug)]
+pub struct Seen {
+    /// The client whose connection it is.
+    pub client: PeerId,
+    /// Which end of the connection said it.
+    pub from: Side,
+    /// Every byte, in order.
+    pub bytes: Vec<u8>,
+    /// Whether the mouth of the other end was given these bytes, all of them and no others.
+    pub arrived: bool,
+}
+
+/// What came of an exchange.
+#[derive(Debug)]
+pub struct Watched {
+    /// What the watcher saw, each direction of each connection.
+    pub seen: Vec<Seen>,
+    /// What came out at the far ends, in the order in which it was published.
+    pub delivered: Vec<Vec<u8>>,
+    /// The secrets of both sessions.
+    pub secrets: Vec<Vec<u8>>,
+}
+
+/// Publishes `said` one after the other, orders as the gateway and acknowledgements as the unit.
+///
+/// # Errors
+/// When something of it does not start, or a publication does not come out.
+pub fn watch(papers: &Papers, said: &[(Subject, Vec<u8>)]) -> Result<Watched, WatchError> {
+    link::crypto::init();
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(async {
+        let exchanged = tokio::time::timeout(LIMIT, exchange(papers, said));
+        exchanged.await.map_err(|_| WatchError::Unfinished)?
+    })
+}
+
+async fn exchange(papers: &Papers, said: &[(Subject, Vec<u8>)]) -> Result<Watched, WatchError> {
+    let (log, sights) = StreamLog::heard(SIGHTS);
+    let mut server = Server::start(LoopbackAddr::ANY_PORT, &papers.broker, Limits::default(), log.clone()).await?;
+    let secrets = Secrets::default();
+    let unit = PeerId::from_name(papers.who.name()).ok_or(WatchError::Unfinished)?;
+    let start = |who, credential, subject| Client::start(who, credential, subject, &server, &log, &secrets);
+    let mut gateway = start(PeerId::GATEWAY, &papers.gateway, Subject::Ack(papers.who))?;
+    let mut unit = start(unit, &papers.unit, Subject::Command(papers.who))?;
+    while gateway.session.stats().subscribed.min(unit.session.stats().subscribed) == 0 {
+        tokio::task::yield_now().await;
+    }
+    let mut delivered = Vec::new();
+    for (subject, bytes) in said {
+        let (from, to) = match subject {
+            Subject::Command(_) => (&gateway, &mut unit.heard),
+            Subject::Ack(_) => (&unit, &mut gateway.heard),
+        };
+        from.session.publish(*subject, bytes.clone());
+        let Some(Input::Published { bytes, .. }) = to.recv().await else { return Err(WatchError::Unfinished) };
+        delivered.push(bytes);
+    }
+    let seen = settled([&gateway, &unit], &sights).await;
+    drop((gateway, unit));
+    server.stop().await;
+    let secrets = lock(&secrets.0).clone();
+    Ok(Watched { seen, delivered, secrets })
+}
+
+/// A client behind a watcher.
+struct Client {
+    who: PeerId,
+    session: Mqtt,
+    heard: mpsc::Receiver<Input>,
+    seen: Bytes,
+}
+
+/// What passed from the dialling and from the listening end.
+type Bytes = Arc<Mutex<[Vec<u8>; 2]>>;
+
+impl Client {
+    fn start(
+        who: PeerId,
+        credential: &Credential,
+        subject: Subject,
+        server: &Server,
+        log: &StreamLog,
+        secrets: &Secrets,
+    ) -> Result<Self, WatchError> {
+        let revocations = Revocations::of(credential).map_err(PkiError::from)?;
+        let mut tls: ClientConfig = link::vet::tls::client(credential, PeerId::BROKER, &revocations)?;
+        tls.key_log = Arc::new(secrets.clone());
+        let seen = Bytes::default();
+        let at = watcher(server.address(), seen.clone())?;
+        let (to, heard) = mpsc::channel(ROOM);
+        let session = Mqtt::over(tls, at, (who, PeerId::BROKER), vec![subject], log.clone(), to);
+        Ok(Self { who, session, heard, seen })
+    }
+}
+
+/// Opens a way to `upstream` on which every byte is kept as it passes; gives where it begins.
+fn watcher(upstream: LoopbackAddr, seen: Bytes) -> Result<LoopbackAddr, WatchError> {
+    let (to, mut passing) = mpsc::channel(ROOM);
+    let relay = StreamRelay::open(RelayLeg { at: LoopbackAddr::ANY_PORT, upstream }, to)?;
+    let at = relay.local();
+    tokio::spawn(async move {
+        while let Some(input) = passing.recv().await {
+            if let Input::Stream { connection, side, bytes } = input {
+                lock(&seen)[side as usize].extend_from_slice(&bytes);
+                relay.emit(connection, side.other(), bytes);
+            }
+        }
+    });
+    Ok(at)
+}
+
+/// Waits until everything that was seen has arrived, and sets one against the other.
+async fn settled(clients: [&Client; 2], sights: &Receiver<StreamSight>) -> Vec<Seen> {
+    let mut told = Vec::new();
+    loop {
+        told.extend(sights.try_iter().filter(|sight| sight.sight == Sight::Arrived));
+        let arrived: usize = told.iter().map(|sight| sight.length as usize).sum();
+        let passed: usize = clients.iter().map(|client| lock(&client.seen).iter().map(Vec::len).sum::<usize>()).sum();
+        if arrived == passed {
+            break;
+        }
+        tokio::task::yield_now().await;
+    }
+    let mut all = Vec::new();
+    for client in clients {
+        for from in [Side::Client, Side::Server] {
+            let bytes = lock(&client.seen)[from as usize].clone();
+            all.push(Seen { client: client.who, from, arrived: arrived(&bytes, &told), bytes });
+        }
+    }
+    all
+}
+
+/// Whether these bytes are what a mouth was given of the direction that begins as they do.
+fn arrived(bytes: &[u8], told: &[StreamSight]) -> bool {
+    let mut next = 0;
+    for sight in told {
+        let end = next + sight.length as usize;
+        let mut place = Place::default();
+        place.pass(bytes.get(..end).unwrap_or_default());
+        let of_this = sight.offset == next as u64 && sight.stream == place.name();
+        if of_this && bytes.get(next..end).is_some_and(|piece| wire_hash(piece) == sight.hash) {
+            next = end;
+        }
+    }
+    next == bytes.len() && next > 0
+}
+
+/// The secrets that a client's library tells.
+#[derive(Clone, Debug, Default)]
+struct Secrets(Arc<Mutex<Vec<Vec<u8>>>>);
+
+impl KeyLog for Secrets {
+    fn log(&self, _: &str, _: &[u8], secret: &[u8]) {
+        lock(&self.0).push(secret.to_vec());
+    }
+}
+
+fn lock<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use link::pki::{Authority, Role};
+
+    use super::*;
+
+    #[test]
+    fn what_is_published_comes_out_and_the_watcher_saw_the_bytes_that_arrived() {
+        link::crypto::init();
+        let authority = Authority::new().expect("an authority");
+        let issue = |peer, role| authority.issue(peer, role).expect("a certificate");
+        let papers = Papers {
+            broker: issue(PeerId::BROKER, Role::Listens),
+            gateway: issue(PeerId::GATEWAY, Role::Both),
+            unit: issue(PeerId::UNIT_B, Role::Dials),
+            who: UnitId::B,
+        };
+        let said = [(Subject::Command(UnitId::B), b"hold".to_vec()), (Subject::Ack(UnitId::B), b"held".to_vec())];
+        let watched = watch(&papers, &said).expect("it runs");
+        assert_eq!(watched.delivered, [b"hold".to_vec(), b"held".to_vec()]);
+        assert_eq!(watched.seen.len(), 4);
+        assert!(watched.seen.iter().all(|seen| seen.arrived && !seen.bytes.is_empty()));
+        assert!(watched.secrets.len() >= 8, "four traffic secrets of each session: {}", watched.secrets.len());
+    }
+
+    #[test]
+    fn bytes_that_did_not_arrive_or_arrived_otherwise_are_no_receipt() {
+        let sight = |offset: u64, piece: &[u8], of: &[u8]| {
+            let mut place = Place::default();
+            place.pass(of);
+            let (stream, length, hash) = (place.name(), piece.len() as u32, wire_hash(piece));
+            StreamSight { trace_us: 0, sight: Sight::Arrived, stream, offset, length, hash }
+        };
+        let whole = [sight(0, b"abc", b"abc"), sight(3, b"def", b"abcdef")];
+        assert!(arrived(b"abcdef", &whole));
+        assert!(!arrived(b"abcdef", &whole[..1]), "the rest did not arrive");
+        assert!(!arrived(b"abcxef", &whole), "it arrived otherwise");
+        assert!(!arrived(b"", &[]), "nothing passed");
+    }
+}

@@ -1,0 +1,165 @@
+//! What unit, gateway and operator say to each other in a trial with an observer: real messages, signed with real keys, with
+//! what must not be read in them listed beside.
+
+use minicbor::bytes::ByteSlice;
+use rand_chacha::ChaCha8Rng;
+use rand_core::RngCore;
+use sha2::{Digest, Sha256};
+use wire::codec::{self, Text};
+use wire::command::{Ack, CommandKind, Confirmation, Intent, Order};
+use wire::core::Subject;
+use wire::hop::{HOP_VERSION, Hop, HopBody};
+use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, UnitId};
+use wire::mode::{Cause, Guards, Mode};
+use wire::report::{Report, ReportedAuthority, ReportedTrack};
+use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
+use wire::sign::{Key, Purpose};
+use wire::time::{Echo, PeerStamp, Span};
+
+/// Records each way, and orders with their acknowledgements.
+const TURNS: u64 = 8;
+
+/// Something that must not be read on a link.
+#[derive(Clone, Debug)]
+pub(super) struct Mark {
+    /// What it is, for the one who finds it.
+    pub(super) what: String,
+    /// Its bytes.
+    pub(super) bytes: Vec<u8>,
+}
+
+impl Mark {
+    pub(super) fn new(what: impl Into<String>, bytes: impl Into<Vec<u8>>) -> Self {
+        Self { what: what.into(), bytes: bytes.into() }
+    }
+}
+
+/// Those who speak, with their signing keys.
+pub(super) struct Speakers {
+    unit: UnitId,
+    secrets: [[u8; 32]; 2],
+    rng: ChaCha8Rng,
+}
+
+impl Speakers {
+    pub(super) fn new(unit: UnitId, mut rng: ChaCha8Rng) -> Self {
+        let mut secrets = [[0; 32]; 2];
+        secrets.iter_mut().for_each(|secret| rng.fill_bytes(secret));
+        Self { unit, secrets, rng }
+    }
+
+    /// The signing keys of unit and operator.
+    pub(super) fn keys(&self) -> Vec<Mark> {
+        let named = ["the unit's signing key", "the operator's signing key"];
+        named.iter().zip(&self.secrets).map(|(what, secret)| Mark::new(*what, *secret)).collect()
+    }
+
+    /// Records of a session, a pair of one from the unit and one from the gateway at a time, and what stands in them.
+    pub(super) fn session(&mut self) -> (Vec<[Vec<u8>; 2]>, Vec<Mark>) {
+        let (mut pairs, mut marks) = (Vec::new(), Vec::new());
+        for turn in 1..=TURNS {
+            let nonce = self.nonce();
+            let report = self.signed(turn, nonce);
+            let teammate = wire::hop::Teammate {
+                via: wire::id::PeerId::UNIT_C,
+                age: Span::ms(40 + turn),
+                report: <&ByteSlice>::from(&report[..]),
+            };
+            let (up, down) = match turn {
+                1 => (HopBody::Hello(nonce), HopBody::Hello(self.nonce())),
+                n if n % 2 == 0 => (HopBody::Report(<&ByteSlice>::from(&report[..])), HopBody::Grant(Span::ms(450))),
+                _ => (HopBody::Report(<&ByteSlice>::from(&report[..])), HopBody::Teammate(teammate)),
+            };
+            let pair = [self.hop(turn, up), self.hop(turn, down)];
+            marks.push(Mark::new(format!("record {turn} of the unit"), pair[0].clone()));
+            marks.push(Mark::new(format!("record {turn} of the gateway"), pair[1].clone()));
+            if turn > 1 {
+                marks.push(Mark::new(format!("signed report {turn}"), report.clone()));
+                marks.push(Mark::new(format!("command nonce {turn}"), nonce.0.to_be_bytes()));
+            }
+            pairs.push(pair);
+        }
+        (pairs, marks)
+    }
+
+    /// Orders and their acknowledgements, in turn, and what stands in them.
+    pub(super) fn commands(&mut self) -> (Vec<(Subject, Vec<u8>)>, Vec<Mark>) {
+        let (mut said, mut marks) = (Vec::new(), Vec::new());
+        for turn in 1..=TURNS {
+            let nonce = self.nonce();
+            let reason = format!("reason {turn}: the north gate is clear");
+            let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(turn) };
+            let kind = if turn % 2 == 1 { CommandKind::Arm(TrackId(turn as u32)) } else { CommandKind::Hold };
+            let intent = Intent { id, unit: self.unit, nonce, kind, reason: Text::new(&reason) };
+            let operator = Key::from_bytes(&self.secrets[1]);
+            let intent = operator.sign(Purpose::Intent, &codec::encode(&intent));
+            let hash: [u8; 32] = Sha256::digest(&intent).into();
+            let second = operator.sign(Purpose::Confirmation, &codec::encode(&Confirmation { id, intent: hash }));
+            let order = codec::encode(&Order {
+                intent: <&ByteSlice>::from(&intent[..]),
+                confirmation: (turn % 2 == 1).then_some(<&ByteSlice>::from(&second[..])),
+            });
+            let ack = Ack { id, intent: hash, refused: None, mode: Mode::Ready };
+            let ack = Key::from_bytes(&self.secrets[0]).sign(Purpose::Ack, &codec::encode(&ack));
+            marks.push(Mark::new(format!("order {turn}"), order.clone()));
+            marks.push(Mark::new(format!("reason {turn}"), reason));
+            marks.push(Mark::new(format!("nonce of order {turn}"), nonce.0.to_be_bytes()));
+            marks.push(Mark::new(format!("acknowledgement {turn}"), ack.clone()));
+            said.extend([(Subject::Command(self.unit), order), (Subject::Ack(self.unit), ack)]);
+        }
+        (said, marks)
+    }
+
+    /// Eight bytes of CBOR each, so that it can be told apart.
+    fn nonce(&mut self) -> Nonce {
+        Nonce(self.rng.next_u64() | 1 << 63)
+    }
+
+    fn hop(&mut self, turn: u64, body: HopBody<'_>) -> Vec<u8> {
+        let stamp = PeerStamp(1_000_000_000 + turn * 100_000);
+        codec::encode(&Hop {
+            version: HOP_VERSION,
+            session: self.nonce(),
+            boot: Boot(1),
+            sequence: Sequence(turn),
+            stamp,
+            challenge: self.nonce(),
+            echo: Some(Echo { nonce: self.nonce(), seen: stamp }),
+            body,
+        })
+    }
+
+    /// A report with values that differ from turn to turn, signed.
+    fn signed(&mut self, turn: u64, command_nonce: Nonce) -> Vec<u8> {
+        let (draw, n) = (self.rng.next_u32() as i32 % 100_000, turn as i32);
+        let track = |id: i32| ReportedTrack {
+            id: TrackId(id as u32),
+            class: Class::Vehicle,
+            x_mm: draw + id,
+            y_mm: -draw - id,
+            confidence: 900,
+            supported: Modalities::default().with(Modality::Rgb).with(Modality::Lidar),
+            age: Span::ms(30),
+        };
+        let report = Report {
+            origin: self.unit.node(),
+            boot: Boot(1),
+            sequence: Sequence(turn),
+            stamp: PeerStamp(1_000_000_000 + turn * 100_000),
+            product: ProductMode::Live,
+            mode: Mode::PrepareToAct,
+            cause: Cause::Operator,
+            failing: Guards::default(),
+            pose: Pose { x_mm: draw, y_mm: draw / 2, yaw_mrad: 700 },
+            speed_mm_s: 1_500 + n,
+            pose_age: Span::ms(20),
+            authority: Some(ReportedAuthority { track: TrackId(1), left: Span::ms(1_900) }),
+            command_nonce,
+            last_command: None,
+            progress: 300,
+            tracks: (1..=n % 8).map(track).collect(),
+            watched: Some(Echo { nonce: self.nonce(), seen: PeerStamp(1_000_000_000) }),
+        };
+        Key::from_bytes(&self.secrets[0]).sign(Purpose::Report, &codec::encode(&report))
+    }
+}
