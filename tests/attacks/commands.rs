@@ -1,9 +1,10 @@
 //! Attacks on the command plane.
 
 use campaign::oracle::Witnessed;
-use holdsafe_tests::shipped;
+use holdsafe_tests::{shipped, variations};
 use wire::command::CommandKind;
 use wire::event::Event;
+use wire::id::PeerId;
 use wire::refusal::Reason;
 use wire::stream::{Deed, Sight};
 
@@ -54,5 +55,36 @@ fn a_damaged_confirmation_is_refused_by_the_secure_layer_and_no_act_follows_from
         let damaged = times(&|e| matches!(e, Event::Tampered { deed: Deed::Damaged, .. }));
         let acted = times(&|e| matches!(e, Event::PlantAct { .. }));
         assert!(acted.first().is_none_or(|at| Some(at) > damaged.last()), "{acted:?} {damaged:?}");
+    }
+}
+
+#[test]
+fn a_session_that_a_thief_takes_is_an_alarm_voids_what_was_under_way_and_is_won_back() {
+    for ready in variations("session_takeover") {
+        let whose = if ready.cell.as_deref() == Some("gateway") { PeerId::GATEWAY } else { PeerId::UNIT_A };
+        for run in ready.expect(SEEDS) {
+            let entries = &run.evidence.entries;
+            let told =
+                |event: Event| entries.iter().filter(|w| w.entry.event == event).map(|w| w.at).collect::<Vec<_>>();
+            let by_broker = told(Event::TakenOver { peer: whose });
+            let by_owner = told(Event::SessionLost { peer: whose });
+            assert!(by_owner.len() > 1, "they take turns: {by_owner:?}");
+            assert!(by_broker.len() >= 2 * by_owner.len() - 1, "the thief is displaced as well: {by_broker:?}");
+            assert!(by_owner.len() < 12, "and not as fast as they can: {by_owner:?}");
+            let shown = entries.iter().filter_map(|w| match w.entry.event {
+                Event::LossesShown { peer, times } if peer == whose => Some(times as usize),
+                _ => None,
+            });
+            assert_eq!(shown.max(), Some(by_owner.len()));
+            let done = |wanted: CommandKind| {
+                entries.iter().any(|w| match w.entry.event {
+                    Event::Executed { kind, refused: None, .. } => {
+                        kind == wanted && w.at > by_owner[by_owner.len() - 1]
+                    }
+                    _ => false,
+                })
+            };
+            assert!(done(CommandKind::Hold) && done(CommandKind::Resume), "the operator has the last word");
+        }
     }
 }

@@ -5,3 +5,4 @@ mod determinism;
 mod forks;
 mod mouths;
 mod oracle;
+mod takeovers;

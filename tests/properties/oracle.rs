@@ -19,16 +19,19 @@ use wire::settings::Settings;
 use wire::stream::{Deed, Sight};
 use wire::time::{Instant, Span};
 
+/// A whole log holds authority from 2 s to its end.
+const BOUNDS: Bounds = Bounds { authority_ms: 8000, ..Bounds::GROUND };
+
 /// A log under construction; times in milliseconds.
 #[derive(Clone)]
-struct Log {
+pub(crate) struct Log {
     entries: Vec<Witnessed>,
-    planned: Vec<Plan>,
+    pub(crate) planned: Vec<Plan>,
 }
 
 impl Log {
     /// A quiet, whole run of ten seconds: enabled at 1 s, armed at 2 s, displayed all along, telemetry on time.
-    fn whole() -> Log {
+    pub(crate) fn whole() -> Log {
         let mut log = Log { entries: Vec::new(), planned: Vec::new() };
         log.command(1000, 1, CommandKind::Enable).to(1000, Mode::Idle, Mode::Ready, Cause::Operator);
         log.command(2000, 2, CommandKind::Arm(TrackId(1))).to(2000, Mode::Ready, Mode::PrepareToAct, Cause::Operator);
@@ -48,7 +51,7 @@ impl Log {
         log
     }
 
-    fn add(&mut self, ms: u64, node: NodeId, event: Event) -> &mut Log {
+    pub(crate) fn add(&mut self, ms: u64, node: NodeId, event: Event) -> &mut Log {
         let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(ms * 1000), event, previous: [0; 32] };
         self.entries.push(Witnessed { at: ms * 1000, entry });
         self
@@ -67,7 +70,7 @@ impl Log {
         self.add(ms, NodeId::UNIT_A, event)
     }
 
-    fn command(&mut self, ms: u64, n: u64, kind: CommandKind) -> &mut Log {
+    pub(crate) fn command(&mut self, ms: u64, n: u64, kind: CommandKind) -> &mut Log {
         self.add(ms - 10, NodeId::CONSOLE, Event::Intended { command: command(n), kind });
         self.add(ms, NodeId::UNIT_A, Event::Executed { command: command(n), kind, refused: None })
     }
@@ -165,12 +168,12 @@ impl Log {
     }
 
     /// From `ms` on, what is displayed and the modes after it are dropped, to be written anew.
-    fn cut_display(&mut self, ms: u64) -> &mut Log {
+    pub(crate) fn cut_display(&mut self, ms: u64) -> &mut Log {
         self.entries.retain(|w| !(w.at >= ms * 1000 && matches!(w.entry.event, Event::Displayed { .. })));
         self
     }
 
-    fn judge(&self) -> Verdict {
+    pub(crate) fn judge(&self) -> Verdict {
         self.judge_with(Vec::new())
     }
 
@@ -181,7 +184,7 @@ impl Log {
             entries,
             broken_log: None,
             custody: Vec::new(),
-            bounds: Bounds::GROUND,
+            bounds: BOUNDS,
             planned: self.planned.clone(),
             duration: 10_000_000,
             stall_limit: u64::MAX,
@@ -190,7 +193,7 @@ impl Log {
         })
     }
 
-    fn breaks(&self) -> Vec<Property> {
+    pub(crate) fn breaks(&self) -> Vec<Property> {
         let mut broken: Vec<Property> = self.judge().findings.iter().map(|f| f.property).collect();
         broken.sort_unstable();
         broken.dedup();
@@ -198,7 +201,7 @@ impl Log {
     }
 }
 
-fn command(n: u64) -> CommandId {
+pub(crate) fn command(n: u64) -> CommandId {
     CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(n) }
 }
 
@@ -236,6 +239,42 @@ fn p1_an_act_under_revoked_authority() {
     log.command(5000, 3, CommandKind::Confirm(TrackId(1)));
     log.acted(5000, Guards::default()).plant_act(5000, Class::Vehicle, 100);
     assert_eq!(log.breaks(), [Property::P1]);
+}
+
+#[test]
+fn p1_authority_that_outlives_its_time_and_p11_one_on_another_track_than_was_ordered() {
+    let mut log = Log::whole();
+    let early =
+        |event: &Event| matches!(event, Event::Transition { to: Mode::PrepareToAct, .. } | Event::Minted { .. });
+    let ordered = |event: &Event| {
+        matches!(
+            event,
+            Event::Executed { kind: CommandKind::Arm(_), .. } | Event::Intended { kind: CommandKind::Arm(_), .. }
+        )
+    };
+    for w in log.entries.iter_mut().filter(|w| early(&w.entry.event) || ordered(&w.entry.event)) {
+        w.at -= 300_000;
+    }
+    assert_eq!(log.breaks(), [Property::P1], "8.3 s of it");
+    let mut log = Log::whole();
+    let minted = log.entries.iter_mut().find_map(|w| match &mut w.entry.event {
+        Event::Minted { track, .. } => Some(track),
+        _ => None,
+    });
+    *minted.expect("it was minted") = TrackId(2);
+    assert_eq!(log.breaks(), [Property::P11]);
+}
+
+#[test]
+fn p9_degraded_that_ends_before_its_hysteresis() {
+    let lasts = |ms: u64| {
+        let mut log = Log::whole();
+        log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
+        log.to(5000 + ms, Mode::Degraded, Mode::Ready, Cause::Recovered);
+        log.breaks()
+    };
+    assert_eq!(lasts(1000), []);
+    assert_eq!(lasts(400), [Property::P9]);
 }
 
 #[test]
@@ -469,7 +508,7 @@ fn p10_a_broken_log() {
         entries,
         broken_log: Some("chain of unit-a broken at entry 9".into()),
         custody: Vec::new(),
-        bounds: Bounds::GROUND,
+        bounds: BOUNDS,
         planned: Vec::new(),
         duration: 10_000_000,
         stall_limit: u64::MAX,

@@ -19,6 +19,7 @@ mod relay;
 mod rogue;
 mod station;
 mod step;
+mod takeover;
 
 pub use broker::{AckForgery, BrokerAction, InsiderBrokerConfig, OrderForgery};
 pub use gateway::{FeedAction, FeedForgery, InsiderGatewayConfig};
@@ -30,6 +31,7 @@ pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamActi
 pub use rogue::{RogueConfig, RogueMove, Says, Spot};
 pub use station::{InsiderOperatorConfig, RogueOrders};
 pub use step::{MAX_PASSES, On, Step, Wait};
+pub use takeover::{SessionThiefConfig, Takeover};
 
 /// Longest time in a plan, ms: an hour.
 pub const MAX_MS: u64 = 3_600_000;
@@ -60,6 +62,8 @@ pub enum AdversaryConfig {
     InsiderGateway(InsiderGatewayConfig),
     /// On a host's shared memory, in another's name.
     Rogue(RogueConfig),
+    /// The holder of a copy of somebody's certificate.
+    SessionThief(SessionThiefConfig),
 }
 
 /// Why a plan is not carried out.

@@ -5,7 +5,7 @@ use wire::id::WorldId;
 use wire::setup::Setup;
 use wire::time::Instant;
 
-use crate::insider::{InsiderBroker, InsiderGateway, InsiderOperator, InsiderTeammate, Rogue};
+use crate::insider::{InsiderBroker, InsiderGateway, InsiderOperator, InsiderTeammate, Rogue, SessionThief};
 use crate::plan::{AdversaryConfig, PlanError};
 use crate::relay::{DatagramRelay, StreamRelay};
 
@@ -29,6 +29,8 @@ pub enum Adversary {
     InsiderGateway(Box<InsiderGateway>),
     /// On a host's shared memory, in another's name.
     Rogue(Box<Rogue>),
+    /// The holder of a copy of somebody's certificate.
+    SessionThief(Box<SessionThief>),
 }
 
 impl Adversary {
@@ -55,6 +57,9 @@ impl Adversary {
                 Adversary::InsiderOperator(Box::new(InsiderOperator::new(setup, plan, now)?))
             }
             AdversaryConfig::Rogue(plan) => Adversary::Rogue(Box::new(Rogue::new(setup, plan, now)?)),
+            AdversaryConfig::SessionThief(plan) => {
+                Adversary::SessionThief(Box::new(SessionThief::new(&setup, &plan, now)?))
+            }
         })
     }
 
@@ -69,6 +74,7 @@ impl Adversary {
             Adversary::InsiderBroker(core) => Adversary::InsiderBroker(Box::new(core.fork(world))),
             Adversary::InsiderGateway(core) => Adversary::InsiderGateway(Box::new(core.fork(world))),
             Adversary::Rogue(core) => Adversary::Rogue(Box::new(core.fork(world))),
+            Adversary::SessionThief(core) => Adversary::SessionThief(Box::new(core.fork(world))),
         }
     }
 
@@ -81,6 +87,7 @@ impl Adversary {
             Adversary::InsiderBroker(core) => core.as_ref(),
             Adversary::InsiderGateway(core) => core.as_ref(),
             Adversary::Rogue(core) => core.as_ref(),
+            Adversary::SessionThief(core) => core.as_ref(),
         }
     }
 
@@ -93,6 +100,7 @@ impl Adversary {
             Adversary::InsiderBroker(core) => core.as_mut(),
             Adversary::InsiderGateway(core) => core.as_mut(),
             Adversary::Rogue(core) => core.as_mut(),
+            Adversary::SessionThief(core) => core.as_mut(),
         }
     }
 }

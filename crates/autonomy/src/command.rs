@@ -36,9 +36,18 @@ pub struct CommandGate {
     unit: UnitId,
     operators: Vec<NodeId>,
     limit: Span,
-    nonces: VecDeque<(Nonce, Instant)>,
+    nonces: VecDeque<Issued>,
     counters: Counters,
     rates: Rates,
+}
+
+/// A nonce of ours that an intent may repeat.
+#[derive(Clone, Copy, Debug)]
+struct Issued {
+    nonce: Nonce,
+    at: Instant,
+    /// Only an order towards safe may still repeat it.
+    void: bool,
 }
 
 /// An order that passed the trust boundary: an operator's, in time, confirmed where it leads away from safe, and new.
@@ -116,12 +125,17 @@ impl CommandGate {
         if self.nonces.len() == NONCES {
             self.nonces.pop_front();
         }
-        self.nonces.push_back((nonce, now));
+        self.nonces.push_back(Issued { nonce, at: now, void: false });
     }
 
     /// The nonce that an intent made now should repeat, and when it was issued.
     pub fn current(&self) -> Option<(Nonce, Instant)> {
-        self.nonces.back().copied()
+        self.nonces.back().map(|issued| (issued.nonce, issued.at))
+    }
+
+    /// What is under way and leads away from safe is void from now on: who gave it has to give it again.
+    pub fn void(&mut self) {
+        self.nonces.iter_mut().for_each(|issued| issued.void = true);
     }
 
     /// Judges one order, received at `now`. Nothing is remembered of it unless every check has passed. What costs little
@@ -142,7 +156,7 @@ impl CommandGate {
         let claimed = Claimed { id: claim.id, kind: claim.kind, intent: Sha256::digest(&order.intent[..]).into() };
         let judged = self.addressed(&claim).and_then(|()| {
             let who = claim.id.operator;
-            let fresh = intent.in_time(policy, self.age(claim.nonce, now), self.limit)?;
+            let fresh = intent.in_time(policy, self.age(&claim, now), self.limit)?;
             let admitted = fresh.by_role(policy, &self.operators)?.standing(policy, roll, now)?;
             let new = admitted.not_repeated(policy, &self.counters, &claimed.intent)?;
             let needed = new.within_rate(policy, &self.rates, who, now)?.worth_verifying(policy, &self.rates, now)?;
@@ -171,9 +185,9 @@ impl CommandGate {
     }
 
     /// The age of an intent is at most that of the nonce it repeats.
-    fn age(&self, nonce: Nonce, now: Instant) -> Option<Age> {
-        let (_, issued) = self.nonces.iter().find(|(issued, _)| *issued == nonce)?;
-        Some(Age::on_one_host(*issued, now))
+    fn age(&self, claim: &Intent, now: Instant) -> Option<Age> {
+        let issued = self.nonces.iter().find(|issued| issued.nonce == claim.nonce)?;
+        (!issued.void || claim.kind.towards_safe()).then(|| Age::on_one_host(issued.at, now))
     }
 }
 

@@ -212,6 +212,17 @@ impl Autonomy {
         }
     }
 
+    /// What was sent to us meanwhile is lost, or somebody else has it: whether the session was cut or taken, nobody says whom
+    /// we could believe. So what was given until now and leads away from safe is void, and the operator reads of it in our
+    /// reports.
+    pub(crate) fn session_lost(&mut self, now: Instant) {
+        self.write(now, Event::SessionLost { peer: self.identity.unit.peer() });
+        self.standing.sessions_lost = self.standing.sessions_lost.saturating_add(1);
+        self.commands.void();
+        let nonce = self.nonce();
+        self.commands.issue(nonce, now);
+    }
+
     /// Refused at the boundary: nobody's word is behind it. It is counted, and written and answered only so often; a flood
     /// must not make us sign and write as fast as it sends, whatever is wrong with it.
     fn reject(&mut self, now: Instant, claimed: Option<Claimed>, refusal: &Refusal) {

@@ -252,6 +252,7 @@ impl Core for Autonomy {
             Input::Record { session, bytes } => self.record(now, *session, bytes),
             Input::Closed { session } => self.closed(now, *session),
             Input::Published { subject, bytes } => self.published(now, *subject, bytes),
+            Input::SessionLost => self.session_lost(now),
             Input::Quiesce => self.quiet = true,
             Input::Finish => self.finish(now),
             // Of relays and the recorder.

@@ -33,6 +33,8 @@ pub struct Standing {
     pub last_command: Option<(CommandId, Option<Reason>)>,
     /// Checks that were waived on the way of the lease.
     pub lease_waived: Waived,
+    /// How often our session at the broker was lost.
+    pub sessions_lost: u32,
 }
 
 /// What a report is made from.
@@ -85,6 +87,7 @@ impl Sources<'_> {
             progress: self.mission.progress(),
             tracks: self.picture.tracks().iter().map(|track| reported(track, now)).collect(),
             watched: self.watched,
+            sessions_lost: self.standing.sessions_lost,
         }
     }
 

@@ -119,6 +119,7 @@ fn piece(at: u64, input: &Input) -> Option<Piece> {
         | Input::Record { .. }
         | Input::Closed { .. }
         | Input::Published { .. }
+        | Input::SessionLost
         | Input::Audit { .. }
         | Input::Quiesce
         | Input::Finish

@@ -55,7 +55,7 @@ pub use peer::{Falsehood, ModeConfusion, Motion, Product, SessionReplay};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use problem::{Problem, ProblemRow, Problems};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
-pub use rogue::{Mandate, Order, Rogue, Values, Way};
+pub use rogue::{Mandate, Order, Rogue, Takeover, Values, Way};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene};
 pub use set::Settings;
 pub use setup::{Setup, find_root, load_policy, shipped};
@@ -205,6 +205,9 @@ pub struct Scenario {
     /// A rogue station gives orders under a key that is not its own.
     #[serde(default)]
     pub rogue: List<Rogue, 16>,
+    /// A thief takes somebody's session at the broker.
+    #[serde(default)]
+    pub takeover: List<Takeover, 8>,
     /// Identities that are admitted for a time only.
     #[serde(default)]
     pub mandate: List<Mandate, 8>,

@@ -49,6 +49,7 @@ impl Claims {
             | Input::Stream { .. }
             | Input::Audit { .. }
             | Input::Cue { .. }
+            | Input::SessionLost
             | Input::Quiesce
             | Input::Finish => return None,
         };

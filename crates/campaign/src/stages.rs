@@ -187,6 +187,7 @@ fn heard(at: u64, node: NodeId, input: &Input) -> Option<Word> {
         | Input::Audit { .. }
         | Input::Quiesce
         | Input::Finish
+        | Input::SessionLost
         | Input::Cue { .. } => return None,
     };
     Some(Word { at, node, said: false, way, hash: wire_hash(bytes) })
@@ -201,6 +202,8 @@ fn said(at: u64, node: NodeId, output: &Output) -> Option<Word> {
         | Output::Stream { .. }
         | Output::Reset { .. }
         | Output::Close { .. }
+        | Output::Join
+        | Output::Leave
         | Output::Audit { .. }
         | Output::Stranger { .. }
         | Output::Text { .. } => return None,

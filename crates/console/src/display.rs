@@ -1,7 +1,7 @@
 //! What the display shows, told to the instrument plane: whenever it changes, and often enough otherwise.
 
 use wire::event::{Event, Freshness, ShownAs};
-use wire::id::{CommandId, UnitId};
+use wire::id::{CommandId, PeerId, UnitId};
 use wire::mode::Mode;
 use wire::time::{Instant, Span};
 
@@ -20,11 +20,12 @@ struct Face {
     tracks_stale: u8,
 }
 
-/// What was told last of each unit and of each command that is still shown.
+/// What was told last of each unit, of each command that is still shown, and of sessions lost.
 #[derive(Clone, Debug, Default)]
 pub struct Witness {
     units: Vec<(UnitId, Instant, Face)>,
     commands: Vec<(CommandId, ShownAs)>,
+    losses: Vec<(PeerId, u32)>,
 }
 
 impl Witness {
@@ -35,6 +36,9 @@ impl Witness {
         let before = std::mem::replace(&mut self.commands, commands);
         let changed = self.commands.iter().filter(|now| !before.contains(now));
         events.extend(changed.map(|(command, shown)| Event::CommandShown { command: *command, shown: *shown }));
+        let before = std::mem::replace(&mut self.losses, shown.losses.clone());
+        let more = self.losses.iter().filter(|now| !before.contains(now));
+        events.extend(more.map(|(peer, times)| Event::LossesShown { peer: *peer, times: *times }));
         events
     }
 

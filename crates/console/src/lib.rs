@@ -27,7 +27,7 @@ use wire::command::Request;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{AcceptedReport, Feed};
-use wire::id::{NodeId, UnitId, WorldId};
+use wire::id::{NodeId, PeerId, UnitId, WorldId};
 use wire::refusal::Refusal;
 use wire::setup::{NoChannel, Secret, Setup};
 use wire::sign::Key;
@@ -181,6 +181,7 @@ impl Console {
             Feed::Session(peer, open) => self.model.session(peer, open),
             Feed::Command(intent, stage) => self.model.commands_mut().staged(now, &intent, stage),
             Feed::Acknowledged(ack) => self.acknowledged(now, ack),
+            Feed::SessionsLost(counted) => self.model.sessions_lost(PeerId::GATEWAY, counted),
         }
         self.accounts.accepted(at);
     }
@@ -311,6 +312,7 @@ impl Core for Console {
             | Input::Record { .. }
             | Input::Closed { .. }
             | Input::Published { .. }
+            | Input::SessionLost
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::Audit { .. }

@@ -81,6 +81,8 @@ pub struct Shown {
     pub links: Vec<(PeerId, bool)>,
     /// Refusals by reason, as fed (the feed is bounded; exact numbers are in the accounts).
     pub refusals: Vec<(Reason, u64)>,
+    /// Whose sessions at the broker were cut or taken, and how often: an alarm.
+    pub losses: Vec<(PeerId, u32)>,
     /// Commands of this console, oldest first.
     pub commands: Vec<ShownCommand>,
 }
@@ -117,7 +119,17 @@ pub struct Model {
     units: Vec<(UnitId, Option<Heard>)>,
     links: BTreeMap<PeerId, bool>,
     refusals: BTreeMap<Reason, u64>,
+    losses: BTreeMap<PeerId, Losses>,
     commands: Commands,
+}
+
+/// Sessions that one peer has lost.
+#[derive(Clone, Copy, Debug, Default)]
+struct Losses {
+    /// As it counted them last, in its present boot.
+    counted: u32,
+    /// In all.
+    total: u32,
 }
 
 impl Model {
@@ -128,6 +140,7 @@ impl Model {
             units: units.iter().map(|unit| (*unit, None)).collect(),
             links: BTreeMap::new(),
             refusals: BTreeMap::new(),
+            losses: BTreeMap::new(),
             commands: Commands::default(),
         }
     }
@@ -142,7 +155,8 @@ impl Model {
     pub fn report(&mut self, accepted: &Accepted<SignedReport<'_>>, via: PeerId, waived: Waived) -> bool {
         let (report, evidence) = (&accepted.message().report, accepted.evidence());
         let unit = report.origin.unit();
-        let Some((_, slot)) = self.units.iter_mut().find(|(u, _)| Some(*u) == unit) else { return false };
+        let Some((unit, slot)) = self.units.iter_mut().find(|(u, _)| Some(*u) == unit) else { return false };
+        let peer = unit.peer();
         if slot.as_ref().is_some_and(|heard| !newer(report, heard)) {
             return false;
         }
@@ -160,7 +174,16 @@ impl Model {
             pose: Aged::new(report.pose, arrived, older(report.pose_age)),
             tracks: report.tracks.iter().map(|track| Aged::new(*track, arrived, older(track.age))).collect(),
         });
+        self.sessions_lost(peer, report.sessions_lost);
         true
+    }
+
+    /// So often, says `peer`, its session at the broker was lost since it started. What was shown once stays shown.
+    pub fn sessions_lost(&mut self, peer: PeerId, counted: u32) {
+        let known = self.losses.entry(peer).or_default();
+        // A peer that counts less than it did has started again.
+        let more = if counted < known.counted { counted } else { counted - known.counted };
+        *known = Losses { counted, total: known.total.saturating_add(more) };
     }
 
     /// A session at the gateway opened or ended.
@@ -203,6 +226,7 @@ impl Model {
             silent: self.units.iter().filter(|(_, heard)| heard.is_none()).map(|(unit, _)| *unit).collect(),
             links: self.links.iter().map(|(peer, open)| (*peer, *open)).collect(),
             refusals: self.refusals.iter().map(|(reason, n)| (*reason, *n)).collect(),
+            losses: self.losses.iter().map(|(peer, n)| (*peer, n.total)).filter(|(_, n)| *n > 0).collect(),
             commands: self.commands.shown(),
         }
     }

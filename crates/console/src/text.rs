@@ -30,6 +30,10 @@ pub fn lines(shown: &Shown, ablation: Option<&str>) -> String {
     line(&mut text, format_args!("links    {}", joined(links)));
     let refusals = shown.refusals.iter().map(|(reason, n)| format!("{} {n}", reason.name()));
     line(&mut text, format_args!("refused  {}", joined(refusals)));
+    for (peer, n) in &shown.losses {
+        let what = "cut, or taken by another connection; orders away from safe that were under way are void";
+        line(&mut text, format_args!("ALARM    {peer} LOST its command session {n} times: {what}"));
+    }
     shown.commands.iter().for_each(|command| command_line(&mut text, shown.at, command));
     text
 }

@@ -186,6 +186,7 @@ fn record(key: &Key, n: u64) -> Vec<u8> {
         progress: 0,
         tracks: List::default(),
         watched: None,
+        sessions_lost: 0,
     };
     let signed = key.sign(Purpose::Report, &codec::encode(&report));
     codec::encode(&Hop {

@@ -7,7 +7,7 @@ use wire::command::{CommandKind, Request};
 use wire::core::{Output, Subject, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{CommandStage, Feed};
-use wire::id::NodeId;
+use wire::id::{NodeId, PeerId};
 use wire::refusal::Refusal;
 use wire::time::{Instant, Span};
 use wire::trust::Accepted;
@@ -135,6 +135,23 @@ impl Gateway {
                 }
                 self.tell(now, &Feed::Acknowledged(bytes.into()));
             }
+        }
+    }
+
+    /// Our session at the broker was cut, or somebody else had it. What waits here for its confirmation is void, and the
+    /// display is told, now and again with each of its challenges.
+    pub(crate) fn session_lost(&mut self, now: Instant) {
+        self.note(now, Event::SessionLost { peer: PeerId::GATEWAY });
+        self.sessions_lost = self.sessions_lost.saturating_add(1);
+        for command in self.staging.void() {
+            self.staged(now, command, CommandStage::Refused);
+        }
+        self.tell_of_losses(now);
+    }
+
+    pub(crate) fn tell_of_losses(&mut self, now: Instant) {
+        if self.sessions_lost > 0 {
+            self.tell(now, &Feed::SessionsLost(self.sessions_lost));
         }
     }
 

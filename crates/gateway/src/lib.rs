@@ -84,6 +84,8 @@ pub struct Gateway {
     tick: Option<Instant>,
     /// The display's newest challenge, and when it came.
     watch: Option<(Nonce, Instant)>,
+    /// How often our session at the broker was lost.
+    sessions_lost: u32,
     quiet: bool,
     out: VecDeque<Output>,
 }
@@ -117,6 +119,7 @@ impl Gateway {
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
             tick: None,
             watch: None,
+            sessions_lost: 0,
             quiet: false,
             out: VecDeque::new(),
             boot: setup.boot,
@@ -150,6 +153,7 @@ impl Gateway {
             journal: self.journal.fork(),
             tick: self.tick,
             watch: self.watch,
+            sessions_lost: self.sessions_lost,
             quiet: self.quiet,
             out: self.out.clone(),
         }
@@ -203,6 +207,7 @@ impl Core for Gateway {
             Input::Record { session, bytes } => self.record(now, *session, bytes),
             Input::Closed { session } => self.closed(now, *session),
             Input::Published { subject, bytes } => self.published(now, *subject, bytes),
+            Input::SessionLost => self.session_lost(now),
             Input::Bus { topic, bytes } => self.requested(now, *topic, bytes),
             Input::Timeout => self.timeout(now),
             Input::Quiesce => self.quiet = true,

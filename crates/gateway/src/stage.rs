@@ -186,6 +186,11 @@ impl Staging {
         gone.iter().map(Waiting::command).collect()
     }
 
+    /// Nothing waits any longer. Gives the commands that are gone.
+    pub fn void(&mut self) -> Vec<Command> {
+        self.waiting.drain(..).map(|waiting| waiting.command()).collect()
+    }
+
     /// A signed confirmation came for an intent of `station` that should be waiting.
     pub fn release(&mut self, now: Instant, station: NodeId, bytes: &[u8]) -> Result<Progress, Rejected> {
         let decoded = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes)?;

@@ -129,6 +129,7 @@ impl Gateway {
         self.accounts.accepted(Interface::Requests);
         self.watch = Some((challenge, now));
         self.pass_watch(now);
+        self.tell_of_losses(now);
     }
 
     /// Tells each session the display's challenge that has not been told it yet.

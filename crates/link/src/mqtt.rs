@@ -1,6 +1,10 @@
 //! The command plane's client: MQTT 5 over mutual TLS 1.3. Its other end, for an adversary in the broker's place, is
 //! [`server`].
 //!
+//! That another connection has taken a session is not told apart from a cut: MQTT 5 has a reason code for it (0x8E), but
+//! mosquitto 2.0.11 sends none, and this client library waits for more of a DISCONNECT that ends with its reason code.
+//! Either way the session is lost, and the core is told so.
+//!
 //! Clean start, QoS 1, Nagle off, one certificate per connection, client identifier = certificate name. The driver
 //! never waits for it: both directions are bounded queues. QoS 1 can deliver twice, a broker can lose and a publisher's
 //! name is hearsay; all three are the cores' business.
@@ -9,7 +13,7 @@ pub mod server;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rumqttc::mqttbytes::QoS;
 use rumqttc::mqttbytes::v5::Packet;
@@ -36,7 +40,8 @@ pub const MAX_PAYLOAD: usize = 8 * 1024;
 /// Longest silence before the client asks whether the broker is there, in seconds.
 pub const KEEP_ALIVE_S: u16 = 5;
 
-/// First and longest pause between connection attempts.
+/// First and longest pause between connection attempts. A session that stood for less than the longest one does not make
+/// the next pause the first again: two who hold one certificate do not take turns as fast as they can.
 pub const PAUSES: (Duration, Duration) = (Duration::from_millis(50), Duration::from_millis(800));
 
 /// What became of publications.
@@ -48,6 +53,7 @@ struct Counters {
     lost: AtomicU64,
     received: AtomicU64,
     refused: AtomicU64,
+    ended: AtomicU64,
 }
 
 /// A reading of the counters.
@@ -65,6 +71,8 @@ pub struct MqttStats {
     pub received: u64,
     /// Publications received on another topic or too long.
     pub refused: u64,
+    /// Sessions that ended, and not by us.
+    pub ended: u64,
 }
 
 /// A connection that is kept up until this is dropped.
@@ -127,6 +135,7 @@ impl Mqtt {
             lost: get(&self.counters.lost),
             received: get(&self.counters.received),
             refused: get(&self.counters.refused),
+            ended: get(&self.counters.ended),
         }
     }
 }
@@ -202,12 +211,12 @@ async fn poll(
     to: &mpsc::Sender<Input>,
     counters: &Counters,
 ) {
-    let mut pause = PAUSES.0;
+    let (mut pause, mut stands) = (PAUSES.0, None);
     while !to.is_closed() {
         match events.poll().await {
             Ok(Event::Incoming(Packet::ConnAck(_))) => {
                 add(&counters.connected);
-                pause = PAUSES.0;
+                stands = Some(Instant::now());
                 for subject in subjects {
                     if let Err(error) = client.try_subscribe(subject.topic(), QoS::AtLeastOnce) {
                         tracing::warn!(%error, "subscription not sent");
@@ -236,6 +245,15 @@ async fn poll(
                 tracing::debug!(%error, "broker not reached");
                 if let Some(witness) = &*latest.lock().unwrap_or_else(PoisonError::into_inner) {
                     witness.failed(&error);
+                }
+                if let Some(since) = stands.take() {
+                    add(&counters.ended);
+                    if to.send(Input::SessionLost).await.is_err() {
+                        return;
+                    }
+                    if Instant::elapsed(&since) >= PAUSES.1 {
+                        pause = PAUSES.0;
+                    }
                 }
                 tokio::time::sleep(pause).await;
                 pause = (pause * 2).min(PAUSES.1);

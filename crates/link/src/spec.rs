@@ -171,6 +171,9 @@ pub struct MqttDial {
     /// Subjects to receive, by topic name (`hs/cmd/unit-a`).
     #[serde(default, with = "subject_names")]
     pub subscribe: Vec<Subject>,
+    /// Not from the start, but from when the core asks for it to when it gives it up (adversaries).
+    #[serde(default)]
+    pub on_demand: bool,
 }
 
 /// Being the command broker.

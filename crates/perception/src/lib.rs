@@ -255,6 +255,7 @@ impl Core for Perception {
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::Audit { .. }
+            | Input::SessionLost
             | Input::Cue { .. } => {}
         }
     }

@@ -308,6 +308,7 @@ impl Core for Sim {
             | Input::Record { .. }
             | Input::Closed { .. }
             | Input::Published { .. }
+            | Input::SessionLost
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::Audit { .. } => {}

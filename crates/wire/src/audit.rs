@@ -310,6 +310,7 @@ impl Core for Recorder {
             | Input::Published { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }
+            | Input::SessionLost
             | Input::Cue { .. } => {}
         }
     }

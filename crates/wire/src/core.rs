@@ -255,6 +255,10 @@ pub enum Input {
         #[n(0)]
         step: StepName,
     },
+    /// Our session at the broker has ended, and not by us: it was cut, or another connection under our certificate has taken
+    /// it. Whoever dials for us dials again.
+    #[n(41)]
+    SessionLost,
 }
 
 /// What a core gives back.
@@ -341,6 +345,13 @@ pub enum Output {
         #[n(0)]
         session: SessionId,
     },
+    /// Take a session on the command plane, under the certificate that the process has (adversaries only; services are
+    /// connected from their start).
+    #[n(41)]
+    Join,
+    /// Give that session up.
+    #[n(42)]
+    Leave,
     /// Emit a datagram towards the server from a source address of the relay's own, which no session knows and no
     /// credential covers (relay only).
     #[n(8)]

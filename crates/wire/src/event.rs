@@ -749,6 +749,26 @@ pub enum Event {
         #[n(0)]
         peer: PeerId,
     },
+    /// An adversary takes a session on the command plane under this certificate.
+    #[n(56)]
+    Joins {
+        #[n(0)]
+        certificate: PeerId,
+    },
+    /// The session of this peer at the broker has ended, and not by the peer, who says so.
+    #[n(58)]
+    SessionLost {
+        #[n(0)]
+        peer: PeerId,
+    },
+    /// Console: how often that happened, as the display shows it.
+    #[n(57)]
+    LossesShown {
+        #[n(0)]
+        peer: PeerId,
+        #[n(1)]
+        times: u32,
+    },
     /// Autonomy: a fix as it came, and the pose that the unit drives by after it (written a few times a second).
     #[n(60)]
     Located {

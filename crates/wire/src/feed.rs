@@ -27,6 +27,9 @@ pub enum Feed<'b> {
     /// The unit's signed acknowledgement, as it came.
     #[n(4)]
     Acknowledged(#[b(0)] &'b ByteSlice),
+    /// How often in this boot the gateway's session at the broker was cut or taken.
+    #[n(5)]
+    SessionsLost(#[n(0)] u32),
 }
 
 /// A report that passed the boundary, for display.

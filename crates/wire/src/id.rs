@@ -169,7 +169,7 @@ impl NodeId {
     pub const INSIDER_PERCEPTION: NodeId = NodeId(27);
     /// The insider whose hands the recorder is in.
     pub const INSIDER_RECORDER: NodeId = NodeId(28);
-    /// A process of the same user, on a host's shared memory, that no launcher started.
+    /// Whoever takes the place of another: on a host's shared memory, or of its session at the broker.
     pub const IMPOSTOR: NodeId = NodeId(30);
 
     /// What stands at the mouth of this node's secure sessions and logs what arrives, when the node has it: the record
@@ -236,6 +236,11 @@ impl UnitId {
     /// The node that speaks for this unit.
     pub fn node(self) -> NodeId {
         NodeId(self.0)
+    }
+
+    /// The certificate of that node.
+    pub fn peer(self) -> PeerId {
+        PeerId(self.0)
     }
 }
 

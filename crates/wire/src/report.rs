@@ -107,6 +107,9 @@ pub struct Report {
     /// itself.
     #[n(16)]
     pub watched: Option<Echo>,
+    /// How often in this boot the unit's session at the broker was cut or taken.
+    #[n(17)]
+    pub sessions_lost: u32,
 }
 
 impl Report {

@@ -3,7 +3,7 @@
 //! `teammate` holds teammate B's certificate and signing key, `broker` the command broker's, `gateway` the gateway's,
 //! `operator` somebody's signing key and a way to give orders with it. They keep every rule of the protocol they speak; what
 //! they break is the meaning. `rogue` is a process on a host's shared memory that speaks in another's name, with that one's
-//! keys or without.
+//! keys or without; `thief` has a copy of somebody's certificate and takes that one's session at the broker.
 
 mod broker;
 mod end;
@@ -19,6 +19,7 @@ mod tape;
 mod teammate;
 #[cfg(test)]
 mod tests;
+mod thief;
 mod voice;
 
 pub use broker::InsiderBroker;
@@ -27,3 +28,4 @@ pub use operator::InsiderOperator;
 pub use recorder::{InsiderRecorder, Kept};
 pub use rogue::Rogue;
 pub use teammate::InsiderTeammate;
+pub use thief::SessionThief;

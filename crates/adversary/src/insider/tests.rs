@@ -196,6 +196,7 @@ fn report_of_c() -> Vec<u8> {
         progress: 10,
         tracks: codec::List::default(),
         watched: None,
+        sessions_lost: 0,
     };
     key(3).sign(Purpose::Report, &codec::encode(&report))
 }

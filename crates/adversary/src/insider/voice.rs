@@ -96,6 +96,7 @@ impl Voice {
             progress: 0,
             tracks: codec::List::default(),
             watched,
+            sessions_lost: 0,
         }
     }
 }

@@ -253,6 +253,7 @@ impl Bench {
             progress: 0,
             tracks: List::default(),
             watched: None,
+            sessions_lost: 0,
         }
     }
 

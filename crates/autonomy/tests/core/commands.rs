@@ -1,9 +1,10 @@
 //! Orders: at most once, never late, never by halves, never by another.
 
 use wire::command::CommandKind;
+use wire::core::Input;
 use wire::event::{Account, Event, Interface};
 use wire::hop::HopBody;
-use wire::id::{Boot, NodeId, Nonce, Sequence, UnitId};
+use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, UnitId};
 use wire::mode::Mode;
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
@@ -110,6 +111,21 @@ fn an_order_of_the_boot_before_is_late_in_the_next_one() {
     assert_eq!(executed(&after), [Some(Reason::Late)], "the same seed issues other nonces after a restart");
     before.publish(enable);
     assert_eq!(executed(&before), [None]);
+}
+
+#[test]
+fn what_was_given_before_the_session_was_lost_is_void_unless_it_leads_to_safety() {
+    let mut bench = idle();
+    let (enable, hold) = (bench.signed_order(CommandKind::Enable), bench.signed_order(CommandKind::Hold));
+    bench.feed(&Input::SessionLost);
+    bench.publish(enable);
+    assert_eq!((executed(&bench), bench.core.mode()), (vec![Some(Reason::Late)], Mode::Idle));
+    bench.run(200);
+    assert_eq!(bench.report.as_ref().unwrap().sessions_lost, 1, "the unit says so");
+    assert_eq!(bench.order(CommandKind::Enable), None, "given anew it is obeyed");
+    bench.publish(hold);
+    assert_eq!(bench.core.mode(), Mode::HoldSafe, "a HOLD is never void");
+    assert!(bench.events.iter().any(|e| matches!(e, Event::SessionLost { peer: PeerId::UNIT_A })));
 }
 
 #[test]

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use link::crypto;
 use link::loopback::LoopbackAddr;
+use link::mqtt::Mqtt;
 use link::pki::{Authority, Credential, Role, dns_name};
+use link::stream::StreamLog;
+use link::vet::list::Revocations;
 use rumqttc::{
     AsyncClient, Broker, ConnectReturnCode, ConnectionError, Event, EventLoop, LastWill, MqttOptions, Packet,
     PublishNoticeError, PublishOptions, QoS, SubscribeNoticeError, TlsConfiguration, Transport,
@@ -17,6 +20,7 @@ use tokio::net::TcpStream;
 use tokio::sync::{mpsc, oneshot};
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
+use wire::core::{Input, Subject};
 use wire::id::PeerId;
 
 /// The authority of a test run.
@@ -66,6 +70,13 @@ impl RunPki {
     /// A client of the broker at `at` under its own name.
     pub(crate) async fn connect(&self, at: LoopbackAddr, peer: PeerId) -> Client {
         Client::open(at, peer.name(), self.tls(peer), None).await.expect("admitted")
+    }
+
+    /// The client of the services, as `peer`.
+    pub(crate) fn serve(&self, at: LoopbackAddr, peer: PeerId, hears: Subject, to: mpsc::Sender<Input>) -> Mqtt {
+        let credential = self.issue(peer.name(), Role::Dials);
+        let trust = (&credential, &Revocations::of(&credential).expect("it carries a list"));
+        Mqtt::start(at, peer, PeerId::BROKER, trust, vec![hears], StreamLog::none(), to).expect("a usable credential")
     }
 
     pub(crate) fn issue(&self, name: &str, role: Role) -> Credential {

@@ -1,14 +1,20 @@
 //! What every broker on the command plane owes, whoever wrote it. How a broker says no is its own business; that nothing
 //! passes which the table of rights does not grant is not.
 
+use std::time::Duration;
+
 use broker::acl::{Verb, grant};
 use link::loopback::LoopbackAddr;
 use link::pki::Role;
 use tokio::net::TcpStream;
-use wire::core::Subject;
+use tokio::sync::mpsc;
+use wire::core::{Input, Subject};
 use wire::id::{PeerId, UnitId};
 
 use crate::client::{Client, RunPki};
+
+/// How long one publication has to come through before it is made again.
+const AGAIN: Duration = Duration::from_millis(50);
 
 /// A running broker with the certificates and rights of a run.
 pub(crate) trait Broker: Sized {
@@ -55,6 +61,7 @@ macro_rules! command_path {
             a_forbidden_subscription_hears_nothing
             a_silent_peer_holds_up_nobody
             one_certificate_holds_one_session
+            a_service_learns_that_its_session_is_lost_when_it_is_taken_and_takes_it_back
             the_model_and_the_broker_agree_on_who_receives
         }
     };
@@ -175,6 +182,37 @@ pub(crate) async fn one_certificate_holds_one_session(pki: RunPki, mut server: i
     server.ended(PeerId::UNIT_A).await;
     first.publish("hs/ack/unit-a", b"from the old one").await.expect_err("taken over");
     second.publish("hs/ack/unit-a", b"from the new one").await.expect("granted");
+}
+
+pub(crate) async fn a_service_learns_that_its_session_is_lost_when_it_is_taken_and_takes_it_back(
+    pki: RunPki,
+    server: impl Broker,
+) {
+    let (to, mut heard) = mpsc::channel(16);
+    let subject = Subject::Command(UnitId::A);
+    let _unit = pki.serve(server.address(), PeerId::UNIT_A, subject, to);
+    let gateway = pki.connect(server.address(), PeerId::GATEWAY).await;
+    reaches(&gateway, &mut heard, b"before").await;
+    let thief = pki.connect(server.address(), PeerId::UNIT_A).await;
+    loop {
+        match heard.recv().await.expect("it goes on") {
+            Input::Published { .. } => {}
+            other => break assert_eq!(other, Input::SessionLost),
+        }
+    }
+    drop(thief);
+    reaches(&gateway, &mut heard, b"after").await;
+}
+
+/// Publishes until the unit has heard it: what is published while it has no subscription reaches nobody.
+async fn reaches(gateway: &Client, heard: &mut mpsc::Receiver<Input>, wanted: &[u8]) {
+    loop {
+        gateway.publish("hs/cmd/unit-a", wanted).await.expect("granted");
+        let next = tokio::time::timeout(AGAIN, heard.recv()).await;
+        if matches!(next, Ok(Some(Input::Published { bytes, .. })) if bytes == wanted) {
+            return;
+        }
+    }
 }
 
 pub(crate) async fn the_model_and_the_broker_agree_on_who_receives(pki: RunPki, server: impl Broker) {

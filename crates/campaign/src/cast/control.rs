@@ -39,5 +39,6 @@ fn idle(config: &mut AdversaryConfig, scenario: &Scenario) {
         AdversaryConfig::InsiderBroker(config) => config.actions.clear(),
         AdversaryConfig::InsiderGateway(config) => config.actions.clear(),
         AdversaryConfig::Rogue(config) => config.moves.clear(),
+        AdversaryConfig::SessionThief(config) => config.takeovers.clear(),
     }
 }

@@ -152,6 +152,11 @@ impl Member {
 }
 
 impl Role {
+    /// Whether it connects to the broker only when its core asks for it.
+    pub fn joins_later(&self) -> bool {
+        matches!(self, Role::Adversary(AdversaryConfig::SessionThief(_)))
+    }
+
     /// Whether its core has steps that can be called: the adversaries', and the sensor faults of the sim.
     pub fn takes_cues(&self) -> bool {
         match self {
@@ -517,6 +522,12 @@ impl Company<'_> {
             );
             member.peer = peer;
             member.commands = peer.is_some();
+        }
+        if let Some(config) = station::thief(self.scenario, draw.phase_ms) {
+            let peer = config.certificate;
+            let member = self.hostile(Host::Control, NodeId::IMPOSTOR, AdversaryConfig::SessionThief(config));
+            member.peer = Some(peer);
+            member.commands = true;
         }
         if let Some(casting) = rogue::of(self.scenario, draw.phase_ms) {
             self.rogue(casting);

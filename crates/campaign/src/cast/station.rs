@@ -1,6 +1,7 @@
-//! From a scenario's `[[rogue]]` and `[[mandate]]` tables to the rogue station's plan and everybody's roll.
+//! From a scenario's `[[rogue]]`, `[[takeover]]` and `[[mandate]]` tables to the plans of rogue and thief, and everybody's
+//! roll.
 
-use adversary::plan::{InsiderOperatorConfig, RogueOrders};
+use adversary::plan::{InsiderOperatorConfig, RogueOrders, SessionThiefConfig, Takeover};
 use wire::id::{NodeId, PeerId, UnitId};
 use wire::trust::Mandate;
 
@@ -39,6 +40,17 @@ pub(super) fn plan(s: &Scenario, phase: u64, secret: &RunSecret) -> Option<Insid
 pub(super) fn channel(s: &Scenario) -> Option<NodeId> {
     let first = s.rogue.first()?;
     (first.way == Way::Station).then_some(NodeId::INSIDER_OPERATOR)
+}
+
+/// The thief's plan, when the scenario has one.
+pub(super) fn thief(s: &Scenario, phase: u64) -> Option<SessionThiefConfig> {
+    let certificate = PeerId::from_name(s.takeover.first()?.certificate.as_str())?;
+    let takeover = |t: &scenario::Takeover| Takeover {
+        at_ms: start_ms(t, phase),
+        duration_ms: (t.duration_s.get() * 1000.0) as u64,
+        step: step(t),
+    };
+    Some(SessionThiefConfig { certificate, takeovers: s.takeover.iter().map(takeover).collect() })
 }
 
 /// For how long identities are admitted.

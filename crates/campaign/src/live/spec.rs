@@ -238,7 +238,8 @@ impl Specs<'_> {
             None => [UnitId::A, UnitId::B, UnitId::C].map(Subject::Ack).to_vec(),
         };
         let expect = PeerId::BROKER;
-        Ok(Some(MqttDial { remote, own, expect, credential: self.credential(node)?, subscribe }))
+        let on_demand = member.role.joins_later();
+        Ok(Some(MqttDial { remote, own, expect, credential: self.credential(node)?, subscribe, on_demand }))
     }
 }
 

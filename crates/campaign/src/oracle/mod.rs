@@ -7,7 +7,7 @@
 //!
 //! `timeline` sorts the events by what they are about, `plan` is what was set out to be done and when, `receipt`, `stream`,
 //! `planes`, `view`, `mouth`, `life` and `place` decide whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `content` for P5, `link` for P3 on the telemetry link, `place` for
-//! where the unit takes itself to be, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
+//! where the unit takes itself to be, `takeover` for sessions that somebody else took, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
 //! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
@@ -28,6 +28,7 @@ mod properties;
 mod receipt;
 mod stale;
 mod stream;
+mod takeover;
 mod timeline;
 mod view;
 
@@ -145,6 +146,7 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     let mut findings = properties::check(evidence, &timeline, &receipt);
     findings.extend(conservation::check(evidence));
     findings.extend(orders::check(evidence));
+    findings.extend(takeover::check(evidence));
     findings.extend(place::check(evidence, &timeline));
     findings.extend(stale::check(evidence));
     let (responses, owed) = demise::judge(evidence, &timeline);

@@ -72,7 +72,7 @@ fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
     let below = evidence.entries.iter().any(|w| match w.entry.event {
         Event::GuardSaw { verdict, .. } => w.at >= zero && verdict != GuardVerdict::Passed,
         Event::StreamSaw { sight: Sight::Refused, .. } => w.at >= zero,
-        Event::CommandShown { shown: ShownAs::NotAcknowledged, .. } => w.at >= zero,
+        Event::CommandShown { shown: ShownAs::NotAcknowledged, .. } | Event::LossesShown { .. } => w.at >= zero,
         // After the end everything falls silent, and the display says so.
         Event::Displayed { unit: UnitId::A, freshness: Freshness::Stale | Freshness::Lost, .. } => {
             (zero..evidence.duration).contains(&w.at)

@@ -2,7 +2,7 @@
 //! table of the same kind did is none.
 
 use wire::event::{Action, Event, FaultKind, Sensor};
-use wire::id::NodeId;
+use wire::id::{NodeId, PeerId};
 use wire::step::StepName;
 use wire::stream::Deed;
 
@@ -33,6 +33,8 @@ pub enum Planned {
     Fault(Sensor, FaultKind),
     /// Orders of a rogue station.
     Rogue,
+    /// The session of this identity at the broker was to be taken over.
+    Takeover(PeerId),
     /// A process was to end.
     Kill(NodeId),
     /// A process was to be kept from running.

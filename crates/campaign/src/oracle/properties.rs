@@ -10,8 +10,8 @@ use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
 use super::receipt::{Befallen, Receipt};
-use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, content, demise, finding, link, planes};
+use super::timeline::{Change, Timeline};
+use super::{Evidence, Finding, Micros, Plan, Planned, Property, content, demise, finding, link, planes};
 
 /// What one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.
@@ -24,6 +24,7 @@ const STANDING: i32 = 50;
 pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let mut found = Vec::new();
     found.extend(acts(evidence, line));
+    found.extend(authority(evidence, line));
     found.extend(subsystem_loss(evidence, line, receipt));
     found.extend(link::trust(evidence, line, receipt));
     found.extend(plant_obeys_hold(evidence, line));
@@ -33,7 +34,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(planes::commands_shown(evidence, line));
     found.extend(planes::operators_hold(evidence, line));
     found.extend(commands(evidence, line));
-    found.extend(recovery(line));
+    found.extend(recovery(evidence, line));
     found.extend(evidence.custody.iter().map(|flaw| finding(Property::P10, evidence.duration, flaw.to_string())));
     found.extend(evidence.broken_log.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));
     found
@@ -80,6 +81,36 @@ fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
             found.push(finding(Property::P11, w.at, what));
         }
     }
+    found
+}
+
+/// P1 and P11 of authority that is not used: it is held on the track that was ordered, and for no longer than it may live. A
+/// unit that is kept from running cannot end it in time, nor use it.
+fn authority(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for w in &evidence.entries {
+        let Event::Minted { track, command, .. } = w.entry.event else { continue };
+        let ordered = line.executed.iter().any(|(_, id, kind)| *id == command && *kind == CommandKind::Arm(track));
+        if w.entry.node == NodeId::UNIT_A && !ordered {
+            found.push(finding(
+                Property::P11,
+                w.at,
+                format!("authority on track {}, which {command} is not about", track.0),
+            ));
+        }
+    }
+    let kept = |plan: &Plan| matches!(plan.what, Planned::Suspend(NodeId::UNIT_A) | Planned::Kill(NodeId::UNIT_A));
+    if evidence.planned.iter().any(kept) {
+        return found;
+    }
+    let limit = (evidence.bounds.authority_ms + evidence.bounds.control_period_ms) * 1000 + SLACK;
+    let ends = line.changes.iter().skip(1).map(|c| c.at).chain([evidence.duration]);
+    let held = line.changes.iter().zip(ends).filter(|(c, _)| c.to == Mode::PrepareToAct);
+    let long = held.filter(|(c, until)| until.saturating_sub(c.at) > limit);
+    found.extend(long.map(|(c, _)| {
+        let what = format!("authority is held for longer than {} ms", evidence.bounds.authority_ms);
+        finding(Property::P1, c.at + limit, what)
+    }));
     found
 }
 
@@ -163,7 +194,7 @@ fn commands(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
 
 /// P9: HOLD_SAFE ends by an operator's Resume only; PREPARE_TO_ACT begins by a new Arm only. That the unit executed one is
 /// half of it; the other is that an operator gave one of that kind.
-fn recovery(line: &Timeline) -> Vec<Finding> {
+fn recovery(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let by = |kind: &str, from: Micros, to: Micros| {
         let mut near = line.executed.iter().filter(|(at, ..)| *at + SLACK >= from && *at <= to + SLACK);
         near.any(|(at, id, k)| k.name() == kind && line.gave(*id, *k, *at))
@@ -174,6 +205,13 @@ fn recovery(line: &Timeline) -> Vec<Finding> {
         let left_hold = change.from == Mode::HoldSafe && change.to != Mode::HoldSafe && change.cause != Cause::Start;
         if left_hold && !(change.cause == Cause::Operator && by("resume", near, change.at)) {
             found.push(finding(Property::P9, change.at, "HOLD_SAFE left without an operator's resume"));
+        }
+        let least = (evidence.bounds.hysteresis_ms * 1000).saturating_sub(SLACK);
+        let degraded = |c: &&Change| c.to == Mode::Degraded && c.at <= change.at;
+        let since = line.changes.iter().rev().find(degraded).map_or(0, |c| c.at);
+        if change.cause == Cause::Recovered && change.at - since < least {
+            let what = format!("DEGRADED left after less than {} ms", evidence.bounds.hysteresis_ms);
+            found.push(finding(Property::P9, change.at, what));
         }
         let left_idle = change.from == Mode::Idle && change.to != Mode::Idle;
         if left_idle && !(change.cause == Cause::Operator && by("enable", near, change.at)) {

@@ -15,7 +15,7 @@ use wire::sensor::{Modalities, Modality};
 use wire::step::StepName;
 
 use super::plan::Window;
-use super::{Evidence, Micros, Plan, Planned, life, link, mouth, orders, place, planes, stream, view};
+use super::{Evidence, Micros, Plan, Planned, life, link, mouth, orders, place, planes, stream, takeover, view};
 
 /// How close together a guard logs the pieces of one datagram, and how long a datagram is on its way.
 const TOGETHER: Micros = 500;
@@ -92,6 +92,7 @@ fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]
         Planned::Suspend(node) => life::suspended(evidence, node, window),
         Planned::Fill(node) => life::filled(evidence, node, window),
         Planned::Rogue => orders::receipt(evidence, window),
+        Planned::Takeover(peer) => takeover::receipt(evidence, peer, window),
         Planned::Stream(deed) => stream::receipt(evidence, deed, window),
         Planned::Broker(action) => planes::broker(evidence, action, window),
         Planned::Feed(action) => view::feed(evidence, action, window),

@@ -45,6 +45,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
     found.extend(shared(s));
     found.extend(operator(s));
     found.extend(rogue(s));
+    found.extend(takeovers(s));
     found.extend(conditions(s));
     found.extend(stacks(s));
     found.extend(check_steps::steps(s));
@@ -179,7 +180,8 @@ pub(super) fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
     let view = view.chain(all(&s.feed_replay)).chain(all(&s.intent_drop));
     let shared = all(&s.forge).chain(all(&s.republish)).chain(all(&s.alter));
     let peers = all(&s.session_replay).chain(all(&s.falsehood)).chain(all(&s.mode_confusion));
-    let insiders = broker.chain(view).chain(all(&s.rogue)).chain(all(&s.teammate)).chain(peers).chain(shared);
+    let keyed = all(&s.rogue).chain(all(&s.takeover)).chain(all(&s.teammate));
+    let insiders = broker.chain(view).chain(keyed).chain(peers).chain(shared);
     datagrams.chain(streams).chain(insiders).chain(faults).collect()
 }
 
@@ -335,6 +337,31 @@ fn rogue(s: &Scenario) -> Vec<Finding> {
             let message = "another key, way or certificate than the table before";
             found.push(finding(&other.holds, message, "a scenario has one rogue station"));
         }
+    }
+    found
+}
+
+/// One thief: one certificate, of one who has a session at the broker, and no other process in the impostor's part.
+fn takeovers(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let Some(first) = s.takeover.first() else { return found };
+    for takeover in &s.takeover {
+        if !["unit-a", "gateway"].contains(&takeover.certificate.as_str()) {
+            found.push(finding(&takeover.certificate, "no session to be taken", "name `unit-a` or `gateway`"));
+        }
+        if takeover.certificate.as_str() != first.certificate.as_str() {
+            found.push(finding(&takeover.certificate, "another certificate", "a scenario has one thief"));
+        }
+        if takeover.duration_s.get() <= 0.0 {
+            found.push(finding(&takeover.at_s, "it ends when it begins", "give a longer `duration_s`"));
+        }
+    }
+    if !(s.forge.is_empty() && s.republish.is_empty() && s.alter.is_empty()) {
+        found.push(finding(
+            &first.at_s,
+            "two impostors",
+            "put what is done on shared memory into a scenario of its own",
+        ));
     }
     found
 }

@@ -1,7 +1,8 @@
 //! The rogue station, and how long operators and teammates are admitted.
 //!
 //! A rogue holds somebody's signing key and gives orders with it: through a station of its own at the gateway, or under
-//! a certificate at the broker. It is an identity of its own; no service knows it for what it is.
+//! a certificate at the broker. A thief holds a certificate and takes its session there. They are identities of their own;
+//! no service knows them for what they are.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -35,6 +36,17 @@ timed! {
         /// The values, where it orders to configure.
         #[serde(default)]
         values: Option<Values>,
+    }
+}
+
+timed! {
+    /// A thief holds a copy of somebody's certificate and takes that one's session at the broker. All tables of a scenario are
+    /// one thief's.
+    Takeover lasts duration_s needs Insider {
+        /// For how long it has the session, or fights for it with whom it belongs to.
+        duration_s: Seconds,
+        /// Whose certificate it holds: the unit under test or the gateway.
+        certificate: Located<Name>,
     }
 }
 

@@ -159,6 +159,7 @@ impl Speakers {
             progress: 300,
             tracks: (1..=n % 8).map(track).collect(),
             watched: Some(Echo { nonce: self.nonce(), seen: PeerStamp(1_000_000_000) }),
+            sessions_lost: 0,
         };
         Key::from_bytes(&self.secrets[0]).sign(Purpose::Report, &codec::encode(&report))
     }

@@ -15,6 +15,7 @@ use wire::time::Instant;
 
 use super::clock::HostClock;
 use super::delay::Delays;
+use super::holder::Client;
 use super::net::Association;
 use super::part::Part;
 use super::queue::NodeIndex;
@@ -78,7 +79,9 @@ fn node(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<No
     let mut node = Node::new(member.node(), core(&member.role, setup, now)?, member.host as u8);
     node.subscribes.clone_from(&member.subscribes);
     node.seat = member.seat;
-    node.commands = member.peer.filter(|_| member.commands);
+    // The unit under test has its session over the modelled stream.
+    let from_start = member.node() != NodeId::UNIT_A && !member.role.joins_later();
+    node.commands = member.peer.filter(|_| member.commands).map(|peer| Client::new(peer, from_start));
     node.takes_cues = member.role.takes_cues();
     Ok(node)
 }

@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use broker::Receivers;
 use broker::acl::{self, Pattern, Verb};
-use broker::gate::{Denial, Event as Denied};
+use broker::gate::{Denial, Event as Told};
 use wire::audit::Journal;
 use wire::core::{Input, Side, Subject};
 use wire::event::{Event, wire_hash};
@@ -15,10 +15,10 @@ use wire::id::{Boot, NodeId, PeerId};
 use wire::stream::Sight;
 use wire::time::Instant;
 
+use super::holder::Redial;
 use super::queue::{Micros, NodeIndex};
 use super::stream::{Effect, Stream};
 use super::{Happening, OPENS_AT, Twin};
-use crate::cast::Host;
 
 /// How long the client waits for a session (its library's default).
 const PATIENCE: Micros = 5_000_000;
@@ -33,7 +33,8 @@ pub(super) struct Relayed {
     pub(super) client: NodeIndex,
     /// Who stands in between.
     pub(super) relay: NodeIndex,
-    stream: Stream,
+    pub(super) stream: Stream,
+    redial: Redial,
     /// The broker's mouth.
     mouth: Journal,
     /// When the last piece of each leg arrives: client to relay, broker to relay, relay to client, relay to broker.
@@ -44,7 +45,7 @@ impl Relayed {
     pub(super) fn new(client: NodeIndex, relay: NodeIndex, secret: [u8; 32]) -> Self {
         let mouth = NodeId::BROKER.guard().unwrap_or(NodeId::BROKER);
         let mouth = Journal::new(mouth, Boot(1), None);
-        Self { client, relay, stream: Stream::new(secret), mouth, latest: [0; 4] }
+        Self { client, relay, stream: Stream::new(secret), redial: Redial::default(), mouth, latest: [0; 4] }
     }
 
     pub(super) fn fork(&self) -> Self {
@@ -88,14 +89,15 @@ impl Twin {
         if self.nodes[usize::from(node)].id == NodeId::INSIDER_BROKER {
             return self.impose(node, at, subject, &bytes);
         }
-        let relayed = self.commands.as_mut().filter(|c| c.client == node);
-        match relayed {
+        let holds = self.holds(usize::from(node));
+        match self.commands.as_mut().filter(|c| c.client == node) {
             Some(commands) => {
                 if let Some(sealed) = commands.stream.publish(Side::Client, subject, bytes) {
                     self.write(Side::Client, at, sealed);
                 }
             }
-            None => self.hand_in(node, at, subject, bytes),
+            None if holds => self.hand_in(node, at, subject, bytes),
+            None => self.keep_publication(node, subject, bytes),
         }
     }
 
@@ -109,7 +111,7 @@ impl Twin {
 
     /// The broker takes a publication of `node` and hands it on; a hostile one is handed it, and does as it likes.
     pub(super) fn distribute(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
-        let Some(publisher) = self.nodes[usize::from(node)].commands else { return };
+        let Some(publisher) = self.nodes[usize::from(node)].commands.as_ref().map(|client| client.peer) else { return };
         if let Some(hostile) = self.index(NodeId::INSIDER_BROKER) {
             let hop = self.delays.datagram();
             let at = self.in_order(node, hostile, at + hop);
@@ -119,11 +121,7 @@ impl Twin {
         match broker.publish(publisher, subject) {
             Ok(receivers) => self.hand_on(node, at, &receivers, subject, &bytes),
             Err(refusal) => {
-                let mut out = VecDeque::new();
-                let now = self.clocks[Host::Control as usize].read(self.now);
-                let denied = Denied::Denied(Denial::Access { peer: publisher, refusal });
-                self.refusals.write(now, broker::audit::audited(&denied), &mut out);
-                self.record_all(NodeId::BROKER, out);
+                self.say_broker(&Told::Denied(Denial::Access { peer: publisher, refusal }));
             }
         }
     }
@@ -131,22 +129,25 @@ impl Twin {
     /// What a hostile broker publishes goes to all who would hear of the subject.
     fn impose(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: &[u8]) {
         let hears = |peer: PeerId| acl::permit(peer, Verb::Subscribe, Pattern::One(subject)).is_ok();
-        let receivers: Receivers = self.nodes.iter().filter_map(|n| n.commands).filter(|peer| hears(*peer)).collect();
+        let peers = self.nodes.iter().filter_map(|n| n.commands.as_ref().map(|client| client.peer));
+        let receivers: Receivers = peers.filter(|peer| hears(*peer)).collect();
         self.hand_on(node, at, &receivers, subject, bytes);
     }
 
     fn hand_on(&mut self, node: NodeIndex, at: Micros, receivers: &[PeerId], subject: Subject, bytes: &[u8]) {
         for reader in 0..self.nodes.len() {
-            if self.nodes[reader].commands.is_some_and(|peer| receivers.contains(&peer)) {
+            let hears = self.nodes[reader].commands.as_ref().is_some_and(|client| receivers.contains(&client.peer));
+            let relayed = self.commands.as_ref().is_some_and(|commands| usize::from(commands.client) == reader);
+            if hears && (relayed || self.holds(reader)) {
                 let hop = self.delays.command();
-                let reader = reader as NodeIndex;
-                let at = self.in_order(node, reader, at + hop);
+                let at = self.in_order(node, reader as NodeIndex, at + hop);
                 let bytes = bytes.to_vec();
-                let happening = match &self.commands {
-                    Some(commands) if commands.client == reader => Happening::Along(Along::Order(subject, bytes)),
-                    Some(_) | None => Happening::Input(Input::Published { subject, bytes }),
+                let happening = if relayed {
+                    Happening::Along(Along::Order(subject, bytes))
+                } else {
+                    Happening::Input(Input::Published { subject, bytes })
                 };
-                self.queue.push(at, reader, happening);
+                self.queue.push(at, reader as NodeIndex, happening);
             }
         }
     }
@@ -188,7 +189,7 @@ impl Twin {
             return;
         }
         if !alive(commands.relay) || self.broker.is_none() {
-            let again = self.now + commands.stream.pause();
+            let again = self.now + commands.redial.pause(self.now);
             return self.queue.push(again, client, Happening::Along(Along::Dial));
         }
         let hello = commands.stream.dial();
@@ -256,10 +257,17 @@ impl Twin {
                 self.feed(client, Input::Published { subject, bytes });
             }
             Effect::Published(Side::Server, subject, bytes) => self.distribute(client, self.now, subject, bytes),
+            Effect::Connects => {
+                if let Some(peer) = self.nodes[usize::from(client)].commands.as_ref().map(|client| client.peer) {
+                    self.displace(peer, client);
+                }
+            }
             Effect::Up => {
                 let session = commands.stream.session();
+                let now = self.now;
+                self.commands.iter_mut().for_each(|commands| commands.redial.stands(now));
                 self.queue.push(self.now + KEEP_ALIVE, client, Happening::Along(Along::KeepAlive(connection)));
-                let peer = self.nodes[usize::from(client)].commands;
+                let peer = self.nodes[usize::from(client)].commands.as_ref().map(|client| client.peer);
                 if let (Some(hostile), Some(peer)) = (self.index(NodeId::INSIDER_BROKER), peer) {
                     self.feed(hostile, Input::Opened { session, peer });
                 }
@@ -273,7 +281,7 @@ impl Twin {
     }
 
     /// The end at `side` hangs up by itself.
-    fn hang_up(&mut self, side: Side) {
+    pub(super) fn hang_up(&mut self, side: Side) {
         if self.end(side, Sight::HungUp) {
             self.write(side, self.now, Vec::new());
         }
@@ -282,15 +290,19 @@ impl Twin {
     /// The end at `side` is over; a client dials again. True when it was open.
     fn end(&mut self, side: Side, sight: Sight) -> bool {
         let Some(commands) = &mut self.commands else { return false };
+        let lost = side == Side::Client && commands.stream.up;
         if !commands.stream.close(side) {
             return false;
         }
         let (client, offset) = (commands.client, commands.stream.place(side).offset());
         if side == Side::Client {
-            let again = self.now + commands.stream.pause();
+            let again = self.now + commands.redial.pause(self.now);
             self.queue.push(again, client, Happening::Along(Along::Dial));
         }
         self.saw(side, sight, offset, &[]);
+        if lost {
+            self.feed(client, Input::SessionLost);
+        }
         true
     }
 

@@ -10,6 +10,7 @@ pub mod cost;
 pub mod delay;
 mod disk;
 mod guard;
+pub mod holder;
 pub mod net;
 pub mod part;
 mod process;
@@ -34,6 +35,7 @@ use command::{Along, Relayed};
 use delay::Delays;
 use disk::Disk;
 use guard::Guard;
+use holder::Client;
 use net::Association;
 use part::Part;
 use process::Processes;
@@ -61,8 +63,8 @@ pub struct Node {
     pub subscribes: Vec<Topic>,
     /// Where it sits on its host's shared memory.
     pub seat: Seat,
-    /// Its identity on the command plane.
-    pub commands: Option<PeerId>,
+    /// What it is on the command plane.
+    pub commands: Option<Client>,
     /// Whether it has steps that can be called.
     pub takes_cues: bool,
     /// Whether its process lives.
@@ -101,6 +103,8 @@ enum Happening {
     HangUp { association: u8, generation: u32 },
     Unfinished { bytes: Vec<u8> },
     Distribute { subject: Subject, bytes: Vec<u8> },
+    Connect,
+    Displaced,
     Ordeal(usize, Turn),
 }
 
@@ -183,7 +187,7 @@ impl Twin {
     /// A twin at time zero.
     pub fn new(assembly: Assembly) -> Twin {
         let mut broker = broker::Broker::under(assembly.rights);
-        for peer in assembly.nodes.iter().filter_map(|n| n.commands) {
+        for peer in assembly.nodes.iter().filter_map(|n| n.commands.as_ref().map(|client| client.peer)) {
             // A refusal here is the broker's answer; such a peer then hears nothing.
             let filter =
                 if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{}", peer.name()) };
@@ -233,7 +237,7 @@ impl Twin {
             host: n.host,
             subscribes: n.subscribes.clone(),
             seat: n.seat,
-            commands: n.commands,
+            commands: n.commands.clone(),
             takes_cues: n.takes_cues,
             alive: n.alive,
             armed: n.armed,
@@ -365,6 +369,8 @@ impl Twin {
             Happening::HangUp { association, generation } => self.end_session(usize::from(association), generation),
             Happening::Unfinished { bytes } => self.note_stranger(node, &bytes, GuardVerdict::Unfinished),
             Happening::Distribute { subject, bytes } => self.distribute(node, self.now, subject, bytes),
+            Happening::Connect => self.connect(node),
+            Happening::Displaced => self.displaced(node),
             Happening::Ordeal(ordeal, turn) => self.ordeal(ordeal, turn),
         }
     }
@@ -481,6 +487,8 @@ impl Twin {
                 self.relayed(node, at, side, Along::Piece(connection.0, side, bytes));
             }
             Output::Reset { connection } => self.relayed(node, at, Side::Client, Along::Reset(connection.0)),
+            Output::Join => self.want(node, true),
+            Output::Leave => self.want(node, false),
             // For a person.
             Output::Text { .. } => {}
         }

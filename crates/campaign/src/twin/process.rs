@@ -204,14 +204,16 @@ impl Twin {
         let end = |association: u8, end: usize| id(self.associations[usize::from(association)].ends[end].node);
         let halted = |id: NodeId| self.processes.halted.contains_key(&id).then_some(id);
         match happening {
-            Happening::Input(_) | Happening::Timer(_) | Happening::Unfinished { .. } => halted(id(node)),
+            Happening::Input(_) | Happening::Timer(_) | Happening::Unfinished { .. } | Happening::Displaced => {
+                halted(id(node))
+            }
             Happening::Datagram { association, end: at, .. } => halted(end(*association, usize::from(*at))),
             Happening::Stranger { association, .. } => halted(end(*association, 1)),
             Happening::Open(association) | Happening::HangUp { association, .. } => halted(end(*association, 0)),
             Happening::Complete { association, .. } => {
                 halted(end(*association, 0)).or_else(|| halted(end(*association, 1)))
             }
-            Happening::Distribute { .. } => halted(NodeId::BROKER),
+            Happening::Distribute { .. } | Happening::Connect => halted(NodeId::BROKER),
             Happening::Along(along) => match along {
                 Along::Dial | Along::Patience(_) | Along::KeepAlive(_) | Along::Piece(_, Side::Client, _) => {
                     halted(id(node))

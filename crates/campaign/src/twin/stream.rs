@@ -17,7 +17,6 @@ use wire::id::SessionId;
 use wire::stream::Place;
 
 use super::net::mask;
-use super::queue::Micros;
 
 /// Type, version, length.
 const HEADER: usize = 5;
@@ -45,6 +44,8 @@ pub enum Effect {
     Write(Side, Vec<u8>),
     /// A publication came out at its side.
     Published(Side, Subject, Vec<u8>),
+    /// The client asks the broker for its session.
+    Connects,
     /// The client's session stands.
     Up,
     /// Its secure layer refuses what came; it hangs up.
@@ -73,7 +74,6 @@ pub struct Stream {
     pub up: bool,
     /// Pings that were not answered yet.
     pub unanswered: u32,
-    pause: Micros,
     waiting: VecDeque<(Subject, Vec<u8>)>,
     /// Publications for which there was no room.
     pub lost: u64,
@@ -88,7 +88,6 @@ impl Stream {
             connection: 0,
             up: false,
             unanswered: 0,
-            pause: first_pause(),
             waiting: VecDeque::new(),
             lost: 0,
             ends: Default::default(),
@@ -99,14 +98,6 @@ impl Stream {
     /// The connection as the relay names it.
     pub fn session(&self) -> SessionId {
         SessionId(self.connection)
-    }
-
-    /// How long the client waits before it dials again; longer each time, until a session stands.
-    pub fn pause(&mut self) -> Micros {
-        let longest = link::mqtt::PAUSES.1.as_micros() as Micros;
-        let pause = self.pause;
-        self.pause = (pause * 2).min(longest);
-        pause
     }
 
     /// Begins a new connection with the client's hello.
@@ -147,7 +138,7 @@ impl Stream {
     pub fn publish(&mut self, side: Side, subject: Subject, bytes: Vec<u8>) -> Option<Vec<u8>> {
         let ready = match side {
             Side::Client => self.up,
-            Side::Server => self.open(Side::Server) && self.ends[Side::Server as usize].got > 0,
+            Side::Server => self.held(),
         };
         if ready {
             return self.seal(side, PUBLISH, &codec::encode(&Input::Published { subject, bytes }));
@@ -158,6 +149,11 @@ impl Stream {
             self.lost += 1;
         }
         None
+    }
+
+    /// Whether the broker has a session over this connection.
+    pub fn held(&self) -> bool {
+        self.open(Side::Server) && self.ends[Side::Server as usize].got > 0
     }
 
     /// The client asks whether the broker is there.
@@ -236,7 +232,11 @@ impl Stream {
         let (kind, content) = plain.split_first()?;
         let answer = |sealed: Option<Vec<u8>>| sealed.map(|bytes| Effect::Write(side, bytes)).into_iter().collect();
         match (*kind, side) {
-            (CONNECT, Side::Server) => Some(answer(self.seal(side, CONNACK, &[]))),
+            (CONNECT, Side::Server) => {
+                let mut effects: Vec<Effect> = answer(self.seal(side, CONNACK, &[]));
+                effects.push(Effect::Connects);
+                Some(effects)
+            }
             (CONNACK, Side::Client) => Some(self.stand()),
             (PUBLISH, _) => {
                 let Ok(Input::Published { subject, bytes }) = minicbor::decode(content) else { return None };
@@ -282,17 +282,12 @@ impl Stream {
     /// The session stands: what waited goes out.
     fn stand(&mut self) -> Vec<Effect> {
         self.up = true;
-        self.pause = first_pause();
         let mut effects = vec![Effect::Up];
         for (subject, bytes) in std::mem::take(&mut self.waiting) {
             effects.extend(self.publish(Side::Client, subject, bytes).map(|bytes| Effect::Write(Side::Client, bytes)));
         }
         effects
     }
-}
-
-fn first_pause() -> Micros {
-    link::mqtt::PAUSES.0.as_micros() as Micros
 }
 
 fn record(kind: u8, body: &[u8]) -> Vec<u8> {
@@ -336,7 +331,10 @@ mod tests {
     fn standing() -> Stream {
         let mut stream = Stream::new([7; 32]);
         let hello = stream.dial();
-        assert_eq!(carry(&mut stream, vec![Effect::Write(Side::Client, hello)], &mut |_| ()), [Effect::Up]);
+        assert_eq!(
+            carry(&mut stream, vec![Effect::Write(Side::Client, hello)], &mut |_| ()),
+            [Effect::Connects, Effect::Up]
+        );
         stream
     }
 
@@ -390,7 +388,6 @@ mod tests {
         assert_eq!(stream.lost, 1);
         let hello = stream.dial();
         let effects = carry(&mut stream, vec![Effect::Write(Side::Client, hello)], &mut |_| ());
-        assert_eq!(effects, [Effect::Up, Effect::Published(Side::Server, subject, bytes)]);
-        assert_eq!((stream.pause(), stream.pause()), (50_000, 100_000));
+        assert_eq!(effects, [Effect::Connects, Effect::Up, Effect::Published(Side::Server, subject, bytes)]);
     }
 }

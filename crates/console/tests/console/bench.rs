@@ -240,6 +240,7 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
         progress: 0,
         tracks: [track].into_iter().collect::<List<_, 8>>(),
         watched: None,
+        sessions_lost: 0,
     }
 }
 

@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use wire::core::Core;
 use wire::event::{Event, Freshness};
 use wire::feed::Feed;
-use wire::id::{NodeId, PeerId, UnitId, WorldId};
+use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::mode::Mode;
 use wire::policy::{DisplayRule, Policy, Requirement};
 use wire::refusal::Reason;
@@ -45,6 +45,30 @@ fn the_display_is_told_at_least_every_200_ms() {
     assert!(told.windows(2).all(|pair| pair[1].0.since(pair[0].0) <= Span::ms(200)));
     assert!(told.iter().all(|(_, freshness, _)| *freshness == Freshness::Fresh));
     assert!(told.len() < 40, "{}", told.len());
+}
+
+#[test]
+fn lost_sessions_are_shown_as_their_owners_count_them_and_a_restart_takes_none_back() {
+    let mut bench = Bench::new(Policy::default(), vec![]);
+    let heard = |bench: &mut Bench, boot: u32, sessions_lost: u32| {
+        let report = bench.next(Mode::Ready);
+        bench.heard(&Report { boot: Boot(boot), sessions_lost, ..report }, Span::ms(20));
+        bench.console.shown(bench.now).losses
+    };
+    assert_eq!(heard(&mut bench, 1, 0), []);
+    assert_eq!(heard(&mut bench, 1, 2), [(PeerId::UNIT_A, 2)]);
+    assert_eq!(heard(&mut bench, 2, 0), [(PeerId::UNIT_A, 2)]);
+    assert_eq!(heard(&mut bench, 2, 1), [(PeerId::UNIT_A, 3)]);
+    bench.feed(&Feed::SessionsLost(1));
+    bench.feed(&Feed::SessionsLost(1));
+    let shown = bench.console.shown(bench.now);
+    assert_eq!(shown.losses, [(PeerId::UNIT_A, 3), (PeerId::GATEWAY, 1)]);
+    assert!(console::text::lines(&shown, None).contains("ALARM    unit-a LOST its command session 3 times"));
+    let told = bench.events.iter().filter_map(|(_, event)| match event {
+        Event::LossesShown { peer, times } => Some((*peer, *times)),
+        _ => None,
+    });
+    assert_eq!(told.collect::<Vec<_>>(), [(PeerId::UNIT_A, 2), (PeerId::UNIT_A, 3), (PeerId::GATEWAY, 1)]);
 }
 
 #[test]

@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use gateway::{Gateway, GatewayConfig};
 use wire::audit::Entry;
 use wire::bounds::Bounds;
-use wire::bus::{ChannelKey, Sender};
+use wire::bus::{ChannelKey, HEADER_LEN, Sender, TAG_LEN};
 use wire::codec::{self, List, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Request};
 use wire::core::{Core, Input, Output, Subject, Topic};
 use wire::event::{Account, Event, Interface};
+use wire::feed::Feed;
 use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP};
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId, WorldId};
 use wire::mode::{Cause, Guards, Mode};
@@ -64,6 +65,8 @@ pub(crate) struct Bench {
     pub(crate) events: Vec<Event>,
     pub(crate) published: Vec<(Subject, Vec<u8>)>,
     pub(crate) feeds: usize,
+    /// What the display was told of losses.
+    pub(crate) losses: Vec<u32>,
     pub(crate) ended: Vec<SessionId>,
     pub(crate) console: Sender,
     pub(crate) delivered: u64,
@@ -83,6 +86,7 @@ impl Bench {
             events: Vec::new(),
             published: Vec::new(),
             feeds: 0,
+            losses: Vec::new(),
             ended: Vec::new(),
             console: Sender::new(Topic::Intents, NodeId::CONSOLE, Boot(1), INTENTS),
             delivered: 0,
@@ -120,7 +124,13 @@ impl Bench {
                     self.units.get_mut(&session).expect("a session of ours").take(self.now, &bytes);
                 }
                 Output::Publish { subject, bytes } => self.published.push((subject, bytes)),
-                Output::Bus { topic: Topic::Feed, .. } => self.feeds += 1,
+                Output::Bus { topic: Topic::Feed, bytes } => {
+                    self.feeds += 1;
+                    let body = &bytes[HEADER_LEN..bytes.len() - TAG_LEN];
+                    if let Ok(Feed::SessionsLost(times)) = codec::decode(body, body.len()) {
+                        self.losses.push(times);
+                    }
+                }
                 Output::Close { session } => self.ended.push(session),
                 other => panic!("unexpected {other:?}"),
             }
@@ -324,6 +334,7 @@ impl Unit {
             progress: 0,
             tracks: List::default(),
             watched: None,
+            sessions_lost: 0,
         }
     }
 }

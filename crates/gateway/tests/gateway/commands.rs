@@ -77,6 +77,21 @@ fn a_staged_intent_expires_without_its_confirmation() {
 }
 
 #[test]
+fn what_waits_here_is_void_when_the_gateways_session_is_lost_and_the_display_is_told_again_and_again() {
+    let mut bench = Bench::new(Policy::default());
+    let enable = signed_intent(&intent(1, CommandKind::Enable, "start"));
+    bench.stage(&enable);
+    bench.give(&Input::SessionLost);
+    assert_eq!(stages(&bench, command(1)), [CommandStage::Staged, CommandStage::Refused]);
+    let confirmation = signed_confirmation(command(1), hash(&enable));
+    assert_eq!(bench.request(&Request::Release(confirmation.as_slice().into())), Some(Reason::Confirmation));
+    assert!(bench.published.is_empty());
+    assert_eq!(bench.losses, [1]);
+    assert_eq!(bench.request(&Request::Watch(wire::id::Nonce(9))), None);
+    assert_eq!(bench.losses, [1, 1], "a message of the feed may be lost");
+}
+
+#[test]
 fn every_reason_to_refuse_an_intent_can_be_provoked() {
     let good = intent(1, CommandKind::Enable, "start");
     let mut other_operator = good;

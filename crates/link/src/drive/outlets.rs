@@ -10,6 +10,7 @@ use std::sync::atomic::AtomicU32;
 use std::time::Duration;
 
 use serde_json::{Value, json};
+use tokio::sync::mpsc;
 use wire::core::{Input, Output, Topic};
 use wire::id::{NodeId, SessionId};
 use wire::time::Instant;
@@ -26,11 +27,11 @@ use crate::instrument::{self, Frame, Instrument};
 use crate::mouth;
 use crate::mqtt::Mqtt;
 use crate::mqtt::server::MqttServer;
-use crate::pki::Credential;
+use crate::pki::{Credential, PkiError};
 use crate::recorder::Recording;
 use crate::relay::{DatagramRelay, StreamRelay};
 use crate::sockets::kernel_drops;
-use crate::spec::ServiceSpec;
+use crate::spec::{MqttDial, ServiceSpec};
 use crate::stream::StreamLog;
 use crate::vet::list::Revocations;
 
@@ -50,6 +51,8 @@ pub(super) struct Outlets {
     listener: Option<Listener>,
     dialler: Option<Dialler>,
     mqtt: Option<Mqtt>,
+    /// What it takes to be a client of the command broker.
+    plane: Option<Plane>,
     broker: Option<MqttServer>,
     datagrams: Option<DatagramRelay>,
     streams: Option<StreamRelay>,
@@ -60,6 +63,22 @@ pub(super) struct Outlets {
     /// Whether buffered logs could not be handed over the last time.
     unflushed: bool,
     undeliverable: u64,
+}
+
+/// What it takes to be a client of the command broker.
+struct Plane {
+    to: MqttDial,
+    revocations: Revocations,
+    log: StreamLog,
+    inputs: mpsc::Sender<Input>,
+}
+
+impl Plane {
+    fn start(&self) -> Result<Mqtt, PkiError> {
+        let Self { to, revocations, log, inputs } = self;
+        let trust = (&to.credential, revocations);
+        Mqtt::start(to.remote, to.own, to.expect, trust, to.subscribe.clone(), log.clone(), inputs.clone())
+    }
 }
 
 /// The log of what the guards saw, in the framing of a mouth log without its head.
@@ -83,6 +102,7 @@ impl Outlets {
             listener: None,
             dialler: None,
             mqtt: None,
+            plane: None,
             broker: None,
             datagrams: None,
             streams: None,
@@ -153,11 +173,13 @@ impl Outlets {
             self.dtls = Some(counters.clone());
         }
         if let Some(to) = &spec.mqtt {
-            let inputs = senders.inputs.clone();
+            let (inputs, revocations) = (senders.inputs.clone(), held(&to.credential)?);
             let log = StreamLog::create(&spec.run_dir, spec.node).map_err(|e| cannot("stream log")(&e))?;
-            let trust = (&to.credential, &held(&to.credential)?);
-            let mqtt = Mqtt::start(to.remote, to.own, to.expect, trust, to.subscribe.clone(), log, inputs);
-            self.mqtt = Some(mqtt.map_err(|e| cannot("mqtt")(&e))?);
+            let plane = Plane { to: to.clone(), revocations, log, inputs };
+            if !to.on_demand {
+                self.mqtt = Some(plane.start().map_err(|e| cannot("mqtt")(&e))?);
+            }
+            self.plane = Some(plane);
         }
         if let Some(listen) = &spec.broker {
             let log = StreamLog::create(&spec.run_dir, spec.node).map_err(|e| cannot("stream log")(&e))?;
@@ -271,11 +293,21 @@ impl Outlets {
             // Without its sending end a session ends; its dialler opens the next.
             Output::Close { session } => self.closed(session),
             Output::Audit { bytes } => self.audit(bytes),
+            Output::Join => self.join(),
+            Output::Leave => self.mqtt = None,
             Output::Stranger { bytes } => match &self.datagrams {
                 Some(relay) => relay.emit_stranger(&bytes),
                 None => self.undeliverable += 1,
             },
             Output::Text { text } => say("text", &json!(text)),
+        }
+    }
+
+    fn join(&mut self) {
+        match self.plane.as_ref().map(Plane::start) {
+            Some(Ok(mqtt)) => self.mqtt = Some(mqtt),
+            Some(Err(error)) => tracing::warn!(%error, "no session on the command plane"),
+            None => self.undeliverable += 1,
         }
     }
 

@@ -22,7 +22,7 @@ fn spec() -> ServiceSpec {
     spec.dial = Some(DtlsDial { remote, expect: PeerId::GATEWAY, credential: credential.clone(), idle_ms: 2_000 });
     let subscribe = vec![Subject::Command(UnitId::A)];
     let expect = PeerId::from_name("broker").unwrap();
-    spec.mqtt = Some(MqttDial { remote, own: PeerId::UNIT_A, expect, credential, subscribe });
+    spec.mqtt = Some(MqttDial { remote, own: PeerId::UNIT_A, expect, credential, subscribe, on_demand: false });
     spec.config = serde_json::json!({ "anything": [1, 2, 3] });
     spec
 }

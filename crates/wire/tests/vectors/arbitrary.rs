@@ -192,6 +192,7 @@ fn report() -> impl Strategy<Value = Report> {
                 tracks: tracks.into_iter().collect(),
                 watched: (sequence % 2 == 0)
                     .then_some(wire::time::Echo { nonce: Nonce(nonce), seen: PeerStamp(sequence) }),
+                sessions_lost: boot,
             }
         },
     )

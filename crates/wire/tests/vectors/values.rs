@@ -119,6 +119,7 @@ pub(crate) fn report() -> Report {
         .into_iter()
         .collect(),
         watched: Some(Echo { nonce: Nonce(11), seen: PeerStamp(4_999_000_000) }),
+        sessions_lost: 2,
     }
 }
 
@@ -131,6 +132,7 @@ fn reports() -> Vec<Named> {
         last_command: None,
         tracks: List::default(),
         watched: None,
+        sessions_lost: 0,
         ..report()
     };
     let refused = Report { last_command: Some((COMMAND, Some(Reason::Interlock))), ..bare.clone() };
@@ -225,6 +227,7 @@ fn feeds() -> Vec<Named> {
         named!("session-open", Feed<'_>, Feed::Session(PeerId::UNIT_C, true)),
         named!("command-sent", Feed<'_>, Feed::Command([7; 32], CommandStage::Sent)),
         named!("acknowledged", Feed<'_>, Feed::Acknowledged(opaque(b"ack"))),
+        named!("sessions-lost", Feed<'_>, Feed::SessionsLost(2)),
     ]
 }
 
@@ -382,6 +385,7 @@ fn inputs() -> Vec<Named> {
         named!("quiesce", Input, Input::Quiesce),
         named!("finish", Input, Input::Finish),
         named!("cue", Input, Input::Cue { step: step("cut") }),
+        named!("session-lost", Input, Input::SessionLost),
     ]
 }
 
@@ -398,12 +402,14 @@ fn outputs() -> Vec<Named> {
         named!("audit", Output, Output::Audit { bytes: bytes.clone() }),
         named!("text", Output, Output::Text { text: "HOLD_SAFE\n".into() }),
         named!("stranger", Output, Output::Stranger { bytes }),
+        named!("join", Output, Output::Join),
+        named!("leave", Output, Output::Leave),
     ]
 }
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(60..62).chain(65..71)
+    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(56..59).chain(60..62).chain(65..71)
 }
 
 fn entries() -> Vec<Named> {
@@ -589,6 +595,9 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ("withheld", Event::Withheld { record: RECORD }),
         ("swallowed", Event::Swallowed { command: COMMAND }),
         ("taken-over", Event::TakenOver { peer: PeerId::UNIT_A }),
+        ("joins", Event::Joins { certificate: PeerId::UNIT_A }),
+        ("session-lost", Event::SessionLost { peer: PeerId::UNIT_A }),
+        ("losses-shown", Event::LossesShown { peer: PeerId::GATEWAY, times: 2 }),
         ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
         (
             "rogue-at-the-broker",

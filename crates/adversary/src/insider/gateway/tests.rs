@@ -156,6 +156,7 @@ fn signed(sequence: u64, mode: Mode) -> Vec<u8> {
         progress: 0,
         tracks: List::default(),
         watched: None,
+        sessions_lost: 0,
     };
     key().sign(Purpose::Report, &codec::encode(&report))
 }

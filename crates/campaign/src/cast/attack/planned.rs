@@ -1,6 +1,7 @@
 //! What the oracle has to find receipts for: one plan for each table, with the window in which it is carried out.
 
 use wire::event::{Action, FaultKind};
+use wire::id::PeerId;
 use wire::stream::Deed;
 
 use super::{sensor, start_ms, step_name};
@@ -100,6 +101,10 @@ impl Planner {
         s.mode_confusion.iter().for_each(|c| self.add(c, 0, action(Action::Confuse)));
         s.malformed.iter().for_each(|m| self.add(m, m.count.unsigned() * m.every_ms.unsigned(), Planned::Malformed));
         s.rogue.iter().for_each(|r| self.add(r, r.count.unsigned() * r.every_ms.unsigned(), Planned::Rogue));
+        for t in s.takeover.iter() {
+            let whose = PeerId::from_name(t.certificate.as_str()).map(Planned::Takeover);
+            whose.into_iter().for_each(|what| self.add(t, 0, what));
+        }
         s.forge.iter().for_each(|f| self.add(f, 0, action(Action::Forge)));
         s.alter.iter().for_each(|a| self.add(a, 0, action(Action::Forge)));
         s.republish.iter().for_each(|r| self.add(r, 0, action(Action::Republish)));

@@ -1,0 +1,79 @@
+//! The thief of a session: it holds a copy of somebody's certificate, and connects to the broker under it.
+//!
+//! A broker has one session for one identity, so the newcomer takes it: what is published to that identity reaches the
+//! thief, until whom it belongs to has dialled again and takes it back, and so on in turns. Its certificate signs nothing:
+//! it can keep what it hears from whom it was for, and look at it. Dialling again is the link's business.
+
+use wire::core::{Core, Input, Output};
+use wire::event::Event;
+use wire::id::{PeerId, WorldId};
+use wire::setup::Setup;
+use wire::time::{Instant, Span};
+
+use crate::desk::Desk;
+use crate::opening::Opening;
+use crate::plan::{Direction, PlanError, SessionThiefConfig, Takeover};
+
+/// See the module.
+#[derive(Debug)]
+pub struct SessionThief {
+    certificate: PeerId,
+    takeovers: Vec<Opening>,
+    /// Whether it is after the session now.
+    joined: bool,
+    desk: Desk,
+}
+
+impl SessionThief {
+    /// A thief that starts at `now`.
+    ///
+    /// # Errors
+    /// A magnitude of the plan outside its bounds.
+    pub fn new(setup: &Setup, config: &SessionThiefConfig, now: Instant) -> Result<Self, PlanError> {
+        config.check()?;
+        let opening = |t: &Takeover| Opening::new(t.step, Direction::Both, now, t.at_ms, Span::ms(t.duration_ms));
+        let takeovers = config.takeovers.iter().map(opening).collect();
+        Ok(Self { certificate: config.certificate, takeovers, joined: false, desk: Desk::new(setup, now) })
+    }
+
+    /// The same thief in a forked world.
+    #[must_use]
+    pub fn fork(&self, _world: WorldId) -> Self {
+        let takeovers = self.takeovers.clone();
+        Self { certificate: self.certificate, takeovers, joined: self.joined, desk: self.desk.fork() }
+    }
+
+    /// Joins or leaves, as the time is.
+    fn act(&mut self, now: Instant) {
+        let wanted = !self.desk.is_quiet() && self.takeovers.iter().any(|takeover| takeover.is_open(now));
+        match (std::mem::replace(&mut self.joined, wanted), wanted) {
+            (false, true) => {
+                self.desk.write(now, Event::Joins { certificate: self.certificate });
+                self.desk.put(Output::Join);
+            }
+            (true, false) => self.desk.put(Output::Leave),
+            (true, true) | (false, false) => {}
+        }
+        self.takeovers.retain(|takeover| takeover.closes().is_none_or(|closes| now < closes));
+    }
+}
+
+impl Core for SessionThief {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        let over = self.desk.heed(now, input);
+        if !over {
+            self.desk.notice(&mut self.takeovers, now, input, None);
+            self.act(now);
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        let edge = |takeover: &Opening| if self.joined { takeover.closes() } else { takeover.opens() };
+        let told = self.takeovers.iter().filter_map(Opening::due);
+        told.chain(self.takeovers.iter().filter_map(edge)).min().filter(|_| !self.desk.is_quiet())
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.desk.next()
+    }
+}

@@ -1,0 +1,42 @@
+//! Plan of the thief of a session at the broker.
+
+use serde::{Deserialize, Serialize};
+use wire::id::PeerId;
+
+use super::step::{self, Step};
+use super::{MAX_MS, PlanError, at_most, within};
+
+/// Plan of whoever holds a copy of somebody's certificate and takes that identity's session at the broker.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SessionThiefConfig {
+    /// Whose certificate it holds.
+    pub certificate: PeerId,
+    /// When it has the session.
+    pub takeovers: Vec<Takeover>,
+}
+
+/// One time for which it has the session, or fights for it with whom it belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Takeover {
+    /// From when.
+    pub at_ms: u64,
+    /// For how long.
+    pub duration_ms: u64,
+    /// The step it is a part of, where that has a name.
+    #[serde(default)]
+    pub step: Option<Step>,
+}
+
+impl SessionThiefConfig {
+    /// Every magnitude within its bounds.
+    pub fn check(&self) -> Result<(), PlanError> {
+        at_most(self.takeovers.len())?;
+        self.takeovers.iter().try_for_each(|takeover| {
+            within("at_ms", takeover.at_ms, 0, MAX_MS)?;
+            within("duration_ms", takeover.duration_ms, 1, MAX_MS)?;
+            step::check(takeover.step)
+        })
+    }
+}

@@ -1,0 +1,76 @@
+//! What the judge asks of a session that somebody else took, or that was cut: three who say so, an alarm, and no order from
+//! before.
+
+use campaign::oracle::{Plan, Planned, Property};
+use campaign::trial::Outcome;
+use wire::command::CommandKind;
+use wire::event::Event;
+use wire::id::{NodeId, PeerId, TrackId};
+
+use crate::oracle::{Log, command};
+
+const TAKEN: Event = Event::TakenOver { peer: PeerId::UNIT_A };
+const LOST: Event = Event::SessionLost { peer: PeerId::UNIT_A };
+
+/// A log in which the thief says at 4 s that it joins, and the broker and the unit, where they are among `who`, that the
+/// unit's session was taken and is lost.
+fn taken(who: &[NodeId]) -> Log {
+    let mut log = Log::whole();
+    let planned = Plan { from: 4_000_000, until: 5_000_000, ..Plan::from(Planned::Takeover(PeerId::UNIT_A)) };
+    log.planned.push(planned);
+    log.add(4000, NodeId::IMPOSTOR, Event::Joins { certificate: PeerId::UNIT_A });
+    for (node, ms, event) in [(NodeId::BROKER, 4100, TAKEN), (NodeId::UNIT_A, 4101, LOST)] {
+        if who.contains(&node) {
+            log.add(ms, node, event);
+        }
+    }
+    log
+}
+
+fn shown(log: &mut Log, ms: u64) {
+    log.add(ms, NodeId::CONSOLE, Event::LossesShown { peer: PeerId::UNIT_A, times: 1 });
+}
+
+#[test]
+fn a_takeover_is_one_when_thief_broker_and_owner_say_so() {
+    let both = [NodeId::BROKER, NodeId::UNIT_A];
+    for (who, receipt) in [(&both[..], true), (&both[..1], false), (&both[1..], false), (&[], false)] {
+        let mut log = taken(who);
+        shown(&mut log, 4300);
+        assert_eq!(log.judge().receipt, receipt, "{who:?}");
+    }
+    let mut log = taken(&both);
+    shown(&mut log, 4300);
+    assert_eq!((log.breaks(), log.judge().outcome), (vec![], Outcome::Rejected));
+    log.planned[0].what = Planned::Takeover(PeerId::GATEWAY);
+    assert!(!log.judge().receipt, "it was another's session");
+}
+
+#[test]
+fn p7_a_fresh_display_that_is_silent_about_a_lost_session() {
+    let both = [NodeId::BROKER, NodeId::UNIT_A];
+    assert_eq!(taken(&both).breaks(), [Property::P7]);
+    let mut late = taken(&both);
+    shown(&mut late, 5200);
+    assert_eq!(late.breaks(), [Property::P7]);
+    let mut blind = taken(&both);
+    blind.cut_display(0);
+    assert_eq!(blind.breaks(), [], "nothing is shown as fresh");
+    let mut twice = taken(&both);
+    shown(&mut twice, 4300);
+    twice.add(6000, NodeId::UNIT_A, LOST);
+    assert_eq!(twice.breaks(), [Property::P7], "once is not twice");
+}
+
+#[test]
+fn p8_an_order_from_before_a_session_was_lost_that_is_carried_out_after() {
+    let executed = |kind: CommandKind| {
+        let mut log = taken(&[NodeId::BROKER, NodeId::UNIT_A]);
+        shown(&mut log, 4300);
+        log.add(4000, NodeId::CONSOLE, Event::Intended { command: command(7), kind });
+        log.add(4600, NodeId::UNIT_A, Event::Executed { command: command(7), kind, refused: None });
+        log.breaks()
+    };
+    assert_eq!(executed(CommandKind::Arm(TrackId(2))), [Property::P8]);
+    assert_eq!(executed(CommandKind::Disarm), [], "what leads to safety is not voided");
+}
