@@ -51,6 +51,7 @@ fn the_display_is_told_at_least_every_200_ms() {
 fn lost_sessions_are_shown_as_their_owners_count_them_and_a_restart_takes_none_back() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     let heard = |bench: &mut Bench, boot: u32, sessions_lost: u32| {
+        bench.pass(Span::ms(100));
         let report = bench.next(Mode::Ready);
         bench.heard(&Report { boot: Boot(boot), sessions_lost, ..report }, Span::ms(20));
         bench.console.shown(bench.now).losses
