@@ -347,7 +347,9 @@ impl ServiceSpec {
         nix::sys::prctl::set_pdeathsig(nix::sys::signal::Signal::SIGKILL).map_err(io::Error::from)?;
         crate::crypto::init();
         let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| "warn,dtls=error".into());
-        let logging = tracing_subscriber::fmt().with_env_filter(filter).with_writer(io::stderr).try_init();
+        // Standard error may be a file on a full disk: what cannot be said is not said, and nobody falls over it.
+        let logging = tracing_subscriber::fmt().log_internal_errors(false);
+        let logging = logging.with_env_filter(filter).with_writer(io::stderr).try_init();
         if logging.is_err() {
             tracing::trace!("logging was set up already");
         }

@@ -42,10 +42,13 @@ fn spec(directory: &Path, boot: Boot) -> ServiceSpec {
     spec
 }
 
+/// What it says on standard error goes to a file beside its recording, which may be on a full disk as well.
 fn launch(spec: ServiceSpec) -> Running {
+    let said = std::fs::File::create(spec.run_dir.join("said")).unwrap();
     let mut child = Command::new(env!("CARGO_BIN_EXE_holdsafe-recorder"))
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
+        .stderr(said)
         .spawn()
         .unwrap();
     spec.write(child.stdin.as_mut().unwrap()).unwrap();
@@ -139,6 +142,11 @@ fn a_recorder_that_may_write_nothing_lives_and_loses_nothing_once_it_may_again()
     limit(&running.child, Some(0));
     send(20..60);
     assert_eq!(on_file(), 20, "the kernel refuses the rest");
+    // Three times as long as its logs go unflushed: it wants to say that it cannot, where it can say nothing either.
+    let until = trace_us() + 300_000;
+    while trace_us() < until {
+        std::thread::yield_now();
+    }
     limit(&running.child, rustix::process::getrlimit(Resource::Fsize).current);
     while on_file() < 60 {
         std::thread::yield_now();
