@@ -21,6 +21,8 @@ pub struct SessionThief {
     takeovers: Vec<Opening>,
     /// Whether it is after the session now.
     joined: bool,
+    /// When it wants to be asked for the first time, until it was: what it says is heard only then.
+    first: Option<Instant>,
     desk: Desk,
 }
 
@@ -33,14 +35,16 @@ impl SessionThief {
         config.check()?;
         let opening = |t: &Takeover| Opening::new(t.step, Direction::Both, now, t.at_ms, Span::ms(t.duration_ms));
         let takeovers = config.takeovers.iter().map(opening).collect();
-        Ok(Self { certificate: config.certificate, takeovers, joined: false, desk: Desk::new(setup, now) })
+        let desk = Desk::new(setup, now);
+        Ok(Self { certificate: config.certificate, takeovers, joined: false, first: Some(now), desk })
     }
 
     /// The same thief in a forked world.
     #[must_use]
     pub fn fork(&self, _world: WorldId) -> Self {
         let takeovers = self.takeovers.clone();
-        Self { certificate: self.certificate, takeovers, joined: self.joined, desk: self.desk.fork() }
+        let (certificate, joined, first) = (self.certificate, self.joined, self.first);
+        Self { certificate, takeovers, joined, first, desk: self.desk.fork() }
     }
 
     /// Joins or leaves, as the time is.
@@ -60,6 +64,7 @@ impl SessionThief {
 
 impl Core for SessionThief {
     fn handle(&mut self, now: Instant, input: &Input) {
+        self.first = None;
         let over = self.desk.heed(now, input);
         if !over {
             self.desk.notice(&mut self.takeovers, now, input, None);
@@ -70,7 +75,7 @@ impl Core for SessionThief {
     fn deadline(&self) -> Option<Instant> {
         let edge = |takeover: &Opening| if self.joined { takeover.closes() } else { takeover.opens() };
         let told = self.takeovers.iter().filter_map(Opening::due);
-        told.chain(self.takeovers.iter().filter_map(edge)).min().filter(|_| !self.desk.is_quiet())
+        told.chain(self.takeovers.iter().filter_map(edge)).chain(self.first).min().filter(|_| !self.desk.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {

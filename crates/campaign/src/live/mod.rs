@@ -239,7 +239,9 @@ impl Company<'_> {
             NodeId::RELAY_TELEMETRY,
             NodeId::RELAY_COMMAND,
         ];
-        for node in first {
+        // But for a thief of sessions, which has to know where the broker is.
+        let later = |node: NodeId| member(node).is_some_and(|m| m.role.joins_later());
+        for node in first.into_iter().filter(|node| !later(*node)) {
             let child = if node == NodeId::BROKER {
                 let spec = specs.broker(&secret.of(NodeId::BROKER))?;
                 Child::start(services, "broker", node, lines, &spec)?
@@ -250,7 +252,7 @@ impl Company<'_> {
             self.take_in(child);
             self.await_ready(&[node], specs)?;
         }
-        let rest: Vec<_> = cast.members.iter().filter(|m| !first.contains(&m.node())).collect();
+        let rest: Vec<_> = cast.members.iter().filter(|m| !first.contains(&m.node()) || later(m.node())).collect();
         for member in &rest {
             let spec = specs.member(member)?;
             let child = Child::start(services, service(&member.role), member.node(), lines, &spec)?;
