@@ -13,7 +13,7 @@ pub mod server;
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rumqttc::mqttbytes::QoS;
 use rumqttc::mqttbytes::v5::Packet;
@@ -25,6 +25,7 @@ use tokio::task::JoinHandle;
 use wire::core::{Input, Subject};
 use wire::id::PeerId;
 
+use crate::clock::trace_us;
 use crate::loopback::LoopbackAddr;
 use crate::pki::{Credential, PkiError, dns_name};
 use crate::stream::{Mouth, StreamLog, Witness};
@@ -216,7 +217,7 @@ async fn poll(
         match events.poll().await {
             Ok(Event::Incoming(Packet::ConnAck(_))) => {
                 add(&counters.connected);
-                stands = Some(Instant::now());
+                stands = Some(trace_us());
                 for subject in subjects {
                     if let Err(error) = client.try_subscribe(subject.topic(), QoS::AtLeastOnce) {
                         tracing::warn!(%error, "subscription not sent");
@@ -251,7 +252,7 @@ async fn poll(
                     if to.send(Input::SessionLost).await.is_err() {
                         return;
                     }
-                    if Instant::elapsed(&since) >= PAUSES.1 {
+                    if Duration::from_micros(trace_us().saturating_sub(since)) >= PAUSES.1 {
                         pause = PAUSES.0;
                     }
                 }

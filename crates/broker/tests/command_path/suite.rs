@@ -194,12 +194,11 @@ pub(crate) async fn a_service_learns_that_its_session_is_lost_when_it_is_taken_a
     let gateway = pki.connect(server.address(), PeerId::GATEWAY).await;
     reaches(&gateway, &mut heard, b"before").await;
     let thief = pki.connect(server.address(), PeerId::UNIT_A).await;
-    loop {
-        match heard.recv().await.expect("it goes on") {
-            Input::Published { .. } => {}
-            other => break assert_eq!(other, Input::SessionLost),
-        }
+    let mut next = heard.recv().await.expect("it goes on");
+    while matches!(next, Input::Published { .. }) {
+        next = heard.recv().await.expect("it goes on");
     }
+    assert_eq!(next, Input::SessionLost);
     drop(thief);
     reaches(&gateway, &mut heard, b"after").await;
 }
