@@ -181,7 +181,7 @@ impl Console {
             Feed::Session(peer, open) => self.model.session(peer, open),
             Feed::Command(intent, stage) => self.model.commands_mut().staged(now, &intent, stage),
             Feed::Acknowledged(ack) => self.acknowledged(now, ack),
-            Feed::SessionsLost(counted) => self.model.sessions_lost(PeerId::GATEWAY, counted),
+            Feed::SessionsLost(counted) => self.model.sessions_lost(PeerId::GATEWAY, None, counted),
         }
         self.accounts.accepted(at);
     }

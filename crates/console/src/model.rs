@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use wire::bounds::Bounds;
 use wire::command::IntentHash;
 use wire::event::Freshness;
-use wire::id::{Nonce, PeerId, RecordId, UnitId};
+use wire::id::{Boot, Nonce, PeerId, RecordId, UnitId};
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
@@ -126,7 +126,9 @@ pub struct Model {
 /// Sessions that one peer has lost.
 #[derive(Clone, Copy, Debug, Default)]
 struct Losses {
-    /// As it counted them last, in its present boot.
+    /// Its boot, where that is known.
+    boot: Option<Boot>,
+    /// As it counted them last, in that boot.
     counted: u32,
     /// In all.
     total: u32,
@@ -174,16 +176,18 @@ impl Model {
             pose: Aged::new(report.pose, arrived, older(report.pose_age)),
             tracks: report.tracks.iter().map(|track| Aged::new(*track, arrived, older(track.age))).collect(),
         });
-        self.sessions_lost(peer, report.sessions_lost);
+        self.sessions_lost(peer, Some(report.boot), report.sessions_lost);
         true
     }
 
-    /// So often, says `peer`, its session at the broker was lost since it started. What was shown once stays shown.
-    pub fn sessions_lost(&mut self, peer: PeerId, counted: u32) {
+    /// So often, says `peer`, its session at the broker was lost since it started for the `boot`th time, where that is known.
+    /// What was shown once stays shown.
+    pub fn sessions_lost(&mut self, peer: PeerId, boot: Option<Boot>, counted: u32) {
         let known = self.losses.entry(peer).or_default();
-        // A peer that counts less than it did has started again.
-        let more = if counted < known.counted { counted } else { counted - known.counted };
-        *known = Losses { counted, total: known.total.saturating_add(more) };
+        // A peer that has started again counts from nothing.
+        let again = known.boot != boot || counted < known.counted;
+        let more = if again { counted } else { counted - known.counted };
+        *known = Losses { boot, counted, total: known.total.saturating_add(more) };
     }
 
     /// A session at the gateway opened or ended.

@@ -82,3 +82,26 @@ impl Core for SessionThief {
         self.desk.next()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{at, setup, turn};
+    use wire::id::NodeId;
+
+    #[test]
+    fn it_joins_and_leaves_at_its_times_and_is_after_nothing_when_the_run_is_over() {
+        let takeover = |at_ms| Takeover { at_ms, duration_ms: 500, step: None };
+        let config = SessionThiefConfig { certificate: PeerId::UNIT_A, takeovers: [1000, 3000].map(takeover).to_vec() };
+        let mut thief = SessionThief::new(&setup(NodeId::IMPOSTOR, 7), &config, at(0)).unwrap();
+        let (mut said, mut did) = (Vec::new(), Vec::new());
+        while let Some(due) = thief.deadline().filter(|due| *due < at(3200)) {
+            did.extend(turn(&mut thief, due, &Input::Timeout, &mut said).into_iter().map(|output| (due, output)));
+        }
+        let expected = [(at(1000), Output::Join), (at(1500), Output::Leave), (at(3000), Output::Join)];
+        assert_eq!(did, expected);
+        assert_eq!(turn(&mut thief, at(3200), &Input::Quiesce, &mut said), [Output::Leave]);
+        assert_eq!(thief.deadline(), None);
+        assert_eq!(said.iter().filter(|e| matches!(e, Event::Joins { certificate: PeerId::UNIT_A })).count(), 2);
+    }
+}

@@ -209,13 +209,14 @@ fn parse(line: &str) -> Option<Line> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::os::unix::fs::PermissionsExt;
 
     use super::*;
 
-    /// Held while a program is written and started: a fork in between would keep it open for writing, and so busy.
-    static WRITING: std::sync::Mutex<()> = std::sync::Mutex::new(());
+    /// Held while a program is written and started, and by whoever else forks: a fork in between would keep it open for
+    /// writing, and so busy.
+    pub(in crate::live) static WRITING: std::sync::Mutex<()> = std::sync::Mutex::new(());
 
     /// A child that runs `script` in place of a service.
     fn child(folder: &tempfile::TempDir, script: &str) -> Child {

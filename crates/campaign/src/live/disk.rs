@@ -62,7 +62,9 @@ mod tests {
 
     #[test]
     fn the_limit_of_a_running_process_is_lowered_and_raised_and_of_none_it_is_not() {
+        let writing = crate::live::child::tests::WRITING.lock().unwrap();
         let mut running = std::process::Command::new("cat").stdin(std::process::Stdio::piped()).spawn().unwrap();
+        drop(writing);
         assert!(fill(running.id(), true) && fill(running.id(), false));
         running.kill().and_then(|()| running.wait()).unwrap();
         assert!(!fill(running.id(), true));

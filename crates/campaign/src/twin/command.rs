@@ -336,8 +336,9 @@ impl Twin {
         self.note_guard(node, event);
     }
 
-    /// The broker was killed: its end of the stream is over, and says no more.
+    /// The broker was killed: its ends are over, and say no more.
     pub(super) fn broker_killed(&mut self) {
+        (0..self.nodes.len() as NodeIndex).for_each(|node| _ = self.cut_off(node));
         if self.commands.as_mut().is_some_and(|commands| commands.stream.close(Side::Server)) {
             self.write(Side::Server, self.now, Vec::new());
         }

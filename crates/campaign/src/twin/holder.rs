@@ -106,17 +106,22 @@ impl Twin {
     /// The session of `peer` is now that of `by`; whoever had it is told, and so is the log.
     pub(super) fn displace(&mut self, peer: PeerId, by: NodeIndex) {
         for node in (0..self.nodes.len() as NodeIndex).filter(|node| *node != by) {
-            let Some(client) = self.nodes[usize::from(node)].commands.as_mut().filter(|c| c.peer == peer) else {
-                continue;
-            };
-            if std::mem::take(&mut client.stands) {
-                let at = self.now + self.delays.command();
-                self.queue.push(at, node, Happening::Displaced);
-            } else if !self.end_relayed(node) {
-                continue;
+            let same = self.nodes[usize::from(node)].commands.as_ref().is_some_and(|client| client.peer == peer);
+            if same && (self.cut_off(node) || self.end_relayed(node)) {
+                self.say_broker(&Told::TakenOver { peer });
             }
-            self.say_broker(&Told::TakenOver { peer });
         }
+    }
+
+    /// The session that `node` has by its own connection is over, which it will learn; true when it had one.
+    pub(super) fn cut_off(&mut self, node: NodeIndex) -> bool {
+        let client = self.nodes[usize::from(node)].commands.as_mut();
+        let stood = client.is_some_and(|client| std::mem::take(&mut client.stands));
+        if stood {
+            let at = self.now + self.delays.command();
+            self.queue.push(at, node, Happening::Displaced);
+        }
+        stood
     }
 
     /// The broker ends the session behind the relay, if it is that of `node` and stands.

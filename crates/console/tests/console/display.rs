@@ -60,16 +60,20 @@ fn lost_sessions_are_shown_as_their_owners_count_them_and_a_restart_takes_none_b
     assert_eq!(heard(&mut bench, 1, 2), [(PeerId::UNIT_A, 2)]);
     assert_eq!(heard(&mut bench, 2, 0), [(PeerId::UNIT_A, 2)]);
     assert_eq!(heard(&mut bench, 2, 1), [(PeerId::UNIT_A, 3)]);
+    assert_eq!(heard(&mut bench, 3, 1), [(PeerId::UNIT_A, 4)], "the first of another boot is not the one before");
     bench.feed(&Feed::SessionsLost(1));
     bench.feed(&Feed::SessionsLost(1));
     let shown = bench.console.shown(bench.now);
-    assert_eq!(shown.losses, [(PeerId::UNIT_A, 3), (PeerId::GATEWAY, 1)]);
-    assert!(console::text::lines(&shown, None).contains("ALARM    unit-a LOST its command session 3 times"));
+    assert_eq!(shown.losses, [(PeerId::UNIT_A, 4), (PeerId::GATEWAY, 1)]);
+    assert!(console::text::lines(&shown, None).contains("ALARM    unit-a LOST its command session 4 times"));
     let told = bench.events.iter().filter_map(|(_, event)| match event {
         Event::LossesShown { peer, times } => Some((*peer, *times)),
         _ => None,
     });
-    assert_eq!(told.collect::<Vec<_>>(), [(PeerId::UNIT_A, 2), (PeerId::UNIT_A, 3), (PeerId::GATEWAY, 1)]);
+    assert_eq!(
+        told.collect::<Vec<_>>(),
+        [(PeerId::UNIT_A, 2), (PeerId::UNIT_A, 3), (PeerId::UNIT_A, 4), (PeerId::GATEWAY, 1)]
+    );
 }
 
 #[test]

@@ -136,8 +136,9 @@ fn a_recorder_that_may_write_nothing_lives_and_loses_nothing_once_it_may_again()
         frames.iter().filter(|frame| frame.node == NodeId::SIM).count()
     };
     send(0..20);
+    let lives = |child: &mut Child| assert!(child.try_wait().unwrap().is_none(), "the recorder has ended");
     while on_file() < 20 {
-        std::thread::yield_now();
+        lives(&mut running.child);
     }
     limit(&running.child, Some(0));
     send(20..60);
@@ -145,11 +146,11 @@ fn a_recorder_that_may_write_nothing_lives_and_loses_nothing_once_it_may_again()
     // Three times as long as its logs go unflushed: it wants to say that it cannot, where it can say nothing either.
     let until = trace_us() + 300_000;
     while trace_us() < until {
-        std::thread::yield_now();
+        lives(&mut running.child);
     }
     limit(&running.child, rustix::process::getrlimit(Resource::Fsize).current);
     while on_file() < 60 {
-        std::thread::yield_now();
+        lives(&mut running.child);
     }
     running.child.stdin.as_mut().unwrap().write_all(Control::Finish.line().as_bytes()).unwrap();
     let last = running.lines.map(Result::unwrap).find(|line| line.starts_with("stats ")).unwrap();
