@@ -3,6 +3,7 @@
 mod conformance;
 mod determinism;
 mod forks;
+mod fuzzing;
 mod mouths;
 mod oracle;
 mod takeovers;

@@ -68,6 +68,13 @@ pub fn shipped(name: &str) -> Ready {
     variations(name).into_iter().next().expect("at least one variation")
 }
 
+/// The scenario in a file of any place, under the policy that it names.
+pub fn file(path: &Path) -> Ready {
+    let scenario = scenario::load(path).expect("the scenario loads");
+    let setup = Setup::load(&root(), &scenario, None, false).expect("its policy and platform load");
+    Ready { cell: None, scenario, setup }
+}
+
 /// The same under another shipped policy, with no class expected.
 pub fn under(name: &str, policy: &str) -> Ready {
     let root = root();

@@ -55,11 +55,20 @@ impl Switch {
 
     /// Waives it.
     pub fn waive(self, policy: &mut Policy) {
+        self.put(policy, Requirement::Waived);
+    }
+
+    /// Requires it.
+    pub fn require(self, policy: &mut Policy) {
+        self.put(policy, Requirement::Required);
+    }
+
+    fn put(self, policy: &mut Policy, requirement: Requirement) {
         match self {
-            Switch::Boundary(check) => drop(policy.boundary.insert(check, Requirement::Waived)),
-            Switch::Guard(guard) => drop(policy.guards.insert(guard, Requirement::Waived)),
-            Switch::Display(rule) => drop(policy.display.insert(rule, Requirement::Waived)),
-            Switch::RecordGuard => policy.record_guard = Requirement::Waived,
+            Switch::Boundary(check) => drop(policy.boundary.insert(check, requirement)),
+            Switch::Guard(guard) => drop(policy.guards.insert(guard, requirement)),
+            Switch::Display(rule) => drop(policy.display.insert(rule, requirement)),
+            Switch::RecordGuard => policy.record_guard = requirement,
         }
     }
 }
@@ -148,6 +157,8 @@ mod tests {
             switch.waive(&mut policy);
             let waived: Vec<&Switch> = all.iter().filter(|s| s.is_waived(&policy)).collect();
             assert_eq!(waived, [switch]);
+            switch.require(&mut policy);
+            assert!(!switch.is_waived(&policy));
             assert!(!policy.is_full());
         }
     }

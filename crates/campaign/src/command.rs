@@ -26,6 +26,7 @@ mod reference;
 mod replay;
 mod run;
 mod scenario;
+mod search;
 mod stages;
 mod transitions;
 mod verify;
@@ -104,6 +105,8 @@ enum Verb {
     Matrix(matrix::Args),
     /// Run every attack with each check waived in turn: what each is worth, and what it costs.
     Ablate(ablate::Args),
+    /// Search for attacks that break something, and shrink each to the smallest that does.
+    Search(search::Args),
     /// Print the threat catalogue: docs/threats.md, or its rows with --json.
     Catalogue,
     /// Say whether everything that a run needs is here.
@@ -166,6 +169,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Scenario(verb)) => scenario::run(&context, &verb),
         Some(Verb::Matrix(args)) => matrix::run(&context, &args),
         Some(Verb::Ablate(args)) => ablate::run(&context, &args),
+        Some(Verb::Search(args)) => search::run(&context, &args),
         Some(Verb::Catalogue) => catalogue::run(&context),
         Some(Verb::Doctor) => doctor::run(&context),
     };

@@ -7,6 +7,7 @@
 //! These are plain data. Carrying them out belongs to the twin, the live launcher and the services; `read` takes a file
 //! in, `check` says what must fit together, `problem` shows an error in its file.
 
+mod alphabet;
 mod attack;
 mod broker;
 mod cell;
@@ -37,6 +38,7 @@ mod value;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use alphabet::{Alphabet, Move, Number, Range};
 pub use attack::{
     BurstLoss, Content, Corrupt, Damage, Delay, Direction, Duplicate, Inject, Jitter, Loss, Reorder, Reoriginate,
     Replay,

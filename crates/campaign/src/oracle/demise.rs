@@ -16,7 +16,7 @@ use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 
 use super::timeline::{Timeline, Truth};
-use super::{Evidence, Finding, Micros, Property, Witnessed, finding};
+use super::{Evidence, Finding, Micros, Property, Witnessed, finding, life};
 
 pub use owed::{From, OWED, Owed, owed};
 
@@ -321,18 +321,26 @@ impl Death<'_> {
             let what = format!("{after} ms after {} was killed still {}", self.owed.node, mode.name());
             found.push(finding(property, at, what));
         };
-        if let Some(at) = due(self.owed.restricted)
+        if let Some(at) = due(self.owed.restricted).and_then(|at| self.judged(at))
             && nominal(self.line.mode_at(at))
         {
             late(Property::P2, at, self.line.mode_at(at));
         }
-        if let Some(at) = due(self.owed.settled)
+        if let Some(at) = due(self.owed.settled).and_then(|at| self.judged(at))
             && self.owed.ends_in == Mode::HoldSafe
             && !matches!(self.line.mode_at(at), Mode::HoldSafe | Mode::Idle)
         {
             late(Property::P3, at, self.line.mode_at(at));
         }
         found
+    }
+
+    /// When the unit's mode tells what became of a bound that ends at `at`: where it hung then, once it runs again; never of a
+    /// unit that is dead itself, whose plant is looked at for its own death.
+    fn judged(&self, at: Micros) -> Option<Micros> {
+        let dead = life::dead(self.evidence, NodeId::UNIT_A).iter().any(|(from, to)| (*from..*to).contains(&at));
+        let judges = can_judge(self.evidence, NodeId::UNIT_A, at);
+        (!dead && judges <= self.evidence.duration).then_some(judges)
     }
 
     /// Whether it was a step of its own.

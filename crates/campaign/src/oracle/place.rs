@@ -3,7 +3,7 @@
 //! Three witnesses: the sim's truth, the sim's word on what a fault imposed, and what autonomy says that it saw and drives
 //! by. The first two are of another process than the third. Sim and autonomy share a host, so their stamps compare.
 
-use wire::event::{Event, FaultKind};
+use wire::event::{Event, FaultKind, Sensor};
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 use wire::time::Instant;
@@ -149,7 +149,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let (sights, truth) = (sights(evidence), truth(evidence));
     let mut found = Vec::new();
     found.extend(lost_unnoticed(evidence, line, &sights, &truth));
-    found.extend(flagged_and_used(&sights, &truth));
+    found.extend(flagged_and_used(evidence, &sights, &truth));
     found
 }
 
@@ -172,9 +172,25 @@ fn lost_unnoticed(evidence: &Evidence, line: &Timeline, sights: &[Sight], truth:
     None
 }
 
+/// When odometry had a fault.
+fn without_odometry(evidence: &Evidence) -> Vec<(Micros, Micros)> {
+    let mut spans: Vec<(Micros, Micros)> = Vec::new();
+    for w in &evidence.entries {
+        match w.entry.event {
+            Event::Fault { sensor: Sensor::Odometry, active: true, .. } => spans.push((w.at, Micros::MAX)),
+            Event::Fault { sensor: Sensor::Odometry, active: false, .. } => {
+                spans.iter_mut().for_each(|(_, to)| *to = w.at.min(*to));
+            }
+            _ => {}
+        }
+    }
+    spans
+}
+
 /// P5: fixes that the unit says it distrusts do not move its pose; what moves it then is odometry, which goes as the unit
-/// goes.
-fn flagged_and_used(sights: &[Sight], truth: &Series<2>) -> Option<Finding> {
+/// goes. While odometry has a fault of its own the pose may lag behind by all that the unit can go.
+fn flagged_and_used(evidence: &Evidence, sights: &[Sight], truth: &Series<2>) -> Option<Finding> {
+    let blind = without_odometry(evidence);
     let mut flagged: Option<(Micros, Place, Place)> = None;
     for s in sights {
         let Some([x, y]) = truth.at(s.stamp) else { continue };
@@ -186,7 +202,9 @@ fn flagged_and_used(sights: &[Sight], truth: &Series<2>) -> Option<Finding> {
         let (moved, went) = (minus(s.pose, pose), minus((x, y), place));
         let off = length(minus(moved, went));
         let lasted = (s.at - since) as f64 / 1e6;
-        let allowed = ODOMETRY.0 + ODOMETRY.1 * length(went) + ODOMETRY.2 * lasted;
+        let overlap = |(from, to): &(Micros, Micros)| s.at.min(*to).saturating_sub(since.max(*from)) as f64 / 1e6;
+        let unseen = blind.iter().map(overlap).sum::<f64>() * f64::from(evidence.bounds.max_speed_mm_s);
+        let allowed = ODOMETRY.0 + ODOMETRY.1 * length(went) + ODOMETRY.2 * lasted + unseen;
         if length(moved) > ODOMETRY.0 && off > allowed {
             let what = format!("a pose moved by {off:.0} mm under fixes that the unit distrusts");
             return Some(finding(Property::P5, s.at, what));

@@ -10,7 +10,7 @@ use wire::event::{Event, Freshness};
 use wire::id::{NodeId, PeerId, UnitId};
 
 use super::plan::Window;
-use super::{Evidence, Finding, Micros, Property, finding};
+use super::{Evidence, Finding, Micros, Property, finding, life};
 
 /// Longest time from the thief's word to the broker's: dialling and a handshake on a loaded host.
 const DIALLED_WITHIN: Micros = 2_000_000;
@@ -67,8 +67,11 @@ fn silent(evidence: &Evidence) -> Vec<Finding> {
 }
 
 /// Whether the display last said before `by` that what it shows of the unit is fresh; what the gateway says of itself is of
-/// no unit, and due as long as that of the unit under test comes through.
+/// no unit, and due as long as that of the unit under test comes through. The window of a dead console is gone.
 fn fresh_at(evidence: &Evidence, who: NodeId, by: Micros) -> bool {
+    if life::dead(evidence, NodeId::CONSOLE).iter().any(|(from, to)| (*from..*to).contains(&by)) {
+        return false;
+    }
     let of = who.unit().unwrap_or(UnitId::A);
     let shown = evidence.entries.iter().rev().find_map(|w| match w.entry.event {
         Event::Displayed { unit, freshness, .. } if unit == of && w.at <= by => Some(freshness),

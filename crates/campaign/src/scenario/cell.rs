@@ -129,6 +129,11 @@ impl Scenario {
         scenario
     }
 
+    /// Has it expect these classes.
+    pub fn expect(&mut self, classes: impl IntoIterator<Item = Outcome>) {
+        self.expected = Located::nowhere(List::of(classes));
+    }
+
     /// The same scenario, of which nothing is believed: expected INVALID.
     pub fn sabotaged(&self) -> Scenario {
         let mut scenario = self.clone();

@@ -318,6 +318,15 @@ impl<const MAX: usize> Text<MAX> {
         &self.0
     }
 
+    /// The text, as much of it as there is room for.
+    pub(super) fn cut(text: &str) -> Self {
+        let kept = text.chars().filter(|c| !c.is_control() || *c == '\n').scan(0, |bytes, c| {
+            *bytes += c.len_utf8();
+            (*bytes <= MAX).then_some(c)
+        });
+        Self(kept.collect())
+    }
+
     fn new(text: &str) -> Result<Self, String> {
         if text.len() > MAX {
             Err(format!("text of {} bytes, at most {MAX} are taken", text.len()))

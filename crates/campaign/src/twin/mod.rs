@@ -51,6 +51,8 @@ use crate::sights::Claims;
 
 /// When associations are set up.
 const OPENS_AT: Micros = 20_000;
+/// How long after the relays have ended something they passed may still be under way.
+const UNDER_WAY: Micros = 50_000;
 /// One process of the twin.
 pub struct Node {
     /// Who it is.
@@ -325,6 +327,12 @@ impl Twin {
         self.release_all();
         self.tell_all(&Input::Quiesce);
         self.run_until(self.now + grace);
+        // As live: the relays first, which pass nothing more then, so that nothing is under way while its two ends count.
+        for relay in [NodeId::RELAY_TELEMETRY, NodeId::RELAY_COMMAND].into_iter().filter_map(|id| self.index(id)) {
+            self.feed(relay, Input::Finish);
+            self.nodes[usize::from(relay)].alive = false;
+        }
+        self.run_until(self.now + UNDER_WAY);
         (0..self.nodes.len()).for_each(|node| self.close_guard(node as NodeIndex));
         self.run_until(self.now + 1_000);
         self.tell_all(&Input::Finish);

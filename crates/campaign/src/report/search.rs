@@ -1,0 +1,154 @@
+//! What a search found, as an object and as a table. A finding was judged by the oracle; nothing here judges.
+
+use serde::Serialize;
+
+use super::SCHEMA_VERSION;
+use super::table::new_table;
+use crate::search::{Ground, HuntRow, Hunted, Margin, Strategy};
+use crate::stats::{LEVEL, rate_upper};
+use crate::trial::Outcome;
+
+/// The object of `search --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct SearchObject {
+    /// Version of this object.
+    pub schema_version: u32,
+    /// What went on meanwhile.
+    pub scenario: String,
+    /// Under which policy.
+    pub policy: String,
+    /// What every artefact of an ablation says.
+    pub watermark: Option<String>,
+    /// What could be done.
+    pub alphabet: String,
+    /// Seed of each trial.
+    pub seed: u64,
+    /// Seed of the drawing.
+    pub draws: u64,
+    /// The longest words of an exhaustive search.
+    pub exhausted: Option<u32>,
+    /// The search in numbers.
+    pub hunt: HuntRow,
+    /// Of each cause one.
+    pub findings: Vec<FindingRow>,
+}
+
+/// One finding, shrunk.
+#[derive(Clone, Debug, Serialize)]
+pub struct FindingRow {
+    /// Name; its file's too.
+    pub name: String,
+    /// Class.
+    pub outcome: Outcome,
+    /// The first property that was found broken.
+    pub broken: String,
+    /// The oracle's first finding about it.
+    pub finding: Option<String>,
+    /// The word in few words.
+    pub word: String,
+    /// The same as it was found.
+    pub found_as: String,
+    /// In which trial it was found, from 1.
+    pub trial: u64,
+    /// After how much CPU time, seconds.
+    pub cpu_seconds: f64,
+    /// Trials that shrinking took.
+    pub executions: u64,
+    /// Its numbers, and the nearest that no longer do it.
+    pub margins: Vec<Margin>,
+    /// Waived checks of which each alone would have stopped it.
+    pub stopped_by: Vec<String>,
+    /// The line that shows it again.
+    pub reproduce: String,
+}
+
+impl SearchObject {
+    /// Of a search on `ground`.
+    pub fn new(
+        ground: &Ground,
+        draws: u64,
+        hunted: &Hunted,
+        strategy: Strategy,
+        exhausted: Option<u32>,
+        findings: Vec<FindingRow>,
+    ) -> Self {
+        Self {
+            schema_version: SCHEMA_VERSION,
+            scenario: ground.scenario.name.as_str().to_owned(),
+            policy: ground.setup.policy_name.clone(),
+            watermark: ground.setup.watermark(),
+            alphabet: ground.alphabet.name.as_str().to_owned(),
+            seed: ground.seed,
+            draws,
+            exhausted,
+            hunt: hunted.row(strategy),
+            findings,
+        }
+    }
+}
+
+/// The table for a terminal.
+pub fn search_table(object: &SearchObject) -> String {
+    let hunt = &object.hunt;
+    let classes: Vec<String> = hunt.outcomes.iter().map(|(class, n)| format!("{class} {n}")).collect();
+    let how = match object.exhausted {
+        Some(k) => {
+            format!("every word of up to {k} letters of alphabet {}, at its weakest and strongest", object.alphabet)
+        }
+        None => format!("{:?} over alphabet {}, draws {}", hunt.strategy, object.alphabet, object.draws).to_lowercase(),
+    };
+    let mut text = String::new();
+    if let Some(watermark) = &object.watermark {
+        text.push_str(&format!("{watermark}\n"));
+    }
+    text.push_str(&format!(
+        "{}, policy {}, seed {}: {how}\n{} trials in {:.1} CPU-s: {}. {} points of coverage.\n",
+        object.scenario,
+        object.policy,
+        object.seed,
+        hunt.trials,
+        hunt.cpu_seconds,
+        classes.join(", "),
+        hunt.covered,
+    ));
+    if object.findings.is_empty() {
+        let none = match object.exhausted {
+            Some(k) => format!("None up to {k}.\n"),
+            // Words of a guided search are no independent sample.
+            None if hunt.strategy == Strategy::Uniform => {
+                let upper = rate_upper(0, hunt.trials, LEVEL) * 100.0;
+                format!("None found: of words drawn so, below {upper:.2} % are findings (one-sided 95 %).\n")
+            }
+            None => "None found. That is no proof that there is none.\n".to_owned(),
+        };
+        return text + &none;
+    }
+    let mut table =
+        new_table(&["finding", "class", "word, shrunk", "edge", "trial", "CPU-s", "shrunk in", "stopped by"]);
+    for finding in &object.findings {
+        table.add_row(row(finding));
+    }
+    text.push_str(&format!("{table}\n"));
+    for finding in &object.findings {
+        let what = finding.finding.as_deref().unwrap_or("no property broken");
+        text.push_str(&format!("{}: {what}\n  {}\n", finding.name, finding.reproduce));
+    }
+    text + "Edges are the twin's: live they lie within its jitter of these.\n"
+}
+
+fn row(finding: &FindingRow) -> Vec<String> {
+    let edge = |m: &Margin| match m.fails {
+        Some(fails) => format!("{} {}: {fails} is not, {} is", m.of, m.number, m.holds),
+        None => format!("{} {}: {} is", m.of, m.number, m.holds),
+    };
+    vec![
+        finding.name.clone(),
+        format!("{} {}", finding.outcome.name(), finding.broken),
+        finding.word.clone(),
+        finding.margins.iter().map(edge).collect::<Vec<_>>().join("\n"),
+        finding.trial.to_string(),
+        format!("{:.2}", finding.cpu_seconds),
+        finding.executions.to_string(),
+        if finding.stopped_by.is_empty() { "-".to_owned() } else { finding.stopped_by.join(", ") },
+    ]
+}

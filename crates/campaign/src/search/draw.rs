@@ -1,0 +1,189 @@
+//! Where words come from: three strategies, each with one fixed way to draw.
+//!
+//! *Uniform* draws length, moves, moments and numbers evenly from the alphabet: what a search is measured against.
+//! *Transitions* begins everything where the unit changes mode in the run without an attack, as AVIS does (Taylor et al., "AVIS:
+//! In-Situ Model Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* changes words that showed something
+//! new, draws moments from changes, edges of bounds and evenly, and moves by what they brought so far. Nothing has
+//! probability zero in any but the second.
+
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use serde::Serialize;
+
+use super::moments::Moments;
+use super::word::{Letter, Word, move_of};
+use crate::scenario::{Alphabet, Range};
+
+/// Out of ten guided words, how many are made from one that showed something new.
+const FROM_KNOWN: u32 = 7;
+/// Of ten guided moments, how many are a change of mode and a little after; how many of the others the edge of a bound. The
+/// rest are drawn evenly.
+const AT_CHANGES: u32 = 4;
+const AT_EDGES: u32 = 3;
+/// How long after a change of mode still counts as at it, ticks.
+const AFTER_CHANGE: u32 = 30;
+
+/// How words are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Strategy {
+    /// Evenly.
+    Uniform,
+    /// At changes of mode.
+    Transitions,
+    /// By what was new so far.
+    Guided,
+}
+
+/// A word that showed something new.
+#[derive(Clone, Debug)]
+pub(super) struct Known {
+    pub(super) word: Word,
+    pub(super) moments: Moments,
+}
+
+/// Draws words.
+#[derive(Debug)]
+pub(super) struct Drawer<'a> {
+    alphabet: &'a Alphabet,
+    strategy: Strategy,
+    rng: ChaCha8Rng,
+    nominal: Moments,
+    known: Vec<Known>,
+    /// How often each move was in a word, and in one that showed something new.
+    tried: Vec<(u32, u32)>,
+}
+
+impl<'a> Drawer<'a> {
+    /// Of the words over `alphabet`; `nominal` are the moments of the run without any.
+    pub(super) fn new(alphabet: &'a Alphabet, strategy: Strategy, seed: u64, nominal: Moments) -> Self {
+        let tried = vec![(0, 0); alphabet.moves.len()];
+        Self { alphabet, strategy, rng: ChaCha8Rng::seed_from_u64(seed), nominal, known: Vec::new(), tried }
+    }
+
+    /// What came of a word: whether it showed something new, and the moments of its run.
+    pub(super) fn learn(&mut self, word: &Word, moments: Option<Moments>) {
+        for letter in word.letters() {
+            let (tried, new) = &mut self.tried[letter.kind];
+            *tried += 1;
+            *new += u32::from(moments.is_some());
+        }
+        if let Some(moments) = moments {
+            self.known.push(Known { word: word.clone(), moments });
+        }
+    }
+
+    /// The next word.
+    pub(super) fn word(&mut self) -> Word {
+        if self.strategy == Strategy::Guided && !self.known.is_empty() && self.below(10) < FROM_KNOWN {
+            let known = self.known();
+            return self.changed(&known);
+        }
+        let longest = self.longest();
+        let length = 1 + self.below(longest);
+        let nominal = self.nominal.clone();
+        Word::new((0..length).map(|_| self.letter(&nominal)).collect())
+    }
+
+    /// One that showed something new: every other time one of the newest.
+    fn known(&mut self) -> Known {
+        let n = self.known.len() as u32;
+        let from = if self.below(2) == 0 { n.saturating_sub(16) } else { 0 };
+        let i = from + self.below(n - from);
+        self.known[i as usize].clone()
+    }
+
+    /// The same word with one thing changed.
+    fn changed(&mut self, known: &Known) -> Word {
+        let mut letters = known.word.letters().to_vec();
+        let some = self.below(letters.len() as u32) as usize;
+        match (self.below(5), letters.get(some).cloned()) {
+            (0, _) if (letters.len() as u32) < self.longest() => letters.push(self.letter(&known.moments)),
+            (1, Some(_)) if letters.len() > 1 => drop(letters.remove(some)),
+            (2 | 0, Some(letter)) => letters[some] = Letter { begins: self.moment(&known.moments), ..letter },
+            (3 | 1, Some(letter)) => {
+                let places = self.places(letter.kind, &known.moments);
+                letters[some] = Letter { places, ..letter };
+            }
+            (_, Some(letter)) => letters[some] = Letter { begins: letter.begins, ..self.letter(&known.moments) },
+            (_, None) => letters.push(self.letter(&known.moments)),
+        }
+        Word::new(letters)
+    }
+
+    fn letter(&mut self, moments: &Moments) -> Letter {
+        let kind = match self.strategy {
+            Strategy::Uniform | Strategy::Transitions => self.below(self.alphabet.moves.len() as u32) as usize,
+            Strategy::Guided => self.promising(),
+        };
+        let begins = self.moment(moments);
+        Letter { begins, kind, places: self.places(kind, moments) }
+    }
+
+    /// A move, as likely as what it brought so far deserves.
+    fn promising(&mut self) -> usize {
+        let weight = |(tried, new): &(u32, u32)| 1000 * (new + 1) / (tried + 2) + 50;
+        let total: u32 = self.tried.iter().map(weight).sum();
+        let mut drawn = self.below(total);
+        for (i, counts) in self.tried.iter().enumerate() {
+            match drawn.checked_sub(weight(counts)) {
+                Some(left) => drawn = left,
+                None => return i,
+            }
+        }
+        0
+    }
+
+    fn moment(&mut self, moments: &Moments) -> u32 {
+        let (first, last) = self.alphabet.begins();
+        let even = |drawer: &mut Self| first + drawer.below(last - first + 1);
+        match self.strategy {
+            Strategy::Uniform => even(self),
+            Strategy::Transitions => self.one_of(&moments.changes).unwrap_or(first),
+            Strategy::Guided => {
+                let drawn = self.below(10);
+                let moment = if drawn < AT_CHANGES {
+                    let after = self.below(AFTER_CHANGE);
+                    self.one_of(&moments.changes).map(|at| at + after)
+                } else if drawn < AT_CHANGES + AT_EDGES {
+                    self.one_of(&moments.edges)
+                } else {
+                    None
+                };
+                moment.map_or_else(|| even(self), |at| at.clamp(first, last))
+            }
+        }
+    }
+
+    fn places(&mut self, of: usize, moments: &Moments) -> Vec<u32> {
+        let letter = Letter { begins: 0, kind: of, places: Vec::new() };
+        let ranges: Vec<Range> = move_of(self.alphabet, &letter).ranges().copied().collect();
+        ranges.iter().map(|range| self.place(range, moments)).collect()
+    }
+
+    fn place(&mut self, range: &Range, moments: &Moments) -> u32 {
+        let even = |drawer: &mut Self| drawer.below(range.last() + 1);
+        match self.strategy {
+            Strategy::Uniform | Strategy::Transitions => even(self),
+            Strategy::Guided => match self.below(3) {
+                0 => range.last(),
+                1 => self.one_of(&moments.lengths).map_or(0, |length| range.place(f64::from(length))),
+                _ => even(self),
+            },
+        }
+    }
+
+    fn longest(&self) -> u32 {
+        self.alphabet.longest.unsigned() as u32
+    }
+
+    fn one_of(&mut self, of: &[u32]) -> Option<u32> {
+        let i = self.below(of.len() as u32) as usize;
+        of.get(i).copied()
+    }
+
+    /// Even below `n`, to within 2^-32; 0 where `n` is 0.
+    fn below(&mut self, n: u32) -> u32 {
+        (u64::from(self.rng.next_u32()) * u64::from(n) >> 32) as u32
+    }
+}

@@ -1,0 +1,110 @@
+//! One word tried: the trial that it makes, judged, and what a search keeps of it.
+
+use super::coverage::{self, Coverage};
+use super::word::{Letter, Word};
+use crate::oracle::Property;
+use crate::scenario::{Alphabet, Scenario, Setup};
+use crate::trial::{Outcome, Trial};
+use crate::twin::trial::{conclude, start};
+use crate::{judged, oracle};
+
+/// What is searched: a scenario and its setup, one seed, and what may be done to it.
+#[derive(Clone, Debug)]
+pub struct Ground {
+    /// The scenario without any word.
+    pub scenario: Scenario,
+    /// With what it runs.
+    pub setup: Setup,
+    /// The seed of every trial: trials differ by their word and by nothing else.
+    pub seed: u64,
+    /// What may be done.
+    pub alphabet: Alphabet,
+}
+
+/// Why a trial is a finding: shrinking keeps it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+pub struct Cause {
+    /// The class that the oracle gave.
+    pub outcome: Outcome,
+    /// What was broken, by its name: of the oracle's the property.
+    pub broken: String,
+}
+
+/// Says whether a trial is a finding, and why.
+pub type Test<'a> = &'a (dyn Fn(&Tried) -> Option<Cause> + Sync);
+
+/// A trial is a finding when it ends in one of these classes.
+pub fn ends_in(classes: &[Outcome]) -> impl Fn(&Tried) -> Option<Cause> + Sync + '_ {
+    move |tried| {
+        let broken = || tried.broken.map_or_else(|| "nothing".to_owned(), |property| format!("{property:?}"));
+        let outcome = tried.trial.outcome;
+        classes.contains(&outcome).then(|| Cause { outcome, broken: broken() })
+    }
+}
+
+/// A word and what came of it.
+#[derive(Clone, Debug)]
+pub struct Tried {
+    /// The word.
+    pub word: Word,
+    /// The judged trial.
+    pub trial: Trial,
+    /// The first property that was found broken, where one was.
+    pub broken: Option<Property>,
+    /// What it covered.
+    pub coverage: Coverage,
+    /// When the unit under test changed mode, milliseconds.
+    pub changes_ms: Vec<u32>,
+}
+
+impl Ground {
+    /// The scenario with one move of the alphabet, at its strongest as early as it may begin: whether it fits at all.
+    ///
+    /// # Errors
+    /// Why it does not.
+    pub fn scenario_with(&self, kind: usize) -> Result<Scenario, String> {
+        let (begins, _) = self.alphabet.begins();
+        let places = self.alphabet.moves[kind].ranges().map(|range| range.last()).collect();
+        Word::new(vec![Letter { begins, kind, places }]).in_scenario(&self.alphabet, &self.scenario)
+    }
+
+    /// The scenario of a word that was found, to be run until it no longer ends in one of the classes `found`; INVALID and
+    /// UNSAFE are never fine. `why` is what was wrong.
+    ///
+    /// # Errors
+    /// Which letter does not fit.
+    pub fn as_regression(&self, word: &Word, found: &[Outcome], why: &str) -> Result<Scenario, String> {
+        let mut scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
+        let never =
+            |outcome: &Outcome| found.contains(outcome) || matches!(outcome, Outcome::Invalid | Outcome::Unsafe);
+        scenario.expect(Outcome::ALL.into_iter().filter(|outcome| !never(outcome)));
+        let word = word.told(&self.alphabet);
+        scenario.describe(
+            &format!("Found: {word}"),
+            &format!("Found by a search over alphabet {}: {word}. {why}", self.alphabet.name.as_str()),
+        );
+        Ok(scenario)
+    }
+
+    /// Tries a word.
+    ///
+    /// # Errors
+    /// Which letter does not fit the scenario, or why it cannot be run.
+    pub fn try_word(&self, word: &Word) -> Result<Tried, String> {
+        let scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
+        let before = link::clock::thread_cpu_us();
+        let (cast, twin) = start(&scenario, &self.setup, self.seed, false).map_err(|e| e.to_string())?;
+        let run = conclude(cast, twin, &self.setup);
+        let mut trial = judged::trial(self.seed, scenario.level(), &run.evidence, &run.verdict);
+        let coverage = coverage::of(&run.evidence);
+        trial.cpu_seconds = link::clock::thread_cpu_us().saturating_sub(before) as f64 / 1e6;
+        let changes_ms = trial.transitions.iter().map(|row| row.t_ms as u32).collect();
+        Ok(Tried { word: word.clone(), trial, broken: first_broken(&run.verdict), coverage, changes_ms })
+    }
+}
+
+fn first_broken(verdict: &oracle::Verdict) -> Option<Property> {
+    // A lack of evidence is not what broke.
+    let breaks = |property: &Property| !matches!(property, Property::P6 | Property::P10);
+    verdict.findings.iter().map(|finding| finding.property).find(breaks)
+}

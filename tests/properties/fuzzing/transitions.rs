@@ -1,0 +1,27 @@
+//! All that the adversary and the world can do: the words over a shipped alphabet, during a mission.
+
+use campaign::scenario::{Alphabet, Scenario, Setup};
+use campaign::search::{Quest, Strategy};
+
+/// Words of each alphabet when nobody asks for more.
+const CASES: u64 = 48;
+
+/// A mission and what may happen in it.
+pub(super) struct Transitions {
+    pub(super) mission: Scenario,
+    pub(super) setup: Setup,
+    pub(super) alphabet: Alphabet,
+    pub(super) quest: Quest,
+}
+
+impl Transitions {
+    /// Of the shipped alphabet of that name, during the null attack, under every check.
+    pub(super) fn of(alphabet: &str) -> Self {
+        let file = holdsafe_tests::root().join("scenarios/alphabets").join(format!("{alphabet}.toml"));
+        let alphabet = Alphabet::load(&file).expect("a shipped alphabet");
+        let ready = holdsafe_tests::shipped("nominal");
+        let budget = std::env::var("HOLDSAFE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);
+        let quest = Quest { strategy: Strategy::Guided, seed: 1, budget, first: true };
+        Self { mission: ready.scenario, setup: ready.setup, alphabet, quest }
+    }
+}
