@@ -328,7 +328,8 @@ impl Twin {
         self.tell_all(&Input::Quiesce);
         self.run_until(self.now + grace);
         // As live: the relays first, which pass nothing more then, so that nothing is under way while its two ends count.
-        for relay in [NodeId::RELAY_TELEMETRY, NodeId::RELAY_COMMAND].into_iter().filter_map(|id| self.index(id)) {
+        for relay in [NodeId::RELAY_TELEMETRY, NodeId::RELAY_COMMAND] {
+            let Some(relay) = self.index(relay) else { continue };
             self.feed(relay, Input::Finish);
             self.nodes[usize::from(relay)].alive = false;
         }
