@@ -136,3 +136,54 @@ fn a_matrix_that_was_ended_goes_on_where_it_was_and_comes_to_the_same() {
         assert!(after.starts_with(&whole) && after.lines().count() == 3);
     }
 }
+
+#[test]
+fn a_search_finds_what_a_waived_check_lets_through_and_its_file_is_a_scenario_that_shows_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().to_str().unwrap();
+    let search = |jobs: &str| {
+        let waive = ["search", "nominal", "--alphabet", "display", "--waive", "display.signature", "--first"];
+        let more = ["--budget", "400", "--draws", "1", "--jobs", jobs, "--json", "--out", out];
+        let output = holdsafe(&[&waive[..], &more].concat());
+        assert_eq!(output.status.code(), Some(3), "{}", String::from_utf8_lossy(&output.stderr));
+        let mut object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let finding = object["findings"][0].take();
+        (finding["word"].clone(), finding["stopped_by"].clone(), finding["trial"].clone())
+    };
+    let (word, stopped_by, trial) = search("1");
+    assert_eq!(stopped_by, serde_json::json!(["display.signature"]), "{word}");
+    assert_eq!(
+        (&word, &stopped_by, &trial),
+        {
+            let (w, s, t) = &search("2");
+            (w, s, t)
+        },
+        "other threads, another finding"
+    );
+
+    let file = dir.path().join("found-1.toml");
+    let (file, policy) = (file.to_str().unwrap(), dir.path().join("searched.toml"));
+    let run = |more: &[&str]| holdsafe(&[&["run", file, "--trials", "1"], more].concat()).status.code();
+    assert_eq!(run(&["--policy", policy.to_str().unwrap()]), Some(3), "the finding stands while the check is waived");
+    assert_eq!(run(&[]), Some(0), "with the check it is refused");
+}
+
+#[test]
+fn a_search_that_cannot_begin_says_why() {
+    for (arguments, message) in [
+        (&["search", "nominal", "--alphabet", "paths"][..], "no alphabet `paths`; there are: broker, display, path"),
+        (
+            &["search", "nominal", "--waive", "boundary.fresh"],
+            "no check `boundary.fresh`; there are: boundary.freshness",
+        ),
+        (&["search", "teammate"], "`teammate` has several cells; choose one with --cell"),
+        (&["search", "certificates"], "runs on the real stacks in memory; a search needs the twin"),
+        (&["search", "nominal", "--find", "INVALID"], "no class that can be found"),
+        (&["search", "nominal", "--exhaust", "6"], "exhaust fewer letters"),
+    ] {
+        let output = holdsafe(arguments);
+        let screen = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {screen}");
+        assert!(screen.contains(message), "{arguments:?}: {screen}");
+    }
+}

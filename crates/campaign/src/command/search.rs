@@ -179,13 +179,15 @@ fn exhaust(
     longest: usize,
     threads: usize,
 ) -> Result<Hunted, Failure> {
+    // The longest are the most: whether there are too many is known before any are made.
     let mut words = Vec::new();
-    for k in 1..=longest {
+    for k in (1..=longest).rev() {
         let more = ground.words(k, moments, MOST_WORDS).ok_or_else(|| {
             Failure::new(Exit::Usage, format!("more than {MOST_WORDS} words of {k} letters; exhaust fewer letters"))
         })?;
-        words.extend(more);
+        words.push(more);
     }
+    let words: Vec<Word> = words.into_iter().rev().flatten().collect();
     let progress = Progress::new("exhaustive search", words.len(), context.talk);
     let hunted = ground.try_all(&words, &ends_in(&args.find), threads, &progress, &context.stop);
     progress.finish();
