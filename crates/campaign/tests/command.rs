@@ -150,16 +150,9 @@ fn a_search_finds_what_a_waived_check_lets_through_and_its_file_is_a_scenario_th
         let finding = object["findings"][0].take();
         (finding["word"].clone(), finding["stopped_by"].clone(), finding["trial"].clone())
     };
-    let (word, stopped_by, trial) = search("1");
-    assert_eq!(stopped_by, serde_json::json!(["display.signature"]), "{word}");
-    assert_eq!(
-        (&word, &stopped_by, &trial),
-        {
-            let (w, s, t) = &search("2");
-            (w, s, t)
-        },
-        "other threads, another finding"
-    );
+    let first = search("1");
+    assert_eq!(first.1, serde_json::json!(["display.signature"]), "{}", first.0);
+    assert_eq!(first, search("2"), "other threads, another finding");
 
     let file = dir.path().join("found-1.toml");
     let (file, policy) = (file.to_str().unwrap(), dir.path().join("searched.toml"));
