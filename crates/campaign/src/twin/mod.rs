@@ -325,31 +325,25 @@ impl Twin {
     /// Ends the run: nothing new is sent, what is under way arrives, and everyone writes the closing account.
     pub fn finish(&mut self, grace: Micros) {
         self.release_all();
-        self.tell_all(&Input::Quiesce);
+        (0..self.nodes.len() as NodeIndex).for_each(|node| self.feed(node, Input::Quiesce));
         self.run_until(self.now + grace);
         // As live: the relays first, which pass nothing more then, so that nothing is under way while its two ends count.
         for relay in [NodeId::RELAY_TELEMETRY, NodeId::RELAY_COMMAND] {
-            let Some(relay) = self.index(relay) else { continue };
-            self.feed(relay, Input::Finish);
-            self.nodes[usize::from(relay)].alive = false;
+            self.index(relay).into_iter().for_each(|relay| self.end(relay));
         }
         self.run_until(self.now + UNDER_WAY);
         (0..self.nodes.len()).for_each(|node| self.close_guard(node as NodeIndex));
         self.run_until(self.now + 1_000);
-        self.tell_all(&Input::Finish);
+        let recorder = self.index(NodeId::RECORDER);
+        (0..self.nodes.len() as NodeIndex).filter(|node| Some(*node) != recorder).for_each(|node| self.end(node));
         self.run_until(self.now + 1_000);
-        if let Some(recorder) = self.index(NodeId::RECORDER) {
-            self.feed(recorder, Input::Finish);
-        }
+        recorder.into_iter().for_each(|recorder| self.end(recorder));
     }
 
-    fn tell_all(&mut self, input: &Input) {
-        for node in 0..self.nodes.len() {
-            let last = self.nodes[node].id == NodeId::RECORDER && *input == Input::Finish;
-            if self.nodes[node].alive && !last {
-                self.feed(node as NodeIndex, input.clone());
-            }
-        }
+    /// Has a node write its closing account. As live it is over then: what comes for it later finds nobody.
+    fn end(&mut self, node: NodeIndex) {
+        self.feed(node, Input::Finish);
+        self.nodes[usize::from(node)].alive = false;
     }
 
     fn index(&self, id: NodeId) -> Option<NodeIndex> {
