@@ -8,6 +8,7 @@ use std::io::{BufReader, Read};
 use std::mem::size_of;
 use std::path::{Path, PathBuf};
 
+use mcap::sans_io::{LinearReaderOptions, MessageReadEvent, MessageReader};
 use wire::id::NodeId;
 
 use crate::guard::observe::Observation;
@@ -16,6 +17,8 @@ use crate::stream::StreamSight;
 
 /// The largest recording file that is read, bytes.
 const MAX_FILE: u64 = 1 << 30;
+/// The longest record of a file that is loaded, bytes: the library takes a file's word for a length, and memory for it.
+const MAX_RECORD: usize = 1 << 20;
 /// Memory for the frames of one recording, bytes: a compressed file of little more than nothing can hold any number.
 pub const MAX_FRAMES: usize = 1 << 30;
 /// The longest encoded observation, bytes.
@@ -85,19 +88,28 @@ fn read_file(file: &Path) -> Result<Vec<u8>, RecordedError> {
 /// The frames of one file, for which there are `room` bytes of memory; what they take of it is taken off.
 ///
 /// # Errors
-/// Why it is not a readable recording.
+/// When they take more.
 pub fn frames_in(bytes: &[u8], room: &mut usize) -> Result<Vec<Frame>, String> {
-    let options = mcap::read::Options::IgnoreEndMagic;
-    let messages = mcap::MessageStream::new_with_options(bytes, options.into()).map_err(|e| e.to_string())?;
-    let mut frames = Vec::new();
-    for message in messages {
-        // A cut file ends in an error; what stands before it counts.
-        let Ok(message) = message else { break };
+    let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(MAX_RECORD);
+    let mut reader = MessageReader::new_with_options(options);
+    let (mut frames, mut rest) = (Vec::new(), bytes);
+    // A cut file ends in an error; what stands before it counts.
+    while let Some(Ok(event)) = reader.next_event() {
+        let message = match event {
+            MessageReadEvent::Message(message) => message,
+            MessageReadEvent::ReadRequest(need) => {
+                let (next, behind) = rest.split_at(need.min(rest.len()));
+                reader.insert(next.len()).copy_from_slice(next);
+                reader.notify_read(next.len());
+                rest = behind;
+                continue;
+            }
+        };
         let node = NodeId::from_name(message.channel.topic.trim_start_matches("/audit/"));
         let Some(node) = node.filter(|_| message.data.len() <= MAX_FRAME) else { continue };
         let taken = size_of::<Frame>() + message.data.len();
         *room = room.checked_sub(taken).ok_or("more entries than any run of ours writes")?;
-        frames.push(Frame { trace_us: message.log_time / 1000, node, bytes: message.data.to_vec() });
+        frames.push(Frame { trace_us: message.log_time / 1000, node, bytes: message.data.into_owned() });
     }
     Ok(frames)
 }
