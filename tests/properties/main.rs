@@ -1,4 +1,5 @@
-//! What must hold of every run: the link model is like the real stack, determinism, forks, replay of mouths, and that the judge sees what is broken.
+//! What must hold of every run: the link model is like the real stack, determinism, forks,
+//! replay of mouths, that the judge sees what is broken, and that parsers keep their promises.
 
 mod conformance;
 mod determinism;
@@ -6,4 +7,5 @@ mod forks;
 mod fuzzing;
 mod mouths;
 mod oracle;
+mod parsers;
 mod takeovers;

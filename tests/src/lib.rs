@@ -1,4 +1,6 @@
-//! What the test binaries share: the shipped scenarios, run in the twin.
+//! What the test binaries share: the shipped scenarios, run in the twin; and what holds of every parser.
+
+pub mod parsers;
 
 use std::path::{Path, PathBuf};
 

@@ -131,7 +131,7 @@ fn only_the_twin_shares_verified_signatures() {
 
 #[test]
 fn every_file_says_what_it_is() {
-    for (file, text) in sources("crates").into_iter().chain(sources("tests")) {
+    for (file, text) in ["crates", "fuzz", "tests"].into_iter().flat_map(sources) {
         let fixture = file.contains("/compile_fail/");
         assert!(
             fixture || text.starts_with("//!"),
@@ -158,6 +158,19 @@ fn every_scenario_and_every_refusal_is_documented() {
             reason.name()
         );
     }
+}
+
+/// A dependency of tests turns this on for every build with tests in it, so no test of a value would miss it.
+#[test]
+fn the_shipped_program_reads_numbers_in_json_to_their_last_digit() {
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).expect("a manifest");
+    let manifest: toml::Table = toml::from_str(&manifest).expect("a valid manifest");
+    let features = &manifest["workspace"]["dependencies"]["serde_json"]["features"];
+    let exact = features.as_array().is_some_and(|all| all.iter().any(|f| f.as_str() == Some("float_roundtrip")));
+    assert!(
+        exact,
+        "Cargo.toml: serde_json without `float_roundtrip` changes one finished trial in ten as it is read back"
+    );
 }
 
 #[test]

@@ -39,6 +39,7 @@ use clap::{ArgAction, Parser, Subcommand};
 
 pub use engine::{EngineError, MouthReplay, Verified};
 pub use failure::{Exit, Failure};
+pub use kept::{finished, kept_line};
 
 use crate::progress::{Stop, Talk};
 

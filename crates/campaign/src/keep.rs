@@ -35,8 +35,12 @@ pub fn held(directory: &Path, held: &Held) -> std::io::Result<()> {
 
 /// Reads it back.
 pub fn read_held(directory: &Path) -> std::io::Result<Held> {
-    let file = std::fs::File::open(directory.join(HELD))?;
-    Ok(serde_json::from_reader(std::io::Read::take(file, MAX_HELD_BYTES))?)
+    held_in(std::fs::File::open(directory.join(HELD))?)
+}
+
+/// The same of the file's bytes; no more than a bounded number is read.
+pub fn held_in(from: impl std::io::Read) -> std::io::Result<Held> {
+    Ok(serde_json::from_reader(from.take(MAX_HELD_BYTES))?)
 }
 
 /// Writes what came of replaying the mouth logs.

@@ -32,8 +32,10 @@ mod step;
 mod stream;
 mod tamper;
 mod template;
+mod terms;
 mod timed;
 mod value;
+mod varies;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -56,21 +58,23 @@ pub use operator::{DisplayedState, Operator, Step, Verb};
 pub use peer::{Falsehood, ModeConfusion, Motion, Product, SessionReplay};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use problem::{Problem, ProblemRow, Problems};
-pub use read::{MAX_FILE_BYTES, load, load_platform, parse};
+pub use read::{MAX_FILE_BYTES, load, load_platform, parse, parse_platform, parse_scene};
 pub use rogue::{Mandate, Order, Rogue, Takeover, Values, Way};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene};
 pub use set::Settings;
-pub use setup::{Setup, find_root, load_policy, shipped};
+pub use setup::{Setup, find_root, load_policy, parse_policy, shipped};
 pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
 pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
 pub use tamper::{Tamper, Tampered};
 pub use template::{schema, template};
+pub use terms::{Evidence, Interface, Requirement, Stride};
 pub use timed::Windowed;
 pub use value::{
     Count, Extent, Label, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,
     ThreatId, Whole,
 };
+pub use varies::{Conditions, Varies};
 
 use crate::trial::Outcome;
 
@@ -315,167 +319,12 @@ impl Scenario {
     }
 }
 
-/// STRIDE, by letter or in full.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Stride {
-    /// S.
-    Spoofing,
-    /// T.
-    Tampering,
-    /// R.
-    Repudiation,
-    /// I.
-    InformationDisclosure,
-    /// D.
-    DenialOfService,
-    /// E.
-    ElevationOfPrivilege,
-}
-
-impl Stride {
-    /// Its letter.
-    pub fn letter(self) -> char {
-        match self {
-            Stride::Spoofing => 'S',
-            Stride::Tampering => 'T',
-            Stride::Repudiation => 'R',
-            Stride::InformationDisclosure => 'I',
-            Stride::DenialOfService => 'D',
-            Stride::ElevationOfPrivilege => 'E',
-        }
-    }
-}
-
-/// Where an attack or fault enters.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Interface {
-    /// DTLS between platform and gateway.
-    TelemetryLink,
-    /// What an admitted peer sends over it.
-    TelemetryPeer,
-    /// MQTT over TLS between gateway, broker and platform.
-    CommandPlane,
-    /// What the gateway tells the console, and the console asks of it.
-    ConsoleFeed,
-    /// The parser behind the gateway's boundary.
-    GatewayParser,
-    /// What the sensors give to perception.
-    PerceptionInput,
-    /// What perception gives to autonomy.
-    PerceptionOutput,
-    /// Localisation.
-    Localisation,
-    /// A process.
-    Process,
-    /// The host.
-    Host,
-    /// No interface: a control.
-    Control,
-}
-
-/// Where the evidence comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Evidence {
-    /// The twin's link model.
-    Model,
-    /// Real DTLS, TLS or broker in memory, paused time.
-    Stack,
-    /// Processes and sockets.
-    Live,
-}
-
-impl Evidence {
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Evidence::Model => "model",
-            Evidence::Stack => "stack",
-            Evidence::Live => "live",
-        }
-    }
-}
-
-/// What a scenario puts to the test.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Requirement {
-    /// What is sensed is what is there.
-    PerceptionIntegrity,
-    /// What is received is from whom it says, fresh and once.
-    CommunicationTrust,
-    /// Loss of trust is noticed and acted upon in time.
-    RuntimeAssurance,
-}
-
-impl Requirement {
-    /// Its name, in words.
-    pub fn name(self) -> &'static str {
-        match self {
-            Requirement::PerceptionIntegrity => "perception integrity",
-            Requirement::CommunicationTrust => "communication trust",
-            Requirement::RuntimeAssurance => "runtime assurance",
-        }
-    }
-}
-
-/// What the telemetry link is like all along, both ways, from the first datagram to the last. It is no attack: nothing is
-/// injected, no receipt is owed, and what is lost by it in quiet hours is a false trip.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Conditions {
-    /// Probability that a datagram is lost.
-    pub loss: Located<Share>,
-    /// Longest uniform random delay of a datagram, beside the link's own.
-    pub jitter_ms: Located<Millis>,
-}
-
-/// What a seed varies. Everything else is the same in each trial.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct Varies {
-    /// One uniform draw a trial, added to the time of every attack, fault, insider and kill: `[from, to]`.
-    pub injection_phase_s: Located<List<Real<0, 10_000>, 2>>,
-    /// Zero and drift of each host's clock, and the phase of its periods.
-    pub clocks: bool,
-    /// Delays of links and processing stages.
-    pub delays: bool,
-    /// Sensor and detector noise.
-    pub noise: bool,
-    /// Uniform shift of every object's position, up to so far in x and in y.
-    pub object_shift_m: Real<0, 5_000>,
-}
-
-impl Default for Varies {
-    fn default() -> Self {
-        Self {
-            injection_phase_s: Located::nowhere(List::default()),
-            clocks: true,
-            delays: true,
-            noise: true,
-            object_shift_m: Real::default(),
-        }
-    }
-}
-
 fn default_policy() -> Located<Name> {
     Located::nowhere(Name::constant("default"))
 }
 
 fn default_platform() -> Located<Name> {
     Located::nowhere(Name::constant("ground"))
-}
-
-impl Varies {
-    /// The phase's range in seconds; `(0, 0)` where nothing is drawn.
-    pub fn phase_s(&self) -> (f64, f64) {
-        match &self.injection_phase_s[..] {
-            [from, to] => (from.get(), to.get()),
-            [] | [_] | [_, _, ..] => (0.0, 0.0),
-        }
-    }
 }
 
 #[cfg(test)]

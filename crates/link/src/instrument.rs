@@ -58,6 +58,16 @@ pub struct Frame {
     pub bytes: Vec<u8>,
 }
 
+impl Frame {
+    /// Decodes the body of one frame.
+    ///
+    /// # Errors
+    /// When it is none.
+    pub fn decode(body: &[u8]) -> Result<Frame, minicbor::decode::Error> {
+        minicbor::decode(body)
+    }
+}
+
 /// What became of a service's frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct InstrumentStats {
@@ -187,7 +197,7 @@ async fn receive(mut stream: tokio::net::UnixStream, frames: &mpsc::Sender<Frame
         }
         let mut body = vec![0; length];
         stream.read_exact(&mut body).await?;
-        let frame = minicbor::decode(&body).map_err(std::io::Error::other)?;
+        let frame = Frame::decode(&body).map_err(std::io::Error::other)?;
         if frames.send(frame).await.is_err() {
             return Ok(());
         }

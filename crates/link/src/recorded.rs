@@ -5,8 +5,10 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read};
+use std::mem::size_of;
 use std::path::{Path, PathBuf};
 
+use mcap::sans_io::{LinearReaderOptions, MessageReadEvent, MessageReader};
 use wire::id::NodeId;
 
 use crate::guard::observe::Observation;
@@ -15,6 +17,10 @@ use crate::stream::StreamSight;
 
 /// The largest recording file that is read, bytes.
 const MAX_FILE: u64 = 1 << 30;
+/// The longest record of a file that is loaded, bytes: the library takes a file's word for a length, and memory for it.
+const MAX_RECORD: usize = 1 << 20;
+/// Memory for the frames of one recording, bytes: a compressed file of little more than nothing can hold any number.
+pub const MAX_FRAMES: usize = 1 << 30;
 /// The longest encoded observation, bytes.
 const MAX_OBSERVATION: usize = 256;
 
@@ -62,34 +68,50 @@ pub fn frames(directory: &Path) -> Result<Vec<Frame>, RecordedError> {
     }
     // By number: the tenth file comes behind the second.
     files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
-    let mut frames = Vec::new();
+    let (mut frames, mut room) = (Vec::new(), MAX_FRAMES);
     for file in files {
-        read_file(&file, &mut frames)?;
+        let bytes = read_file(&file)?;
+        frames.extend(frames_in(&bytes, &mut room).map_err(|why| RecordedError::Damaged { file, why })?);
     }
     Ok(frames)
 }
 
-fn read_file(file: &Path, frames: &mut Vec<Frame>) -> Result<(), RecordedError> {
+fn read_file(file: &Path) -> Result<Vec<u8>, RecordedError> {
     let io = |error| RecordedError::Io { file: file.to_owned(), error };
     let length = std::fs::metadata(file).map_err(io)?.len();
     if length > MAX_FILE {
         return Err(RecordedError::TooLong { file: file.to_owned(), got: length });
     }
-    let bytes = std::fs::read(file).map_err(io)?;
-    let damaged = |why: &dyn std::fmt::Display| RecordedError::Damaged { file: file.to_owned(), why: why.to_string() };
-    let options = mcap::read::Options::IgnoreEndMagic;
-    let messages = mcap::MessageStream::new_with_options(&bytes, options.into()).map_err(|e| damaged(&e))?;
-    for message in messages {
-        // A cut file ends in an error; what stands before it counts.
-        let Ok(message) = message else { break };
+    std::fs::read(file).map_err(io)
+}
+
+/// The frames of one file, for which there are `room` bytes of memory; what they take of it is taken off.
+///
+/// # Errors
+/// When they take more.
+pub fn frames_in(bytes: &[u8], room: &mut usize) -> Result<Vec<Frame>, String> {
+    let options = LinearReaderOptions::default().with_skip_end_magic(true).with_record_length_limit(MAX_RECORD);
+    let mut reader = MessageReader::new_with_options(options);
+    let (mut frames, mut rest) = (Vec::new(), bytes);
+    // A cut file ends in an error; what stands before it counts.
+    while let Some(Ok(event)) = reader.next_event() {
+        let message = match event {
+            MessageReadEvent::Message(message) => message,
+            MessageReadEvent::ReadRequest(need) => {
+                let (next, behind) = rest.split_at(need.min(rest.len()));
+                reader.insert(next.len()).copy_from_slice(next);
+                reader.notify_read(next.len());
+                rest = behind;
+                continue;
+            }
+        };
         let node = NodeId::from_name(message.channel.topic.trim_start_matches("/audit/"));
-        if let Some(node) = node
-            && message.data.len() <= MAX_FRAME
-        {
-            frames.push(Frame { trace_us: message.log_time / 1000, node, bytes: message.data.to_vec() });
-        }
+        let Some(node) = node.filter(|_| message.data.len() <= MAX_FRAME) else { continue };
+        let taken = size_of::<Frame>() + message.data.len();
+        *room = room.checked_sub(taken).ok_or("more entries than any run of ours writes")?;
+        frames.push(Frame { trace_us: message.log_time / 1000, node, bytes: message.data.into_owned() });
     }
-    Ok(())
+    Ok(frames)
 }
 
 /// Every observation of a guard's log, up to the first that is cut or unreadable.
@@ -97,7 +119,7 @@ fn read_file(file: &Path, frames: &mut Vec<Frame>) -> Result<(), RecordedError> 
 /// # Errors
 /// When the file cannot be opened.
 pub fn observations(file: &Path) -> std::io::Result<Vec<Observation>> {
-    entries(file)
+    Ok(entries(BufReader::new(File::open(file)?)))
 }
 
 /// Every sight of a stream log, up to the first that is cut or unreadable.
@@ -105,26 +127,26 @@ pub fn observations(file: &Path) -> std::io::Result<Vec<Observation>> {
 /// # Errors
 /// When the file cannot be opened.
 pub fn streams(file: &Path) -> std::io::Result<Vec<StreamSight>> {
-    entries(file)
+    Ok(entries(BufReader::new(File::open(file)?)))
 }
 
-fn entries<T: for<'b> minicbor::Decode<'b, ()>>(file: &Path) -> std::io::Result<Vec<T>> {
-    let mut from = BufReader::new(File::open(file)?);
+/// The entries of a log, each behind its length, up to the first that is cut, too long or unreadable.
+pub fn entries<T: for<'b> minicbor::Decode<'b, ()>>(mut from: impl Read) -> Vec<T> {
     let mut found = Vec::new();
     let mut bytes = [0; MAX_OBSERVATION];
     loop {
         let mut prefix = [0; 4];
         if from.read_exact(&mut prefix).is_err() {
-            return Ok(found);
+            return found;
         }
         let length = u32::from_be_bytes(prefix) as usize;
-        let Some(room) = bytes.get_mut(..length) else { return Ok(found) };
+        let Some(room) = bytes.get_mut(..length) else { return found };
         if from.read_exact(room).is_err() {
-            return Ok(found);
+            return found;
         }
         match minicbor::decode(room) {
             Ok(entry) => found.push(entry),
-            Err(_) => return Ok(found),
+            Err(_) => return found,
         }
     }
 }

@@ -90,16 +90,11 @@ impl Shelf {
         if whole < text.len() {
             file.set_len(whole as u64)?;
         }
-        let mut done = BTreeMap::new();
-        for (i, line) in text[..whole].lines().enumerate() {
-            let unreadable = |e| {
-                let at = format!("{}:{}: {e}", path.display(), i + 1);
-                Failure::new(Exit::Usage, format!("{at}; remove the file, its trials run again"))
-            };
-            let line: Line = serde_json::from_str(line).map_err(unreadable)?;
-            done.insert(line.trial.seed, line.into_trial());
-        }
-        Ok(Self { done, file: Mutex::new(file) })
+        let unreadable = |(line, e)| {
+            let at = format!("{}:{line}: {e}", path.display());
+            Failure::new(Exit::Usage, format!("{at}; remove the file, its trials run again"))
+        };
+        Ok(Self { done: finished(&text[..whole]).map_err(unreadable)?, file: Mutex::new(file) })
     }
 
     /// The finished trial of this seed.
@@ -114,10 +109,30 @@ impl Shelf {
 
     /// Keeps a trial that has just been judged.
     pub(super) fn put(&self, trial: &Trial) -> Result<(), Failure> {
-        let line = serde_json::to_string(&Line::of(trial)).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+        let line = kept_line(trial).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
         let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         Ok(file.write_all(format!("{line}\n").as_bytes())?)
     }
+}
+
+/// The trials of a file's whole lines, by seed.
+///
+/// # Errors
+/// The number, from 1, of the first line that is none, and why.
+pub fn finished(lines: &str) -> Result<BTreeMap<u64, Trial>, (usize, serde_json::Error)> {
+    let read = |(i, line)| match serde_json::from_str::<Line>(line) {
+        Ok(line) => Ok((line.trial.seed, line.into_trial())),
+        Err(error) => Err((i + 1, error)),
+    };
+    lines.lines().enumerate().map(read).collect()
+}
+
+/// The line of a trial, as it is kept.
+///
+/// # Errors
+/// When a number in it cannot be written as JSON.
+pub fn kept_line(trial: &Trial) -> serde_json::Result<String> {
+    serde_json::to_string(&Line::of(trial))
 }
 
 impl Line {

@@ -154,7 +154,8 @@ impl<'a> Custodian<'a> {
         self.seals();
         self.signatures();
         self.heads();
-        let covered = self.seals.last().is_some_and(|(_, entries, _)| *entries as usize + 1 == self.running.len());
+        let all = self.running.len() - 1;
+        let covered = self.seals.last().is_some_and(|(_, entries, _)| usize::try_from(*entries) == Ok(all));
         let recorder = self.lives.iter().rev().find(|(life, _)| life.node == NodeId::RECORDER).map(|(_, chain)| chain);
         let head = recorder.and_then(|chain| chain.last).map(|head| hex(&head.hash)).unwrap_or_default();
         let sealed = covered && recorder.is_some_and(|chain| chain.ends_signed);

@@ -59,6 +59,21 @@ pub enum Line {
     Ended,
 }
 
+impl Line {
+    /// Reads a line; `None` where it says nothing that the launcher knows.
+    pub fn parse(line: &str) -> Option<Line> {
+        let (word, json) = line.split_once(' ')?;
+        let value: Value = serde_json::from_str(json).ok()?;
+        match word {
+            "ready" => Some(Line::Ready(value)),
+            "stats" => Some(Line::Stats(value)),
+            "text" => value.as_str().map(|text| Line::Text(text.to_owned())),
+            "entry" => serde_json::from_value(value).ok().map(Line::Entry),
+            _ => None,
+        }
+    }
+}
+
 /// A running service.
 pub struct Child {
     /// Who it is.
@@ -184,7 +199,7 @@ fn listen(node: NodeId, mut from: impl BufRead, lines: &Sender<(NodeId, Line)>) 
         match std::io::Read::take(&mut from, MAX_LINE as u64).read_line(&mut line) {
             Ok(0) | Err(_) => break,
             Ok(_) => {
-                if let Some(line) = parse(line.trim_end())
+                if let Some(line) = Line::parse(line.trim_end())
                     && lines.send((node, line)).is_err()
                 {
                     return;
@@ -194,18 +209,6 @@ fn listen(node: NodeId, mut from: impl BufRead, lines: &Sender<(NodeId, Line)>) 
     }
     // Nobody listens any more once the run is over.
     let _ = lines.send((node, Line::Ended));
-}
-
-fn parse(line: &str) -> Option<Line> {
-    let (word, json) = line.split_once(' ')?;
-    let value: Value = serde_json::from_str(json).ok()?;
-    match word {
-        "ready" => Some(Line::Ready(value)),
-        "stats" => Some(Line::Stats(value)),
-        "text" => value.as_str().map(|text| Line::Text(text.to_owned())),
-        "entry" => serde_json::from_value(value).ok().map(Line::Entry),
-        _ => None,
-    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
 //! P1 to P5 and P7 to P11, one function each. Every one has been seen to fail on a log in which it is broken
-//! (`tests/properties/oracle.rs`).
+//! (`tests/properties/oracle`).
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -52,10 +52,27 @@ pub fn parse(file: &str, stem: &str, text: &str) -> Result<Scenario, Problems> {
 pub fn load_platform(path: &Path) -> Result<Platform, Problems> {
     let file = path.display().to_string();
     let text = read_text(path, &file)?;
-    let platform: Platform = from_toml(&file, &text)?;
-    let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or_default();
-    Problems::none_or(place(&file, &text, check::platform(&platform, stem)))?;
+    parse_platform(&file, path.file_stem().and_then(|s| s.to_str()).unwrap_or_default(), &text)
+}
+
+/// Checks a platform's text by itself.
+///
+/// # Errors
+/// Every problem found, with `file` as its name.
+pub fn parse_platform(file: &str, stem: &str, text: &str) -> Result<Platform, Problems> {
+    let platform: Platform = from_toml(file, text)?;
+    Problems::none_or(place(file, text, check::platform(&platform, stem)))?;
     Ok(platform)
+}
+
+/// Checks a scene's text by itself.
+///
+/// # Errors
+/// Every problem found, with `file` as its name.
+pub fn parse_scene(file: &str, text: &str) -> Result<Scene, Problems> {
+    let scene: Scene = from_toml(file, text)?;
+    Problems::none_or(place(file, text, check::scene(&scene)))?;
+    Ok(scene)
 }
 
 /// The text of a regular file of at most [`MAX_FILE_BYTES`]; `file` is its name in messages.
@@ -127,10 +144,7 @@ fn load_scene(scenario: &Path, file: &str, text: &str, at: &Located<RelativePath
         }
     }
     let scene_file = path.display().to_string();
-    let scene_text = read_text(&path, &scene_file)?;
-    let scene: Scene = from_toml(&scene_file, &scene_text)?;
-    Problems::none_or(place(&scene_file, &scene_text, check::scene(&scene)))?;
-    Ok(scene)
+    parse_scene(&scene_file, &read_text(&path, &scene_file)?)
 }
 
 fn settle(file: &str, text: &str, stem: &str, scenario: &Scenario) -> Result<(), Problems> {

@@ -63,11 +63,18 @@ impl Setup {
 /// What is wrong with it, in its place.
 pub fn load_policy(path: &Path, name: &str) -> Result<Policy, Problems> {
     let file = path.display().to_string();
-    let text = read_text(path, &file)?;
-    let policy: Policy = toml::from_str(&text).map_err(|e| Problem::from_toml(&file, &text, &e))?;
+    parse_policy(&file, name, &read_text(path, &file)?)
+}
+
+/// Checks a policy's text by itself.
+///
+/// # Errors
+/// What is wrong with it, with `file` as its name.
+pub fn parse_policy(file: &str, name: &str, text: &str) -> Result<Policy, Problems> {
+    let policy: Policy = toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e))?;
     if policy.name != name {
         let message = format!("the policy is named `{}`, its file `{name}`", policy.name);
-        return Err(Problem::with_file(&file, message, "make name and file name the same").into());
+        return Err(Problem::with_file(file, message, "make name and file name the same").into());
     }
     Ok(policy)
 }

@@ -1,0 +1,135 @@
+//! A member of the cast: where it runs, what it does, what it reads and writes.
+
+use adversary::plan::AdversaryConfig;
+use autonomy::AutonomyConfig;
+use console::ConsoleConfig;
+use gateway::GatewayConfig;
+use perception::PerceptionConfig;
+use sim::SimConfig;
+use wire::core::Topic;
+use wire::id::{NodeId, PeerId};
+use wire::setup::Setup;
+
+/// A host: its nodes share a clock and shared memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Host {
+    /// Unit A with its sim and perception, and the recorder.
+    VehicleA,
+    /// Gateway, broker and console.
+    Control,
+    /// The insider who holds unit B's credentials.
+    Insider,
+    /// Unit C.
+    VehicleC,
+    /// The relays.
+    Adversary,
+}
+
+impl Host {
+    /// Every host, in the order of the clock table.
+    pub const ALL: [Host; 5] = [Host::VehicleA, Host::Control, Host::Insider, Host::VehicleC, Host::Adversary];
+}
+
+/// What a member does.
+#[derive(Clone, Debug)]
+pub enum Role {
+    /// World, plant and sensors.
+    Sim(SimConfig),
+    /// Detector stages, corroboration, tracks.
+    Perception(PerceptionConfig),
+    /// The state machine of a unit.
+    Autonomy(AutonomyConfig),
+    /// The trust boundary of the control domain.
+    Gateway(GatewayConfig),
+    /// Display model and scripted operator.
+    Console(ConsoleConfig),
+    /// Follows and seals every chain.
+    Recorder,
+    /// An adversary in one of its roles.
+    Adversary(AdversaryConfig),
+}
+
+/// Where a member sits on the shared memory of its host. Where a gateway insider takes part, what leaves the gateway and
+/// what is meant for it is on channels *inside*, which the insider alone joins to those that everybody else uses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Seat {
+    /// On the channels that everybody uses.
+    #[default]
+    Outside,
+    /// On the channels inside: the honest half of a gateway.
+    Inside,
+    /// On both: it takes the feed from inside and brings intents there.
+    Between,
+}
+
+impl Seat {
+    /// Whether it reads `topic` inside.
+    pub fn reads_inside(self, topic: Topic) -> bool {
+        self == Seat::Inside || (self == Seat::Between && topic == Topic::Feed)
+    }
+
+    /// Whether it writes `topic` inside.
+    pub fn writes_inside(self, topic: Topic) -> bool {
+        self == Seat::Inside || (self == Seat::Between && topic == Topic::Intents)
+    }
+}
+
+/// One process or core.
+#[derive(Clone, Debug)]
+pub struct Member {
+    /// Where it runs.
+    pub host: Host,
+    /// What it does.
+    pub role: Role,
+    /// What every core is made from.
+    pub setup: Setup,
+    /// Channels it reads.
+    pub subscribes: Vec<Topic>,
+    /// Channels it writes.
+    pub publishes: Vec<Topic>,
+    /// Its certificate.
+    pub peer: Option<PeerId>,
+    /// Whether it is connected to the broker.
+    pub commands: bool,
+    /// Where it sits on its host's shared memory.
+    pub seat: Seat,
+}
+
+impl Member {
+    /// Who it is.
+    pub fn node(&self) -> NodeId {
+        self.setup.node
+    }
+
+    /// The same for one that is started again when the run has lasted for `ran` microseconds. Mandates are judged from the start
+    /// of whoever judges them; they do not begin anew with it.
+    #[must_use]
+    pub fn again(&self, ran: u64) -> Member {
+        let mut member = self.clone();
+        let mandates = match &mut member.role {
+            Role::Autonomy(config) => &mut config.mandates,
+            Role::Gateway(config) => &mut config.mandates,
+            Role::Sim(_) | Role::Perception(_) | Role::Console(_) | Role::Recorder | Role::Adversary(_) => {
+                return member;
+            }
+        };
+        mandates.iter_mut().for_each(|mandate| mandate.until_ms = mandate.until_ms.saturating_sub(ran.div_ceil(1000)));
+        member
+    }
+}
+
+impl Role {
+    /// Whether it connects to the broker only when its core asks for it.
+    pub fn joins_later(&self) -> bool {
+        matches!(self, Role::Adversary(AdversaryConfig::SessionThief(_)))
+    }
+
+    /// Whether its core has steps that can be called: the adversaries', and the sensor faults of the sim.
+    pub fn takes_cues(&self) -> bool {
+        match self {
+            Role::Sim(config) => config.faults.iter().any(|fault| fault.waits_ms.is_some()),
+            Role::Adversary(config) => !matches!(config, AdversaryConfig::Rogue(_)),
+            Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => false,
+        }
+    }
+}

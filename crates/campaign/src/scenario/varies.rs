@@ -1,0 +1,55 @@
+//! What a seed varies, and what the link is like whatever the seed.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::value::{List, Located, Millis, Real, Share};
+
+/// What the telemetry link is like all along, both ways, from the first datagram to the last. It is no attack: nothing is
+/// injected, no receipt is owed, and what is lost by it in quiet hours is a false trip.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Conditions {
+    /// Probability that a datagram is lost.
+    pub loss: Located<Share>,
+    /// Longest uniform random delay of a datagram, beside the link's own.
+    pub jitter_ms: Located<Millis>,
+}
+
+/// What a seed varies. Everything else is the same in each trial.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Varies {
+    /// One uniform draw a trial, added to the time of every attack, fault, insider and kill: `[from, to]`.
+    pub injection_phase_s: Located<List<Real<0, 10_000>, 2>>,
+    /// Zero and drift of each host's clock, and the phase of its periods.
+    pub clocks: bool,
+    /// Delays of links and processing stages.
+    pub delays: bool,
+    /// Sensor and detector noise.
+    pub noise: bool,
+    /// Uniform shift of every object's position, up to so far in x and in y.
+    pub object_shift_m: Real<0, 5_000>,
+}
+
+impl Default for Varies {
+    fn default() -> Self {
+        Self {
+            injection_phase_s: Located::nowhere(List::default()),
+            clocks: true,
+            delays: true,
+            noise: true,
+            object_shift_m: Real::default(),
+        }
+    }
+}
+
+impl Varies {
+    /// The phase's range in seconds; `(0, 0)` where nothing is drawn.
+    pub fn phase_s(&self) -> (f64, f64) {
+        match &self.injection_phase_s[..] {
+            [from, to] => (from.get(), to.get()),
+            [] | [_] | [_, _, ..] => (0.0, 0.0),
+        }
+    }
+}

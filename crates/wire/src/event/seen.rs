@@ -1,0 +1,107 @@
+//! How those who look on put what they saw: the guard in front of a session, the display, a judge of teammates.
+
+use minicbor::{Decode, Encode};
+
+/// What the record filter in front of a session decided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[cbor(index_only)]
+pub enum GuardVerdict {
+    /// Passed on to the secure layer.
+    #[n(0)]
+    Passed,
+    /// A plaintext record on a standing association.
+    #[n(1)]
+    Plaintext,
+    /// Not a record, or a malformed handshake.
+    #[n(2)]
+    Malformed,
+    /// From a peer without an association, and not the beginning of one.
+    #[n(3)]
+    Stranger,
+    /// A handshake that this ClientHello began came to nothing within its limit.
+    #[n(4)]
+    Unfinished,
+    /// A sound ClientHello for which there was no room.
+    #[n(5)]
+    Shed,
+}
+
+impl GuardVerdict {
+    /// The name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            GuardVerdict::Passed => "passed",
+            GuardVerdict::Plaintext => "plaintext",
+            GuardVerdict::Malformed => "malformed",
+            GuardVerdict::Stranger => "stranger",
+            GuardVerdict::Unfinished => "unfinished",
+            GuardVerdict::Shed => "shed",
+        }
+    }
+}
+
+/// How a shown value stands to its limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[cbor(index_only)]
+pub enum Freshness {
+    /// Within its limit.
+    #[n(0)]
+    Fresh,
+    /// One period beyond it.
+    #[n(1)]
+    Late,
+    /// Not to be relied on.
+    #[n(2)]
+    Stale,
+    /// Its source is gone.
+    #[n(3)]
+    Lost,
+}
+
+/// How far the display says that a command has come.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[cbor(index_only)]
+pub enum ShownAs {
+    /// Asked of the gateway.
+    #[n(0)]
+    Requested,
+    /// Waiting at the gateway for the operator's confirmation.
+    #[n(1)]
+    Staged,
+    /// Confirmed by the operator.
+    #[n(2)]
+    Released,
+    /// On its way to the unit.
+    #[n(3)]
+    Sent,
+    /// Executed by the unit.
+    #[n(4)]
+    Executed,
+    /// Refused by the unit.
+    #[n(5)]
+    Refused,
+    /// Refused by the gateway, or waited too long there.
+    #[n(6)]
+    Void,
+    /// Not answered in time: an alarm.
+    #[n(7)]
+    NotAcknowledged,
+}
+
+/// How a teammate's claim contradicts something.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[cbor(index_only)]
+pub enum Inconsistency {
+    /// It moved faster than it can.
+    #[n(0)]
+    Kinematics,
+    /// Two units claim one place.
+    #[n(1)]
+    Exclusion,
+    /// Its own sequence or stamps run backwards, or two sources claim the same report sequence.
+    #[n(2)]
+    TimeBase,
+    /// Over many claims its place does not go where its speed and heading lead.
+    #[n(55)]
+    Residual,
+}

@@ -1,0 +1,99 @@
+//! P1, P9 and P11: an act needs authority, authority and recovery an operator, and the act its designated object.
+
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+use campaign::oracle::Property;
+use campaign::trial::Outcome;
+use wire::command::CommandKind;
+use wire::event::Event;
+use wire::id::{NodeId, TrackId};
+use wire::mode::{Cause, Guard, Guards, Mode};
+use wire::sensor::Class;
+
+use super::log::Log;
+
+#[test]
+fn p1_an_act_that_no_operator_confirmed() {
+    let mut log = Log::whole();
+    log.acted(5000, Guards::default()).plant_act(5000, Class::Vehicle, 100);
+    assert_eq!(log.breaks(), [Property::P1]);
+    assert_eq!(log.judge().outcome, Outcome::Unsafe);
+}
+
+#[test]
+fn p1_an_act_with_a_failing_guard() {
+    let mut log = Log::whole();
+    log.command(5000, 3, CommandKind::Confirm(TrackId(1)));
+    log.acted(5000, Guards::default().with(Guard::Thermal)).plant_act(5000, Class::Vehicle, 100);
+    assert_eq!(log.breaks(), [Property::P1]);
+}
+
+#[test]
+fn p1_an_act_under_revoked_authority() {
+    let mut log = Log::whole();
+    log.add(4000, NodeId::UNIT_A, Event::Revoked { authority: 1, cause: Cause::Expired });
+    log.command(5000, 3, CommandKind::Confirm(TrackId(1)));
+    log.acted(5000, Guards::default()).plant_act(5000, Class::Vehicle, 100);
+    assert_eq!(log.breaks(), [Property::P1]);
+}
+
+#[test]
+fn p1_authority_that_outlives_its_time_and_p11_one_on_another_track_than_was_ordered() {
+    let mut log = Log::whole();
+    let early =
+        |event: &Event| matches!(event, Event::Transition { to: Mode::PrepareToAct, .. } | Event::Minted { .. });
+    let ordered = |event: &Event| {
+        matches!(
+            event,
+            Event::Executed { kind: CommandKind::Arm(_), .. } | Event::Intended { kind: CommandKind::Arm(_), .. }
+        )
+    };
+    for w in log.entries.iter_mut().filter(|w| early(&w.entry.event) || ordered(&w.entry.event)) {
+        w.at -= 300_000;
+    }
+    assert_eq!(log.breaks(), [Property::P1], "8.3 s of it");
+    let mut log = Log::whole();
+    let minted = log.entries.iter_mut().find_map(|w| match &mut w.entry.event {
+        Event::Minted { track, .. } => Some(track),
+        _ => None,
+    });
+    *minted.expect("it was minted") = TrackId(2);
+    assert_eq!(log.breaks(), [Property::P11]);
+}
+
+#[test]
+fn p9_degraded_that_ends_before_its_hysteresis() {
+    let lasts = |ms: u64| {
+        let mut log = Log::whole();
+        log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
+        log.to(5000 + ms, Mode::Degraded, Mode::Ready, Cause::Recovered);
+        log.breaks()
+    };
+    assert_eq!(lasts(1000), []);
+    assert_eq!(lasts(400), [Property::P9]);
+}
+
+#[test]
+fn p9_hold_safe_left_and_authority_entered_without_an_operator() {
+    let mut log = Log::whole();
+    log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator);
+    log.entries.retain(|w| !(w.at > 3_000_000 && matches!(w.entry.event, Event::Truth { .. })));
+    log.to(4000, Mode::HoldSafe, Mode::Ready, Cause::Recovered);
+    assert_eq!(log.breaks(), [Property::P9]);
+    let mut log = Log::whole();
+    log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::Ready, Cause::Expired);
+    log.to(4000, Mode::Ready, Mode::PrepareToAct, Cause::Recovered);
+    assert_eq!(log.breaks(), [Property::P9]);
+}
+
+#[test]
+fn p11_an_act_on_a_decoy_and_one_far_from_any_vehicle() {
+    for (class, distance) in [(Class::Decoy, 100), (Class::Vehicle, 9000)] {
+        let mut log = Log::whole();
+        log.cut_display(5000).confirm_and_act(5000, class, distance);
+        assert_eq!(log.breaks(), [Property::P11], "{class:?} {distance}");
+    }
+    let mut log = Log::whole();
+    log.cut_display(5000).confirm_and_act(5000, Class::Vehicle, 100);
+    assert_eq!(log.breaks(), []);
+}

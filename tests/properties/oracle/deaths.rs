@@ -1,0 +1,93 @@
+//! What is owed when a process is killed, and what is asked of one that was started again.
+
+use campaign::oracle::Property;
+use campaign::trial::Outcome;
+use wire::command::CommandKind;
+use wire::event::Event;
+use wire::id::{Boot, NodeId};
+use wire::mode::{Cause, Mode};
+
+use super::log::{Log, command};
+
+#[test]
+fn a_plant_that_goes_on_when_its_unit_is_killed_breaks_p3() {
+    let mut log = Log::whole();
+    log.killed(5000, NodeId::UNIT_A).cut_display(5000);
+    assert!(log.breaks_with_dead(NodeId::UNIT_A).contains(&Property::P3), "it never stops");
+    let mut late = log.clone();
+    late.plant_stops(6200);
+    assert_eq!(late.breaks_with_dead(NodeId::UNIT_A), [Property::P3], "its lease ends after Th");
+    log.plant_stops(5300);
+    let verdict = log.judge_with(vec![NodeId::UNIT_A]);
+    assert_eq!((verdict.findings.as_slice(), verdict.outcome), (&[][..], Outcome::HoldSafe));
+    let plant = verdict.responses[0].plant.unwrap();
+    assert_eq!((plant.lease_ended_ms, plant.standing_ms), (Some(300.0), Some(1300.0)));
+}
+
+#[test]
+fn a_unit_that_stays_ready_when_a_process_it_needs_is_killed_breaks_p2_and_p3() {
+    for (node, broken) in [
+        (NodeId::PERCEPTION, vec![Property::P2, Property::P3]),
+        (NodeId::GATEWAY, vec![Property::P2, Property::P3]),
+        (NodeId::RECORDER, vec![Property::P2]),
+        (NodeId::CONSOLE, vec![]),
+    ] {
+        let mut log = Log::whole();
+        log.killed(5000, node);
+        let mut found = log.breaks_with_dead(node);
+        found.retain(|p| matches!(p, Property::P2 | Property::P3));
+        found.dedup();
+        assert_eq!(found, broken, "{node}");
+    }
+}
+
+#[test]
+fn a_hold_that_does_not_stop_the_unit_when_the_broker_is_killed_breaks_p3() {
+    let mut log = Log::whole();
+    log.killed(5000, NodeId::BROKER);
+    assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P10], "nobody tried");
+    log.add(7000, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Hold });
+    // Once for what the broker's death owes, once for the operator's HOLD itself.
+    assert_eq!(log.breaks_with_dead(NodeId::BROKER), [Property::P2, Property::P3, Property::P3, Property::P3]);
+}
+
+#[test]
+fn a_run_that_ends_before_what_a_death_owes_is_due_shows_nothing() {
+    for node in [NodeId::PERCEPTION, NodeId::GATEWAY, NodeId::RECORDER] {
+        let mut log = Log::whole();
+        log.killed(9800, node);
+        let verdict = log.judge_with(vec![node]);
+        assert_eq!((verdict.outcome, verdict.responses[0].kept), (Outcome::Invalid, false), "{node}");
+    }
+}
+
+/// A unit that ends at 3 s, is started again at 4 s and enabled at 5 s; judged by what is said with `word` in it.
+fn started_again(change: impl Fn(&mut Log), word: &str) -> Vec<String> {
+    let mut log = Log::whole();
+    log.killed(3000, NodeId::UNIT_A).cut_display(3000);
+    log.add(4000, NodeId::CAMPAIGN, Event::Restarted { node: NodeId::UNIT_A, boot: Boot(2) });
+    log.command(5000, 5, CommandKind::Enable).to(5000, Mode::Idle, Mode::Ready, Cause::Operator);
+    change(&mut log);
+    let findings = log.judge_with(vec![NodeId::UNIT_A]).findings;
+    findings.into_iter().map(|f| f.what).filter(|what| what.contains(word)).collect()
+}
+
+#[test]
+fn p3_is_asked_again_of_a_unit_that_was_started_again() {
+    let silent = |from: u64, to: u64| {
+        move |log: &mut Log| {
+            let guard = NodeId::UNIT_A.guard();
+            log.entries.retain(|w| !(w.at > from * 1000 && w.at < to * 1000 && Some(w.entry.node) == guard));
+        }
+    };
+    assert_eq!(started_again(silent(3000, 4000), "nothing timely"), [""; 0], "dead");
+    assert_eq!(started_again(silent(6000, 8000), "nothing timely").len(), 1, "alive again");
+    let hold = |ms: u64| {
+        let event = Event::Intended { command: command(9), kind: CommandKind::Hold };
+        move |log: &mut Log| {
+            log.add(ms, NodeId::CONSOLE, event);
+        }
+    };
+    assert_eq!(started_again(hold(2500), "had not held"), [""; 0], "it died under the order");
+    assert_eq!(started_again(hold(6000), "had not held").len(), 1, "alive again");
+}

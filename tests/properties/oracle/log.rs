@@ -1,0 +1,229 @@
+//! A log under construction: a quiet, whole run and the ways to break it, and what the oracle says of it then.
+
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+use campaign::oracle::{Evidence, Plan, Planned, Property, Verdict, Witnessed, judge};
+use wire::audit::Entry;
+use wire::bounds::Bounds;
+use wire::command::CommandKind;
+use wire::event::{Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor};
+use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
+use wire::mode::{Because, Cause, Guards, Mode};
+use wire::policy::Waived;
+use wire::sensor::{Class, Modalities, Modality};
+use wire::time::{Instant, Span};
+
+/// A whole log holds authority from 2 s to its end.
+pub(crate) const BOUNDS: Bounds = Bounds { authority_ms: 8000, ..Bounds::GROUND };
+
+/// A log under construction; times in milliseconds.
+#[derive(Clone)]
+pub(crate) struct Log {
+    pub(crate) entries: Vec<Witnessed>,
+    pub(crate) planned: Vec<Plan>,
+}
+
+impl Log {
+    /// A quiet, whole run of ten seconds: enabled at 1 s, armed at 2 s, displayed all along, telemetry on time.
+    pub(crate) fn whole() -> Log {
+        let mut log = Log { entries: Vec::new(), planned: Vec::new() };
+        log.command(1000, 1, CommandKind::Enable).to(1000, Mode::Idle, Mode::Ready, Cause::Operator);
+        log.command(2000, 2, CommandKind::Arm(TrackId(1))).to(2000, Mode::Ready, Mode::PrepareToAct, Cause::Operator);
+        let minted = Event::Minted {
+            world: WorldId(0),
+            authority: 1,
+            track: TrackId(1),
+            command: command(2),
+            waived: Waived::default(),
+        };
+        log.add(2000, NodeId::UNIT_A, minted);
+        log.associated(50, 1, PeerId::UNIT_A);
+        for t in (100..10_000).step_by(100) {
+            let mode = log.mode(t);
+            log.report(t).displayed(t + 5, mode, t).heard(t).truth(t, 1000, 5000);
+        }
+        log
+    }
+
+    pub(crate) fn add(&mut self, ms: u64, node: NodeId, event: Event) -> &mut Log {
+        let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(ms * 1000), event, previous: [0; 32] };
+        self.entries.push(Witnessed { at: ms * 1000, entry });
+        self
+    }
+
+    pub(crate) fn mode(&self, ms: u64) -> Mode {
+        let to = |w: &Witnessed| match w.entry.event {
+            Event::Transition { to, .. } if w.at <= ms * 1000 => Some(to),
+            _ => None,
+        };
+        self.entries.iter().rev().find_map(to).unwrap_or(Mode::Idle)
+    }
+
+    pub(crate) fn to(&mut self, ms: u64, from: Mode, to: Mode, cause: Cause) -> &mut Log {
+        let event = Event::Transition { from, to, cause, because: Because::Itself, failing: Guards::default() };
+        self.add(ms, NodeId::UNIT_A, event)
+    }
+
+    pub(crate) fn command(&mut self, ms: u64, n: u64, kind: CommandKind) -> &mut Log {
+        self.add(ms - 10, NodeId::CONSOLE, Event::Intended { command: command(n), kind });
+        self.add(ms, NodeId::UNIT_A, Event::Executed { command: command(n), kind, refused: None })
+    }
+
+    pub(crate) fn report(&mut self, ms: u64) -> &mut Log {
+        let event = Event::Accepted {
+            at: Interface::Uplink,
+            record: record(ms),
+            peer: PeerId::UNIT_A,
+            age: Some(Span::ms(1)),
+            waived: Waived::default(),
+        };
+        self.add(ms, NodeId::GATEWAY, event)
+    }
+
+    pub(crate) fn displayed(&mut self, ms: u64, mode: Mode, report: u64) -> &mut Log {
+        let event = Event::Displayed {
+            unit: UnitId::A,
+            mode,
+            authority: false,
+            freshness: Freshness::Fresh,
+            age: Span::ms(5),
+            tracks_fresh: 0,
+            tracks_stale: 0,
+            report: record(report),
+        };
+        self.add(ms, NodeId::CONSOLE, event)
+    }
+
+    /// The unit has its association with the gateway, and `peer` this one at the gateway.
+    pub(crate) fn associated(&mut self, ms: u64, association: u32, peer: PeerId) -> &mut Log {
+        let guard = |node: NodeId| node.guard().expect("a node with a guard");
+        let to_gateway = Event::Associated { association: 1, peer: PeerId::GATEWAY };
+        self.add(ms, guard(NodeId::UNIT_A), to_gateway);
+        self.add(ms, guard(NodeId::GATEWAY), Event::Associated { association, peer })
+    }
+
+    /// A datagram at both guards.
+    pub(crate) fn heard(&mut self, ms: u64) -> &mut Log {
+        for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
+            let hash = ms << 8 | node.index() as u64;
+            self.saw(ms, node, hash, GuardVerdict::Passed);
+        }
+        self
+    }
+
+    pub(crate) fn saw(&mut self, ms: u64, node: NodeId, hash: u64, verdict: GuardVerdict) -> &mut Log {
+        let event = Event::GuardSaw { association: 1, epoch: 1, sequence: ms, length: 100, hash, verdict };
+        self.add(ms, node.guard().expect("a node with a guard"), event)
+    }
+
+    pub(crate) fn truth(&mut self, ms: u64, speed: i32, fence: i32) -> &mut Log {
+        let event = Event::Truth {
+            unit: UnitId::A,
+            x_mm: 0,
+            y_mm: 0,
+            yaw_mrad: 0,
+            speed_mm_s: speed,
+            set_speed_mm_s: speed,
+            leased: true,
+            fence_mm: fence,
+        };
+        self.add(ms, NodeId::SIM, event)
+    }
+
+    pub(crate) fn confirm_and_act(&mut self, ms: u64, class: Class, distance_mm: u32) -> &mut Log {
+        self.command(ms, 3, CommandKind::Confirm(TrackId(1)));
+        self.acted(ms, Guards::default()).plant_act(ms, class, distance_mm);
+        self.to(ms, Mode::PrepareToAct, Mode::Ready, Cause::Acted)
+    }
+
+    pub(crate) fn acted(&mut self, ms: u64, failing: Guards) -> &mut Log {
+        let event = Event::Acted { world: WorldId(0), authority: 1, track: TrackId(1), command: command(3), failing };
+        self.add(ms, NodeId::UNIT_A, event)
+    }
+
+    pub(crate) fn plant_act(&mut self, ms: u64, class: Class, distance_mm: u32) -> &mut Log {
+        let event = Event::PlantAct {
+            authority: 1,
+            command: command(3),
+            object: Some(ObjectId(1)),
+            class: Some(class),
+            distance_mm,
+        };
+        self.add(ms, NodeId::SIM, event)
+    }
+
+    pub(crate) fn thermal_fault(&mut self, from: u64, to: u64) -> &mut Log {
+        self.planned.push(Planned::Fault(Sensor::Thermal, FaultKind::Dropout).into());
+        let fault =
+            |active| Event::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active, frame: FrameId(1) };
+        let present = Modalities::default().with(Modality::Rgb).with(Modality::Depth).with(Modality::Lidar);
+        self.add(from, NodeId::SIM, fault(true)).add(to, NodeId::SIM, fault(false));
+        self.add(from + 20, NodeId::PERCEPTION, Event::FrameSeen { frame: FrameId(1), present })
+    }
+
+    /// From `ms` on, what is displayed and the modes after it are dropped, to be written anew.
+    pub(crate) fn cut_display(&mut self, ms: u64) -> &mut Log {
+        self.entries.retain(|w| !(w.at >= ms * 1000 && matches!(w.entry.event, Event::Displayed { .. })));
+        self
+    }
+
+    pub(crate) fn judge(&self) -> Verdict {
+        self.judge_with(Vec::new())
+    }
+
+    pub(crate) fn judge_with(&self, killed: Vec<NodeId>) -> Verdict {
+        let mut entries = self.entries.clone();
+        entries.sort_by_key(|w| w.at);
+        judge(&Evidence {
+            entries,
+            broken_log: None,
+            custody: Vec::new(),
+            bounds: BOUNDS,
+            planned: self.planned.clone(),
+            duration: 10_000_000,
+            stall_limit: u64::MAX,
+            operators: vec![(NodeId::OPERATOR, u64::MAX), (NodeId::OPERATOR_2, 7_000_000)],
+            killed,
+        })
+    }
+
+    pub(crate) fn breaks(&self) -> Vec<Property> {
+        let mut broken: Vec<Property> = self.judge().findings.iter().map(|f| f.property).collect();
+        broken.sort_unstable();
+        broken.dedup();
+        broken
+    }
+
+    /// `node` was killed on purpose at `ms`.
+    pub(crate) fn killed(&mut self, ms: u64, node: NodeId) -> &mut Log {
+        self.planned.push(Planned::Kill(node).into());
+        self.add(ms, NodeId::CAMPAIGN, Event::Ended { node, killed: true })
+    }
+
+    /// From `ms` on the plant has no lease; it brakes and stands a second later.
+    pub(crate) fn plant_stops(&mut self, ms: u64) -> &mut Log {
+        for w in &mut self.entries {
+            if let Event::Truth { speed_mm_s, set_speed_mm_s, leased, .. } = &mut w.entry.event
+                && w.at >= ms * 1000
+            {
+                (*set_speed_mm_s, *leased) = (0, false);
+                *speed_mm_s = if w.at >= (ms + 1000) * 1000 { 0 } else { 500 };
+            }
+        }
+        self
+    }
+
+    /// What is owed and broken, under the judge that knows that `node` is dead.
+    pub(crate) fn breaks_with_dead(&self, node: NodeId) -> Vec<Property> {
+        let verdict = self.judge_with(vec![node]);
+        verdict.findings.iter().map(|f| f.property).collect()
+    }
+}
+
+pub(crate) fn command(n: u64) -> CommandId {
+    CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(n) }
+}
+
+pub(crate) fn record(ms: u64) -> RecordId {
+    RecordId { node: NodeId::UNIT_A, boot: Boot(1), sequence: Sequence(ms) }
+}

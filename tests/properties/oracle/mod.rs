@@ -1,0 +1,61 @@
+//! Each property of the oracle has been seen to fail: on a log in which it is broken, and only there. Here what is asked of the
+//! log as a whole (P6, P10, the class); each other file has a group of properties, `log` what they break.
+
+mod authority;
+mod deaths;
+mod display;
+mod log;
+mod orders;
+mod receipts;
+mod trust;
+
+use campaign::oracle::{Evidence, Property, judge};
+use campaign::trial::Outcome;
+use wire::event::{Account, Event, Interface};
+use wire::id::NodeId;
+use wire::mode::{Cause, Guard, Mode};
+
+use log::BOUNDS;
+pub(crate) use log::{Log, command};
+
+#[test]
+fn a_whole_log_breaks_nothing() {
+    let log = Log::whole();
+    assert_eq!(log.breaks(), []);
+    assert_eq!(log.judge().outcome, Outcome::Nominal);
+}
+
+#[test]
+fn p6_accounts_that_do_not_add_up() {
+    let mut log = Log::whole();
+    log.add(9999, NodeId::GATEWAY, Event::Count { account: Account::Received(Interface::Uplink), n: 7 });
+    assert_eq!(log.breaks(), [Property::P6]);
+    assert_eq!(log.judge().outcome, Outcome::Invalid);
+}
+
+#[test]
+fn p10_a_broken_log() {
+    let log = Log::whole();
+    let mut entries = log.entries.clone();
+    entries.sort_by_key(|w| w.at);
+    let verdict = judge(&Evidence {
+        entries,
+        broken_log: Some("chain of unit-a broken at entry 9".into()),
+        custody: Vec::new(),
+        bounds: BOUNDS,
+        planned: Vec::new(),
+        duration: 10_000_000,
+        stall_limit: u64::MAX,
+        operators: Vec::new(),
+        killed: Vec::new(),
+    });
+    assert_eq!(verdict.outcome, Outcome::Invalid);
+    assert!(verdict.findings.iter().all(|f| f.property == Property::P10));
+}
+
+#[test]
+fn a_trip_without_a_fault_is_a_false_trip() {
+    let mut log = Log::whole();
+    log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal));
+    assert_eq!(log.judge().outcome, Outcome::FalseTrip);
+}

@@ -1,0 +1,98 @@
+//! P5 and P8: what a unit executes somebody gave, under a key that is that operator's, once and in time.
+
+use campaign::oracle::{Planned, Property};
+use campaign::trial::Outcome;
+use wire::command::CommandKind;
+use wire::event::Event;
+use wire::id::{CommandId, NodeId};
+use wire::mode::{Cause, Mode};
+
+use super::log::{Log, command};
+
+#[test]
+fn p5_an_executed_command_that_nobody_gave() {
+    let mut log = Log::whole();
+    let event = Event::Executed { command: command(9), kind: CommandKind::Disarm, refused: None };
+    log.add(5000, NodeId::UNIT_A, event);
+    assert_eq!(log.breaks(), [Property::P5]);
+}
+
+#[test]
+fn p8_a_command_executed_twice_and_one_executed_late() {
+    let mut log = Log::whole();
+    let twice = Event::Executed { command: command(1), kind: CommandKind::Enable, refused: None };
+    log.add(1500, NodeId::UNIT_A, twice);
+    assert_eq!(log.breaks(), [Property::P8]);
+    let mut log = Log::whole();
+    log.add(3000, NodeId::CONSOLE, Event::Intended { command: command(5), kind: CommandKind::Disarm });
+    log.add(6000, NodeId::UNIT_A, Event::Executed { command: command(5), kind: CommandKind::Disarm, refused: None });
+    assert_eq!(log.breaks(), [Property::P8]);
+}
+
+/// A command that a rogue gives under `key`, its word at `ms`.
+fn rogue(log: &mut Log, ms: u64, id: CommandId, kind: CommandKind, key: NodeId) {
+    log.planned.push(Planned::Rogue.into());
+    log.add(ms, NodeId::INSIDER_OPERATOR, Event::Rogue { command: id, kind, key, certificate: None });
+}
+
+/// The same, and the unit executes it 10 ms later.
+pub(super) fn obeyed(ms: u64, operator: NodeId, kind: CommandKind, key: NodeId) -> Log {
+    let id = CommandId { operator, ..command(9) };
+    let mut log = Log::whole();
+    rogue(&mut log, ms, id, kind, key);
+    log.add(ms + 10, NodeId::UNIT_A, Event::Executed { command: id, kind, refused: None });
+    log
+}
+
+#[test]
+fn a_rogues_order_needs_somebody_who_judged_it_and_only_its_stops_are_no_finding() {
+    let mut log = Log::whole();
+    rogue(
+        &mut log,
+        5000,
+        CommandId { operator: NodeId::OPERATOR_2, ..command(9) },
+        CommandKind::Disarm,
+        NodeId::OPERATOR_2,
+    );
+    assert_eq!(log.judge().outcome, Outcome::Invalid, "its word alone");
+    let execute = |kind| obeyed(5000, NodeId::OPERATOR_2, kind, NodeId::OPERATOR_2).judge().outcome;
+    assert_eq!(execute(CommandKind::Disarm), Outcome::Undetected);
+    assert_eq!(execute(CommandKind::Resume), Outcome::Unsafe);
+}
+
+#[test]
+fn p5_a_stop_by_a_rogue_without_a_standing_operators_key_is_a_finding() {
+    let stop = |ms, operator, key| obeyed(ms, operator, CommandKind::Disarm, key);
+    assert_eq!(stop(5000, NodeId::UNIT_B, NodeId::UNIT_B).breaks(), [Property::P5], "nobody's operator");
+    assert_eq!(stop(5000, NodeId::OPERATOR, NodeId::UNIT_B).breaks(), [Property::P5], "not that operator's key");
+    assert_eq!(stop(5000, NodeId::OPERATOR, NodeId::OPERATOR_2).breaks(), [Property::P5], "another operator's");
+    assert_eq!(stop(7500, NodeId::OPERATOR_2, NodeId::OPERATOR_2).breaks(), [Property::P5], "expired");
+    for (node, at, broken) in [
+        (NodeId::UNIT_A, 4900, &[Property::P5][..]),
+        (NodeId::UNIT_A, 5100, &[]),
+        (NodeId::GATEWAY, 3900, &[Property::P5]),
+        (NodeId::GATEWAY, 4900, &[]),
+    ] {
+        let mut log = stop(5000, NodeId::OPERATOR_2, NodeId::OPERATOR_2);
+        log.add(at, node, Event::Struck { who: NodeId::OPERATOR_2 });
+        assert_eq!(log.breaks(), broken, "{node} knows it at {at} ms");
+    }
+}
+
+#[test]
+fn p5_and_p9_an_operators_id_over_another_command_than_the_operator_gave() {
+    let mut log = Log::whole();
+    log.add(4990, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Disarm });
+    log.add(5000, NodeId::UNIT_A, Event::Executed { command: command(3), kind: CommandKind::Hold, refused: None });
+    assert_eq!(log.breaks(), [Property::P5]);
+    let resumed = |given| {
+        let mut log = Log::whole();
+        log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(3000);
+        log.add(3990, NodeId::CONSOLE, Event::Intended { command: command(3), kind: given });
+        let executed = Event::Executed { command: command(3), kind: CommandKind::Resume, refused: None };
+        log.add(4000, NodeId::UNIT_A, executed).to(4000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
+        log.breaks()
+    };
+    assert_eq!(resumed(CommandKind::Resume), []);
+    assert_eq!(resumed(CommandKind::Hold), [Property::P5, Property::P9]);
+}

@@ -1,0 +1,116 @@
+//! P2, P3 and P4: what is lost restricts in time, who is told to hold stands, and the fence is kept.
+
+use campaign::oracle::{Planned, Property};
+use campaign::trial::Outcome;
+use wire::command::CommandKind;
+use wire::core::Side;
+use wire::event::{Action, Event, GuardVerdict};
+use wire::id::{NodeId, PeerId};
+use wire::mode::{Cause, Guard, Mode};
+use wire::sensor::ReceiverTime;
+use wire::settings::Settings;
+use wire::time::{Instant, Span};
+
+use super::log::{Log, command};
+
+#[test]
+fn p2_a_lost_subsystem_without_restriction() {
+    let mut log = Log::whole();
+    log.thermal_fault(4000, 9000);
+    assert_eq!(log.breaks(), [Property::P2]);
+    assert_eq!(log.judge().outcome, Outcome::Late);
+}
+
+#[test]
+fn p3_nothing_timely_for_longer_than_the_bound() {
+    let mut log = Log::whole();
+    let guard = NodeId::UNIT_A.guard();
+    log.entries.retain(|w| !(w.at > 5_000_000 && w.at < 7_000_000 && Some(w.entry.node) == guard));
+    assert_eq!(log.breaks(), [Property::P3]);
+}
+
+#[test]
+fn p3_records_held_back_too_long_are_not_timely() {
+    let mut log = Log::whole();
+    for t in (5000..8000).step_by(100) {
+        let hash = t << 8 | NodeId::GATEWAY.index() as u64;
+        let event =
+            Event::Attack { action: Action::Delay, side: Side::Server, length: 100, hash, delay: Span::ms(400) };
+        log.add(t - 400, NodeId::RELAY_TELEMETRY, event);
+    }
+    log.planned.push(Planned::Action(Action::Delay).into());
+    // What came so late is accepted in this log, which is P7's to say.
+    assert_eq!(log.breaks(), [Property::P3, Property::P7]);
+}
+
+#[test]
+fn p3_a_unit_that_is_not_where_it_takes_itself_to_be() {
+    let located = |pose_x_mm: i32| {
+        let mut log = Log::whole();
+        for t in (5000..7000).step_by(200) {
+            let (stamp, time) = (Instant(t * 1000), ReceiverTime(t * 1000));
+            let event = Event::Located { stamp, x_mm: 0, y_mm: 0, time, pose_x_mm, pose_y_mm: 0, distrusted: false };
+            log.add(t, NodeId::UNIT_A, event);
+        }
+        log.breaks()
+    };
+    assert_eq!(located(900), []);
+    assert_eq!(located(1100), [Property::P3]);
+}
+
+#[test]
+fn p3_a_hold_that_the_plant_does_not_follow() {
+    let mut log = Log::whole();
+    log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(Guard::Lease));
+    assert_eq!(log.breaks(), [Property::P3]);
+}
+
+#[test]
+fn p4_driving_outside_the_fence() {
+    let mut log = Log::whole();
+    log.truth(5000, 800, -20);
+    assert_eq!(log.breaks(), [Property::P4]);
+}
+
+#[test]
+fn p3_an_operator_who_holds_is_not_obeyed_in_time() {
+    let mut log = Log::whole();
+    log.add(5000, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Hold });
+    assert_eq!(log.breaks(), [Property::P3]);
+    assert_eq!(log.judge().outcome, Outcome::Late);
+}
+
+#[test]
+fn p4_values_under_which_a_blind_unit_leaves_the_fence() {
+    let values = |margin_mm| Settings { speed_mm_s: 3000, margin_mm, arm_permille: 600, keep_permille: 450 };
+    let mut log = Log::whole();
+    log.command(500, 3, CommandKind::Configure(values(600)));
+    assert_eq!(log.breaks(), []);
+    log.command(600, 4, CommandKind::Configure(values(599)));
+    assert_eq!(log.breaks(), [Property::P4]);
+}
+
+#[test]
+fn a_hold_that_the_unit_does_not_obey_in_time_breaks_p3() {
+    let given = Event::Intended { command: command(9), kind: CommandKind::Hold };
+    let mut log = Log::whole();
+    log.add(7000, NodeId::CONSOLE, given);
+    assert_eq!(log.breaks(), [Property::P3]);
+    let mut log = Log::whole();
+    log.add(7000, NodeId::CONSOLE, given).to(7900, Mode::Ready, Mode::HoldSafe, Cause::Operator);
+    let findings = log.judge().findings;
+    assert!(!findings.iter().any(|f| f.what.contains("had not held")), "{findings:?}");
+}
+
+#[test]
+fn p3_what_a_teammate_sends_to_the_gateway_is_no_sign_of_the_unit() {
+    let mut log = Log::whole();
+    let guard = NodeId::GATEWAY.guard().expect("a guard");
+    log.entries.retain(|w| !(w.at > 5_000_000 && w.at < 7_000_000 && w.entry.node == guard));
+    log.add(60, guard, Event::Associated { association: 2, peer: PeerId::UNIT_B });
+    for t in (5050..7000).step_by(100) {
+        let (hash, verdict) = (t << 8, GuardVerdict::Passed);
+        log.add(t, guard, Event::GuardSaw { association: 2, epoch: 1, sequence: t, length: 100, hash, verdict });
+    }
+    assert_eq!(log.breaks(), [Property::P3]);
+}

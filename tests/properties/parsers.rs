@@ -1,0 +1,153 @@
+//! Every parser of bytes from outside keeps its promise (`holdsafe_tests::parsers`) on the seeds of `fuzz/corpus/` and on
+//! damaged ones. The damage is drawn by a fixed seed and guided by nothing; what is guided by coverage is in `fuzz/`.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+use holdsafe_tests::parsers::{TARGETS, Target};
+use holdsafe_tests::root;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+
+/// Damaged inputs of each target; `HOLDSAFE_CASES` asks for another number.
+const CASES: usize = 400;
+/// Longest damaged input, and how much of one a failure prints, bytes.
+const MAX_INPUT: usize = 64 * 1024;
+/// Most seeds of one target, and most bytes of all seeds: they are read at every test run and kept by hand.
+const MAX_SEEDS: usize = 40;
+const MAX_CORPUS: u64 = 1 << 20;
+
+/// A seed: its name and its bytes.
+type Seed = (String, Vec<u8>);
+
+fn folder(target: &Target) -> PathBuf {
+    root().join("fuzz/corpus").join(target.name)
+}
+
+fn names(folder: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect()
+}
+
+fn seeds(target: &Target) -> Vec<Seed> {
+    let folder = folder(target);
+    let seeds = names(&folder).into_iter().map(|name| (name.clone(), fs::read(folder.join(&name)).expect("a seed")));
+    let seeds: Vec<Seed> = seeds.collect();
+    assert!((1..=MAX_SEEDS).contains(&seeds.len()), "{}: {} seeds", folder.display(), seeds.len());
+    seeds
+}
+
+/// What is wrong with the target on this input, with the input.
+fn broken(target: &Target, name: &str, bytes: &[u8]) -> Option<String> {
+    let panic = catch_unwind(AssertUnwindSafe(|| (target.holds)(bytes))).err()?;
+    let words = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
+    let input: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+    Some(format!("{} on {name}: {}\n  input {input}", target.name, words.unwrap_or("a panic")))
+}
+
+/// No more than one failure of each target, but of every target.
+fn assert_all_hold(failures: impl Iterator<Item = Option<String>>) {
+    let failures: Vec<String> = failures.flatten().collect();
+    assert!(failures.is_empty(), "{} targets broke their promise:\n{}", failures.len(), failures.join("\n"));
+}
+
+#[test]
+fn every_parser_keeps_its_promise_on_every_seed() {
+    assert_all_hold(TARGETS.iter().map(|target| {
+        seeds(target)
+            .iter()
+            .find_map(|(name, bytes)| broken(target, name, bytes))
+            .or_else(|| broken(target, "nothing", &[]))
+    }));
+}
+
+#[test]
+fn every_parser_keeps_its_promise_on_damaged_seeds() {
+    let cases = std::env::var("HOLDSAFE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);
+    assert_all_hold(TARGETS.iter().map(|target| {
+        let (seeds, mut rng) = (seeds(target), ChaCha8Rng::seed_from_u64(1));
+        (0..cases).find_map(|case| {
+            let (name, bytes) = damaged(&mut rng, &seeds);
+            broken(target, &format!("case {case}, {name} damaged"), &bytes)
+        })
+    }));
+}
+
+#[test]
+fn every_target_has_its_binary_and_no_seed_is_without_a_target() {
+    let known: BTreeSet<String> = TARGETS.iter().map(|target| target.name.to_owned()).collect();
+    assert_eq!(names(&root().join("fuzz/corpus")), known);
+    let files: BTreeSet<String> = known.iter().map(|name| format!("{name}.rs")).collect();
+    assert_eq!(names(&root().join("fuzz/fuzz_targets")), files);
+    let manifest = fs::read_to_string(root().join("fuzz/Cargo.toml")).expect("fuzz/Cargo.toml");
+    let document = fs::read_to_string(root().join("docs/fuzzing.md")).expect("docs/fuzzing.md");
+    for name in &known {
+        assert!(manifest.contains(&format!("path = \"fuzz_targets/{name}.rs\"")), "{name} is no binary");
+        let binary = fs::read_to_string(root().join(format!("fuzz/fuzz_targets/{name}.rs"))).expect("a target");
+        assert!(binary.contains(&format!("::{name}(bytes)")), "{name}.rs calls another target");
+        assert!(document.contains(&format!("| `{name}` |")), "docs/fuzzing.md does not tell of `{name}`");
+    }
+}
+
+/// Where nothing is taken, or nothing refused, a format has changed or the promise is never put to the test.
+#[test]
+fn of_every_targets_seeds_some_are_taken_and_but_for_the_relays_some_are_refused() {
+    for target in &TARGETS {
+        let (taken, refused): (Vec<bool>, _) = seeds(target).iter().map(|(_, b)| (target.holds)(b)).partition(|t| *t);
+        assert!(!taken.is_empty(), "{}: no seed is taken any more", target.name);
+        assert!(!refused.is_empty() || ["relay", "model"].contains(&target.name), "{}: none is refused", target.name);
+    }
+}
+
+#[test]
+fn the_seeds_are_small() {
+    let all: usize = TARGETS.iter().flat_map(seeds).map(|(_, bytes)| bytes.len()).sum();
+    assert!(all as u64 <= MAX_CORPUS, "{all} bytes of seeds");
+}
+
+/// A seed with one to four places damaged.
+fn damaged(rng: &mut ChaCha8Rng, seeds: &[Seed]) -> (String, Vec<u8>) {
+    let (name, bytes) = &seeds[below(rng, seeds.len())];
+    let mut bytes = bytes.clone();
+    for _ in 0..=below(rng, 4) {
+        let other = &seeds[below(rng, seeds.len())].1;
+        damage(rng, &mut bytes, other);
+    }
+    bytes.truncate(MAX_INPUT);
+    (name.clone(), bytes)
+}
+
+fn damage(rng: &mut ChaCha8Rng, bytes: &mut Vec<u8>, other: &[u8]) {
+    /// Lengths and numbers at the ends of their ranges.
+    const EDGES: [&[u8]; 8] =
+        [&[0], &[0xff], &[0x7f], &[0x80], &[0xff; 2], &[0xff; 4], &[0xff; 8], &[0x7f, 0xff, 0xff, 0xff]];
+    let at = below(rng, bytes.len() + 1);
+    let end = at + below(rng, bytes.len() - at + 1).min(32);
+    let from = below(rng, other.len() + 1);
+    match below(rng, 7) {
+        0 => bytes.truncate(at),
+        1 => drop(bytes.drain(at..end)),
+        2 => drop(bytes.splice(at..at, other[from..].iter().take(64).copied())),
+        3 => drop(bytes.splice(at.., other[from..].iter().copied())),
+        4 => {
+            let edge = EDGES[below(rng, EDGES.len())];
+            bytes.splice(at..(at + edge.len()).min(bytes.len()), edge.iter().copied());
+        }
+        5 => {
+            let again = bytes[at..end].to_vec();
+            bytes.splice(at..at, again);
+        }
+        _ => {
+            if let Some(byte) = bytes.get_mut(at) {
+                *byte ^= 1 << below(rng, 8);
+            }
+        }
+    }
+}
+
+/// A number below `n`.
+fn below(rng: &mut ChaCha8Rng, n: usize) -> usize {
+    (rng.next_u64() % n as u64) as usize
+}

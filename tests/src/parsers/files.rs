@@ -1,0 +1,114 @@
+//! Files that a person or another machine wrote: scenarios, scenes, settings, finished trials, models.
+
+use campaign::command::{finished, kept_line};
+use campaign::scenario::{self, MAX_FILE_BYTES, Problems};
+use perception::model::{MAX_MODEL, Model, ModelError, hex_digest};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// Most variations of one scenario.
+const MAX_VARIATIONS: usize = 4096;
+/// Longest report on the problems of one file: so much, and the file so often.
+const MAX_REPORT: (usize, usize) = (64 * 1024, 64);
+
+/// A scenario that is taken says the same once written; the problems of one that is not have their place and a remedy.
+pub fn scenario(bytes: &[u8]) -> bool {
+    let Some(text) = text(bytes) else { return false };
+    match scenario::parse("any.toml", named(text), text) {
+        Ok(scenario) => {
+            says_the_same(&scenario);
+            assert!(scenario.variations(None).len() <= MAX_VARIATIONS);
+            true
+        }
+        Err(problems) => told(&problems, text),
+    }
+}
+
+/// The same of a scene's own file.
+pub fn scene(bytes: &[u8]) -> bool {
+    let Some(text) = text(bytes) else { return false };
+    match scenario::parse_scene("any.toml", text) {
+        Ok(scene) => says_the_same(&scene),
+        Err(problems) => told(&problems, text),
+    }
+}
+
+/// The same of platform and policy files.
+pub fn settings(bytes: &[u8]) -> bool {
+    let Some(text) = text(bytes) else { return false };
+    let platform = match scenario::parse_platform("any.toml", named(text), text) {
+        Ok(platform) => {
+            let _bounds = platform.bounds.to_bounds();
+            says_the_same(&platform)
+        }
+        Err(problems) => told(&problems, text),
+    };
+    let policy = match scenario::parse_policy("any.toml", named(text), text) {
+        Ok(policy) => says_the_same(&policy),
+        Err(problems) => told(&problems, text),
+    };
+    platform | policy
+}
+
+/// Finished trials that are taken are the same once kept again, to the last digit; else the first bad line is told.
+pub fn shelf(bytes: &[u8]) -> bool {
+    let Some(text) = text(bytes) else { return false };
+    match finished(text) {
+        Ok(trials) => {
+            let kept: Result<Vec<String>, _> = trials.values().map(kept_line).collect();
+            let kept = kept.expect("what was read can be kept").join("\n");
+            assert_eq!(finished(&kept).expect("what is kept can be read"), trials);
+            !trials.is_empty()
+        }
+        Err((line, error)) => {
+            assert!((1..=text.lines().count()).contains(&line) && !error.to_string().is_empty());
+            false
+        }
+    }
+}
+
+/// Bytes are a model under their own hash alone.
+pub fn model(bytes: &[u8]) -> bool {
+    let (own, small) = (hex_digest(bytes), bytes.len() <= MAX_MODEL);
+    assert_eq!(Model::pinned(bytes, &own).map(|model| model.bytes()).ok(), small.then_some(bytes));
+    for pinned in
+        [hex_digest(own.as_bytes()).as_str(), &own[..63], "", perception::model::built_in_sha256().unwrap_or("")]
+    {
+        if pinned != own {
+            let refused = Model::pinned(bytes, pinned).expect_err("another hash was pinned");
+            assert!(matches!(refused, ModelError::Changed { .. } | ModelError::TooLarge { .. }));
+        }
+    }
+    small && !bytes.is_empty()
+}
+
+fn text(bytes: &[u8]) -> Option<&str> {
+    std::str::from_utf8(bytes).ok().filter(|text| text.len() as u64 <= MAX_FILE_BYTES)
+}
+
+/// The name that a file gives to itself, as its file would be named.
+fn named(text: &str) -> &str {
+    let name = text.lines().find_map(|line| line.strip_prefix("name = \"")?.strip_suffix('"'));
+    name.unwrap_or("any")
+}
+
+fn says_the_same<T: Serialize + DeserializeOwned>(value: &T) -> bool {
+    let json = |value: &T| serde_json::to_string(value).expect("what was read can be written");
+    let text = toml::to_string(value).expect("what was read can be written");
+    let again = toml::from_str(&text).unwrap_or_else(|e| panic!("what was written does not read: {e}\n{text}"));
+    assert_eq!(json(value), json(&again));
+    true
+}
+
+fn told(problems: &Problems, text: &str) -> bool {
+    assert!(!problems.all().is_empty());
+    for problem in problems.all() {
+        assert!(!problem.message().is_empty() && !problem.remedy().is_empty());
+        if let Some((line, column)) = problem.line_column() {
+            assert!((1..=text.matches('\n').count() + 1).contains(&line) && column >= 1);
+            assert!(problem.marked().is_some());
+        }
+    }
+    assert!(problems.render(false).len() <= MAX_REPORT.0 + MAX_REPORT.1 * text.len());
+    false
+}

@@ -1,0 +1,210 @@
+//! What comes over sockets before any core sees it: DTLS records, certificates, topics, byte streams through a relay.
+
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+
+use adversary::plan::{Direction, StreamAction, StreamRelayConfig, Timed};
+use adversary::relay::StreamRelay;
+use broker::acl::{self, MAX_TOPIC_LEN, Pattern, Verb};
+use link::guard::door::{Answer, CALM, Door};
+use link::guard::hello;
+use link::guard::observe::Verdict;
+use link::guard::record::{HEADER, Split, split};
+use link::loopback::LoopbackAddr;
+use link::pki::{self, Authority, Credential, Role};
+use link::vet::list::Revocations;
+use link::vet::{Presenter, Vet};
+use wire::bounds::Bounds;
+use wire::core::{Core, Input, Output, Side, Subject};
+use wire::id::{Boot, NodeId, PeerId, SessionId, WorldId};
+use wire::policy::Policy;
+use wire::setup::{Secret, Setup};
+use wire::time::{Instant, Span};
+
+/// Length of a door's cookie.
+const COOKIE: usize = 32;
+/// A hello with a cookie may be longer than any that is looked at.
+const ROOM_FOR_A_COOKIE: usize = 1024;
+/// Longest word about a refused certificate.
+const MAX_WORD: usize = 4096;
+
+/// The pieces of a datagram are the datagram, and their heads say what stands there.
+pub fn datagram(bytes: &[u8]) -> bool {
+    let (mut whole, mut over) = (Vec::new(), false);
+    for piece in split(bytes) {
+        assert!(!over, "something behind what has no framing");
+        match piece {
+            Split::Record(raw) => {
+                let header = &raw.bytes[..HEADER];
+                assert_eq!(header[0], raw.content);
+                assert_eq!(header[3..5], raw.epoch.to_be_bytes());
+                assert_eq!(header[5..11], raw.sequence.to_be_bytes()[2..]);
+                assert_eq!(header[11..13], (raw.body().len() as u16).to_be_bytes());
+                let _sound = hello::lengths_hold(raw.body());
+                whole.extend_from_slice(raw.bytes);
+            }
+            Split::Remainder(rest) => {
+                over = true;
+                whole.extend_from_slice(rest);
+            }
+        }
+    }
+    assert_eq!(whole, bytes, "pieces that are not the datagram");
+    !whole.is_empty() && !over
+}
+
+/// A stranger's datagram that opens an association has its parts, and takes a cookie; no other passes the door, and what
+/// the door sends back is no longer than what came.
+pub fn door(bytes: &[u8]) -> bool {
+    let (verdict, opens) = (hello::at_the_door(bytes), hello::opens_association(bytes));
+    assert_eq!(verdict == Verdict::Passed, opens);
+    if opens {
+        let parts = hello::parts(bytes).expect("a sound hello has its parts");
+        assert_eq!(parts.random.len(), COOKIE);
+        let again = hello::with_cookie(bytes, &[3; COOKIE]);
+        assert_eq!(again.is_some(), parts.cookie.is_empty());
+        if let Some(again) = again.filter(|_| bytes.len() < ROOM_FOR_A_COOKIE) {
+            assert!(hello::opens_association(&again), "with a cookie it opens nothing");
+            let proof = hello::parts(&again).expect("a sound hello has its parts");
+            assert!(proof.cookie == [3; COOKIE] && proof.random == parts.random);
+        }
+    }
+    if let Some(cookie) = hello::requested_cookie(bytes) {
+        let asked = hello::verify_request(7, cookie);
+        assert_eq!(hello::requested_cookie(&asked), Some(cookie));
+    }
+    let mut door = Door::new().expect("the host has randomness");
+    let from = LoopbackAddr::on_port(1).socket();
+    match door.judge(from, bytes, CALM, tokio::time::Instant::now()) {
+        Answer::Challenge(asked) => {
+            assert!(opens && asked.len() <= bytes.len(), "more goes back than came");
+            assert!(hello::requested_cookie(&asked).is_some());
+        }
+        Answer::Refuse(verdict) => assert!(verdict != Verdict::Passed),
+        Answer::Admit | Answer::Prove => panic!("a busy door let a stranger in that proved nothing"),
+    }
+    opens
+}
+
+/// This process's own authority, which signed nothing that comes from outside.
+fn authority() -> &'static (Credential, Revocations, Vet) {
+    static AUTHORITY: OnceLock<(Credential, Revocations, Vet)> = OnceLock::new();
+    AUTHORITY.get_or_init(|| {
+        link::crypto::init();
+        let authority = Authority::new().expect("an authority");
+        let own = authority.issue(PeerId::UNIT_A, Role::Both).expect("a certificate");
+        let list = Revocations::of(&own).expect("the list beside it");
+        let vet = Vet::new(&own, &list).expect("a check");
+        (own, list, vet)
+    })
+}
+
+/// A certificate that an authority did not sign proves nobody, whatever it names; a list that it did not sign is not taken.
+pub fn certificate(bytes: &[u8]) -> bool {
+    let (own, list, vet) = authority();
+    let named = pki::peer_of(bytes);
+    if let Ok(peer) = &named {
+        let uri = peer.uri();
+        assert!(bytes.windows(uri.len()).any(|at| at == uri.as_bytes()), "{uri} stands nowhere in it");
+    }
+    assert!(named.is_err() || pki::remaining_life(bytes).is_ok(), "it has a name and no end");
+    let presented = Credential { cert_der: bytes.to_vec(), ..own.clone() };
+    for presenter in [Presenter::Dialler, Presenter::Listener(PeerId::UNIT_A)] {
+        let refused = vet.check(&presented.chain(), presenter).expect_err("nobody signed it");
+        assert!(refused.to_string().len() <= MAX_WORD, "{} bytes about it", refused.to_string().len());
+    }
+    assert!(list.replace(bytes.to_vec()).is_err(), "a list that nobody signed");
+    named.is_ok()
+}
+
+/// A topic or filter that is taken is written in one way, and nobody gets by it what the table does not grant.
+pub fn topic(bytes: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(bytes) else { return false };
+    let subject = Subject::from_topic(text);
+    assert!(subject.is_none_or(|subject| subject.topic() == text), "another name of the same subject");
+    let pattern = Pattern::parse(text);
+    if let Ok(pattern) = &pattern {
+        assert!(pattern.to_string() == text && text.len() <= MAX_TOPIC_LEN);
+    }
+    for peer in [PeerId::UNIT_A, PeerId::UNIT_B, PeerId::GATEWAY, PeerId::BROKER] {
+        let covers = |verb, asked| acl::grant(peer, verb).is_some_and(|granted| granted.covers(asked));
+        match acl::permit_topic(peer, text) {
+            Ok(got) => assert!(Some(got) == subject && covers(Verb::Publish, Pattern::One(got))),
+            Err(refusal) => assert!(!refusal.name().is_empty() && refusal.to_string().len() <= 8 * MAX_TOPIC_LEN),
+        }
+        match acl::permit_filter(peer, text) {
+            Ok(got) => assert!(pattern == Ok(got) && covers(Verb::Subscribe, got)),
+            Err(refusal) => assert!(!refusal.name().is_empty() && refusal.to_string().len() <= 8 * MAX_TOPIC_LEN),
+        }
+    }
+    pattern.is_ok()
+}
+
+/// What goes through a relay of streams comes out in its order: whole under delay and throttle, and as long as it was
+/// where bits are flipped.
+pub fn relay(bytes: &[u8]) -> bool {
+    let Some((plan, mut rest)) = bytes.split_first() else { return false };
+    let flips = plan % 4 == 3;
+    let mut relay = StreamRelay::new(setup(), StreamRelayConfig { actions: actions(plan % 4) }, START).expect("a plan");
+    let (mut came, mut went) = (BTreeMap::new(), BTreeMap::new());
+    let mut now = START;
+    while let Some((op, more)) = rest.split_first() {
+        let length = usize::from(op >> 3).min(more.len()).max(1);
+        let (piece, behind) = more.split_at(length.min(more.len()));
+        rest = behind;
+        let (connection, side) = (SessionId(u32::from(op & 3)), if op & 4 == 0 { Side::Client } else { Side::Server });
+        let whole: &mut Vec<u8> = came.entry((connection, side.other())).or_default();
+        whole.extend_from_slice(piece);
+        // An empty piece would be the end of its direction.
+        if !piece.is_empty() {
+            relay.handle(now, &Input::Stream { connection, side, bytes: piece.to_vec() });
+        }
+        collect(&mut relay, &mut went);
+        now += Span::ms(u64::from(*op));
+    }
+    while let Some(due) = relay.deadline() {
+        relay.handle(due, &Input::Timeout);
+        collect(&mut relay, &mut went);
+    }
+    came.retain(|_, bytes| !bytes.is_empty());
+    let lengths = |all: &BTreeMap<(SessionId, Side), Vec<u8>>| all.values().map(Vec::len).collect::<Vec<_>>();
+    assert_eq!(lengths(&came), lengths(&went));
+    assert!(flips || came == went, "other bytes came out");
+    !went.is_empty()
+}
+
+const START: Instant = Instant(5_000_000);
+
+fn collect(relay: &mut StreamRelay, went: &mut BTreeMap<(SessionId, Side), Vec<u8>>) {
+    while let Some(output) = relay.output() {
+        if let Output::Stream { connection, side, bytes } = output {
+            went.entry((connection, side)).or_default().extend_from_slice(&bytes);
+        }
+    }
+}
+
+fn actions(plan: u8) -> Vec<Timed<StreamAction>> {
+    let timed = |action| Timed { start_ms: 0, duration_ms: 60_000, direction: Direction::Both, step: None, action };
+    match plan {
+        0 => Vec::new(),
+        1 => vec![timed(StreamAction::Delay { ms: 40 }), timed(StreamAction::Throttle { bytes_per_s: 1000 })],
+        2 => vec![Timed { duration_ms: 300, ..timed(StreamAction::Stall) }],
+        _ => vec![timed(StreamAction::Corrupt { permille: 500 })],
+    }
+}
+
+fn setup() -> Setup {
+    Setup {
+        node: NodeId::RELAY_COMMAND,
+        boot: Boot(1),
+        world: WorldId(0),
+        seed: 7,
+        policy: Policy::default(),
+        bounds: Bounds::GROUND,
+        secret: Secret(super::messages::SECRET),
+        public_keys: Vec::new(),
+        channels: Vec::new(),
+        ablation: None,
+        verified: None,
+    }
+}

@@ -1,0 +1,43 @@
+//! What holds of every parser of bytes from outside, whatever the bytes: one function a parser.
+//!
+//! Each takes any bytes, panics where a promise is broken, and says whether the parser took them. `cargo test` calls them with the seeds of `fuzz/corpus/` and
+//! with damaged ones (`tests/properties/parsers.rs`), libFuzzer with what it finds (`fuzz/`); `docs/fuzzing.md` says how.
+
+pub mod boundary;
+pub mod files;
+pub mod links;
+pub mod messages;
+pub mod processes;
+
+/// A parser with its promise.
+#[derive(Clone, Copy, Debug)]
+pub struct Target {
+    /// Name of its binary and of the folder of its seeds.
+    pub name: &'static str,
+    /// Panics when the parser breaks its promise on these bytes; says whether it took them.
+    pub holds: fn(&[u8]) -> bool,
+}
+
+/// Every target, in the order of `docs/fuzzing.md`.
+pub const TARGETS: [Target; 20] = [
+    Target { name: "message", holds: messages::message },
+    Target { name: "signature", holds: messages::signature },
+    Target { name: "session", holds: boundary::session },
+    Target { name: "bus", holds: boundary::bus },
+    Target { name: "datagram", holds: links::datagram },
+    Target { name: "door", holds: links::door },
+    Target { name: "certificate", holds: links::certificate },
+    Target { name: "topic", holds: links::topic },
+    Target { name: "relay", holds: links::relay },
+    Target { name: "spec", holds: processes::spec },
+    Target { name: "said", holds: processes::said },
+    Target { name: "frame", holds: processes::frame },
+    Target { name: "mouth", holds: processes::mouth },
+    Target { name: "sights", holds: processes::sights },
+    Target { name: "recording", holds: processes::recording },
+    Target { name: "scenario", holds: files::scenario },
+    Target { name: "scene", holds: files::scene },
+    Target { name: "settings", holds: files::settings },
+    Target { name: "shelf", holds: files::shelf },
+    Target { name: "model", holds: files::model },
+];

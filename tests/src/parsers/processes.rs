@@ -1,0 +1,184 @@
+//! What processes hand each other: specifications, controls, lines, audit frames; and the files that a run leaves.
+
+use std::mem::size_of;
+
+use campaign::custody::{Custodian, Custody, Held, HeldHead};
+use campaign::keep::held_in;
+use campaign::live::child::Line;
+use link::guard::observe::Observation;
+use link::instrument::Frame;
+use link::loopback::LoopbackAddr;
+use link::mouth::{self, MouthError};
+use link::recorded::{entries, frames_in};
+use link::spec::{Control, MAX_SPEC, ServiceSpec, SpecError};
+use link::stream::StreamSight;
+use wire::audit::{Entry, Head};
+
+/// Memory for the frames of one recording here.
+const ROOM: usize = 1 << 20;
+
+/// A specification that is taken is read to its end and no further, and says the same once written.
+pub fn spec(bytes: &[u8]) -> bool {
+    let mut from = bytes;
+    match ServiceSpec::read(&mut from) {
+        Ok(spec) => {
+            let length = bytes.len() - from.len();
+            assert_eq!(bytes[..4], (length as u32 - 4).to_be_bytes(), "read beyond its end");
+            let written = written(spec);
+            let again = ServiceSpec::read(written.as_slice()).expect("a written specification is one");
+            assert_eq!(self::written(again), written);
+            return true;
+        }
+        Err(SpecError::TooLong(got)) => assert!(got > MAX_SPEC),
+        Err(error @ (SpecError::Io(_) | SpecError::Json(_))) => assert!(!error.to_string().is_empty()),
+    }
+    false
+}
+
+/// A core's own configuration is not this parser's, and a float in it need not come back to the last digit.
+fn written(mut spec: ServiceSpec) -> Vec<u8> {
+    spec.config = serde_json::Value::Null;
+    let mut bytes = Vec::new();
+    spec.write(&mut bytes).expect("what was read is short enough");
+    bytes
+}
+
+/// A line of a launcher or a service means one thing; an address that is taken is this machine's.
+pub fn said(bytes: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(bytes) else { return false };
+    let mut taken = false;
+    for line in text.lines() {
+        if let Some(control) = Control::parse(line) {
+            taken = true;
+            assert_eq!(control.line().trim_end(), line.trim_end());
+            assert_eq!(Control::parse(&control.line()), Some(control));
+        }
+        if let Some(said) = Line::parse(line) {
+            let word = match said {
+                Line::Ready(_) => "ready ",
+                Line::Stats(_) => "stats ",
+                Line::Text(_) => "text ",
+                Line::Entry(_) => "entry ",
+                Line::Ended => panic!("a line that ends a service"),
+            };
+            assert!(line.starts_with(word), "not what the service said");
+        }
+        if let Ok(at) = line.parse::<LoopbackAddr>() {
+            assert!(at.socket().ip().is_loopback() && at.to_string().parse() == Ok(at));
+        }
+    }
+    taken
+}
+
+/// A frame of the instrument plane that is taken holds no more than came, and is the same once written.
+pub fn frame(bytes: &[u8]) -> bool {
+    let Ok(frame) = Frame::decode(bytes) else { return false };
+    assert!(frame.bytes.len() < bytes.len(), "more bytes than came");
+    let written = minicbor::to_vec(&frame).expect("a frame can be written");
+    assert_eq!(Frame::decode(&written).expect("a written frame is one"), frame);
+    true
+}
+
+/// A mouth log gives what its writer would have written, up to the first error, which has its place.
+pub fn mouth(bytes: &[u8]) -> bool {
+    let reader = match mouth::Reader::new(bytes) {
+        Ok(reader) => reader,
+        Err(error) => {
+            placed(&error, bytes.len());
+            return false;
+        }
+    };
+    let (header, mut entries) = (reader.header(), reader);
+    let (mut written, mut read) = (Vec::new(), Vec::new());
+    let mut writer = mouth::Writer::new(&mut written, header, u64::MAX).expect("memory takes it");
+    for entry in entries.by_ref() {
+        match entry {
+            Ok(entry) => {
+                match &entry {
+                    mouth::Entry::Input { now, input } => writer.input(*now, input),
+                    mouth::Entry::Output(output) => writer.output(output),
+                }
+                .expect("memory takes it");
+                read.push(entry);
+            }
+            Err(error) => placed(&error, bytes.len()),
+        }
+    }
+    assert!(entries.next().is_none(), "something behind its end");
+    assert_eq!(writer.counts(), (read.len() as u64, 0));
+    let again = mouth::Reader::new(written.as_slice()).expect("a written log is one");
+    assert_eq!(again.header(), header);
+    assert_eq!(again.map(|entry| entry.expect("a written entry is one")).collect::<Vec<_>>(), read);
+    !read.is_empty()
+}
+
+fn placed(error: &MouthError, length: usize) {
+    match error {
+        MouthError::Magic => {}
+        MouthError::Truncated { at } | MouthError::TooLong { at, .. } | MouthError::Malformed { at, .. } => {
+            assert!(*at <= length as u64, "{error}: behind its end");
+        }
+        MouthError::Io(error) => panic!("memory does not fail: {error}"),
+    }
+}
+
+/// The logs of guards and of streams' mouths give whole entries, which are the same once written.
+pub fn sights(bytes: &[u8]) -> bool {
+    same(entries::<Observation>(bytes), bytes.len()) | same(entries::<StreamSight>(bytes), bytes.len())
+}
+
+fn same<T>(found: Vec<T>, length: usize) -> bool
+where
+    T: minicbor::Encode<()> + for<'b> minicbor::Decode<'b, ()> + PartialEq + std::fmt::Debug,
+{
+    let mut written = Vec::new();
+    for entry in &found {
+        let body = minicbor::to_vec(entry).expect("an entry can be written");
+        written.extend_from_slice(&(body.len() as u32).to_be_bytes());
+        written.extend(body);
+    }
+    assert!(found.len() * 5 <= length, "more entries than came");
+    assert_eq!(entries::<T>(written.as_slice()), found);
+    !found.is_empty()
+}
+
+/// What is held of a recording (its length, then JSON) and the recording: what comes out takes no more memory than there
+/// is, and where no flaw is found all that is held is there.
+pub fn recording(bytes: &[u8]) -> bool {
+    let Some((length, rest)) = bytes.split_first_chunk() else { return false };
+    let (held, recording) = rest.split_at((u32::from_be_bytes(*length) as usize).min(rest.len()));
+    let held = held_in(held).unwrap_or_default();
+    let written = serde_json::to_vec(&held).expect("what is held can be written");
+    assert_eq!(held_in(written.as_slice()).expect("what was written is held"), held);
+    let mut room = ROOM;
+    match frames_in(recording, &mut room) {
+        Ok(frames) => {
+            let taken: usize = frames.iter().map(|frame| frame.bytes.len() + size_of::<Frame>()).sum();
+            assert_eq!(taken + room, ROOM, "frames that were not counted");
+            flawless(&held, &frames)
+        }
+        Err(why) => {
+            assert!(!why.is_empty());
+            false
+        }
+    }
+}
+
+fn flawless(held: &Held, frames: &[Frame]) -> bool {
+    let mut custodian = Custodian::new(held);
+    for frame in frames {
+        // What does not continue its chain is a flaw too.
+        let _noted = custodian.take(frame.trace_us, frame.node, &frame.bytes);
+    }
+    let Custody { events, flaws, .. } = custodian.close();
+    assert_eq!(events, frames.len());
+    if flaws.is_empty() {
+        let whole: Vec<HeldHead> =
+            frames.iter().filter_map(|frame| Head::of(&frame.bytes)).map(HeldHead::from).collect();
+        let missing = held.heads.iter().find(|head| !whole.contains(head));
+        assert_eq!(missing, None, "held, not there, and no flaw");
+        let unread = frames.iter().filter(|frame| Entry::decode(&frame.bytes).is_err());
+        assert_eq!(unread.count(), 0, "no entry, and no flaw");
+    }
+    flaws.is_empty()
+}
