@@ -329,19 +329,19 @@ impl Twin {
         self.run_until(self.now + grace);
         // As live: the relays first, which pass nothing more then, so that nothing is under way while its two ends count.
         for relay in [NodeId::RELAY_TELEMETRY, NodeId::RELAY_COMMAND] {
-            self.index(relay).into_iter().for_each(|relay| self.end(relay));
+            self.index(relay).into_iter().for_each(|relay| self.part_with(relay));
         }
         self.run_until(self.now + UNDER_WAY);
         (0..self.nodes.len()).for_each(|node| self.close_guard(node as NodeIndex));
         self.run_until(self.now + 1_000);
         let recorder = self.index(NodeId::RECORDER);
-        (0..self.nodes.len() as NodeIndex).filter(|node| Some(*node) != recorder).for_each(|node| self.end(node));
+        (0..self.nodes.len() as NodeIndex).filter(|node| Some(*node) != recorder).for_each(|node| self.part_with(node));
         self.run_until(self.now + 1_000);
-        recorder.into_iter().for_each(|recorder| self.end(recorder));
+        recorder.into_iter().for_each(|recorder| self.part_with(recorder));
     }
 
     /// Has a node write its closing account. As live it is over then: what comes for it later finds nobody.
-    fn end(&mut self, node: NodeIndex) {
+    fn part_with(&mut self, node: NodeIndex) {
         self.feed(node, Input::Finish);
         self.nodes[usize::from(node)].alive = false;
     }
