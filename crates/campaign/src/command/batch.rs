@@ -3,8 +3,8 @@
 //! The order of the results is the order of the plan whatever thread ran what; each trial's CPU time is measured here.
 
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
@@ -15,6 +15,7 @@ use super::kept::Shelf;
 use super::plan::Planned;
 use crate::progress::{Progress, Stop, Talk};
 use crate::report::Mode;
+use crate::scenario::Setup;
 use crate::trial::{Outcome, Trial};
 
 /// Live trials at a time, at most: each is about a dozen processes.
@@ -95,24 +96,35 @@ impl Batch<'_> {
             std::fs::create_dir_all(&dir)?;
             setup.run_dir = Some(dir);
         }
-        let before = cpu_seconds(self.mode);
-        let done = if job.planned.sabotage {
-            engine::sabotaged(&variation.scenario, &setup, job.seed)
-        } else {
-            engine::trial(self.mode, &variation.scenario, &setup, job.seed, stop)
-        };
-        let mut trial = done.map_err(|e| Failure::from(e).reproduced_by(self.reproduce(job)))?;
+        let mut trial = trial(self.mode, job.planned, &setup, job.seed, stop)?;
         // What ended children used is known for all together only, so a live trial has an equal share of what was used
         // while it ran.
-        let side_by_side = if self.mode == Mode::Live { self.jobs.max(1) } else { 1 };
-        trial.cpu_seconds = (cpu_seconds(self.mode) - before) / side_by_side as f64;
-        trial.cell = variation.cell.clone();
+        if self.mode == Mode::Live {
+            trial.cpu_seconds /= self.jobs.max(1) as f64;
+        }
         Ok(trial)
     }
+}
 
-    fn reproduce(&self, job: &Job<'_>) -> String {
-        reproduce(self.mode, job.planned, job.seed)
-    }
+/// Runs one trial of a variation with `setup`. Its CPU time is what was used meanwhile.
+pub(super) fn trial(
+    mode: Mode,
+    planned: &Planned,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+) -> Result<Trial, Failure> {
+    let variation = &planned.variation;
+    let before = cpu_seconds(mode);
+    let done = if planned.sabotage {
+        engine::sabotaged(&variation.scenario, setup, seed)
+    } else {
+        engine::trial(mode, &variation.scenario, setup, seed, stop)
+    };
+    let mut trial = done.map_err(|e| Failure::from(e).reproduced_by(reproduce(mode, planned, seed)))?;
+    trial.cpu_seconds = cpu_seconds(mode) - before;
+    trial.cell = variation.cell.clone();
+    Ok(trial)
 }
 
 /// Reads `--jobs`.
@@ -133,15 +145,6 @@ pub(super) fn reproduce(mode: Mode, planned: &Planned, seed: u64) -> String {
     format!("holdsafe run {name} --trials 1 --seed {seed}{live}{}", planned.options)
 }
 
-/// Whether a class counts as unexpected. Where nothing is expected only what no run should show does.
-pub(super) fn is_unexpected(outcome: Outcome, expected: &[Outcome]) -> bool {
-    if expected.is_empty() {
-        matches!(outcome, Outcome::Unsafe | Outcome::Invalid)
-    } else {
-        !expected.contains(&outcome)
-    }
-}
-
 /// Whether a receipt was believed of which nothing is true: of actors who only said that they acted.
 fn is_believed(sabotage: bool, receipt: bool) -> bool {
     sabotage && receipt
@@ -155,7 +158,7 @@ pub(super) fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
         .iter()
         .filter_map(|trial| Some((trial, of(trial)?)))
         .filter(|(trial, planned)| {
-            is_unexpected(trial.outcome, &planned.variation.scenario.expected)
+            trial.outcome.is_unexpected(&planned.variation.scenario.expected)
                 || is_believed(planned.sabotage, trial.receipt)
         })
         .collect();
@@ -196,15 +199,38 @@ pub(super) fn graver(a: Exit, b: Exit) -> Exit {
     if rank(b) > rank(a) { b } else { a }
 }
 
-type One<'f, 'a> = &'f (dyn Fn(&Job<'a>) -> Result<Trial, Failure> + Sync);
-
-fn step<'a>(job: &Job<'a>, progress: &Progress, stop: &Stop, one: One<'_, 'a>) -> Result<Trial, Failure> {
-    if stop.asked() {
-        return Err(EngineError::Stopped.into());
-    }
-    let trial = one(job)?;
-    progress.step();
-    Ok(trial)
+/// Does `one` for every number below `count`, on so many threads. The first failure ends it; of several the first in order
+/// is told.
+pub(super) fn each(
+    threads: usize,
+    count: usize,
+    stop: &Stop,
+    one: impl Fn(usize) -> Result<(), Failure> + Sync,
+) -> Result<(), Failure> {
+    let (next, failed) = (AtomicUsize::new(0), Mutex::new(None::<(usize, Failure)>));
+    let first = || failed.lock().unwrap_or_else(PoisonError::into_inner);
+    let work = || {
+        // What has been taken is done even so: else a later failure could be told in place of an earlier one.
+        while first().is_none() {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            if i >= count {
+                return;
+            }
+            let done = if stop.asked() { Err(EngineError::Stopped.into()) } else { one(i) };
+            if let Err(failure) = done {
+                let mut first = first();
+                if first.as_ref().is_none_or(|(at, _)| i < *at) {
+                    *first = Some((i, failure));
+                }
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..threads.clamp(1, count.max(1)) {
+            scope.spawn(work);
+        }
+    });
+    failed.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), |(_, failure)| Err(failure))
 }
 
 fn on_threads<'a>(
@@ -214,43 +240,18 @@ fn on_threads<'a>(
     stop: &Stop,
     one: impl Fn(&Job<'a>) -> Result<Trial, Failure> + Sync,
 ) -> Result<Vec<Trial>, Failure> {
-    let next = AtomicUsize::new(0);
-    let failed = Stop::default();
-    let slots: Vec<Mutex<Option<Result<Trial, Failure>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
-    let work = || {
-        while let Some((job, slot)) = pair(jobs, &slots, next.fetch_add(1, Ordering::Relaxed)) {
-            if failed.asked() {
-                return;
-            }
-            let result = step(job, progress, stop, &one);
-            if result.is_err() {
-                failed.ask();
-            }
-            *slot.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(result);
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, jobs.len().max(1)) {
-            scope.spawn(work);
-        }
-    });
-    let results = slots.into_iter().map(|slot| slot.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner));
-    // Slots that nobody filled come after a failure; the first failure in the plan's order is told.
-    let (mut trials, mut failure) = (Vec::new(), None);
-    for result in results.flatten() {
-        match result {
-            Ok(trial) => trials.push(trial),
-            Err(f) => failure = failure.or(Some(f)),
-        }
-    }
-    failure.map_or(Ok(trials), Err)
+    let slots: Vec<Mutex<Option<Trial>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
+    each(threads, jobs.len(), stop, |i| {
+        let trial = one(&jobs[i])?;
+        progress.step();
+        *slots[i].lock().unwrap_or_else(PoisonError::into_inner) = Some(trial);
+        Ok(())
+    })?;
+    Ok(slots.into_iter().filter_map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner)).collect())
 }
 
-fn pair<'j, J, S>(jobs: &'j [J], slots: &'j [S], i: usize) -> Option<(&'j J, &'j S)> {
-    Some((jobs.get(i)?, slots.get(i)?))
-}
-
-fn cores() -> usize {
+/// As many threads as there are cores.
+pub(super) fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
 }
 
@@ -271,10 +272,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_an_expectation_only_unsafe_and_invalid_are_unexpected() {
-        assert!(is_unexpected(Outcome::Unsafe, &[]) && is_unexpected(Outcome::Invalid, &[]));
-        assert!(!is_unexpected(Outcome::HoldSafe, &[]));
-        assert!(is_unexpected(Outcome::HoldSafe, &[Outcome::Rejected]));
+    fn everything_is_done_once_and_of_several_failures_the_first_is_told() {
+        let done: Vec<AtomicUsize> = (0..100).map(|_| AtomicUsize::new(0)).collect();
+        let count = |i: usize| {
+            done[i].fetch_add(1, Ordering::Relaxed);
+            Ok(())
+        };
+        each(3, done.len(), &Stop::default(), count).expect("nothing fails");
+        assert!(done.iter().all(|n| n.load(Ordering::Relaxed) == 1));
+        let odd = |i: usize| if i < 7 { Ok(()) } else { Err(Failure::new(Exit::Internal, i.to_string())) };
+        assert_eq!(each(3, 100, &Stop::default(), odd).expect_err("fails").to_string(), "7");
+        let stop = Stop::default();
+        stop.ask();
+        assert_eq!(each(1, 1, &stop, |_| Ok(())).expect_err("stopped").exit(), Exit::Interrupted);
     }
 
     #[test]
