@@ -6,6 +6,7 @@
 
 pub mod claim;
 pub mod draw;
+pub mod partition;
 pub mod row;
 
 use std::collections::BTreeMap;
@@ -200,7 +201,7 @@ impl Plan {
         for i in 0..all {
             let Some(outcome) = outcome(self.number(v, i)) else { return (i / LOOK + 1).saturating_mul(LOOK).min(all) };
             claim.count(&mut tally, outcome);
-            if (i + 1).is_multiple_of(LOOK) && claim.look(tally, 1).verdict != Verdict::Open {
+            if (i + 1).is_multiple_of(LOOK) && claim.at_look(tally, 1) != Verdict::Open {
                 return i + 1;
             }
         }
@@ -219,11 +220,10 @@ impl Plan {
 
     /// Where the other plan first differs from this one.
     pub fn difference(&self, other: &Plan) -> Option<Difference> {
-        let facts = self.facts().into_iter().zip(other.facts());
         let differs = |((what, expected), (_, got)): ((String, String), (String, String))| {
             (expected != got).then_some(Difference { what, expected, got })
         };
-        facts.filter_map(differs).next()
+        self.facts().into_iter().zip(other.facts()).find_map(differs)
     }
 
     fn facts(&self) -> Vec<(String, String)> {
@@ -266,40 +266,6 @@ impl PlanVariation {
 /// JSON of a plain value; these have no map with other keys than text, so it cannot fail.
 fn json(value: &impl Serialize) -> String {
     serde_json::to_string(value).unwrap_or_default()
-}
-
-/// One of n parts of a campaign: every n-th trial, so that all parts are equally long, and each variation's share of them too.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Partition {
-    part: u64,
-    of: u64,
-}
-
-impl Partition {
-    /// The only part.
-    pub const WHOLE: Partition = Partition { part: 0, of: 1 };
-
-    /// Whether the trial of this number belongs to it.
-    pub fn holds(self, number: u64) -> bool {
-        number % self.of == self.part
-    }
-
-    /// Whether there is another part.
-    pub fn is_whole(self) -> bool {
-        self.of == 1
-    }
-}
-
-impl core::str::FromStr for Partition {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let parts = text.split_once('/').and_then(|(i, of)| Some((i.parse::<u64>().ok()?, of.parse::<u64>().ok()?)));
-        match parts {
-            Some((i, of)) if (1..=of).contains(&i) && of <= MAX_TRIALS => Ok(Self { part: i - 1, of }),
-            Some(_) | None => Err(format!("a partition is i/N, from 1/N to N/N, N at most {MAX_TRIALS}")),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -51,11 +51,7 @@ impl Outcome {
 
     /// Whether it counts as unexpected. Where nothing is expected only what no run should show does.
     pub fn is_unexpected(self, expected: &[Outcome]) -> bool {
-        if expected.is_empty() {
-            matches!(self, Outcome::Unsafe | Outcome::Invalid)
-        } else {
-            !expected.contains(&self)
-        }
+        if expected.is_empty() { matches!(self, Outcome::Unsafe | Outcome::Invalid) } else { !expected.contains(&self) }
     }
 
     /// The name in every file and table.

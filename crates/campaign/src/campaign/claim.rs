@@ -87,22 +87,31 @@ impl Claim {
     /// Judges as many trials as were planned, so that `together` such judgements hold at once with its level.
     pub fn judge(&self, tally: Tally, together: usize) -> Judged {
         let level = simultaneous_level(together, self.level());
-        let (lower, upper) =
-            (rate_lower(tally.hits, tally.n, level), rate_upper(tally.against(), tally.n, level));
+        let (lower, upper) = (rate_lower(tally.hits, tally.n, level), rate_upper(tally.against(), tally.n, level));
         let verdict = Verdict::of(upper < self.below(), lower >= self.below());
         Judged { verdict, lower, upper }
     }
 
-    /// Judges however many trials there are at a look; at every look together it errs no oftener than its level allows.
+    /// The verdict over however many trials there are at a look; at every look together it errs no oftener than its level
+    /// allows.
+    pub fn at_look(&self, tally: Tally, together: usize) -> Verdict {
+        let enough = self.alpha(together).recip();
+        let shown = sequential::evidence_below(tally.against(), tally.n, self.below()) >= enough;
+        Verdict::of(shown, sequential::evidence_above(tally.hits, tally.n, self.below()) >= enough)
+    }
+
+    /// The same, with the bounds that hold at every look.
     pub fn look(&self, tally: Tally, together: usize) -> Judged {
-        let alpha = 1.0 - simultaneous_level(together, self.level());
-        let shown = sequential::evidence_below(tally.against(), tally.n, self.below()) >= alpha.recip();
-        let refuted = sequential::evidence_above(tally.hits, tally.n, self.below()) >= alpha.recip();
+        let alpha = self.alpha(together);
         Judged {
-            verdict: Verdict::of(shown, refuted),
+            verdict: self.at_look(tally, together),
             lower: sequential::lower(tally.hits, tally.n, alpha),
             upper: sequential::upper(tally.against(), tally.n, alpha),
         }
+    }
+
+    fn alpha(&self, together: usize) -> f64 {
+        1.0 - simultaneous_level(together, self.level())
     }
 }
 
@@ -154,9 +163,10 @@ impl FromStr for Claim {
 fn class(text: &str) -> Result<Outcome, String> {
     let name = text.trim().to_ascii_uppercase().replace('-', "_");
     let known = || Outcome::ALL.map(|class| class.name().to_ascii_lowercase()).join(", ");
-    Outcome::ALL.into_iter().find(|class| class.name() == name).ok_or_else(|| {
-        format!("no class `{text}`; there are: {}", known())
-    })
+    Outcome::ALL
+        .into_iter()
+        .find(|class| class.name() == name)
+        .ok_or_else(|| format!("no class `{text}`; there are: {}", known()))
 }
 
 impl fmt::Display for Claim {
@@ -194,7 +204,9 @@ mod tests {
 
     #[test]
     fn a_claim_takes_so_many_trials_without_a_hit() {
-        for (text, trials) in [("unsafe<1%@95", 299), ("unsafe<0.1%@95", 2_995), ("unsafe<5%@95", 59), ("late<50%@95", 5)] {
+        for (text, trials) in
+            [("unsafe<1%@95", 299), ("unsafe<0.1%@95", 2_995), ("unsafe<5%@95", 59), ("late<50%@95", 5)]
+        {
             let claim = claim(text);
             assert_eq!(claim.trials(), trials, "{text}");
             assert_eq!(claim.judge(tally(0, 0, trials), 1).verdict, Verdict::Shown);
@@ -206,7 +218,10 @@ mod tests {
     fn what_holds_for_one_variation_need_not_hold_for_many_together() {
         let (claim, clean) = (claim("unsafe<1%@95"), tally(0, 0, 299));
         assert_eq!((claim.judge(clean, 1).verdict, claim.judge(clean, 2).verdict), (Verdict::Shown, Verdict::Open));
-        assert_eq!((claim.look(tally(0, 0, 400), 1).verdict, claim.look(tally(0, 0, 400), 2).verdict), (Verdict::Shown, Verdict::Open));
+        assert_eq!(
+            (claim.look(tally(0, 0, 400), 1).verdict, claim.look(tally(0, 0, 400), 2).verdict),
+            (Verdict::Shown, Verdict::Open)
+        );
     }
 
     #[test]

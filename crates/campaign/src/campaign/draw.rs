@@ -213,7 +213,9 @@ mod tests {
             assert_eq!(of(&of(text).to_string()), of(text));
         }
         assert_eq!(of("choice:up|1"), of("choice:\"up\"|1"));
-        for text in ["uniform", "normal:0:1", "uniform:1:0", "uniform:0:inf", "loguniform:0:1", "integer:1:2.5", "choice:a"] {
+        for text in
+            ["uniform", "normal:0:1", "uniform:1:0", "uniform:0:inf", "loguniform:0:1", "integer:1:2.5", "choice:a"]
+        {
             assert!(text.parse::<Distribution>().is_err(), "{text}");
         }
     }

@@ -107,13 +107,7 @@ impl Batch<'_> {
 }
 
 /// Runs one trial of a variation with `setup`. Its CPU time is what was used meanwhile.
-pub(super) fn trial(
-    mode: Mode,
-    planned: &Planned,
-    setup: &Setup,
-    seed: u64,
-    stop: &Stop,
-) -> Result<Trial, Failure> {
+pub(super) fn trial(mode: Mode, planned: &Planned, setup: &Setup, seed: u64, stop: &Stop) -> Result<Trial, Failure> {
     let variation = &planned.variation;
     let before = cpu_seconds(mode);
     let done = if planned.sabotage {

@@ -7,7 +7,7 @@ pub(super) mod journal;
 mod space;
 
 use std::collections::BTreeMap;
-use std::fs::File;
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -18,9 +18,10 @@ use super::batch;
 use super::failure::{Exit, Failure};
 use super::plan::Planned;
 use super::{Context, out};
+use crate::campaign::Plan;
 use crate::campaign::claim::Claim;
+use crate::campaign::partition::Partition;
 use crate::campaign::row::Row;
-use crate::campaign::{Partition, Plan};
 use crate::evidence::hex;
 use crate::progress::Progress;
 use crate::report::{CampaignObject, Fold, TableError, TrialTable, campaign_table};
@@ -141,7 +142,7 @@ fn stopped(dir: &Path, plan: &Plan, journal: &Journal) -> Failure {
 /// Folds what the journal has into the folder's `campaign.json` and `trials.parquet`.
 pub(super) fn conclude(dir: &Path, plan: &Plan, journal: &Journal) -> Result<CampaignObject, Failure> {
     let broken = |e: TableError| Failure::new(Exit::Environment, e.to_string());
-    let mut table = TrialTable::new(File::create(dir.join("trials.parquet"))?, plan).map_err(broken)?;
+    let mut table = TrialTable::new(File::create(dir.join("trials.parquet.new"))?, plan).map_err(broken)?;
     let mut digest = Sha256::new_with_prefix("holdsafe campaign\n");
     digest.update(plan.digest());
     let mut rows = Vec::new();
@@ -157,6 +158,7 @@ pub(super) fn conclude(dir: &Path, plan: &Plan, journal: &Journal) -> Result<Cam
         rows.push(fold.row(plan, v, variation, wanted));
     }
     table.finish().map_err(broken)?;
+    fs::rename(dir.join("trials.parquet.new"), dir.join("trials.parquet"))?;
     let campaign = CampaignObject::new(plan, hex(&digest.finalize()), rows);
     out::write_json(dir, "campaign.json", &campaign)?;
     Ok(campaign)
@@ -197,9 +199,8 @@ pub(super) fn exit(campaign: &CampaignObject, whole: bool) -> Exit {
         return Exit::Fine;
     }
     let unexpected = campaign.rows.iter().filter(|row| row.unexpected > 0);
-    let invalid = |row: &crate::report::CampaignRow| {
-        row.outcomes.get(&Outcome::Invalid).is_some_and(|n| *n == row.unexpected)
-    };
+    let invalid =
+        |row: &crate::report::CampaignRow| row.outcomes.get(&Outcome::Invalid).is_some_and(|n| *n == row.unexpected);
     let only_invalid = unexpected.clone().all(invalid);
     match (unexpected.count(), only_invalid) {
         (0, _) => Exit::Fine,

@@ -1,9 +1,11 @@
-//! The object and the table of `holdsafe campaign`: a row a variation, counts, exact bounds, latencies and what became of the
+//! The object of `holdsafe campaign`: a row a variation, counts, exact bounds, latencies and what became of the
 //! claim.
 //!
 //! A bound or a claim is given of a complete campaign only. In a sequential one the bounds are those that hold at every look;
 //! intervals for a fixed number of trials would say too much there and are left out. Variations share their seeds, so
 //! they are not independent and n is never added over them.
+
+mod table;
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,16 +13,13 @@ use serde::Serialize;
 
 use super::SCHEMA_VERSION;
 use super::run::LatencySummary;
-use super::table::{new_table, outcomes, percent, sample};
 use crate::campaign::claim::{Judged, Tally, Verdict};
 use crate::campaign::row::Row;
 use crate::campaign::{Plan, PlanVariation, Terms};
 use crate::scenario::Evidence;
 use crate::stats::{LEVEL, Share, rate_upper, simultaneous_level};
 use crate::trial::Outcome;
-
-/// Most rows of the table for a terminal; the object has all.
-const MAX_SHOWN: usize = 60;
+pub use table::campaign_table;
 
 /// A campaign's result.
 #[derive(Clone, Debug, Serialize)]
@@ -210,7 +209,8 @@ impl Fold {
 impl CampaignObject {
     /// Puts the rows together, and where nothing is missing says what they show.
     pub fn new(plan: &Plan, hash: String, rows: Vec<(CampaignRow, Tally)>) -> Self {
-        let (trials, planned) = (rows.iter().map(|(r, _)| r.n).sum(), rows.iter().map(|(r, _)| r.planned).sum());
+        let (trials, planned): (u64, u64) =
+            (rows.iter().map(|(r, _)| r.n).sum(), rows.iter().map(|(r, _)| r.planned).sum());
         let (complete, together) = (trials == planned, rows.len());
         let settle = |(mut row, tally): (CampaignRow, Tally)| {
             if complete {
@@ -250,7 +250,8 @@ impl RateBounds {
 impl ClaimRow {
     fn of(plan: &Plan, tally: Tally, together: usize) -> Option<Self> {
         let claim = plan.terms.claim.as_ref()?;
-        let judge = |together| if plan.terms.sequential { claim.look(tally, together) } else { claim.judge(tally, together) };
+        let judge =
+            |together| if plan.terms.sequential { claim.look(tally, together) } else { claim.judge(tally, together) };
         Some(Self { hits: tally.hits, invalid: tally.invalid, alone: judge(1), together: judge(together) })
     }
 }
@@ -266,69 +267,6 @@ impl Claims {
             shown_together: all().all(|claim| claim.together.verdict == Verdict::Shown),
         }
     }
-}
-
-/// The campaign for a terminal.
-pub fn campaign_table(campaign: &CampaignObject) -> String {
-    let columns =
-        ["variation", "evidence, n", "outcomes", "unsafe below (together)", "claim", "to degraded ms", "to hold-safe ms"];
-    let mut table = new_table(&columns);
-    for row in campaign.rows.iter().take(MAX_SHOWN) {
-        table.add_row(cells(row));
-    }
-    let mut text = format!("{table}\n");
-    if campaign.rows.len() > MAX_SHOWN {
-        text.push_str(&format!("and {} more variations in campaign.json\n", campaign.rows.len() - MAX_SHOWN));
-    }
-    text.push_str(&conclusion(campaign));
-    text.push_str("ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). * the real mechanism does not run there.\n");
-    text + &format!("campaign hash {}\n", campaign.hash)
-}
-
-fn cells(row: &CampaignRow) -> Vec<String> {
-    let set: Vec<String> = row.set.iter().map(|(path, value)| format!("{path}={value}")).collect();
-    let names = [Some(row.scenario.clone()), row.cell.clone(), Some(set.join(" ")), row.watermark.clone()];
-    let names: Vec<String> = names.into_iter().flatten().filter(|name| !name.is_empty()).collect();
-    let odd = if row.unexpected > 0 { format!(" ({} unexpected)", row.unexpected) } else { String::new() };
-    let (mark, missing) = (if row.counts { "" } else { " *" }, row.planned - row.n);
-    let missing = if missing > 0 { format!(", {missing} missing") } else { String::new() };
-    let dash = || "-".to_owned();
-    let bound = row.bounds.as_ref().map_or_else(dash, |bounds| {
-        format!("{} ({})", percent(bounds.unsafe_upper_95), percent(bounds.unsafe_upper_95_simultaneous))
-    });
-    vec![
-        names.join(" "),
-        format!("{}, {}{missing}{mark}", row.evidence.name(), row.n),
-        outcomes(&row.outcomes) + &odd,
-        bound,
-        row.claim.as_ref().map_or_else(dash, claim),
-        sample(&row.latency_ms.to_degraded),
-        sample(&row.latency_ms.to_hold_safe),
-    ]
-}
-
-/// `shown: 0 of it, below 0.998 %`.
-fn claim(row: &ClaimRow) -> String {
-    let invalid = if row.invalid > 0 { format!(" and {} INVALID", row.invalid) } else { String::new() };
-    let together = if row.together.verdict == row.alone.verdict { "" } else { "; not together" };
-    let (from, to) = (row.alone.lower * 100.0, row.alone.upper * 100.0);
-    format!("{}: {} hits{invalid}, {from:.3} to {to:.3} %{together}", row.alone.verdict.name(), row.hits)
-}
-
-fn conclusion(campaign: &CampaignObject) -> String {
-    let (terms, n) = (&campaign.terms, campaign.rows.len());
-    if !campaign.complete {
-        let (there, planned) = (campaign.trials, campaign.planned);
-        return format!("INCOMPLETE: {there} of {planned} trials; nothing is claimed of what is missing\n");
-    }
-    let Some((claim, claims)) = terms.claim.as_ref().zip(campaign.claim) else { return String::new() };
-    let Claims { shown, refuted, open, shown_together } = claims;
-    let together = if shown_together { "it holds for all of them together" } else { "not for all of them together" };
-    let how = if terms.sequential { "at every look together (e-process)" } else { "exact one-sided bounds (Clopper-Pearson)" };
-    format!(
-        "claim {claim}: shown for {shown} of {n} variations, refuted for {refuted}, open for {open}; {together} \
-         (Bonferroni). {how}; an INVALID trial is never a success for it\n"
-    )
 }
 
 #[cfg(test)]
@@ -395,14 +333,20 @@ mod tests {
 
     #[test]
     fn the_object_has_the_keys_that_docs_campaigns_names() {
-        let object = campaign(&claiming("unsafe<1%@95", false), 299, |i| {
-            if i == 0 { Outcome::Unsafe } else { Outcome::HoldSafe }
-        });
+        let object =
+            campaign(
+                &claiming("unsafe<1%@95", false),
+                299,
+                |i| {
+                    if i == 0 { Outcome::Unsafe } else { Outcome::HoldSafe }
+                },
+            );
         let object = serde_json::to_value(object).unwrap();
         let doc = include_str!("../../../../docs/campaigns.md");
         let keys = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
         let row = &object["rows"][0];
-        let parts = [&object, &object["terms"], &object["claim"], row, &row["bounds"], &row["claim"], &row["claim"]["alone"]];
+        let parts =
+            [&object, &object["terms"], &object["claim"], row, &row["bounds"], &row["claim"], &row["claim"]["alone"]];
         for key in parts.into_iter().flat_map(keys) {
             assert!(doc.contains(&format!("`{key}`")), "docs/campaigns.md does not tell of `{key}`");
         }

@@ -56,7 +56,7 @@ enum Read {
     Whole(fn(&Record<'_>) -> Option<u64>),
     Number(fn(&Record<'_>) -> Option<f64>),
     Flag(fn(&Record<'_>) -> Option<bool>),
-    Text(fn(&Record<'_>) -> Option<&str>),
+    Text(for<'r> fn(&'r Record<'_>) -> Option<&'r str>),
     /// A number that the grid sets or the trial drew, at this path.
     SetNumber(String),
     /// Any other such value, text as it is and the rest as JSON.
@@ -87,7 +87,8 @@ impl<'p, W: Write + Send> TrialTable<'p, W> {
     pub fn put(&mut self, v: usize, i: u64, row: Row) -> Result<(), TableError> {
         let Some(variation) = self.plan.variations.get(v) else { return Ok(()) };
         let drawn = self.plan.drawn(v, i);
-        let set = variation.set.iter().chain(drawn.iter()).map(|(path, value)| (path.to_owned(), value.clone())).collect();
+        let set =
+            variation.set.iter().chain(drawn.iter()).map(|(path, value)| (path.to_owned(), value.clone())).collect();
         self.waiting.push(Record { number: v, variation, seed: self.plan.seed(i), set, row });
         if self.waiting.len() < GROUP { Ok(()) } else { self.flush() }
     }
@@ -260,7 +261,8 @@ mod tests {
         let shares = [0.5, 0.5, 0.5, 1.0, 1.0, 1.0].map(Field::Double);
         assert_eq!(column(bytes.clone(), "set.loss.0.share"), shares);
         let drawn = column(bytes.clone(), "set.loss.0.at_s");
-        let at = plan.drawn(1, 2).iter().find(|(path, _)| *path == "loss.0.at_s").and_then(|(_, v)| v.as_f64()).unwrap();
+        let at =
+            plan.drawn(1, 2).iter().find(|(path, _)| *path == "loss.0.at_s").and_then(|(_, v)| v.as_f64()).unwrap();
         assert_eq!(drawn[5], Field::Double(at));
         let words = column(bytes.clone(), "set.loss.0.direction");
         assert!(words.iter().all(|w| [Field::Str("up".into()), Field::Str("7".into())].contains(w)), "{words:?}");

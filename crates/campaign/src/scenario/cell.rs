@@ -3,12 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Scenario, check};
 use super::fault::{Ending, Fault, Kill, Process};
 use super::operator::{DisplayedState, Step, Verb};
 use super::set::Settings;
 use super::step::When;
 use super::value::{Label, List, Located, Name, Real, Whole};
+use super::{Scenario, check};
 use crate::trial::Outcome;
 
 /// When a process is killed at the earliest, seconds: authority is held by then, also where arming took a second try.

@@ -64,7 +64,7 @@ mod tests {
             let mut hits = 0;
             (1..=2_000).any(|n| {
                 hits += u64::from((rng.next_u64() >> 11) as f64 * 2f64.powi(-53) < RATE);
-                n % 50 == 0 && evidence(hits, n, RATE) >= alpha.recip()
+                n.is_multiple_of(50) && evidence(hits, n, RATE) >= alpha.recip()
             })
         };
         (0..RUNS).filter(wrong).count() as u64

@@ -12,8 +12,7 @@ use serde_json::Value;
 use super::{holdsafe, mistaken, root};
 
 /// Two variations, each trial with a moment of its own.
-const SMALL: [&str; 6] =
-    ["campaign", "loss", "--grid", "loss.0.share=0.9,1", "--draw", "loss.0.at_s=uniform:3.5:4.5"];
+const SMALL: [&str; 6] = ["campaign", "loss", "--grid", "loss.0.share=0.9,1", "--draw", "loss.0.at_s=uniform:3.5:4.5"];
 
 struct Place(tempfile::TempDir);
 
@@ -129,7 +128,8 @@ fn a_campaign_killed_midway_goes_on_with_nothing_lost_and_nothing_counted_twice(
 
     fine(&place.campaign("killed", &["--trials", "12"]));
     let lines = place.lines("killed");
-    let whole: Vec<&str> = before.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(str::trim_end).collect();
+    let whole: Vec<&str> =
+        before.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(str::trim_end).collect();
     assert!(lines.starts_with(&whole.iter().map(ToString::to_string).collect::<Vec<_>>()), "none of them ran again");
     assert_eq!(lines.len(), 24);
     fine(&place.campaign("whole", &["--trials", "12"]));
@@ -168,7 +168,10 @@ fn a_part_of_another_campaign_is_refused_with_what_differs() {
 
     for (other, told) in [
         ("seed", "is of another campaign: seed: expected 1, got 2"),
-        ("draw", "is of another campaign: draws: expected loss.0.at_s=uniform:3.5:4.5, got conditions.jitter_ms=integer:0:9, "),
+        (
+            "draw",
+            "is of another campaign: draws: expected loss.0.at_s=uniform:3.5:4.5, got conditions.jitter_ms=integer:0:9, ",
+        ),
         ("program", "is of another campaign: program (SHA-256 of its sources): expected "),
     ] {
         let error = refused(&place.merge(&["ours", other], "none"));
@@ -217,7 +220,9 @@ fn a_sequential_campaign_ends_at_the_same_look_however_many_threads_run_ahead() 
     let run = |name: &str, jobs: &str| {
         let out = place.dir(name);
         let line = ["campaign", "record_damage", "--cell", "truncate", "--claim", "unsafe<20%@95", "--sequential"];
-        fine(&holdsafe(&[line.as_slice(), &["--jobs", jobs, "--quiet", "--json", "--out", out.to_str().unwrap()]].concat()))
+        fine(&holdsafe(
+            &[line.as_slice(), &["--jobs", jobs, "--quiet", "--json", "--out", out.to_str().unwrap()]].concat(),
+        ))
     };
     let one = run("one", "1");
     assert_eq!((&one["trials"], &one["planned"], &one["claim"]["shown"]), (&50.into(), &50.into(), &1.into()));
@@ -261,7 +266,8 @@ fn what_does_not_fit_is_told_as_a_cell_would_be_told_before_anything_runs() {
         assert!(screen.contains(told) && screen.lines().count() < 24, "{more:?}: {screen}");
     }
     let values: Vec<String> = (0..101).map(|i| format!("{}", 3.0 + f64::from(i) / 100.0)).collect();
-    let (times, lengths) = (format!("loss.0.at_s={}", values.join(",")), format!("loss.0.duration_s={}", values.join(",")));
+    let (times, lengths) =
+        (format!("loss.0.at_s={}", values.join(",")), format!("loss.0.duration_s={}", values.join(",")));
     let screen = refuse(&["--grid", &times, "--grid", &lengths]);
     assert!(screen.contains("more than 10000 variations"), "{screen}");
 }

@@ -172,7 +172,10 @@ mod tests {
         journal.add(&plan, &row(3, Outcome::HoldSafe)).expect("new");
         journal.add(&plan, &row(3, Outcome::HoldSafe)).expect("the same again");
         let told = journal.add(&plan, &row(3, Outcome::Unsafe)).expect_err("another").to_string();
-        assert!(told.starts_with("trial of seed 10 of `loss @ loss.0.share=0.5`: expected HOLD_SAFE with log"), "{told}");
+        assert!(
+            told.starts_with("trial of seed 10 of `loss @ loss.0.share=0.5`: expected HOLD_SAFE with log"),
+            "{told}"
+        );
         drop(journal);
         let journal = Journal::open(directory.path(), &plan).expect("the same");
         assert_eq!((journal.len(), journal.outcome(3), journal.outcome(4)), (1, Some(Outcome::HoldSafe), None));

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 
 use serde_json::Value;
 
+use super::super::Context;
 use super::super::failure::{Exit, Failure};
 use super::super::plan::{self, Planned, Wanted};
-use super::super::Context;
 use super::Args;
 use crate::campaign::draw::{self, Distribution};
 use crate::campaign::{MAX_VARIATIONS, PLAN_VERSION, PROGRAM, Plan, PlanVariation, Terms};
@@ -45,12 +45,8 @@ pub(super) fn drawn(text: &str) -> Result<Draw, String> {
 /// The campaign, and what is needed to run each of its variations.
 pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Planned>), Failure> {
     let (grids, draws) = paths(args)?;
-    let wanted = Wanted {
-        policy: args.policy.clone(),
-        cell: args.cell.clone(),
-        rendered: args.rendered,
-        ..Wanted::default()
-    };
+    let wanted =
+        Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: args.rendered, ..Wanted::default() };
     let mut planned = Vec::new();
     for name in &args.scenarios {
         let (_, cells) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
@@ -99,7 +95,10 @@ fn paths(args: &Args) -> Result<Paths, Failure> {
     }
     for Draw(path, how) in &args.draw {
         if NOT_DRAWN.contains(&path.split('.').next().unwrap_or_default()) {
-            return Err(Failure::new(Exit::Usage, format!("`{path}` is the same for all trials of a variation; use --grid")));
+            return Err(Failure::new(
+                Exit::Usage,
+                format!("`{path}` is the same for all trials of a variation; use --grid"),
+            ));
         }
         if grids.contains_key(path) || draws.insert(path.clone(), how.clone()).is_some() {
             return Err(twice(path));
@@ -146,7 +145,7 @@ fn drawable(planned: &Planned, draws: &BTreeMap<String, Distribution>) -> Result
     let ends: Vec<(&String, Vec<Value>)> = draws.iter().map(|(path, how)| (path, how.ends())).collect();
     let most = ends.iter().map(|(_, ends)| ends.len()).max().unwrap_or(0);
     (0..most).try_for_each(|k| {
-        let set = ends.iter().map(|(path, ends)| ((*path).clone(), ends[k % ends.len()].clone())).collect();
+        let set: Settings = ends.iter().map(|(path, ends)| ((*path).clone(), ends[k % ends.len()].clone())).collect();
         planned.variation.with(&set).map(|_| ()).map_err(|why| unfit(&planned.variation, why))
     })
 }
@@ -155,7 +154,8 @@ fn drawable(planned: &Planned, draws: &BTreeMap<String, Distribution>) -> Result
 pub(super) fn unfit(variation: &Variation, why: String) -> Failure {
     let cell = variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
     let name = variation.scenario.name.as_str();
-    let remedy = "a path and its values are as in a cell's `set`; `holdsafe scenario schema` prints every key with its range";
+    let remedy =
+        "a path and its values are as in a cell's `set`; `holdsafe scenario schema` prints every key with its range";
     Failure::new(Exit::Usage, format!("in {name}{cell}: {why}; {remedy}"))
 }
 
