@@ -62,7 +62,7 @@ mod tests {
         let wrong = |run: &u64| {
             let mut rng = ChaCha8Rng::seed_from_u64(*run);
             let mut hits = 0;
-            (1..=2_000).any(|n| {
+            (1..=2_000u64).any(|n| {
                 hits += u64::from((rng.next_u64() >> 11) as f64 * 2f64.powi(-53) < RATE);
                 n.is_multiple_of(50) && evidence(hits, n, RATE) >= alpha.recip()
             })

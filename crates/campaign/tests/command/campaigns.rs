@@ -8,6 +8,7 @@ use std::process::{Child, Command, Output, Stdio};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 use serde_json::Value;
+use sha2::{Digest, Sha256};
 
 use super::{holdsafe, mistaken, root};
 
@@ -39,9 +40,10 @@ impl Place {
         holdsafe(&[&["merge"], parts.as_slice(), &["--out", into.to_str().unwrap(), "--quiet", "--json"]].concat())
     }
 
-    /// What a result is made of, byte for byte.
-    fn result(&self, name: &str) -> [Vec<u8>; 2] {
-        ["campaign.json", "trials.parquet"].map(|file| fs::read(self.dir(name).join(file)).unwrap())
+    /// The campaign's object, and what its table holds, byte for byte.
+    fn result(&self, name: &str) -> (String, Vec<u8>) {
+        let file = |file: &str| fs::read(self.dir(name).join(file)).unwrap();
+        (String::from_utf8(file("campaign.json")).unwrap(), Sha256::digest(file("trials.parquet")).to_vec())
     }
 
     fn lines(&self, name: &str) -> Vec<String> {
