@@ -217,6 +217,22 @@ fn a_claim_names_its_number_of_trials_and_the_exit_code_says_what_became_of_it()
 }
 
 #[test]
+fn the_line_that_reproduces_a_trial_sets_what_it_had_drawn() {
+    let place = Place::new();
+    let share = ["campaign", "loss", "--grid", "loss.0.share=0.1", "--draw", "loss.0.at_s=uniform:3.5:4.5"];
+    let draw = ["--draw", "loss.0.direction=choice:up|both", "--trials", "1", "--seed", "5", "--quiet", "--json"];
+    let out = place.dir("drawn");
+    let output = holdsafe(&[share.as_slice(), &draw, &["--out", out.to_str().unwrap()]].concat());
+    assert_eq!(output.status.code(), Some(3), "so little loss is not noticed, and HOLD_SAFE was expected");
+    let line = object(&output)["rows"][0]["reproduce"].as_str().unwrap().replacen("holdsafe", "\"$0\"", 1);
+    let (root, again) = (root(), place.dir("again"));
+    let line = format!("{line} --root '{}' --out '{}' --quiet", root.display(), again.display());
+    let output = Command::new("sh").args(["-c", &line, env!("CARGO_BIN_EXE_holdsafe")]).output().unwrap();
+    assert_eq!(output.status.code(), Some(3), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(place.lines("again"), place.lines("drawn"), "the same trial to the bit");
+}
+
+#[test]
 fn a_sequential_campaign_ends_at_the_same_look_however_many_threads_run_ahead() {
     let place = Place::new();
     let run = |name: &str, jobs: &str| {
