@@ -6,21 +6,19 @@
 pub(super) mod journal;
 mod space;
 
-use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
 use sha2::{Digest, Sha256};
 
 use super::batch;
 use super::failure::{Exit, Failure};
 use super::plan::Planned;
 use super::{Context, out};
-use crate::campaign::Plan;
 use crate::campaign::claim::Claim;
 use crate::campaign::partition::Partition;
 use crate::campaign::row::Row;
+use crate::campaign::{PROGRAM, Plan};
 use crate::evidence::hex;
 use crate::progress::Progress;
 use crate::report::{CampaignObject, Fold, TableError, TrialTable, campaign_table};
@@ -64,7 +62,7 @@ pub(super) struct Args {
     /// Only part i of N; `holdsafe merge` puts the parts together.
     #[arg(long, value_name = "i/N")]
     partition: Option<Partition>,
-    /// Keep finished trials and the result here, and go on from what is there [default: runs/campaign-HASH].
+    /// Keep finished trials and the result here, and go on from what is there [default: runs/campaign-PLAN-PROGRAM].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
@@ -72,7 +70,7 @@ pub(super) struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (plan, planned) = space::lay_out(context, args)?;
     let partition = args.partition.unwrap_or(Partition::WHOLE);
-    let label = format!("campaign-{}", &plan.digest()[..12]);
+    let label = format!("campaign-{}-{}", &plan.digest()[..12], &PROGRAM[..12]);
     let default = context.root()?.join("runs").join(&label);
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), &label)?;
     let journal = Journal::open(&dir, &plan)?;
@@ -165,9 +163,7 @@ pub(super) fn conclude(dir: &Path, plan: &Plan, journal: &Journal) -> Result<Cam
 
 /// A trial in the campaign's hash: a line of JSON.
 fn line(plan: &Plan, v: usize, i: u64, row: &Row) -> Result<String, Failure> {
-    let drawn: BTreeMap<String, Value> =
-        plan.drawn(v, i).iter().map(|(path, value)| (path.to_owned(), value.clone())).collect();
-    let parts = (v, plan.seed(i), drawn, row.outcome, &row.log_hash);
+    let parts = (v, plan.seed(i), plan.drawn(v, i), row.outcome, &row.log_hash);
     let text = serde_json::to_string(&parts).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
     Ok(format!("\n{text}"))
 }
