@@ -125,6 +125,13 @@ fn a_campaign_killed_midway_goes_on_with_nothing_lost_and_nothing_counted_twice(
     assert!(!place.dir("killed").join("campaign.json").exists());
     let before = fs::read_to_string(place.dir("killed").join("trials.jsonl")).unwrap();
     assert!((1..24).contains(&before.lines().count()), "{} lines", before.lines().count());
+    // What is finished is taken as it stands: a trial that ran again would come out otherwise than this line says.
+    fs::create_dir(place.dir("marked")).unwrap();
+    fs::copy(place.dir("killed").join("plan.json"), place.dir("marked").join("plan.json")).unwrap();
+    let marked = before.replacen("\"sim_us\":9000000", "\"sim_us\":9000001", 1);
+    fs::write(place.dir("marked").join("trials.jsonl"), &marked).unwrap();
+    fine(&place.campaign("marked", &["--trials", "12"]));
+    assert!(place.lines("marked")[0].contains("\"sim_us\":9000001"));
     // As if it had been in the middle of a line.
     fs::write(place.dir("killed").join("trials.jsonl"), format!("{before}{{\"trial\":23,\"outc")).unwrap();
 
