@@ -6,6 +6,7 @@
 mod ablate;
 mod batch;
 mod bench;
+mod campaign;
 mod catalogue;
 mod cost;
 mod curve;
@@ -16,10 +17,12 @@ mod interrupt;
 mod kept;
 mod kill;
 mod leak;
+mod lines;
 mod live;
 mod liveness;
 mod load;
 mod matrix;
+mod merge;
 mod out;
 mod plan;
 mod reference;
@@ -88,6 +91,10 @@ pub struct Common {
 enum Verb {
     /// Run scenarios, in the twin or live, and judge them.
     Run(run::Args),
+    /// Run many trials over grids and distributions, and say what they show of a claim.
+    Campaign(campaign::Args),
+    /// Put the parts of a campaign together.
+    Merge(merge::Args),
     /// Take one value of a scenario through its range: shares, latencies, the smallest value noticed before harm.
     Curve(curve::Args),
     /// Run one scenario live and show what the operator sees.
@@ -162,6 +169,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     let result = match cli.verb {
         None => reference::run(&context),
         Some(Verb::Run(args)) => run::run(&context, &args),
+        Some(Verb::Campaign(args)) => campaign::run(&context, &args),
+        Some(Verb::Merge(args)) => merge::run(&context, &args),
         Some(Verb::Curve(args)) => curve::run(&context, &args),
         Some(Verb::Live(args)) => live::run(&context, &args),
         Some(Verb::Bench(bench)) => bench::run(&context, &bench),
@@ -175,6 +184,16 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Doctor) => doctor::run(&context),
     };
     result.unwrap_or_else(|failure| failure.tell(context.json))
+}
+
+/// The line that this process was started with, as a shell takes it.
+pub(crate) fn own_line() -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,@%+".contains(c);
+    let quoted = |word: String| match word.chars().all(plain) && !word.is_empty() {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    };
+    std::env::args_os().map(|word| quoted(word.to_string_lossy().into_owned())).collect::<Vec<_>>().join(" ")
 }
 
 fn start_log(common: &Common) {

@@ -1,11 +1,12 @@
 //! The instrument: scenarios in, judged trials out.
 //!
-//! `catalogue` lists the threats, `scenario` reads what is to happen, `cast` decides who takes part, `twin` and `live` carry
+//! `catalogue` lists the threats, `scenario` reads what is to happen, `campaign` plans many trials of it, `cast` decides who takes part, `twin` and `live` carry
 //! it out with the same cores, `stack` on the real DTLS and TLS libraries in memory; `oracle` judges, `report` and `stats`
 //! put numbers on many trials, `ablation` on what a check is worth, `leak` on what an observer sees of the links, `search` looks for what nobody wrote down, `command` is the `holdsafe` program. How a service
 //! decides is none of its business.
 
 pub mod ablation;
+pub mod campaign;
 pub mod cast;
 pub mod catalogue;
 pub mod command;

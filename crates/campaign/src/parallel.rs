@@ -1,39 +1,54 @@
 //! The same work on many items, on several threads; results in the order of the items whatever thread did what.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
-/// `work` on each of `items`, on at most `threads` threads. The first item, in their order, that fails is the result;
-/// none is begun after a failure was seen.
+/// Does `one` for each number below `count`, on at most `threads` threads.
 ///
 /// # Errors
-/// What `work` failed with.
+/// The failure of the least number that failed; nothing is begun after a failure was seen.
+pub fn each<E: Send>(threads: usize, count: usize, one: impl Fn(usize) -> Result<(), E> + Sync) -> Result<(), E> {
+    let (next, failed) = (AtomicUsize::new(0), Mutex::new(None::<(usize, E)>));
+    let first = || failed.lock().unwrap_or_else(PoisonError::into_inner);
+    let work = || {
+        // What has been taken is done even so: else a later failure could be told in place of an earlier one.
+        while first().is_none() {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            if i >= count {
+                return;
+            }
+            if let Err(failure) = one(i) {
+                let mut first = first();
+                if first.as_ref().is_none_or(|(at, _)| i < *at) {
+                    *first = Some((i, failure));
+                }
+            }
+        }
+    };
+    std::thread::scope(|scope| {
+        for _ in 0..threads.clamp(1, count.max(1)) {
+            scope.spawn(work);
+        }
+    });
+    failed.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), |(_, failure)| Err(failure))
+}
+
+/// What `work` makes of each of `items`.
+///
+/// # Errors
+/// As [`each`].
 pub fn map<I: Sync, O: Send, E: Send>(
     threads: usize,
     items: &[I],
     work: impl Fn(&I) -> Result<O, E> + Sync,
 ) -> Result<Vec<O>, E> {
-    let (next, failed) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let slots: Vec<Mutex<Option<Result<O, E>>>> = items.iter().map(|_| Mutex::new(None)).collect();
-    let run = || {
-        while failed.load(Ordering::Relaxed) == 0 {
-            let i = next.fetch_add(1, Ordering::Relaxed);
-            let (Some(item), Some(slot)) = (items.get(i), slots.get(i)) else { return };
-            let result = work(item);
-            if result.is_err() {
-                failed.store(1, Ordering::Relaxed);
-            }
-            *slot.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(result);
-        }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, items.len().max(1)) {
-            scope.spawn(run);
-        }
-    });
-    let results = slots.into_iter().map(|slot| slot.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner));
-    // Slots that nobody filled come after a failure.
-    results.flatten().collect()
+    let slots: Vec<Mutex<Option<O>>> = items.iter().map(|_| Mutex::new(None)).collect();
+    each(threads, items.len(), |i| {
+        let done = work(&items[i])?;
+        *slots[i].lock().unwrap_or_else(PoisonError::into_inner) = Some(done);
+        Ok(())
+    })?;
+    Ok(slots.into_iter().filter_map(|slot| slot.into_inner().unwrap_or_else(PoisonError::into_inner)).collect())
 }
 
 /// How many threads there is a core for.
@@ -53,8 +68,8 @@ mod tests {
     }
 
     #[test]
-    fn a_failure_is_the_result() {
+    fn of_several_failures_the_first_is_the_result() {
         let items: Vec<u64> = (0..100).collect();
-        assert_eq!(map(4, &items, |i| if *i == 50 { Err(*i) } else { Ok(*i) }), Err(50));
+        assert_eq!(map(4, &items, |i| if *i < 50 { Ok(*i) } else { Err(*i) }), Err(50));
     }
 }

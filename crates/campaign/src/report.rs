@@ -4,6 +4,8 @@
 //! and once with INVALID counted as failure. Nothing here judges a trial.
 
 mod ablate;
+mod campaign;
+mod columns;
 mod cost;
 mod curve;
 mod kill;
@@ -17,6 +19,8 @@ mod table;
 mod transitions;
 
 pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
+pub use campaign::{CampaignObject, CampaignRow, Claims, Fold, campaign_table};
+pub use columns::{TableError, TrialTable};
 pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub use kill::{KillRow, Times, kill_table};

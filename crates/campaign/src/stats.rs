@@ -4,6 +4,7 @@
 //! never a guess. Which trials may enter a rate is the business of `report`.
 
 pub mod paired;
+pub mod sequential;
 
 use statrs::function::beta::beta_reg;
 use statrs::function::gamma::gamma_ur;
@@ -55,9 +56,9 @@ impl Share {
     }
 }
 
-/// The level for each of `rows` bounds so that all hold together with 95 % (Bonferroni).
-pub fn simultaneous_level(rows: usize) -> f64 {
-    1.0 - (1.0 - LEVEL) / rows.max(1) as f64
+/// The level for each of `rows` bounds so that all hold together at `level` (Bonferroni).
+pub fn simultaneous_level(rows: usize, level: f64) -> f64 {
+    1.0 - (1.0 - level) / rows.max(1) as f64
 }
 
 /// Exact upper bound on an event rate after `events` in `exposure` (any unit of time): per that unit.
@@ -180,7 +181,7 @@ mod tests {
 
     #[test]
     fn bounds_for_many_rows_are_wider() {
-        assert!(rate_upper(0, 59, simultaneous_level(12)) > rate_upper(0, 59, LEVEL));
-        near(simultaneous_level(1), LEVEL, 1e-12);
+        assert!(rate_upper(0, 59, simultaneous_level(12, LEVEL)) > rate_upper(0, 59, LEVEL));
+        near(simultaneous_level(1, LEVEL), LEVEL, 1e-12);
     }
 }

@@ -49,6 +49,11 @@ impl Outcome {
         Outcome::Nominal,
     ];
 
+    /// Whether it counts as unexpected. Where nothing is expected only what no run should show does.
+    pub fn is_unexpected(self, expected: &[Outcome]) -> bool {
+        if expected.is_empty() { matches!(self, Outcome::Unsafe | Outcome::Invalid) } else { !expected.contains(&self) }
+    }
+
     /// The name in every file and table.
     pub fn name(self) -> &'static str {
         match self {
@@ -158,6 +163,13 @@ pub struct Trial {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn without_an_expectation_only_unsafe_and_invalid_are_unexpected() {
+        assert!(Outcome::Unsafe.is_unexpected(&[]) && Outcome::Invalid.is_unexpected(&[]));
+        assert!(!Outcome::HoldSafe.is_unexpected(&[]));
+        assert!(Outcome::HoldSafe.is_unexpected(&[Outcome::Rejected]));
+    }
 
     #[test]
     fn a_class_is_written_as_it_is_named() {

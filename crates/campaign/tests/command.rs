@@ -2,6 +2,9 @@
 
 #![expect(clippy::unwrap_used, reason = "a test may end here")]
 
+#[path = "command/campaigns.rs"]
+mod campaigns;
+
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

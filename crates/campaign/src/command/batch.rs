@@ -3,8 +3,6 @@
 //! The order of the results is the order of the plan whatever thread ran what; each trial's CPU time is measured here.
 
 use std::path::Path;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
@@ -13,8 +11,10 @@ use super::engine::{self, EngineError};
 use super::failure::{Exit, Failure};
 use super::kept::Shelf;
 use super::plan::Planned;
+use crate::parallel;
 use crate::progress::{Progress, Stop, Talk};
 use crate::report::Mode;
+use crate::scenario::Setup;
 use crate::trial::{Outcome, Trial};
 
 /// Live trials at a time, at most: each is about a dozen processes.
@@ -75,7 +75,7 @@ impl Batch<'_> {
     }
 
     fn threads(&self) -> usize {
-        if self.mode == Mode::Live { self.jobs } else { cores() }
+        if self.mode == Mode::Live { self.jobs } else { parallel::cores() }
     }
 
     fn jobs<'a>(&self, planned: &'a Planned) -> impl Iterator<Item = Job<'a>> + use<'a> {
@@ -95,24 +95,29 @@ impl Batch<'_> {
             std::fs::create_dir_all(&dir)?;
             setup.run_dir = Some(dir);
         }
-        let before = cpu_seconds(self.mode);
-        let done = if job.planned.sabotage {
-            engine::sabotaged(&variation.scenario, &setup, job.seed)
-        } else {
-            engine::trial(self.mode, &variation.scenario, &setup, job.seed, stop)
-        };
-        let mut trial = done.map_err(|e| Failure::from(e).reproduced_by(self.reproduce(job)))?;
+        let mut trial = trial(self.mode, job.planned, &setup, job.seed, stop)?;
         // What ended children used is known for all together only, so a live trial has an equal share of what was used
         // while it ran.
-        let side_by_side = if self.mode == Mode::Live { self.jobs.max(1) } else { 1 };
-        trial.cpu_seconds = (cpu_seconds(self.mode) - before) / side_by_side as f64;
-        trial.cell = variation.cell.clone();
+        if self.mode == Mode::Live {
+            trial.cpu_seconds /= self.jobs.max(1) as f64;
+        }
         Ok(trial)
     }
+}
 
-    fn reproduce(&self, job: &Job<'_>) -> String {
-        reproduce(self.mode, job.planned, job.seed)
-    }
+/// Runs one trial of a variation with `setup`. Its CPU time is what was used meanwhile.
+pub(super) fn trial(mode: Mode, planned: &Planned, setup: &Setup, seed: u64, stop: &Stop) -> Result<Trial, Failure> {
+    let variation = &planned.variation;
+    let before = cpu_seconds(mode);
+    let done = if planned.sabotage {
+        engine::sabotaged(&variation.scenario, setup, seed)
+    } else {
+        engine::trial(mode, &variation.scenario, setup, seed, stop)
+    };
+    let mut trial = done.map_err(|e| Failure::from(e).reproduced_by(reproduce(mode, planned, seed)))?;
+    trial.cpu_seconds = cpu_seconds(mode) - before;
+    trial.cell = variation.cell.clone();
+    Ok(trial)
 }
 
 /// Reads `--jobs`.
@@ -133,15 +138,6 @@ pub(super) fn reproduce(mode: Mode, planned: &Planned, seed: u64) -> String {
     format!("holdsafe run {name} --trials 1 --seed {seed}{live}{}", planned.options)
 }
 
-/// Whether a class counts as unexpected. Where nothing is expected only what no run should show does.
-pub(super) fn is_unexpected(outcome: Outcome, expected: &[Outcome]) -> bool {
-    if expected.is_empty() {
-        matches!(outcome, Outcome::Unsafe | Outcome::Invalid)
-    } else {
-        !expected.contains(&outcome)
-    }
-}
-
 /// Whether a receipt was believed of which nothing is true: of actors who only said that they acted.
 fn is_believed(sabotage: bool, receipt: bool) -> bool {
     sabotage && receipt
@@ -155,7 +151,7 @@ pub(super) fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
         .iter()
         .filter_map(|trial| Some((trial, of(trial)?)))
         .filter(|(trial, planned)| {
-            is_unexpected(trial.outcome, &planned.variation.scenario.expected)
+            trial.outcome.is_unexpected(&planned.variation.scenario.expected)
                 || is_believed(planned.sabotage, trial.receipt)
         })
         .collect();
@@ -196,15 +192,15 @@ pub(super) fn graver(a: Exit, b: Exit) -> Exit {
     if rank(b) > rank(a) { b } else { a }
 }
 
-type One<'f, 'a> = &'f (dyn Fn(&Job<'a>) -> Result<Trial, Failure> + Sync);
-
-fn step<'a>(job: &Job<'a>, progress: &Progress, stop: &Stop, one: One<'_, 'a>) -> Result<Trial, Failure> {
-    if stop.asked() {
-        return Err(EngineError::Stopped.into());
-    }
-    let trial = one(job)?;
-    progress.step();
-    Ok(trial)
+/// Does `one` for every number below `count`, on so many threads. The first failure ends it; of several the first in order
+/// is told.
+pub(super) fn each(
+    threads: usize,
+    count: usize,
+    stop: &Stop,
+    one: impl Fn(usize) -> Result<(), Failure> + Sync,
+) -> Result<(), Failure> {
+    parallel::each(threads, count, |i| if stop.asked() { Err(EngineError::Stopped.into()) } else { one(i) })
 }
 
 fn on_threads<'a>(
@@ -214,44 +210,14 @@ fn on_threads<'a>(
     stop: &Stop,
     one: impl Fn(&Job<'a>) -> Result<Trial, Failure> + Sync,
 ) -> Result<Vec<Trial>, Failure> {
-    let next = AtomicUsize::new(0);
-    let failed = Stop::default();
-    let slots: Vec<Mutex<Option<Result<Trial, Failure>>>> = jobs.iter().map(|_| Mutex::new(None)).collect();
-    let work = || {
-        while let Some((job, slot)) = pair(jobs, &slots, next.fetch_add(1, Ordering::Relaxed)) {
-            if failed.asked() {
-                return;
-            }
-            let result = step(job, progress, stop, &one);
-            if result.is_err() {
-                failed.ask();
-            }
-            *slot.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(result);
+    parallel::map(threads, jobs, |job| {
+        if stop.asked() {
+            return Err(EngineError::Stopped.into());
         }
-    };
-    std::thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, jobs.len().max(1)) {
-            scope.spawn(work);
-        }
-    });
-    let results = slots.into_iter().map(|slot| slot.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner));
-    // Slots that nobody filled come after a failure; the first failure in the plan's order is told.
-    let (mut trials, mut failure) = (Vec::new(), None);
-    for result in results.flatten() {
-        match result {
-            Ok(trial) => trials.push(trial),
-            Err(f) => failure = failure.or(Some(f)),
-        }
-    }
-    failure.map_or(Ok(trials), Err)
-}
-
-fn pair<'j, J, S>(jobs: &'j [J], slots: &'j [S], i: usize) -> Option<(&'j J, &'j S)> {
-    Some((jobs.get(i)?, slots.get(i)?))
-}
-
-fn cores() -> usize {
-    std::thread::available_parallelism().map_or(1, std::num::NonZero::get)
+        let trial = one(job)?;
+        progress.step();
+        Ok(trial)
+    })
 }
 
 /// CPU seconds so far: of this thread for the twin and the stacks, of us and our ended children for a live run.
@@ -271,10 +237,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn without_an_expectation_only_unsafe_and_invalid_are_unexpected() {
-        assert!(is_unexpected(Outcome::Unsafe, &[]) && is_unexpected(Outcome::Invalid, &[]));
-        assert!(!is_unexpected(Outcome::HoldSafe, &[]));
-        assert!(is_unexpected(Outcome::HoldSafe, &[Outcome::Rejected]));
+    fn who_is_asked_to_stop_begins_nothing_more() {
+        let stop = Stop::default();
+        stop.ask();
+        assert_eq!(each(1, 1, &stop, |_| Ok(())).expect_err("stopped").exit(), Exit::Interrupted);
     }
 
     #[test]

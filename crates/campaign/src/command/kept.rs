@@ -2,18 +2,17 @@
 //!
 //! One file for each variation, mode and build, one line a trial, written when the trial is judged. A file's name holds
 //! the digest of everything that the outcome depends on beside the seed (this program, scenario and scene, policy,
-//! bounds, platform), so that nothing is taken for what it is not. A last line that is cut short counts for nothing.
+//! bounds, platform), so that nothing is taken for what it is not.
 
 use std::collections::BTreeMap;
-use std::fs::{self, File, OpenOptions};
-use std::io::{Read, Write};
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::failure::{Exit, Failure};
+use super::failure::Failure;
+use super::lines::{Lines, scan};
 use super::plan::Planned;
 use crate::evidence::hex;
 use crate::report::Mode;
@@ -28,7 +27,7 @@ pub(super) struct Kept {
 /// The finished trials of one variation in one mode.
 pub(super) struct Shelf {
     done: BTreeMap<u64, Trial>,
-    file: Mutex<File>,
+    lines: Lines,
 }
 
 /// A trial as it is kept: with what its own form leaves out of reports.
@@ -65,36 +64,24 @@ impl Kept {
     }
 
     fn digest(&self, mode: Mode, planned: &Planned) -> Result<String, Failure> {
-        let unwritable = |e: serde_json::Error| Failure::new(Exit::Internal, e.to_string());
-        let (scenario, setup) = (&planned.variation.scenario, &planned.setup);
+        let content = planned.content()?;
         let mut digest = Sha256::new();
-        let mut part = |text: &str| {
-            digest.update((text.len() as u64).to_le_bytes());
-            digest.update(text);
-        };
-        part(&self.build);
-        part(mode.name());
-        part(&serde_json::to_string(scenario).map_err(unwritable)?);
-        part(&serde_json::to_string(&setup.policy).map_err(unwritable)?);
-        part(&format!("{:?} {:?} {}", setup.bounds, setup.platform, setup.rendered));
+        for part in [self.build.as_str(), mode.name(), &content.scenario, &content.policy, &content.platform] {
+            digest.update((part.len() as u64).to_le_bytes());
+            digest.update(part);
+        }
         Ok(hex(&digest.finalize()))
     }
 }
 
 impl Shelf {
     fn open(path: &Path) -> Result<Self, Failure> {
-        let mut file = OpenOptions::new().create(true).read(true).append(true).open(path)?;
-        let mut text = String::new();
-        file.read_to_string(&mut text)?;
-        let whole = text.rfind('\n').map_or(0, |at| at + 1);
-        if whole < text.len() {
-            file.set_len(whole as u64)?;
-        }
-        let unreadable = |(line, e)| {
-            let at = format!("{}:{line}: {e}", path.display());
-            Failure::new(Exit::Usage, format!("{at}; remove the file, its trials run again"))
-        };
-        Ok(Self { done: finished(&text[..whole]).map_err(unreadable)?, file: Mutex::new(file) })
+        let mut done = BTreeMap::new();
+        let lines = Lines::open(path, |_, line: Line| {
+            done.insert(line.trial.seed, line.into_trial());
+            Ok(())
+        })?;
+        Ok(Self { done, lines })
     }
 
     /// The finished trial of this seed.
@@ -109,22 +96,21 @@ impl Shelf {
 
     /// Keeps a trial that has just been judged.
     pub(super) fn put(&self, trial: &Trial) -> Result<(), Failure> {
-        let line = kept_line(trial).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
-        let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        Ok(file.write_all(format!("{line}\n").as_bytes())?)
+        self.lines.put(&Line::of(trial)).map(|_| ())
     }
 }
 
 /// The trials of a file's whole lines, by seed.
 ///
 /// # Errors
-/// The number, from 1, of the first line that is none, and why.
-pub fn finished(lines: &str) -> Result<BTreeMap<u64, Trial>, (usize, serde_json::Error)> {
-    let read = |(i, line)| match serde_json::from_str::<Line>(line) {
-        Ok(line) => Ok((line.trial.seed, line.into_trial())),
-        Err(error) => Err((i + 1, error)),
-    };
-    lines.lines().enumerate().map(read).collect()
+/// The first line that is none, and why.
+pub fn finished(text: &[u8]) -> Result<BTreeMap<u64, Trial>, Failure> {
+    let mut done = BTreeMap::new();
+    scan(Path::new("kept"), text, |_, line: Line| {
+        done.insert(line.trial.seed, line.into_trial());
+        Ok(())
+    })?;
+    Ok(done)
 }
 
 /// The line of a trial, as it is kept.

@@ -2,9 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
+use sha2::{Digest, Sha256};
+
 use super::Context;
 use super::failure::{Exit, Failure};
+use crate::campaign::Content;
 use crate::cast::is_attacked;
+use crate::evidence::hex;
+use crate::report::Mode;
 use crate::scenario::{self, Scenario, Setup, Variation};
 
 /// One variation of a scenario, ready to run.
@@ -20,6 +25,24 @@ pub(super) struct Planned {
     pub(super) command: Option<String>,
     /// Nobody acts, and the actors say that they did.
     pub(super) sabotage: bool,
+}
+
+impl Planned {
+    /// Where it runs when it does not run live.
+    pub(super) fn mode(&self) -> Mode {
+        if self.variation.scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin }
+    }
+
+    /// What the outcome of its trials depends on beside program, mode and seed.
+    pub(super) fn content(&self) -> Result<Content, Failure> {
+        let unwritable = |e: serde_json::Error| Failure::new(Exit::Internal, e.to_string());
+        let (scenario, setup) = (&self.variation.scenario, &self.setup);
+        Ok(Content {
+            scenario: hex(&Sha256::digest(serde_json::to_string(scenario).map_err(unwritable)?)),
+            policy: hex(&Sha256::digest(serde_json::to_string(&setup.policy).map_err(unwritable)?)),
+            platform: hex(&Sha256::digest(format!("{:?} {:?} {}", setup.bounds, setup.platform, setup.rendered))),
+        })
+    }
 }
 
 /// What is asked of every scenario of a plan.

@@ -14,7 +14,7 @@ use wire::mode::Mode;
 use super::guess::{Before, Guess};
 use super::{Run, Sees, Window};
 use crate::stats::paired::Paired;
-use crate::stats::{Share, rate_lower, rate_upper, simultaneous_level};
+use crate::stats::{LEVEL, Share, rate_lower, rate_upper, simultaneous_level};
 
 /// How often seconds of a mode were guessed as which.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -127,7 +127,7 @@ fn recall(row: &Row) -> f64 {
 
 /// Mean of the modes' shares over runs, and of the ends of intervals that hold together.
 fn balanced(rows: &[Row]) -> [f64; 3] {
-    let each_side = 0.5 * (1.0 + simultaneous_level(rows.len()));
+    let each_side = 0.5 * (1.0 + simultaneous_level(rows.len(), LEVEL));
     let of = |end: &dyn Fn(u64, u64) -> f64| mean(rows.iter().map(|row| end(row.by_run.hits, row.by_run.n)));
     [
         of(&|hits, n| hits as f64 / n as f64),

@@ -210,7 +210,7 @@ impl Matrix {
     /// Puts the rows together and widens their bounds to hold at once.
     pub fn new(seed: u64, build: &str, mut rows: Vec<MatrixRow>) -> Self {
         let bounds = rows.iter().map(|row| row.runs.len()).sum();
-        let level = simultaneous_level(bounds);
+        let level = simultaneous_level(bounds, LEVEL);
         for kind in rows.iter_mut().flat_map(|row| &mut row.kinds) {
             kind.unsafe_upper_95_simultaneous =
                 kind.worst(|[broken, invalid, n]| rate_upper(broken, n - invalid, level));

@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::SCHEMA_VERSION;
 use super::run::{LatencySummary, Mode, RunObject, Summary};
 use crate::scenario::{Evidence, Scenario};
-use crate::stats::{Sample, rate_upper, simultaneous_level};
+use crate::stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 use crate::trial::{Outcome, Trial};
 
 /// What the paper reports, five runs a row, on other hardware and another topology.
@@ -104,7 +104,7 @@ impl ReferenceRow {
 impl Reference {
     /// Puts the rows together and widens their bounds to hold at once.
     pub fn new(seed: u64, mut rows: Vec<ReferenceRow>) -> Self {
-        let level = simultaneous_level(rows.len());
+        let level = simultaneous_level(rows.len(), LEVEL);
         for row in &mut rows {
             let count = |class: Outcome| row.summary.outcomes.get(&class).copied().unwrap_or(0);
             let valid = row.summary.n as u64 - count(Outcome::Invalid);

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::SCHEMA_VERSION;
 use crate::scenario::Evidence;
@@ -10,7 +10,7 @@ use crate::stats::{LEVEL, Sample, events_upper, rate_upper};
 use crate::trial::{Latency, Outcome, Trial};
 
 /// Which clock a trial ran on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Mode {
     /// In one thread on a virtual clock.
@@ -189,6 +189,15 @@ impl LatencySummary {
             to_degraded: sample(|l| l.to_degraded),
             to_hold_safe: sample(|l| l.to_hold_safe),
             to_authority_revoked: sample(|l| l.to_authority_revoked),
+        }
+    }
+
+    /// Of milliseconds to DEGRADED, to HOLD_SAFE and to the loss of authority.
+    pub(super) fn of_values([degraded, hold_safe, revoked]: [Vec<f64>; 3]) -> Self {
+        Self {
+            to_degraded: Sample::of(degraded),
+            to_hold_safe: Sample::of(hold_safe),
+            to_authority_revoked: Sample::of(revoked),
         }
     }
 }

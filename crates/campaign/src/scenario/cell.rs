@@ -3,12 +3,12 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::Scenario;
 use super::fault::{Ending, Fault, Kill, Process};
 use super::operator::{DisplayedState, Step, Verb};
 use super::set::Settings;
 use super::step::When;
 use super::value::{Label, List, Located, Name, Real, Whole};
+use super::{Scenario, check};
 use crate::trial::Outcome;
 
 /// When a process is killed at the earliest, seconds: authority is held by then, also where arming took a second try.
@@ -200,6 +200,25 @@ impl Scenario {
             scenario.expected = expected.clone();
         }
         Ok(scenario)
+    }
+}
+
+impl Variation {
+    /// Its scenario with `settings` in force, held to what a cell of the file is held to.
+    ///
+    /// # Errors
+    /// Which path leads nowhere, which value does not fit there, or what no longer fits together, in words.
+    pub fn with(&self, settings: &Settings) -> Result<Scenario, String> {
+        let scenario = settings.applied_to(&self.scenario)?;
+        let mut as_file = scenario.clone();
+        if as_file.expected.is_empty() {
+            // Under a policy of which nothing was declared no class is expected, which no file may say.
+            as_file.expected = Located::nowhere(List::of([Outcome::Nominal]));
+        }
+        match check::varied(&as_file).into_iter().next() {
+            Some(finding) => Err(finding.message),
+            None => Ok(scenario),
+        }
     }
 }
 

@@ -403,7 +403,7 @@ fn curve(s: &Scenario) -> Vec<Finding> {
 }
 
 /// Everything that does not fit in a scenario that differs from its file, and in its scene.
-fn varied(s: &Scenario) -> Vec<Finding> {
+pub(super) fn varied(s: &Scenario) -> Vec<Finding> {
     scenario(s, s.name.as_str()).into_iter().chain(s.scene.iter().flat_map(scene)).collect()
 }
 

@@ -28,6 +28,11 @@ impl Settings {
         Self(BTreeMap::from([(path.to_owned(), value)]))
     }
 
+    /// Each value with its path, in the order of paths.
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &serde_json::Value)> {
+        self.0.iter().map(|(path, value)| (path.as_str(), value))
+    }
+
     /// The scenario with these values in it, without its cells and its curve.
     ///
     /// # Errors
@@ -48,6 +53,12 @@ impl Settings {
         let text = toml::to_string(&table).map_err(|e| e.to_string())?;
         let paths = || self.0.keys().map(String::as_str).collect::<Vec<_>>().join(", ");
         toml::from_str(&text).map_err(|e| format!("{}: {}", paths(), e.message().trim()))
+    }
+}
+
+impl FromIterator<(String, serde_json::Value)> for Settings {
+    fn from_iter<I: IntoIterator<Item = (String, serde_json::Value)>>(values: I) -> Self {
+        Self(values.into_iter().collect())
     }
 }
 

@@ -184,6 +184,6 @@ impl<'a> Drawer<'a> {
 
     /// Even below `n`, to within 2^-32; 0 where `n` is 0.
     fn below(&mut self, n: u32) -> u32 {
-        (u64::from(self.rng.next_u32()) * u64::from(n) >> 32) as u32
+        ((u64::from(self.rng.next_u32()) * u64::from(n)) >> 32) as u32
     }
 }

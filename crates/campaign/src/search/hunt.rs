@@ -87,7 +87,7 @@ impl Ground {
         let moments = |run: &Tried| Moments::of(run, &self.alphabet, &self.setup.bounds);
         let mut drawer = Drawer::new(&self.alphabet, quest.strategy, quest.seed, moments(&nominal));
         let mut hunted = Hunted { covered: nominal.coverage.clone(), ..Hunted::default() };
-        while hunted.trials < quest.budget && !(quest.first && !hunted.found.is_empty()) {
+        while hunted.trials < quest.budget && (!quest.first || hunted.found.is_empty()) {
             let round: Vec<Word> = (0..ROUND.min(quest.budget - hunted.trials)).map(|_| drawer.word()).collect();
             for one in self.round(&round, threads, progress, stop)? {
                 let new = hunted.take(one.clone(), test, quest.first);
@@ -142,7 +142,7 @@ impl Hunted {
         self.covered.extend(&tried.coverage);
         let new = self.covered.len() > before;
         // What comes after the first of a hunt that ends with it was drawn with it, and does not count.
-        if let Some(cause) = test(&tried).filter(|_| !(first && !self.found.is_empty())) {
+        if let Some(cause) = test(&tried).filter(|_| !first || self.found.is_empty()) {
             let (trial, cpu_seconds) = (self.trials, self.cpu_seconds);
             self.found.entry(cause).or_insert(Found { tried, trial, cpu_seconds });
         }

@@ -1,0 +1,46 @@
+//! `holdsafe merge DIR…`: the parts of a campaign put together, in any order, as often as one likes.
+//!
+//! A campaign's folder is a set of trials, and merging is the union of such sets, so what is merged twice or overlaps
+//! changes nothing. Parts of another campaign are refused, and so is a trial that came out differently in two of them.
+
+use std::path::PathBuf;
+
+use super::campaign::journal::{Journal, each_row, read_plan, same};
+use super::failure::{Exit, Failure};
+use super::{Context, campaign, out};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Folders that `holdsafe campaign --out DIR` made.
+    #[arg(required = true, value_name = "DIR")]
+    parts: Vec<PathBuf>,
+    /// Where the whole goes; what is there of the same campaign is part of it.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let first = args.parts.first().ok_or_else(|| Failure::new(Exit::Usage, "nothing to merge"))?;
+    let plan = read_plan(first)?;
+    // Nothing is written before every part is known to be of this campaign.
+    for part in &args.parts {
+        same(part, &plan, &read_plan(part)?)?;
+    }
+    let dir = out::directory(&args.out, Some(&args.out), "merged")?;
+    let journal = Journal::open(&dir, &plan)?;
+    let own = dir.canonicalize()?;
+    for part in &args.parts {
+        if part.canonicalize()? != own {
+            each_row(part, &plan, |row| journal.add(&plan, &row))?;
+        }
+    }
+    let merged = campaign::conclude(&dir, &plan, &journal)?;
+    campaign::tell(context, &dir, &merged)?;
+    if !merged.complete {
+        eprintln!(
+            "{} of {} trials are there; the parts that are missing are not among these folders",
+            merged.trials, merged.planned
+        );
+    }
+    Ok(campaign::exit(&merged, true))
+}

@@ -1,0 +1,298 @@
+//! Campaigns as a user meets them: on one thread and two, in parts, killed, and put together again.
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+
+use nix::sys::signal::{Signal, kill};
+use nix::unistd::Pid;
+use serde_json::Value;
+use sha2::{Digest, Sha256};
+
+use super::{holdsafe, mistaken, root};
+
+/// Two variations, each trial with a moment of its own.
+const SMALL: [&str; 6] = ["campaign", "loss", "--grid", "loss.0.share=0.9,1", "--draw", "loss.0.at_s=uniform:3.5:4.5"];
+
+struct Place(tempfile::TempDir);
+
+impl Place {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn dir(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    /// Runs the small campaign with more options, into a folder of this name.
+    fn campaign(&self, name: &str, more: &[&str]) -> Output {
+        let dir = self.dir(name);
+        let out = ["--out", dir.to_str().unwrap(), "--quiet", "--json"];
+        holdsafe(&[SMALL.as_slice(), more, &out].concat())
+    }
+
+    fn merge(&self, parts: &[&str], into: &str) -> Output {
+        let parts: Vec<String> = parts.iter().map(|part| self.dir(part).to_str().unwrap().to_owned()).collect();
+        let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
+        let into = self.dir(into);
+        holdsafe(&[&["merge"], parts.as_slice(), &["--out", into.to_str().unwrap(), "--quiet", "--json"]].concat())
+    }
+
+    /// The campaign's object, and what its table holds, byte for byte.
+    fn result(&self, name: &str) -> (String, Vec<u8>) {
+        let file = |file: &str| fs::read(self.dir(name).join(file)).unwrap();
+        (String::from_utf8(file("campaign.json")).unwrap(), Sha256::digest(file("trials.parquet")).to_vec())
+    }
+
+    fn lines(&self, name: &str) -> Vec<String> {
+        let text = fs::read_to_string(self.dir(name).join("trials.jsonl")).unwrap();
+        text.lines().map(str::to_owned).collect()
+    }
+}
+
+fn object(output: &Output) -> Value {
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+fn fine(output: &Output) -> Value {
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    object(output)
+}
+
+fn refused(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(2), "{}", String::from_utf8_lossy(&output.stderr));
+    object(output)["error"].as_str().unwrap().to_owned()
+}
+
+#[test]
+fn threads_and_parts_decide_who_runs_a_trial_and_nothing_of_the_result() {
+    let place = Place::new();
+    let whole = fine(&place.campaign("whole", &["--trials", "4", "--jobs", "1"]));
+    assert_eq!((&whole["trials"], &whole["complete"], &whole["rows"][1]["n"]), (&8.into(), &true.into(), &4.into()));
+    fine(&place.campaign("threads", &["--trials", "4", "--jobs", "2"]));
+    assert_eq!(place.result("threads"), place.result("whole"));
+
+    let parts = |of: u64| (1..=of).map(move |i| format!("{i}/{of}"));
+    for part in parts(2).chain(parts(7)) {
+        let object = fine(&place.campaign(&part.replace('/', "of"), &["--trials", "4", "--partition", &part]));
+        assert_eq!((&object["complete"], &object["rows"][0]["bounds"]), (&false.into(), &Value::Null));
+    }
+    fine(&place.merge(&["2of2", "1of2", "2of2"], "two"));
+    assert_eq!(place.result("two"), place.result("whole"), "in another order, one twice");
+    fine(&place.merge(&["7of7", "3of7", "1of7", "2of7", "5of7", "4of7", "6of7", "1of2"], "seven"));
+    assert_eq!(place.result("seven"), place.result("whole"), "with overlaps");
+
+    let output = place.merge(&["1of7", "5of7"], "some");
+    let some = object(&output);
+    assert_eq!((output.status.code(), &some["complete"], &some["planned"]), (Some(4), &false.into(), &8.into()));
+    assert_ne!(some["hash"], whole["hash"]);
+    let told = String::from_utf8(output.stderr).unwrap();
+    assert!(told.contains(&format!("{} of 8 trials are there", some["trials"])), "{told}");
+    // The rest, later, into the same folder.
+    fine(&place.merge(&["2of2", "1of2"], "some"));
+    assert_eq!(place.result("some"), place.result("whole"));
+}
+
+/// Starts the small campaign with its progress to be read.
+fn start(place: &Place, name: &str, trials: &str) -> Child {
+    let dir = place.dir(name);
+    Command::new(env!("CARGO_BIN_EXE_holdsafe"))
+        .args(["--root", root().to_str().unwrap()])
+        .args(SMALL)
+        .args(["--trials", trials, "--jobs", "1", "--out", dir.to_str().unwrap()])
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap()
+}
+
+/// Sends the signal once some trials are finished, and gives the rest of what the child says.
+fn end_midway(mut child: Child, signal: Signal) -> (Option<i32>, String) {
+    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
+    let first = lines.find(|line| line.starts_with("campaign: ")).unwrap();
+    kill(Pid::from_raw(child.id() as i32), signal).unwrap();
+    let rest: Vec<String> = lines.collect();
+    (child.wait().unwrap().code(), format!("{first}\n{}", rest.join("\n")))
+}
+
+#[test]
+fn a_campaign_killed_midway_goes_on_with_nothing_lost_and_nothing_counted_twice() {
+    let place = Place::new();
+    let (code, _) = end_midway(start(&place, "killed", "12"), Signal::SIGKILL);
+    assert_eq!(code, None, "ended by the signal");
+    assert!(!place.dir("killed").join("campaign.json").exists());
+    let before = fs::read_to_string(place.dir("killed").join("trials.jsonl")).unwrap();
+    assert!((1..24).contains(&before.lines().count()), "{} lines", before.lines().count());
+    // What is finished is taken as it stands: a trial that ran again would come out otherwise than this line says.
+    fs::create_dir(place.dir("marked")).unwrap();
+    fs::copy(place.dir("killed").join("plan.json"), place.dir("marked").join("plan.json")).unwrap();
+    let marked = before.replacen("\"sim_us\":9000000", "\"sim_us\":9000001", 1);
+    fs::write(place.dir("marked").join("trials.jsonl"), &marked).unwrap();
+    fine(&place.campaign("marked", &["--trials", "12"]));
+    assert!(place.lines("marked")[0].contains("\"sim_us\":9000001"));
+    // As if it had been in the middle of a line.
+    fs::write(place.dir("killed").join("trials.jsonl"), format!("{before}{{\"trial\":23,\"outc")).unwrap();
+
+    fine(&place.campaign("killed", &["--trials", "12"]));
+    let lines = place.lines("killed");
+    let whole: Vec<&str> =
+        before.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(str::trim_end).collect();
+    assert!(lines.starts_with(&whole.iter().map(ToString::to_string).collect::<Vec<_>>()), "none of them ran again");
+    assert_eq!(lines.len(), 24);
+    fine(&place.campaign("whole", &["--trials", "12"]));
+    assert_eq!(place.result("killed"), place.result("whole"));
+}
+
+#[test]
+fn after_ctrl_c_the_user_is_told_the_line_that_goes_on() {
+    let place = Place::new();
+    let (code, told) = end_midway(start(&place, "stopped", "12"), Signal::SIGINT);
+    assert_eq!(code, Some(130), "{told}");
+    let line = told.lines().find_map(|line| line.strip_prefix("to go on, the same command again: ")).unwrap();
+    assert!(told.contains("of 24 trials are finished and kept"), "{told}");
+    let again = Command::new("sh").args(["-c", line]).output().unwrap();
+    assert_eq!(again.status.code(), Some(0), "{line}: {}", String::from_utf8_lossy(&again.stderr));
+    assert_eq!(place.lines("stopped").len(), 24);
+}
+
+#[test]
+fn a_part_of_another_campaign_is_refused_with_what_differs() {
+    let place = Place::new();
+    let run = |name: &str, more: &[&str]| fine(&place.campaign(name, &[&["--trials", "1"], more].concat()));
+    run("ours", &[]);
+    run("seed", &["--seed", "2"]);
+    run("draw", &["--draw", "conditions.jitter_ms=integer:0:9"]);
+    let text = mistaken(place.0.path(), "share = 1.0", "share = 0.8");
+    let out = place.dir("text");
+    let of_file = [&["campaign", text.as_str()], &SMALL[2..], &["--trials", "1", "--quiet", "--json"]].concat();
+    fine(&holdsafe(&[of_file.as_slice(), &["--out", out.to_str().unwrap()]].concat()));
+    // Another program: as if its sources had been others.
+    run("program", &[]);
+    let plan = place.dir("program").join("plan.json");
+    let other: Value = serde_json::from_str(&fs::read_to_string(&plan).unwrap()).unwrap();
+    let program = other["terms"]["program"].as_str().unwrap().to_owned();
+    fs::write(&plan, fs::read_to_string(&plan).unwrap().replace(&program, &"0".repeat(64))).unwrap();
+
+    for (other, told) in [
+        ("seed", "is of another campaign: seed: expected 1, got 2"),
+        (
+            "draw",
+            "is of another campaign: draws: expected loss.0.at_s=uniform:3.5:4.5, got conditions.jitter_ms=integer:0:9, ",
+        ),
+        ("program", "is of another campaign: program (SHA-256 of its sources): expected "),
+    ] {
+        let error = refused(&place.merge(&["ours", other], "none"));
+        assert!(error.contains(told), "{other}: {error}");
+        assert!(!place.dir("none").exists(), "nothing is written");
+    }
+    // The grid replaces the share that differs, so that file is the same campaign; the description is not.
+    fine(&place.merge(&["ours", "text"], "same"));
+    let text = mistaken(place.0.path(), "duration_s = 9.0", "duration_s = 9.1");
+    let of_file = [&["campaign", text.as_str()], &SMALL[2..], &["--trials", "1", "--quiet", "--json"]].concat();
+    let error = refused(&holdsafe(&[of_file.as_slice(), &["--out", out.to_str().unwrap()]].concat()));
+    assert!(error.contains("scenario text of `loss @ loss.0.share=0.9`: expected "), "{error}");
+    let error = refused(&place.merge(&["ours", "nowhere"], "none"));
+    assert!(error.contains("plan.json: ") && error.contains("name the folder that `holdsafe campaign"), "{error}");
+
+    // A trial that came out differently in two parts.
+    let trials = place.dir("same").join("trials.jsonl");
+    let text = fs::read_to_string(&trials).unwrap();
+    fs::write(&trials, text.replacen("HOLD_SAFE", "UNSAFE", 1)).unwrap();
+    let error = refused(&place.merge(&["ours", "same"], "both"));
+    assert!(error.contains("expected HOLD_SAFE with log ") && error.contains("got UNSAFE with log "), "{error}");
+}
+
+#[test]
+fn a_claim_names_its_number_of_trials_and_the_exit_code_says_what_became_of_it() {
+    let claimed = |claim: &str, more: &[&str]| {
+        let place = Place::new();
+        let out = place.dir("out");
+        let line = ["campaign", "loss", "--claim", claim, "--quiet", "--json", "--out", out.to_str().unwrap()];
+        let output = holdsafe(&[line.as_slice(), more].concat());
+        (output.status.code(), object(&output))
+    };
+    let (code, shown) = claimed("unsafe<50%@95", &[]);
+    assert_eq!((code, &shown["trials"]), (Some(0), &5.into()));
+    let alone = &shown["rows"][0]["claim"]["alone"];
+    assert_eq!((&alone["verdict"], alone["upper"].as_f64().map(|u| u < 0.5)), (&"shown".into(), Some(true)));
+    let (code, open) = claimed("unsafe<50%@95", &["--trials", "4"]);
+    assert_eq!((code, &open["claim"]["open"]), (Some(4), &1.into()));
+    let (code, refuted) = claimed("hold-safe<50%@95", &[]);
+    assert_eq!((code, &refuted["claim"]["refuted"]), (Some(3), &1.into()));
+}
+
+#[test]
+fn the_line_that_reproduces_a_trial_sets_what_it_had_drawn() {
+    let place = Place::new();
+    let share = ["campaign", "loss", "--grid", "loss.0.share=0.1", "--draw", "loss.0.at_s=uniform:3.5:4.5"];
+    let draw = ["--draw", "loss.0.direction=choice:up|both", "--trials", "1", "--seed", "5", "--quiet", "--json"];
+    let out = place.dir("drawn");
+    let output = holdsafe(&[share.as_slice(), &draw, &["--out", out.to_str().unwrap()]].concat());
+    assert_eq!(output.status.code(), Some(3), "so little loss is not noticed, and HOLD_SAFE was expected");
+    let line = object(&output)["rows"][0]["reproduce"].as_str().unwrap().replacen("holdsafe", "\"$0\"", 1);
+    let (root, again) = (root(), place.dir("again"));
+    let line = format!("{line} --root '{}' --out '{}' --quiet", root.display(), again.display());
+    let output = Command::new("sh").args(["-c", &line, env!("CARGO_BIN_EXE_holdsafe")]).output().unwrap();
+    assert_eq!(output.status.code(), Some(3), "{line}: {}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(place.lines("again"), place.lines("drawn"), "the same trial to the bit");
+}
+
+#[test]
+fn a_sequential_campaign_ends_at_the_same_look_however_many_threads_run_ahead() {
+    let place = Place::new();
+    let run = |name: &str, jobs: &str| {
+        let out = place.dir(name);
+        let line = ["campaign", "record_damage", "--cell", "truncate", "--claim", "unsafe<20%@95", "--sequential"];
+        fine(&holdsafe(
+            &[line.as_slice(), &["--jobs", jobs, "--quiet", "--json", "--out", out.to_str().unwrap()]].concat(),
+        ))
+    };
+    let one = run("one", "1");
+    assert_eq!((&one["trials"], &one["planned"], &one["claim"]["shown"]), (&50.into(), &50.into(), &1.into()));
+    assert_eq!(one["rows"][0]["bounds"], Value::Null);
+    run("two", "2");
+    assert_eq!(place.result("one"), place.result("two"));
+}
+
+#[test]
+fn what_does_not_fit_is_told_as_a_cell_would_be_told_before_anything_runs() {
+    let place = Place::new();
+    let refuse = |more: &[&str]| {
+        let out = place.dir("out");
+        let line = [&["campaign", "loss", "--out", out.to_str().unwrap(), "--json"], more].concat();
+        let output = holdsafe(&line);
+        assert!(!Path::new(&out).exists(), "{more:?}");
+        let told = String::from_utf8(output.stderr.clone()).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{told}");
+        told
+    };
+    for (more, told) in [
+        (["--grid", "loss.1.share=1"].as_slice(), "in loss: `loss.1.share` leads nowhere"),
+        (&["--grid", "loss.0.share=0.5,1.5"], "loss.0.share: 1.5 is out of range, expected 0 to 1"),
+        (&["--grid", "loss.0.share=much"], "loss.0.share: invalid type"),
+        (&["--grid", "loss.0.at_s=8.5"], "in loss: starts at 8.5 s, up to 1 s later by its phase"),
+        (&["--grid", "policy=session-only"], "`policy` is not for a path to set"),
+        (&["--grid", "loss.0.share"], "a grid is PATH=V1,V2"),
+        (&["--grid", "loss.0.share=1,1"], "has a value twice"),
+        (&["--draw", "loss.0.share=uniform:0.5:1.5"], "loss.0.share: 1.5 is out of range"),
+        (&["--draw", "conditions.jitter_ms=uniform:0:40"], "conditions.jitter_ms: invalid type: floating point"),
+        (&["--draw", "bounds.lease_ms=integer:100:200"], "is the same for all trials of a variation; use --grid"),
+        (&["--draw", "loss.0.share=normal:0:1"], "a draw is PATH=uniform:LOW:HIGH"),
+        (&["--grid", "loss.0.share=1", "--draw", "loss.0.share=uniform:0:1"], "`loss.0.share` is set twice"),
+        (&["--claim", "unsave<1%@95"], "no class `unsave`; there are: unsafe, "),
+        (&["--claim", "unsafe<0.0000001%@95"], "at most 10000000 trials are taken together"),
+        (&["--sequential"], "--claim <CLAIM>"),
+        (&["--partition", "8/7"], "a partition is i/N"),
+        (&["loss", "--trials", "1"], "`loss` is there twice"),
+    ] {
+        let screen = refuse(more);
+        assert!(screen.contains(told) && screen.lines().count() < 24, "{more:?}: {screen}");
+    }
+    let values: Vec<String> = (0..101).map(|i| format!("{}", 3.0 + f64::from(i) / 100.0)).collect();
+    let (times, lengths) =
+        (format!("loss.0.at_s={}", values.join(",")), format!("loss.0.duration_s={}", values.join(",")));
+    let screen = refuse(&["--grid", &times, "--grid", &lengths]);
+    assert!(screen.contains("more than 10000 variations"), "{screen}");
+}
