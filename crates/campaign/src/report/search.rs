@@ -112,12 +112,18 @@ pub fn search_table(object: &SearchObject) -> String {
         hunt.covered,
     ));
     if object.findings.is_empty() {
+        // What did not provably arrive shows nothing.
+        let invalid = hunt.outcomes.get(Outcome::Invalid.name()).copied().unwrap_or_default();
+        let valid = hunt.trials - invalid;
         let none = match object.exhausted {
-            Some(k) => format!("None up to {k}.\n"),
+            Some(k) if invalid == 0 => format!("None up to {k}.\n"),
+            Some(k) => format!("None up to {k} in {valid} words; {invalid} were INVALID and show nothing.\n"),
             // Words of a guided search are no independent sample.
             None if hunt.strategy == Strategy::Uniform => {
-                let upper = rate_upper(0, hunt.trials, LEVEL) * 100.0;
-                format!("None found: of words drawn so, below {upper:.2} % are findings (one-sided 95 %).\n")
+                let upper = rate_upper(0, valid, LEVEL) * 100.0;
+                format!(
+                    "None found: of words drawn so that arrive, below {upper:.2} % are findings (one-sided 95 %).\n"
+                )
             }
             None => "None found. That is no proof that there is none.\n".to_owned(),
         };
