@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 /// What a trial in the twin or on the stacks is made of, below the workspace.
-const MADE_OF: [&str; 13] = [
+const MADE_OF: [&str; 14] = [
+    "Cargo.toml",
     "Cargo.lock",
     "rust-toolchain.toml",
     "crates/wire/src",

@@ -162,10 +162,20 @@ fn a_search_finds_what_a_waived_check_lets_through_and_its_file_is_a_scenario_th
     let run = |more: &[&str]| holdsafe(&[&["run", file, "--trials", "1"], more].concat()).status.code();
     assert_eq!(run(&["--policy", policy.to_str().unwrap()]), Some(3), "the finding stands while the check is waived");
     assert_eq!(run(&[]), Some(0), "with the check it is refused");
+
+    let policy = root().join("policies/freshness-waived.toml");
+    let under = ["search", "nominal", "--policy", policy.to_str().unwrap(), "--budget", "16", "--first", "--out", out];
+    assert_eq!(holdsafe(&under).status.code(), Some(3), "under a policy of which the scenario declares nothing");
 }
 
 #[test]
 fn a_search_that_cannot_begin_says_why() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("odd.toml");
+    let odd = "name = \"odd\"\ntitle = \"t\"\nlongest = 1\nbegins_ms = [500, 900]\ntick_ms = 10\n[[move]]\nname = \"odd\"\n\
+               table = \"loss\"\nlasts_ms = { from = -50, to = 100, step = 10 }\nset = { share = 1.0 }\n";
+    fs::write(&file, odd).unwrap();
+    let unfit = file.to_str().unwrap();
     for (arguments, message) in [
         (&["search", "nominal", "--alphabet", "paths"][..], "no alphabet `paths`; there are: broker, display, path"),
         (
@@ -176,6 +186,10 @@ fn a_search_that_cannot_begin_says_why() {
         (&["search", "certificates"], "runs on the real stacks in memory; a search needs the twin"),
         (&["search", "nominal", "--find", "INVALID"], "no class that can be found"),
         (&["search", "nominal", "--exhaust", "6"], "exhaust fewer letters"),
+        (
+            &["search", "localisation_drift", "--alphabet", unfit],
+            "move odd of alphabet odd does not fit `localisation_drift`",
+        ),
     ] {
         let output = holdsafe(arguments);
         let screen = String::from_utf8_lossy(&output.stderr).into_owned();

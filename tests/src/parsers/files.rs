@@ -1,7 +1,7 @@
 //! Files that a person or another machine wrote: scenarios, scenes, settings, finished trials, models.
 
 use campaign::command::{finished, kept_line};
-use campaign::scenario::{self, MAX_FILE_BYTES, Problems};
+use campaign::scenario::{self, Alphabet, MAX_FILE_BYTES, Problems};
 use campaign::trial::Trial;
 use perception::model::{MAX_MODEL, Model, ModelError, hex_digest};
 use serde::Serialize;
@@ -34,7 +34,7 @@ pub fn scene(bytes: &[u8]) -> bool {
     }
 }
 
-/// The same of platform and policy files.
+/// The same of platform and policy files, and of alphabets, of whose moves every number can be drawn.
 pub fn settings(bytes: &[u8]) -> bool {
     let Some(text) = text(bytes) else { return false };
     let platform = match scenario::parse_platform("any.toml", named(text), text) {
@@ -48,7 +48,17 @@ pub fn settings(bytes: &[u8]) -> bool {
         Ok(policy) => says_the_same(&policy),
         Err(problems) => told(&problems, text),
     };
-    platform | policy
+    let alphabet = match Alphabet::parse("any.toml", named(text), text) {
+        Ok(alphabet) => {
+            let (first, last) = alphabet.begins();
+            assert!(first <= last && !alphabet.moves.is_empty());
+            let mut ranges = alphabet.moves.iter().flat_map(|of| of.ranges());
+            assert!(ranges.all(|range| range.at(0).is_finite() && range.at(range.last()).is_finite()));
+            says_the_same(&alphabet)
+        }
+        Err(problems) => told(&problems, text),
+    };
+    platform | policy | alphabet
 }
 
 /// Finished trials that are taken are the same once kept again, to the last digit; else the first bad line is told.

@@ -121,15 +121,7 @@ fn ground(context: &Context, args: &Args) -> Result<Ground, Failure> {
         "searched".clone_into(&mut ground.setup.policy.name);
     }
     // Every move is tried on before anything runs.
-    for (i, of) in ground.alphabet.moves.iter().enumerate() {
-        ground.scenario_with(i).map_err(|why| {
-            let (alphabet, of) = (ground.alphabet.name.as_str(), of.name.as_str());
-            Failure::new(
-                Exit::Usage,
-                format!("move {of} of alphabet {alphabet} does not fit `{}`: {why}", args.scenario),
-            )
-        })?;
-    }
+    ground.fits().map_err(unfit)?;
     Ok(ground)
 }
 
@@ -198,8 +190,9 @@ fn stopped_or_unfit(context: &Context, why: String) -> Failure {
     if context.stop.asked() { Failure::new(Exit::Interrupted, "stopped; nothing was kept") } else { unfit(why) }
 }
 
+/// An alphabet is the user's: where its moves do not fit the scenario, or not each other, that is told as such.
 fn unfit(why: String) -> Failure {
-    Failure::new(Exit::Internal, why)
+    Failure::new(Exit::Usage, why)
 }
 
 /// A finding: its file, and what would have stopped it.

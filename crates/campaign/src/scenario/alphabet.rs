@@ -9,7 +9,6 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use toml::{Table, Value};
 
-use super::check;
 use super::read::read_text;
 use super::value::{List, Located, Name, Text, Whole};
 use super::{Problem, Problems, Scenario};
@@ -114,6 +113,11 @@ impl Move {
         self.lasts_ms.iter().chain(self.varies.iter().map(|number| &number.range))
     }
 
+    /// The places of its numbers at their strongest; at their weakest all are 0.
+    pub fn strongest(&self) -> Vec<u32> {
+        self.ranges().map(Range::last).collect()
+    }
+
     /// The entry that begins then, with the numbers at those places.
     pub fn entry(&self, begins_ms: u64, places: &[u32]) -> Table {
         let mut entry = self.set.clone();
@@ -162,8 +166,10 @@ impl Alphabet {
             let message = format!("the file is named `{stem}`");
             wrong.push((self.name.bytes(), message, "make name and file name the same"));
         }
-        if !matches!(&self.begins_ms[..], [first, last] if first <= last) {
-            wrong.push((self.begins_ms.bytes(), "no range of time".to_owned(), "write it as [first, last]"));
+        let (first, last) = self.begins();
+        if self.begins_ms.len() != 2 || first > last {
+            let remedy = "write it as [first, last], with a multiple of `tick_ms` from one to the other";
+            wrong.push((self.begins_ms.bytes(), "no moment to begin at".to_owned(), remedy));
         }
         if self.moves.is_empty() {
             wrong.push((self.moves.bytes(), "no move".to_owned(), "add an `[[move]]`"));
@@ -208,8 +214,7 @@ impl Scenario {
         }
         let text = toml::to_string(&table).map_err(|e| e.to_string())?;
         let scenario: Scenario = toml::from_str(&text).map_err(|e| e.message().trim().to_owned())?;
-        let found = check::scenario(&scenario, scenario.name.as_str());
-        found.into_iter().next().map_or(Ok(scenario), |finding| Err(format!("{}; {}", finding.message, finding.remedy)))
+        scenario.fitting()
     }
 
     /// Has it say what it is; as much of it as there is room for.
@@ -274,6 +279,9 @@ mod tests {
         assert!(nominal().with_entries([late]).unwrap_err().starts_with("starts at 9.5 s"));
         let nowhere = ("los".to_owned(), alphabet.moves[0].entry(1_000, &[0]));
         assert_eq!(nominal().with_entries([nowhere]).unwrap_err(), "a scenario has no tables `los`");
+        let mut undeclared = nominal();
+        undeclared.expect([]);
+        assert!(undeclared.with_entries([]).is_ok(), "under a policy of which nothing was declared");
     }
 
     #[test]
@@ -297,7 +305,8 @@ mod tests {
     #[test]
     fn an_alphabet_that_makes_no_sense_is_refused_in_its_place() {
         for (wrong, with, message, marked) in [
-            ("[500, 8000]", "[8000, 500]", "no range of time", "[8000, 500]"),
+            ("[500, 8000]", "[8000, 500]", "no moment to begin at", "[8000, 500]"),
+            ("[500, 8000]", "[501, 509]", "no moment to begin at", "[501, 509]"),
             ("name = \"hold\"", "name = \"cut\"", "move cut is there twice", "\"cut\""),
             ("step = 10 } }]", "step = 0 } }]", "move hold has a range that is none", "\"hold\""),
             ("to = 2000, step = 10", "to = inf, step = 10", "move hold has a range that is none", "\"hold\""),

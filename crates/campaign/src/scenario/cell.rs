@@ -209,15 +209,24 @@ impl Variation {
     /// # Errors
     /// Which path leads nowhere, which value does not fit there, or what no longer fits together, in words.
     pub fn with(&self, settings: &Settings) -> Result<Scenario, String> {
-        let scenario = settings.applied_to(&self.scenario)?;
-        let mut as_file = scenario.clone();
+        settings.applied_to(&self.scenario)?.fitting()
+    }
+}
+
+impl Scenario {
+    /// Itself, where it fits together as a file of its own would have to.
+    ///
+    /// # Errors
+    /// What does not, in words.
+    pub(super) fn fitting(self) -> Result<Scenario, String> {
+        let mut as_file = self.clone();
         if as_file.expected.is_empty() {
             // Under a policy of which nothing was declared no class is expected, which no file may say.
-            as_file.expected = Located::nowhere(List::of([Outcome::Nominal]));
+            as_file.expect([Outcome::Nominal]);
         }
         match check::varied(&as_file).into_iter().next() {
             Some(finding) => Err(finding.message),
-            None => Ok(scenario),
+            None => Ok(self),
         }
     }
 }

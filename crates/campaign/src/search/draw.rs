@@ -6,6 +6,8 @@
 //! new, draws moments from changes, edges of bounds and evenly, and moves by what they brought so far. Nothing has
 //! probability zero in any but the second.
 
+use std::collections::VecDeque;
+
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
@@ -22,6 +24,9 @@ const AT_CHANGES: u32 = 4;
 const AT_EDGES: u32 = 3;
 /// How long after a change of mode still counts as at it, ticks.
 const AFTER_CHANGE: u32 = 30;
+
+/// Most words that are kept to be changed; the oldest goes.
+const MOST_KNOWN: usize = 4_096;
 
 /// How words are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
@@ -49,7 +54,7 @@ pub(super) struct Drawer<'a> {
     strategy: Strategy,
     rng: ChaCha8Rng,
     nominal: Moments,
-    known: Vec<Known>,
+    known: VecDeque<Known>,
     /// How often each move was in a word, and in one that showed something new.
     tried: Vec<(u32, u32)>,
 }
@@ -58,7 +63,7 @@ impl<'a> Drawer<'a> {
     /// Of the words over `alphabet`; `nominal` are the moments of the run without any.
     pub(super) fn new(alphabet: &'a Alphabet, strategy: Strategy, seed: u64, nominal: Moments) -> Self {
         let tried = vec![(0, 0); alphabet.moves.len()];
-        Self { alphabet, strategy, rng: ChaCha8Rng::seed_from_u64(seed), nominal, known: Vec::new(), tried }
+        Self { alphabet, strategy, rng: ChaCha8Rng::seed_from_u64(seed), nominal, known: VecDeque::new(), tried }
     }
 
     /// What came of a word: whether it showed something new, and the moments of its run.
@@ -69,7 +74,10 @@ impl<'a> Drawer<'a> {
             *new += u32::from(moments.is_some());
         }
         if let Some(moments) = moments {
-            self.known.push(Known { word: word.clone(), moments });
+            if self.known.len() == MOST_KNOWN {
+                self.known.pop_front();
+            }
+            self.known.push_back(Known { word: word.clone(), moments });
         }
     }
 

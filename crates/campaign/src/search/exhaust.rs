@@ -30,8 +30,7 @@ impl Ground {
         let begins: Vec<u32> = std::iter::once(first).chain(moments.changes.iter().copied()).collect();
         let mut letters = Vec::new();
         for (kind, table) in self.alphabet.moves.iter().enumerate() {
-            let weakest: Vec<u32> = table.ranges().map(|_| 0).collect();
-            let strongest: Vec<u32> = table.ranges().map(|range| range.last()).collect();
+            let (weakest, strongest) = (vec![0; table.ranges().count()], table.strongest());
             for begins in &begins {
                 letters.extend([&weakest, &strongest].map(|places| Letter {
                     begins: *begins,

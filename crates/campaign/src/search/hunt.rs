@@ -90,8 +90,9 @@ impl Ground {
         while hunted.trials < quest.budget && (!quest.first || hunted.found.is_empty()) {
             let round: Vec<Word> = (0..ROUND.min(quest.budget - hunted.trials)).map(|_| drawer.word()).collect();
             for one in self.round(&round, threads, progress, stop)? {
-                let new = hunted.take(one.clone(), test, quest.first);
-                drawer.learn(&one.word, new.then(|| moments(&one)));
+                let (word, moments) = (one.word.clone(), moments(&one));
+                let new = hunted.take(one, test, quest.first);
+                drawer.learn(&word, new.then_some(moments));
             }
         }
         Ok(hunted)

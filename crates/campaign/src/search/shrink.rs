@@ -12,7 +12,6 @@ use serde::Serialize;
 use super::moments::Moments;
 use super::tried::{Cause, Ground, Test};
 use super::word::{Letter, Word, move_of};
-use crate::scenario::{Move, Range};
 
 /// A word shrunk.
 #[derive(Clone, Debug)]
@@ -52,19 +51,28 @@ impl Ground {
     /// Why a word cannot be run.
     pub fn shrink(&self, word: &Word, test: Test<'_>, cause: &Cause, moments: &Moments) -> Result<Shrunk, String> {
         let mut shrinker = Shrinker { ground: self, test, cause, tried: BTreeMap::from([(word.clone(), true)]) };
-        let mut word = shrinker.fewest(word.clone())?;
-        for i in 0..word.letters().len() {
-            word = shrinker.simplest(word, i)?;
-            word = shrinker.canonical_moment(word, i, moments)?;
+        // By move and not by time: which of them was found to begin first decides nothing.
+        let mut letters = shrinker.fewest(word.clone())?.letters().to_vec();
+        letters.sort_by_key(|letter| (letter.kind, letter.begins));
+        for i in 0..letters.len() {
+            letters = shrinker.simplest(letters, i)?;
+            letters = shrinker.canonical_moment(letters, i, moments)?;
         }
         let mut margins = Vec::new();
-        for i in 0..word.letters().len() {
-            let (smaller, of) = shrinker.smallest_numbers(word, i)?;
-            word = smaller;
+        for i in 0..letters.len() {
+            let (smaller, of) = shrinker.smallest_numbers(letters, i)?;
+            letters = smaller;
             margins.extend(of);
         }
-        Ok(Shrunk { word, executions: shrinker.tried.len() as u64 - 1, margins })
+        Ok(Shrunk { word: Word::new(letters), executions: shrinker.tried.len() as u64 - 1, margins })
     }
+}
+
+/// The letters with another in place of letter `i`: each keeps its place here, wherever it stands in time.
+fn with(letters: &[Letter], i: usize, letter: Letter) -> Vec<Letter> {
+    let mut letters = letters.to_vec();
+    letters[i] = letter;
+    letters
 }
 
 impl Shrinker<'_> {
@@ -78,10 +86,10 @@ impl Shrinker<'_> {
     }
 
     /// The first of the words that holds.
-    fn first(&mut self, words: impl IntoIterator<Item = Word>) -> Result<Option<Word>, String> {
-        for word in words {
-            if self.holds(&word)? {
-                return Ok(Some(word));
+    fn first(&mut self, words: impl IntoIterator<Item = Vec<Letter>>) -> Result<Option<Vec<Letter>>, String> {
+        for letters in words {
+            if self.holds(&Word::new(letters.clone()))? {
+                return Ok(Some(letters));
             }
         }
         Ok(None)
@@ -90,60 +98,53 @@ impl Shrinker<'_> {
     /// Fewer of its letters; or one other move, at its strongest, where one of them begins.
     fn fewest(&mut self, word: Word) -> Result<Word, String> {
         for n in 1..word.letters().len() {
-            if let Some(fewer) = self.first(word.subwords(n))? {
-                return Ok(fewer);
-            }
-            if n == 1 {
-                let begins = word.letters().iter().map(|letter| letter.begins);
-                let alone: Vec<Word> =
-                    begins.flat_map(|at| self.strongest(at)).map(|one| Word::new(vec![one])).collect();
-                if let Some(one) = self.first(alone)? {
-                    return Ok(one);
-                }
+            let fewer = word.subwords(n).into_iter().map(|word| word.letters().to_vec());
+            let begins = word.letters().iter().filter(|_| n == 1).map(|letter| letter.begins);
+            let alone: Vec<Letter> = begins.flat_map(|at| self.strongest(at)).collect();
+            if let Some(letters) = self.first(fewer.chain(alone.into_iter().map(|one| vec![one])))? {
+                return Ok(Word::new(letters));
             }
         }
         Ok(word)
     }
 
     /// The earliest move of the alphabet that does it in place of letter `i`, at its strongest; else the letter itself.
-    fn simplest(&mut self, word: Word, i: usize) -> Result<Word, String> {
-        let letter = word.letters()[i].clone();
-        let others = self.strongest(letter.begins).into_iter().take(letter.kind + 1);
-        let others: Vec<Word> = others.map(|other| word.with(i, other)).collect();
-        Ok(self.first(others)?.unwrap_or(word))
+    fn simplest(&mut self, letters: Vec<Letter>, i: usize) -> Result<Vec<Letter>, String> {
+        let others = self.strongest(letters[i].begins).into_iter().take(letters[i].kind + 1);
+        let others: Vec<_> = others.map(|other| with(&letters, i, other)).collect();
+        Ok(self.first(others)?.unwrap_or(letters))
     }
 
     /// Letter `i` at the first moment that does it: the first of the alphabet, then each change of mode in order; else the
     /// earliest, by halving.
-    fn canonical_moment(&mut self, word: Word, i: usize, moments: &Moments) -> Result<Word, String> {
-        let letter = word.letters()[i].clone();
+    fn canonical_moment(&mut self, letters: Vec<Letter>, i: usize, moments: &Moments) -> Result<Vec<Letter>, String> {
+        let found = letters[i].begins;
         let (first, _) = self.ground.alphabet.begins();
-        let moved = |begins: u32| word.with(i, Letter { begins, ..letter.clone() });
+        let moved = |begins: u32| with(&letters, i, Letter { begins, ..letters[i].clone() });
         let candidates = std::iter::once(first).chain(moments.changes.iter().copied());
-        let candidates: Vec<Word> = candidates.filter(|at| *at <= letter.begins).map(moved).collect();
-        if let Some(word) = self.first(candidates)? {
-            return Ok(word);
+        if let Some(letters) = self.first(candidates.filter(|at| *at <= found).map(moved))? {
+            return Ok(letters);
         }
-        let before = moments.changes.iter().rev().find(|at| **at < letter.begins).copied().unwrap_or(first);
-        let begins = self.edge(before, letter.begins, moved)?;
-        Ok(moved(begins))
+        let before = moments.changes.iter().rev().find(|at| **at < found).copied().unwrap_or(first);
+        self.edge(before, found, moved).map(moved)
     }
 
     /// Each number of letter `i`, in turn, as small as it can be.
-    fn smallest_numbers(&mut self, mut word: Word, i: usize) -> Result<(Word, Vec<Margin>), String> {
+    fn smallest_numbers(&mut self, mut letters: Vec<Letter>, i: usize) -> Result<(Vec<Letter>, Vec<Margin>), String> {
         let mut margins = Vec::new();
-        for n in 0..word.letters()[i].places.len() {
-            let letter = word.letters()[i].clone();
-            let with = |place: u32| {
+        for n in 0..letters[i].places.len() {
+            let letter = letters[i].clone();
+            let at = |place: u32| {
                 let mut places = letter.places.clone();
                 places[n] = place;
-                word.with(i, Letter { places, ..letter.clone() })
+                with(&letters, i, Letter { places, ..letter.clone() })
             };
-            let place = if self.holds(&with(0))? { 0 } else { self.edge(0, letter.places[n], with)? };
-            word = with(place);
+            let weakest = self.holds(&Word::new(at(0)))?;
+            let place = if weakest { 0 } else { self.edge(0, letter.places[n], at)? };
             margins.push(self.margin(&letter, n, place));
+            letters = at(place);
         }
-        Ok((word, margins))
+        Ok((letters, margins))
     }
 
     fn margin(&self, letter: &Letter, n: usize, place: u32) -> Margin {
@@ -160,10 +161,10 @@ impl Shrinker<'_> {
     }
 
     /// The least of `(low, high]` that holds, where `low` does not and `high` does.
-    fn edge(&mut self, mut low: u32, mut high: u32, word: impl Fn(u32) -> Word) -> Result<u32, String> {
+    fn edge(&mut self, mut low: u32, mut high: u32, word: impl Fn(u32) -> Vec<Letter>) -> Result<u32, String> {
         while high > low + 1 {
             let middle = low + (high - low) / 2;
-            if self.holds(&word(middle))? {
+            if self.holds(&Word::new(word(middle)))? {
                 high = middle;
             } else {
                 low = middle;
@@ -175,8 +176,61 @@ impl Shrinker<'_> {
     /// Each move, at its strongest, to begin then.
     fn strongest(&self, begins: u32) -> Vec<Letter> {
         let moves = self.ground.alphabet.moves.iter().enumerate();
-        let letter =
-            |(kind, of): (usize, &Move)| Letter { begins, kind, places: of.ranges().map(Range::last).collect() };
-        moves.map(letter).collect()
+        moves.map(|(kind, of)| Letter { begins, kind, places: of.strongest() }).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::super::tried::Tried;
+    use super::*;
+    use crate::scenario::{self, Alphabet, Range, Setup, find_root};
+    use crate::trial::Outcome;
+
+    fn ground() -> Ground {
+        let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let scenario = scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
+        let setup = Setup::load(&root, &scenario, None, false).unwrap();
+        let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
+        Ground { scenario, setup, seed: 1, alphabet }
+    }
+
+    fn kind(ground: &Ground, name: &str) -> usize {
+        ground.alphabet.moves.iter().position(|of| of.name.as_str() == name).unwrap()
+    }
+
+    /// What is found is whatever has a silence of half a second and a delay of at least 300 ms in it, at any time.
+    #[test]
+    fn words_that_mean_the_same_end_as_the_same_word_whichever_move_began_first() {
+        let ground = ground();
+        let (silence, delay, copies) =
+            (kind(&ground, "command-stall"), kind(&ground, "hold-up"), kind(&ground, "copy"));
+        let cause = Cause { outcome: Outcome::Unsafe, broken: "both".to_owned() };
+        let test = |tried: &Tried| {
+            let has = |kind: usize, n: usize, least: f64| {
+                let ranges: Vec<Range> = ground.alphabet.moves[kind].ranges().copied().collect();
+                let mut of = tried.word.letters().iter().filter(|letter| letter.kind == kind);
+                of.any(|letter| ranges[n].at(letter.places[n]) >= least)
+            };
+            (has(silence, 0, 500.0) && has(delay, 1, 300.0)).then(|| cause.clone())
+        };
+        let letter = |kind: usize, begins: u32, places: &[u32]| Letter { kind, begins, places: places.to_vec() };
+        let found = [
+            vec![letter(silence, 600, &[300]), letter(delay, 300, &[20, 150])],
+            vec![letter(delay, 700, &[390, 299]), letter(silence, 200, &[60]), letter(copies, 400, &[10, 3])],
+        ];
+        let moments = Moments { changes: vec![100, 250], ..Moments::default() };
+        let shrunk = found.map(|letters| ground.shrink(&Word::new(letters), &test, &cause, &moments).unwrap());
+        assert_eq!(shrunk[0].word, shrunk[1].word);
+        let told = shrunk[0].word.told(&ground.alphabet);
+        assert_eq!(told, "hold-up at 0.50 s for 0.05 s (by_ms = 300), command-stall at 0.50 s for 0.50 s");
+        assert!(shrunk.iter().all(|shrunk| shrunk.executions <= 100), "{shrunk:?}");
+        let edge = |margin: &Margin| (margin.number.clone(), margin.holds, margin.fails);
+        let edges: Vec<_> = shrunk[0].margins.iter().map(edge).collect();
+        let expected =
+            [("duration_ms", 50.0, None), ("by_ms", 300.0, Some(290.0)), ("duration_ms", 500.0, Some(490.0))];
+        assert_eq!(edges, expected.map(|(number, holds, fails)| (number.to_owned(), holds, fails)));
     }
 }

@@ -58,14 +58,22 @@ pub struct Tried {
 }
 
 impl Ground {
-    /// The scenario with one move of the alphabet, at its strongest as early as it may begin: whether it fits at all.
+    /// That each move of the alphabet fits the scenario by itself, at its weakest and its strongest, as early as it may begin.
     ///
     /// # Errors
-    /// Why it does not.
-    pub fn scenario_with(&self, kind: usize) -> Result<Scenario, String> {
+    /// Which does not, and why.
+    pub fn fits(&self) -> Result<(), String> {
         let (begins, _) = self.alphabet.begins();
-        let places = self.alphabet.moves[kind].ranges().map(|range| range.last()).collect();
-        Word::new(vec![Letter { begins, kind, places }]).in_scenario(&self.alphabet, &self.scenario)
+        for (kind, of) in self.alphabet.moves.iter().enumerate() {
+            for places in [vec![0; of.ranges().count()], of.strongest()] {
+                let word = Word::new(vec![Letter { begins, kind, places }]);
+                word.in_scenario(&self.alphabet, &self.scenario).map_err(|why| {
+                    let (alphabet, scenario) = (self.alphabet.name.as_str(), self.scenario.name.as_str());
+                    format!("move {} of alphabet {alphabet} does not fit `{scenario}`: {why}", of.name.as_str())
+                })?;
+            }
+        }
+        Ok(())
     }
 
     /// The scenario of a word that was found, to be run until it no longer ends in one of the classes `found`; INVALID and

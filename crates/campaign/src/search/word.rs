@@ -33,15 +33,6 @@ impl Word {
         &self.0
     }
 
-    /// The same with one letter in place of another; none where there is no such letter.
-    pub fn with(&self, i: usize, letter: Letter) -> Self {
-        let mut letters = self.0.clone();
-        if let Some(place) = letters.get_mut(i) {
-            *place = letter;
-        }
-        Self::new(letters)
-    }
-
     /// The words of `n` of its letters.
     pub fn subwords(&self, n: usize) -> Vec<Word> {
         let all = 0..1_u32 << self.0.len().min(16);
