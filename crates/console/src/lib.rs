@@ -41,7 +41,7 @@ use crate::operator::{MAX_STEPS, Operator, Step, Wish};
 use crate::watch::Watch;
 
 /// What a console is for.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct ConsoleConfig {
     /// Units that are displayed, in this order.

@@ -43,7 +43,7 @@ use crate::session::Sessions;
 use crate::stage::{Rules, Staging};
 
 /// Who is who for this gateway.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct GatewayConfig {
     /// Units that may hold a session and be commanded.

@@ -13,7 +13,7 @@ use crate::time::Span;
 use crate::trust::BusGate;
 
 /// One channel that a core sends or receives on; a producer has one for each of its readers.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Channel {
     /// Which.
     pub topic: Topic,
@@ -24,7 +24,7 @@ pub struct Channel {
 }
 
 /// The making of a core.
-#[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Setup {
     /// Who the core is.
     pub node: NodeId,
@@ -46,7 +46,7 @@ pub struct Setup {
     pub channels: Vec<Channel>,
     /// The scenario loader's consent to a policy that waives something.
     pub ablation: Option<Ablation>,
-    /// Signatures that another core of the same process found good. Only the twin shares one, and it cannot be sent:
+    /// Signatures that another core of the same process made or found good. Only the twin shares one, and it cannot be sent:
     /// a live service verifies everything itself.
     #[serde(skip)]
     pub verified: Option<Verified>,
@@ -77,7 +77,11 @@ pub struct NoChannel(pub Topic);
 impl Setup {
     /// The core's own signing key.
     pub fn key(&self) -> Key {
-        Key::from_bytes(&self.secret.0)
+        let key = Key::from_bytes(&self.secret.0);
+        match &self.verified {
+            Some(verified) => key.sharing(verified.clone()),
+            None => key,
+        }
     }
 
     /// Everybody's public keys.

@@ -54,22 +54,36 @@ impl Purpose {
 }
 
 /// A node's own signing key. Neither printed nor copied about.
-pub struct Key(SigningKey);
+pub struct Key {
+    signing: SigningKey,
+    verified: Option<Verified>,
+}
 
 impl Key {
     /// From 32 secret bytes.
     pub fn from_bytes(secret: &[u8; 32]) -> Self {
-        Key(SigningKey::from_bytes(secret))
+        Key { signing: SigningKey::from_bytes(secret), verified: None }
+    }
+
+    /// The same, and what it signs is known to be good to those who share `verified`.
+    #[must_use]
+    pub fn sharing(self, verified: Verified) -> Self {
+        Key { verified: Some(verified), ..self }
     }
 
     /// The public half.
     pub fn public(&self) -> [u8; 32] {
-        self.0.verifying_key().to_bytes()
+        self.signing.verifying_key().to_bytes()
     }
 
     /// Signs `payload` (at most [`MAX_SIGNED_PAYLOAD`] bytes); gives the encoded COSE_Sign1.
     pub fn sign(&self, purpose: Purpose, payload: &[u8]) -> Vec<u8> {
-        let signature = self.0.sign(&to_be_signed(purpose, payload)).to_bytes();
+        let message = to_be_signed(purpose, payload);
+        let signature = self.signing.sign(&message);
+        if let Some(verified) = &self.verified {
+            verified.signed(&self.signing.verifying_key(), &message, &signature);
+        }
+        let signature = signature.to_bytes();
         codec::encode(&Sign1 {
             protected: <&ByteSlice>::from(&PROTECTED[..]),
             unprotected: EmptyMap,
@@ -81,7 +95,7 @@ impl Key {
     /// A second handle on the same key, for a forked world.
     #[must_use]
     pub fn fork(&self) -> Key {
-        Key(self.0.clone())
+        Key { signing: self.signing.clone(), verified: self.verified.clone() }
     }
 }
 
@@ -106,7 +120,10 @@ impl Keyring {
 
     /// Adds a public key; false when the bytes are not a point on the curve.
     pub fn insert(&mut self, node: NodeId, public: &[u8; 32]) -> bool {
-        let key = VerifyingKey::from_bytes(public).ok();
+        let key = match &self.verified {
+            Some(verified) => verified.point(public),
+            None => VerifyingKey::from_bytes(public).ok(),
+        };
         self.keys[node.index()] = key;
         key.is_some()
     }

@@ -20,7 +20,7 @@ impl System {
     /// Ready for what `transitions` allow.
     pub(super) fn new(transitions: &Transitions) -> Self {
         let Transitions { mission, setup, alphabet, .. } = transitions;
-        let ground = Ground { scenario: mission.clone(), setup: setup.clone(), seed: 1, alphabet: alphabet.clone() };
+        let ground = Ground::new(mission.clone(), setup.clone(), 1, alphabet.clone()).expect("the mission runs");
         let nominal = ground.try_word(&Word::default()).expect("the mission runs");
         let moments = Moments::of(&nominal, alphabet, &setup.bounds);
         Self { reference: Reference::of(&nominal, &setup.bounds), ground, moments }

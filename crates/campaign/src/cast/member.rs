@@ -31,7 +31,7 @@ impl Host {
 }
 
 /// What a member does.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Role {
     /// World, plant and sensors.
     Sim(SimConfig),

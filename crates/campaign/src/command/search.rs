@@ -7,11 +7,11 @@ use std::path::{Path, PathBuf};
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, out};
+use super::{Context, engine, out};
 use crate::ablation::Switch;
 use crate::parallel;
 use crate::progress::Progress;
-use crate::report::{FindingRow, SearchObject, search_table};
+use crate::report::{Confirmed, FindingRow, Mode, SearchObject, search_table};
 use crate::scenario::{Alphabet, Name};
 use crate::search::{Cause, Found, Ground, Hunted, Moments, Quest, Shrunk, Strategy, Word, ends_in};
 use crate::trial::Outcome;
@@ -58,6 +58,9 @@ pub(super) struct Args {
     /// Only this cell; needed where the scenario has several.
     #[arg(long)]
     cell: Option<String>,
+    /// Run each finding live so many times, away from its edge.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1_000))]
+    confirm: u64,
     /// Keep the findings here [default: runs/search-N].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -80,7 +83,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     for (i, (cause, found)) in hunted.found.iter().enumerate() {
         let shrunk = ground.shrink(&found.tried.word, &ends_in(&args.find), cause, &moments).map_err(unfit)?;
         let name = format!("found-{}", i + 1);
-        findings.push(finding(args, &ground, &name, (cause, found, &shrunk), &dir)?);
+        let mut row = finding(args, &ground, &name, (cause, found, &shrunk), &dir)?;
+        if args.confirm > 0 {
+            row.live = Some(confirm(context, args, &ground, cause, &shrunk.word)?);
+        }
+        findings.push(row);
     }
     let object = SearchObject::new(&ground, args.draws, &hunted, args.strategy, args.exhaust, findings);
     out::write_json(&dir, "result.json", &object)?;
@@ -111,15 +118,15 @@ fn ground(context: &Context, args: &Args) -> Result<Ground, Failure> {
         )
     })?;
     let alphabet = alphabet(context, &args.alphabet)?;
-    let mut ground =
-        Ground { scenario: planned.variation.scenario, setup: planned.setup, seed: context.seed, alphabet };
+    let Planned { variation, mut setup, .. } = planned;
     for name in &args.waive {
-        switch(name)?.waive(&mut ground.setup.policy);
+        switch(name)?.waive(&mut setup.policy);
     }
     if !args.waive.is_empty() {
-        "searched".clone_into(&mut ground.setup.policy_name);
-        "searched".clone_into(&mut ground.setup.policy.name);
+        "searched".clone_into(&mut setup.policy_name);
+        "searched".clone_into(&mut setup.policy.name);
     }
+    let ground = Ground::new(variation.scenario, setup, context.seed, alphabet).map_err(unfit)?;
     // Every move is tried on before anything runs.
     ground.fits().map_err(unfit)?;
     Ok(ground)
@@ -228,8 +235,26 @@ fn finding(
         executions: shrunk.executions,
         margins: shrunk.margins.clone(),
         stopped_by: stopped_by(args, ground, &shrunk.word)?,
+        live: None,
         reproduce: format!("holdsafe run {} --trials 1 --seed {}{policy}", file.display(), ground.seed),
     })
+}
+
+/// What came of a finding live. The seeds are those from the twin's on: live they draw what no link decides.
+fn confirm(context: &Context, args: &Args, ground: &Ground, cause: &Cause, word: &Word) -> Result<Confirmed, Failure> {
+    let Some(inside) = ground.inside(word, &ends_in(&args.find), cause).map_err(unfit)? else {
+        return Ok(Confirmed::default());
+    };
+    let scenario = inside.in_scenario(&ground.alphabet, &ground.scenario).map_err(unfit)?;
+    let mut confirmed = Confirmed { word: Some(inside.told(&ground.alphabet)), ..Confirmed::default() };
+    let progress = Progress::new("live", args.confirm as usize, context.talk);
+    for seed in (0..args.confirm).map(|n| ground.seed.wrapping_add(n)) {
+        let trial = engine::trial(Mode::Live, &scenario, &ground.setup, seed, &context.stop)?;
+        confirmed.take(trial.outcome, args.find.contains(&trial.outcome));
+        progress.step();
+    }
+    progress.finish();
+    Ok(confirmed)
 }
 
 /// The first of the oracle's findings about what was broken.

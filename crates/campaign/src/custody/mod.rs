@@ -1,7 +1,7 @@
 //! Whether a recording is what the services wrote, whoever kept it.
 //!
 //! Five things are set against each other. Each service's *chain*: an entry holds the hash of the one before. Each service's
-//! *signatures* over its head, once a second and as its last entry, which its public key has to verify. The recorder's *seals*
+//! *signatures* over its head, once a second and as its last entry, of which its public key has to verify the newest. The recorder's *seals*
 //! over everything in the order in which it came. The *heads* of the chains as they are held outside the recorder, by
 //! whoever ran the services: a recorder that keeps whole chains short, leaves out a service or makes up an earlier life of
 //! one agrees with itself and not with these. And each host's *clock*: the time under which an entry is kept, which every
@@ -204,7 +204,9 @@ impl<'a> Custodian<'a> {
             if let Some(at) = chain.unsigned {
                 found.push(Flaw { at, what: format!("{life} did not sign its chain when it was due") });
             }
-            if let Some(bad) = chain.signatures.iter().find(|s| !good(life.node, s)) {
+            // The newest is over everything before it, earlier signatures too; these say where, once it is bad.
+            let newest_is_bad = chain.signatures.last().is_some_and(|newest| !good(life.node, newest));
+            if newest_is_bad && let Some(bad) = chain.signatures.iter().find(|s| !good(life.node, s)) {
                 found.push(Flaw { at: bad.at, what: format!("{life} did not sign this head of its chain") });
             }
         }

@@ -194,7 +194,7 @@ mod tests {
         let scenario = scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
         let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
-        Ground { scenario, setup, seed: 1, alphabet }
+        Ground::new(scenario, setup, 1, alphabet).unwrap()
     }
 
     fn kind(ground: &Ground, name: &str) -> usize {

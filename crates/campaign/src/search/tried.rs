@@ -1,15 +1,18 @@
 //! One word tried: the trial that it makes, judged, and what a search keeps of it.
 
+use std::sync::Arc;
+
 use super::coverage::{self, Coverage};
 use super::word::{Letter, Word};
 use crate::oracle::Property;
 use crate::scenario::{Alphabet, Scenario, Setup};
 use crate::trial::{Outcome, Trial};
-use crate::twin::trial::{conclude, start};
+use crate::twin::trial::{conclude, start_along, trunk};
+use crate::twin::trunk::Trunk;
 use crate::{judged, oracle};
 
 /// What is searched: a scenario and its setup, one seed, and what may be done to it.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Ground {
     /// The scenario without any word.
     pub scenario: Scenario,
@@ -19,6 +22,8 @@ pub struct Ground {
     pub seed: u64,
     /// What may be done.
     pub alphabet: Alphabet,
+    /// The run without any word: what a word does not reach is not computed again.
+    trunk: Arc<Trunk>,
 }
 
 /// Why a trial is a finding: shrinking keeps it.
@@ -58,6 +63,15 @@ pub struct Tried {
 }
 
 impl Ground {
+    /// Of `scenario`, which is run once without any word.
+    ///
+    /// # Errors
+    /// Why it cannot be run.
+    pub fn new(scenario: Scenario, setup: Setup, seed: u64, alphabet: Alphabet) -> Result<Self, String> {
+        let trunk = Arc::new(trunk(&scenario, &setup, seed).map_err(|e| e.to_string())?);
+        Ok(Self { scenario, setup, seed, alphabet, trunk })
+    }
+
     /// That each move of the alphabet fits the scenario by itself, at its weakest and its strongest, as early as it may begin.
     ///
     /// # Errors
@@ -101,7 +115,7 @@ impl Ground {
     pub fn try_word(&self, word: &Word) -> Result<Tried, String> {
         let scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
         let before = link::clock::thread_cpu_us();
-        let (cast, twin) = start(&scenario, &self.setup, self.seed, false).map_err(|e| e.to_string())?;
+        let (cast, twin) = start_along(&scenario, &self.setup, self.seed, &self.trunk).map_err(|e| e.to_string())?;
         let run = conclude(cast, twin, &self.setup);
         let mut trial = judged::trial(self.seed, scenario.level(), &run.evidence, &run.verdict);
         let coverage = coverage::of(&run.evidence);

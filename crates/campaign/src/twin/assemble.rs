@@ -1,5 +1,7 @@
 //! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
 
+use std::sync::Arc;
+
 use adversary::Adversary;
 use autonomy::Autonomy;
 use console::Console;
@@ -7,7 +9,7 @@ use gateway::Gateway;
 use perception::Perception;
 use sim::Sim;
 use wire::audit::Recorder;
-use wire::id::{NodeId, SessionId};
+use wire::id::{NodeId, SessionId, WorldId};
 use wire::policy::Requirement;
 use wire::setup::Setup;
 use wire::sign::Verified;
@@ -19,6 +21,7 @@ use super::holder::Client;
 use super::net::Association;
 use super::part::Part;
 use super::queue::NodeIndex;
+use super::trunk::Trunk;
 use super::{Assembly, Node};
 use crate::cast::{Cast, ClockDraw, Member, Ordeal, OrdealKind, Role, sim_keys};
 
@@ -30,11 +33,22 @@ pub struct AssemblyError {
     why: String,
 }
 
-/// Makes every core of `cast`. `seed` drives the delays.
-pub fn assemble(cast: &Cast, seed: u64, guard: Requirement, mouths: bool) -> Result<Assembly, AssemblyError> {
+/// Makes every core of `cast`, but for those that go along with `trunk`. `seed` drives the delays.
+pub fn assemble(
+    cast: &Cast,
+    seed: u64,
+    guard: Requirement,
+    mouths: bool,
+    trunk: Option<&Arc<Trunk>>,
+) -> Result<Assembly, AssemblyError> {
     let clocks: Vec<HostClock> = cast.clocks.iter().map(clock).collect();
-    let verified = Verified::default();
-    let nodes = cast.members.iter().map(|member| node(member, &clocks, &verified)).collect::<Result<Vec<_>, _>>()?;
+    let verified = trunk.map_or_else(Verified::default, |trunk| trunk.verified());
+    let made = cast.members.iter().map(|member| {
+        let along = trunk.and_then(|trunk| trunk.along(member, WorldId(0)));
+        let core = along.map_or_else(|| fresh(member, &clocks, &verified), |along| Ok(Part::Along(Box::new(along))))?;
+        Ok(node(member, core))
+    });
+    let nodes = made.collect::<Result<Vec<_>, _>>()?;
     let index = |id: NodeId| nodes.iter().position(|n: &Node| n.id == id).map(|n| n as NodeIndex);
     let relay = index(NodeId::RELAY_TELEMETRY);
     let mut associations = Vec::new();
@@ -73,17 +87,20 @@ fn clock(draw: &ClockDraw) -> HostClock {
     HostClock { zero: draw.zero_us, drift_ppm: draw.drift_ppm }
 }
 
-fn node(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<Node, AssemblyError> {
-    let now = clocks[member.host as usize].read(0);
+fn fresh(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<Part, AssemblyError> {
     let setup = Setup { verified: Some(verified.clone()), ..member.setup.clone() };
-    let mut node = Node::new(member.node(), core(&member.role, setup, now)?, member.host as u8);
+    core(&member.role, setup, clocks[member.host as usize].read(0))
+}
+
+fn node(member: &Member, core: Part) -> Node {
+    let mut node = Node::new(member.node(), core, member.host as u8);
     node.subscribes.clone_from(&member.subscribes);
     node.seat = member.seat;
     // The unit under test has its session over the modelled stream.
     let from_start = member.node() != NodeId::UNIT_A && !member.role.joins_later();
     node.commands = member.peer.filter(|_| member.commands).map(|peer| Client::new(peer, from_start));
     node.takes_cues = member.role.takes_cues();
-    Ok(node)
+    node
 }
 
 /// One core, as it starts at `now` on its host's clock. It shares nothing with another and verifies for itself.

@@ -18,7 +18,7 @@ use wire::time::Instant;
 use super::holder::Redial;
 use super::queue::{Micros, NodeIndex};
 use super::stream::{Effect, Stream};
-use super::{Happening, OPENS_AT, Twin};
+use super::{Happening, Node, OPENS_AT, Twin};
 
 /// How long the client waits for a session (its library's default).
 const PATIENCE: Micros = 5_000_000;
@@ -46,6 +46,11 @@ impl Relayed {
         let mouth = NodeId::BROKER.guard().unwrap_or(NodeId::BROKER);
         let mouth = Journal::new(mouth, Boot(1), None);
         Self { client, relay, stream: Stream::new(secret), redial: Redial::default(), mouth, latest: [0; 4] }
+    }
+
+    /// Who is at the end at `side`.
+    fn end(&self, side: Side, nodes: &[Node]) -> NodeId {
+        if side == Side::Client { nodes[usize::from(self.client)].id } else { NodeId::BROKER }
     }
 
     pub(super) fn fork(&self) -> Self {
@@ -113,7 +118,7 @@ impl Twin {
     pub(super) fn distribute(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: Vec<u8>) {
         let Some(publisher) = self.nodes[usize::from(node)].commands.as_ref().map(|client| client.peer) else { return };
         if let Some(hostile) = self.index(NodeId::INSIDER_BROKER) {
-            let hop = self.delays.datagram();
+            let hop = self.delays.datagram(self.way(node, hostile), at);
             let at = self.in_order(node, hostile, at + hop);
             return self.queue.push(at, hostile, Happening::Input(Input::Published { subject, bytes }));
         }
@@ -139,7 +144,7 @@ impl Twin {
             let hears = self.nodes[reader].commands.as_ref().is_some_and(|client| receivers.contains(&client.peer));
             let relayed = self.commands.as_ref().is_some_and(|commands| usize::from(commands.client) == reader);
             if hears && (relayed || self.holds(reader)) {
-                let hop = self.delays.command();
+                let hop = self.delays.command(self.way(node, reader as NodeIndex), at);
                 let at = self.in_order(node, reader as NodeIndex, at + hop);
                 let bytes = bytes.to_vec();
                 let happening = if relayed {
@@ -213,8 +218,9 @@ impl Twin {
 
     /// The end at `side` writes bytes at `at`: they go to the relay. An empty piece is the end.
     fn write(&mut self, side: Side, at: Micros, bytes: Vec<u8>) {
-        let hop = self.delays.datagram();
         let Some(commands) = &mut self.commands else { return };
+        let from = commands.end(side, &self.nodes);
+        let hop = self.delays.datagram((from, self.nodes[usize::from(commands.relay)].id), at);
         let latest = &mut commands.latest[side as usize];
         *latest = (at + hop).max(*latest);
         let input = Input::Stream { connection: commands.stream.session(), side, bytes };
@@ -223,8 +229,9 @@ impl Twin {
 
     /// The relay did something at `at`, in order with what else goes towards `side`.
     pub(super) fn relayed(&mut self, node: NodeIndex, at: Micros, side: Side, along: Along) {
-        let hop = self.delays.datagram();
         let Some(commands) = self.commands.as_mut().filter(|c| c.relay == node) else { return };
+        let to = commands.end(side, &self.nodes);
+        let hop = self.delays.datagram((self.nodes[usize::from(node)].id, to), at);
         let latest = &mut commands.latest[2 + side as usize];
         *latest = (at + hop).max(*latest);
         self.queue.push(*latest, commands.client, Happening::Along(along));

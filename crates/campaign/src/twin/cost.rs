@@ -149,10 +149,11 @@ mod tests {
     }
 
     #[test]
-    fn in_the_twin_a_report_that_two_cores_ask_about_is_verified_once() {
+    fn in_the_twin_what_its_own_cores_signed_is_known_to_be_good() {
         let (scenario, setup) = nominal();
         let signatures = watched(&scenario, &setup, 1, || 0).unwrap().signatures;
-        assert!(signatures.verified > 50 && signatures.asked >= 2 * signatures.verified - 20, "{signatures:?}");
+        // An operator's statements are signed with a key that is no core's own.
+        assert!(signatures.asked > 100 && signatures.verified < 10, "{signatures:?}");
     }
 
     #[test]

@@ -4,13 +4,17 @@
 //! --runs 6`, rendered, release build, 2 otherwise idle cores); that command prints the gap that is left. Left out are the
 //! live tails: a reader that waits for a core which the renderer has. A stage's delay is drawn once for each input that
 //! makes it speak.
+//!
+//! A delay is a function of the seed, of what goes from whom to whom, and of when it sets out. So one message more or less
+//! changes the delay of no other: two runs of one seed differ by what was done in them, and not by their luck since.
 
 use std::collections::VecDeque;
+use std::hash::Hasher;
 
 use adversary::Adversary;
-use rand_chacha::ChaCha8Rng;
-use rand_core::{RngCore, SeedableRng};
+use siphasher::sip::SipHasher13;
 use wire::core::{Output, Topic};
+use wire::id::NodeId;
 
 use super::part::Part;
 use super::queue::Micros;
@@ -29,23 +33,36 @@ const COMMAND: Range = (300, 900);
 /// An entry on its way to the recorder.
 pub const INSTRUMENT: Micros = 100;
 
+/// Who sends and who receives; one and the same for what a node does by itself.
+pub type Way = (NodeId, NodeId);
+
+/// What takes time.
+#[derive(Clone, Copy, Debug)]
+enum Kind {
+    Stage,
+    Bus,
+    Datagram,
+    Handshake,
+    Command,
+}
+
 /// Seeded delays.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Delays {
-    rng: ChaCha8Rng,
+    seed: u64,
     varied: bool,
 }
 
 impl Delays {
     /// With `varied` off every delay is the middle of its range.
     pub fn new(seed: u64, varied: bool) -> Self {
-        Self { rng: ChaCha8Rng::seed_from_u64(seed), varied }
+        Self { seed, varied }
     }
 
-    /// Between a part's input and `outputs`.
-    pub fn stage(&mut self, part: &Part, outputs: &VecDeque<Output>) -> Micros {
+    /// Between an input of `node`'s part and `outputs`.
+    pub fn stage(&self, node: NodeId, part: &Part, outputs: &VecDeque<Output>, at: Micros) -> Micros {
         let renders = |output: &Output| matches!(output, Output::Bus { topic: Topic::Frames, .. });
-        self.draw(match part {
+        let range = match part {
             Part::Sim(_) if outputs.iter().any(renders) => (4_500, 8_200),
             Part::Sim(_) => (30, 200),
             Part::Perception { rendered: true, .. } => (1_900, 3_400),
@@ -54,30 +71,72 @@ impl Delays {
             Part::Recorder(_) => (60, 260),
             Part::Adversary(Adversary::DatagramRelay(_) | Adversary::StreamRelay(_)) => (10, 60),
             Part::Adversary(_) => (40, 250),
-        })
+            Part::Along(along) => return self.stage(node, along.like(), outputs, at),
+        };
+        self.draw(range, Kind::Stage, (node, node), at)
     }
 
     /// Over shared memory.
-    pub fn bus(&mut self) -> Micros {
-        self.draw(BUS)
+    pub fn bus(&self, way: Way, at: Micros) -> Micros {
+        self.draw(BUS, Kind::Bus, way, at)
     }
 
     /// Over loopback UDP.
-    pub fn datagram(&mut self) -> Micros {
-        self.draw(DATAGRAM)
+    pub fn datagram(&self, way: Way, at: Micros) -> Micros {
+        self.draw(DATAGRAM, Kind::Datagram, way, at)
     }
 
     /// From a dialler's first flight to the end of its handshake.
-    pub fn handshake(&mut self) -> Micros {
-        self.draw(HANDSHAKE)
+    pub fn handshake(&self, way: Way, at: Micros) -> Micros {
+        self.draw(HANDSHAKE, Kind::Handshake, way, at)
     }
 
     /// Through the broker.
-    pub fn command(&mut self) -> Micros {
-        self.draw(COMMAND)
+    pub fn command(&self, way: Way, at: Micros) -> Micros {
+        self.draw(COMMAND, Kind::Command, way, at)
     }
 
-    fn draw(&mut self, (from, to): Range) -> Micros {
-        if self.varied { from + u64::from(self.rng.next_u32()) % (to - from + 1) } else { (from + to) / 2 }
+    fn draw(&self, (low, high): Range, kind: Kind, (from, to): Way, at: Micros) -> Micros {
+        if !self.varied {
+            return (low + high) / 2;
+        }
+        // The key is secret to nobody here; what is asked of the hash is that it scatters.
+        let mut hasher = SipHasher13::new_with_keys(self.seed, kind as u64);
+        hasher.write(&at.to_le_bytes());
+        hasher.write(&[from.index() as u8, to.index() as u8]);
+        low + hasher.finish() % (high - low + 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WAY: Way = (NodeId::UNIT_A, NodeId::GATEWAY);
+
+    #[test]
+    fn a_delay_depends_on_who_sends_what_to_whom_and_when_and_on_nothing_that_went_before() {
+        let delays = Delays::new(1, true);
+        let one = delays.datagram(WAY, 5_000);
+        assert_eq!(one, delays.datagram(WAY, 5_000));
+        let others = [
+            delays.datagram(WAY, 5_001),
+            delays.datagram((WAY.1, WAY.0), 5_000),
+            Delays::new(2, true).datagram(WAY, 5_000),
+        ];
+        assert!(others.iter().all(|other| *other != one), "{one}, {others:?}");
+    }
+
+    #[test]
+    fn delays_are_even_over_their_range() {
+        let delays = Delays::new(1, true);
+        let mut tenths = [0_u32; 10];
+        for at in 0..20_100 {
+            let delay = delays.datagram(WAY, at);
+            assert!((DATAGRAM.0..=DATAGRAM.1).contains(&delay));
+            tenths[((delay - DATAGRAM.0) * 10 / (DATAGRAM.1 - DATAGRAM.0 + 1)) as usize] += 1;
+        }
+        // 2,010 each, with a standard deviation of 43.
+        assert!(tenths.iter().all(|n| (1_800..2_220).contains(n)), "{tenths:?}");
     }
 }

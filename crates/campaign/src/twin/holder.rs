@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 
 use broker::gate::Event as Told;
 use wire::core::{Input, Side, Subject};
-use wire::id::PeerId;
+use wire::id::{NodeId, PeerId};
 
 use super::queue::{Micros, NodeIndex};
 use super::{Happening, Twin};
@@ -79,9 +79,13 @@ impl Twin {
         let Some(client) = &mut self.nodes[usize::from(node)].commands else { return };
         (client.wants, client.stands) = (wants, client.stands && wants);
         if wants {
-            let at = self.now + self.delays.command();
+            let at = self.now + self.to_broker(node);
             self.queue.push(at, node, Happening::Connect);
         }
+    }
+
+    fn to_broker(&self, node: NodeIndex) -> Micros {
+        self.delays.command((self.nodes[usize::from(node)].id, NodeId::BROKER), self.now)
     }
 
     /// A node's connection reaches the broker: it has the session, and what waited goes out.
@@ -118,7 +122,7 @@ impl Twin {
         let client = self.nodes[usize::from(node)].commands.as_mut();
         let stood = client.is_some_and(|client| std::mem::take(&mut client.stands));
         if stood {
-            let at = self.now + self.delays.command();
+            let at = self.now + self.to_broker(node);
             self.queue.push(at, node, Happening::Displaced);
         }
         stood

@@ -19,6 +19,7 @@ mod sessions;
 pub mod stopwatch;
 pub mod stream;
 pub mod trial;
+pub mod trunk;
 
 use std::collections::VecDeque;
 
@@ -32,7 +33,7 @@ use wire::time::Instant;
 
 use clock::HostClock;
 use command::{Along, Relayed};
-use delay::Delays;
+use delay::{Delays, Way};
 use disk::Disk;
 use guard::Guard;
 use holder::Client;
@@ -119,6 +120,8 @@ pub struct Mouthful {
     pub input: Input,
     /// Outputs, in order.
     pub outputs: Vec<Output>,
+    /// When it wants to be woken after that.
+    pub deadline: Option<Instant>,
 }
 
 /// The twin of a whole platform, its operator, and the adversary between them.
@@ -256,7 +259,7 @@ impl Twin {
             guards: self.guards.iter().map(|g| g.as_ref().map(Guard::fork)).collect(),
             broker: self.broker.clone(),
             commands: self.commands.as_ref().map(Relayed::fork),
-            delays: self.delays.clone(),
+            delays: self.delays,
             processes: self.processes.clone(),
             disk: self.disk.clone(),
             cues: self.cues.clone(),
@@ -310,6 +313,21 @@ impl Twin {
     /// What every core was fed and gave back, by node, when that was asked for.
     pub fn mouths(&self) -> Option<&[Vec<Mouthful>]> {
         self.mouths.as_deref()
+    }
+
+    /// The same of a twin that has ended.
+    pub fn into_mouths(self) -> Vec<Vec<Mouthful>> {
+        self.mouths.unwrap_or_default()
+    }
+
+    /// What its cores know of signatures.
+    pub(super) fn verified(&self) -> &Verified {
+        &self.verified
+    }
+
+    /// What the clock of `host` shows at the start.
+    pub(super) fn local_start(&self, host: u8) -> Instant {
+        self.clocks[usize::from(host)].read(0)
     }
 
     /// Runs to `end`.
@@ -421,10 +439,16 @@ impl Twin {
             outputs.push_back(output);
         }
         if let (Some(mouths), Some((now, input))) = (&mut self.mouths, fed) {
-            mouths[usize::from(node)].push(Mouthful { now, input, outputs: outputs.iter().cloned().collect() });
+            let deadline = self.nodes[usize::from(node)].part.deadline();
+            mouths[usize::from(node)].push(Mouthful {
+                now,
+                input,
+                outputs: outputs.iter().cloned().collect(),
+                deadline,
+            });
         }
         if !outputs.is_empty() {
-            let at = self.now + self.delays.stage(&self.nodes[usize::from(node)].part, &outputs);
+            let at = self.now + self.stage_delay(node, &outputs);
             outputs.into_iter().for_each(|output| self.carry(node, at, output));
         }
         self.arm(node);
@@ -444,6 +468,15 @@ impl Twin {
         }
     }
 
+    fn stage_delay(&self, node: NodeIndex, outputs: &VecDeque<Output>) -> Micros {
+        let n = &self.nodes[usize::from(node)];
+        self.delays.stage(n.id, &n.part, outputs, self.now)
+    }
+
+    fn way(&self, from: NodeIndex, to: NodeIndex) -> Way {
+        (self.nodes[usize::from(from)].id, self.nodes[usize::from(to)].id)
+    }
+
     fn carry(&mut self, node: NodeIndex, at: Micros, output: Output) {
         match output {
             Output::Bus { topic, bytes } => self.publish_bus(node, at, topic, &bytes),
@@ -457,7 +490,7 @@ impl Twin {
             Output::Close { session } => {
                 let ours = |a: &Association| a.ends.iter().any(|e| e.node == node && e.session == session);
                 if let Some(association) = self.associations.iter().position(ours) {
-                    let at = at + self.delays.datagram();
+                    let at = at + self.delays.datagram(self.way(node, node), at);
                     let generation = self.associations[association].generation();
                     let hang_up = Happening::HangUp { association: association as u8, generation };
                     self.queue.push(at, node, hang_up);
@@ -472,7 +505,7 @@ impl Twin {
                 let end = if side == Side::Client { 0 } else { 1 };
                 if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
                     let target = self.associations[association].ends[end].node;
-                    let hop = self.delays.datagram();
+                    let hop = self.delays.datagram(self.way(node, target), at);
                     let at = self.in_order(node, target, at + hop);
                     let datagram = Happening::Datagram { association: association as u8, end: end as u8, bytes };
                     self.queue.push(at, target, datagram);
@@ -481,7 +514,7 @@ impl Twin {
             Output::Stranger { bytes } => {
                 if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
                     let target = self.associations[association].ends[1].node;
-                    let at = at + self.delays.datagram();
+                    let at = at + self.delays.datagram(self.way(node, target), at);
                     self.queue.push(at, target, Happening::Stranger { association: association as u8, bytes });
                 }
             }
@@ -507,7 +540,7 @@ impl Twin {
         for reader in 0..self.nodes.len() {
             let n = &self.nodes[reader];
             if n.host == host && n.subscribes.contains(&topic) && n.seat.reads_inside(topic) == inside {
-                let hop = self.delays.bus();
+                let hop = self.delays.bus(self.way(node, reader as NodeIndex), at);
                 let at = self.in_order(node, reader as NodeIndex, at + hop);
                 let input = Input::Bus { topic, bytes: bytes.to_vec() };
                 self.queue.push(at, reader as NodeIndex, Happening::Input(input));

@@ -1,4 +1,5 @@
-//! The cores that a twin can hold: exactly those of the live services, behind their common verbs.
+//! The cores that a twin can hold: exactly those of the live services, behind their common verbs, by themselves or along
+//! with a run that is known.
 
 use adversary::Adversary;
 use autonomy::Autonomy;
@@ -10,6 +11,8 @@ use wire::audit::Recorder;
 use wire::core::{Core, Input, Output};
 use wire::id::WorldId;
 use wire::time::Instant;
+
+use super::trunk::Along;
 
 /// One core.
 pub enum Part {
@@ -32,6 +35,8 @@ pub enum Part {
     Recorder(Box<Recorder>),
     /// An adversary in any of its roles.
     Adversary(Adversary),
+    /// Any of these, along with a trunk while it is fed the same.
+    Along(Box<Along>),
 }
 
 impl Part {
@@ -48,6 +53,7 @@ impl Part {
             Part::Console(core) => Part::Console(Box::new(core.fork(world))),
             Part::Recorder(core) => Part::Recorder(Box::new(core.fork())),
             Part::Adversary(core) => Part::Adversary(core.fork(world)),
+            Part::Along(along) => Part::Along(Box::new(along.fork(world))),
         }
     }
 
@@ -60,6 +66,7 @@ impl Part {
             Part::Console(core) => core.as_ref(),
             Part::Recorder(core) => core.as_ref(),
             Part::Adversary(core) => core,
+            Part::Along(along) => along.as_ref(),
         }
     }
 
@@ -73,6 +80,7 @@ impl Part {
             Part::Console(core) => core.as_mut(),
             Part::Recorder(core) => core.as_mut(),
             Part::Adversary(core) => core,
+            Part::Along(along) => along.as_mut(),
         }
     }
 }

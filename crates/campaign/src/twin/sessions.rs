@@ -28,7 +28,7 @@ impl Twin {
         let (source, relay) = (a.ends[from].node, a.relay);
         self.enter(Stage::Engine);
         let Some(bytes) = sealed else { return };
-        let hop = self.delays.datagram();
+        let hop = self.delays.datagram(self.way(source, relay.unwrap_or(target)), at);
         let at = self.in_order(source, relay.unwrap_or(target), at + hop);
         match relay {
             Some(relay) => {
@@ -116,9 +116,10 @@ impl Twin {
         let a = &mut self.associations[usize::from(association)];
         let dialler = a.ends[0].node;
         let up = |node: NodeIndex| self.nodes[usize::from(node)].alive;
-        if up(dialler) && up(a.ends[1].node) {
+        let listener = a.ends[1].node;
+        if up(dialler) && up(listener) {
             let number = a.begin();
-            let at = self.now + self.delays.handshake();
+            let at = self.now + self.delays.handshake(self.way(dialler, listener), self.now);
             self.queue.push(at, dialler, Happening::Complete { association, number });
         } else {
             self.again(association, HANDSHAKE_LIMIT);

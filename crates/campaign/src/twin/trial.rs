@@ -1,9 +1,12 @@
 //! One trial in the twin, from scenario and seed to judged evidence.
 
+use std::sync::Arc;
+
 use super::Twin;
 use super::assemble::{AssemblyError, assemble};
 use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
+use super::trunk::Trunk;
 use crate::cast::{Cast, RunSecret, cast};
 use crate::custody::Held;
 use crate::evidence::{Logged, heads, read_against, tamper};
@@ -42,7 +45,26 @@ pub fn start(scenario: &Scenario, setup: &Setup, seed: u64, mouths: bool) -> Res
 
 /// Starts the twin of a cast at time zero.
 pub fn begin(cast: &Cast, setup: &Setup, seed: u64, mouths: bool) -> Result<Twin, AssemblyError> {
-    Ok(Twin::new(assemble(cast, seed, setup.policy.record_guard, mouths)?))
+    Ok(Twin::new(assemble(cast, seed, setup.policy.record_guard, mouths, None)?))
+}
+
+/// Runs the twin of `scenario` and keeps it as a trunk.
+pub fn trunk(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trunk, AssemblyError> {
+    let (cast, twin) = start(scenario, setup, seed, true)?;
+    Trunk::record(&cast, twin, GRACE)
+}
+
+/// Starts the twin of `scenario` at time zero, each core along with `trunk` for as long as it is fed the same. Nothing but
+/// the time that it takes depends on that.
+pub fn start_along(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    trunk: &Arc<Trunk>,
+) -> Result<(Cast, Twin), AssemblyError> {
+    let cast = cast(scenario, setup, seed, &RunSecret::seeded(seed));
+    let twin = Twin::new(assemble(&cast, seed, setup.policy.record_guard, false, Some(trunk))?);
+    Ok((cast, twin))
 }
 
 /// Runs the twin to its end and judges it.

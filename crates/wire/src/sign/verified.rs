@@ -1,16 +1,22 @@
-//! Signatures that were found good, for several cores in one process: the twin verifies each once and not once a core.
+//! Signatures that are known to be good, for several cores in one process: the twin verifies what none of them made.
 //!
-//! Whether a signature is good depends on key, message and signature alone, so an answer may be remembered. What is kept
-//! is the SHA-256 of all three and nothing less, only after `verify_strict` said yes, and the newest [`KEPT`] only. A
-//! signature that was made but never verified is not in here. Live there is none: it does not travel in a setup.
+//! Whether a signature is good depends on key, message and signature alone, so an answer may be remembered; and what a key
+//! signs verifies under it (RFC 8032 §5.1). What is kept is the SHA-256 of all three and nothing less, only where a core
+//! signed it or `verify_strict` said yes, and the newest [`KEPT`] only. Public keys are decompressed once. Live there is
+//! none of this: it does not travel in a setup.
 
+use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
+use arrayvec::ArrayVec;
 use ed25519_dalek::{Signature, VerifyingKey};
 use sha2::{Digest, Sha256};
 
-/// How many good signatures are remembered; in a twin a handful is under way between two cores at a time.
-const KEPT: usize = 64;
+use crate::id::NODES;
+
+/// How many good signatures are remembered; in a twin a handful is under way between two cores at a time, and each service
+/// signs its log once a second.
+const KEPT: usize = 1024;
 
 /// Which signatures were found good lately. Clones share one memory.
 #[derive(Clone, Debug, Default)]
@@ -25,24 +31,52 @@ pub struct Asked {
     pub verified: u64,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug, Default)]
 struct Memory {
-    good: [[u8; 32]; KEPT],
-    /// How many were ever put in; the next goes to this place modulo [`KEPT`].
-    put: usize,
+    /// The newest last.
+    good: VecDeque<[u8; 32]>,
+    /// Points on the curve by their encoding.
+    points: ArrayVec<VerifyingKey, NODES>,
     counts: Asked,
 }
 
-impl Default for Memory {
-    fn default() -> Self {
-        Memory { good: [[0; 32]; KEPT], put: 0, counts: Asked::default() }
+impl PartialEq for Verified {
+    /// Clones share one memory, and are equal for that alone.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
     }
 }
 
 impl Verified {
+    /// A memory of its own that knows the same; nothing has been asked of it yet.
+    #[must_use]
+    pub fn apart(&self) -> Verified {
+        let memory = self.with(|memory| Memory { counts: Asked::default(), ..memory.clone() });
+        Verified(Arc::new(Mutex::new(memory)))
+    }
+
     /// How often it was of use.
     pub fn counts(&self) -> Asked {
         self.with(|memory| memory.counts)
+    }
+
+    /// A core signed this.
+    pub(super) fn signed(&self, key: &VerifyingKey, message: &[u8], signature: &Signature) {
+        let triple = triple(key, message, signature);
+        self.with(|memory| memory.keep(triple));
+    }
+
+    /// The point on the curve that these bytes stand for, if they stand for one.
+    pub(super) fn point(&self, public: &[u8; 32]) -> Option<VerifyingKey> {
+        self.with(|memory| {
+            let known = memory.points.iter().find(|point| point.as_bytes() == public).copied();
+            known.or_else(|| {
+                let point = VerifyingKey::from_bytes(public).ok()?;
+                // A full table only means that this one is decompressed again.
+                let _ = memory.points.try_push(point);
+                Some(point)
+            })
+        })
     }
 
     /// Whether `signature` by `key` over `message` is good: known to be, or found to be by `verify` now.
@@ -53,9 +87,7 @@ impl Verified {
         signature: &Signature,
         verify: impl FnOnce() -> bool,
     ) -> bool {
-        // Key and signature are of fixed length, so that no two triples run together to the same bytes.
-        let digest = Sha256::new().chain_update(key.as_bytes()).chain_update(signature.to_bytes());
-        let triple: [u8; 32] = digest.chain_update(message).finalize().into();
+        let triple = triple(key, message, signature);
         if self.with(|memory| memory.knows(&triple)) {
             return true;
         }
@@ -72,16 +104,28 @@ impl Verified {
 impl Memory {
     fn knows(&mut self, triple: &[u8; 32]) -> bool {
         self.counts.asked += 1;
-        self.good[..self.put.min(KEPT)].contains(triple)
+        self.good.iter().rev().any(|good| good == triple)
     }
 
     fn verified(&mut self, triple: [u8; 32], good: bool) {
         self.counts.verified += 1;
         if good {
-            self.good[self.put % KEPT] = triple;
-            self.put += 1;
+            self.keep(triple);
         }
     }
+
+    fn keep(&mut self, triple: [u8; 32]) {
+        if self.good.len() == KEPT {
+            self.good.pop_front();
+        }
+        self.good.push_back(triple);
+    }
+}
+
+/// Key and signature are of fixed length, so that no two triples run together to the same bytes.
+fn triple(key: &VerifyingKey, message: &[u8], signature: &Signature) -> [u8; 32] {
+    let digest = Sha256::new().chain_update(key.as_bytes()).chain_update(signature.to_bytes());
+    digest.chain_update(message).finalize().into()
 }
 
 #[cfg(test)]
@@ -108,7 +152,23 @@ mod tests {
     }
 
     #[test]
-    fn two_cores_verify_one_signature_once_and_its_making_counts_for_nothing() {
+    fn what_a_core_that_shares_signed_is_known_to_be_good_and_no_bit_of_it_may_differ() {
+        let verified = Verified::default();
+        let ring = ring(&verified, 7);
+        let bytes = Key::from_bytes(&[7; 32]).sharing(verified.clone()).sign(Purpose::Report, b"state");
+        assert_eq!(verify(&ring, Purpose::Report, &bytes), Ok(()));
+        assert_eq!(verified.counts(), Asked { asked: 1, verified: 0 });
+        assert_eq!(verify(&Keyring { verified: None, ..ring.clone() }, Purpose::Report, &bytes), Ok(()), "and is good");
+        for bit in 0..bytes.len() * 8 {
+            let mut bad = bytes.clone();
+            bad[bit / 8] ^= 1 << (bit % 8);
+            assert!(verify(&ring, Purpose::Report, &bad).is_err(), "bit {bit}");
+        }
+        assert!(verify(&ring, Purpose::Ack, &bytes).is_err());
+    }
+
+    #[test]
+    fn two_cores_verify_once_what_neither_signed() {
         let verified = Verified::default();
         let (gateway, console) = (ring(&verified, 7), ring(&verified, 7));
         let bytes = signed(b"state");
@@ -152,7 +212,7 @@ mod tests {
     fn what_is_forgotten_is_verified_again() {
         let verified = Verified::default();
         let ring = ring(&verified, 7);
-        let bytes: Vec<Vec<u8>> = (0..=KEPT).map(|i| signed(&[i as u8])).collect();
+        let bytes: Vec<Vec<u8>> = (0..=KEPT).map(|i| signed(&i.to_le_bytes())).collect();
         bytes.iter().for_each(|b| assert_eq!(verify(&ring, Purpose::Report, b), Ok(())));
         let before = verified.counts().verified;
         assert_eq!(verify(&ring, Purpose::Report, &bytes[1]), Ok(()));
