@@ -29,7 +29,7 @@ pub use matrix::{Kind, Matrix, MatrixRow, MatrixRun, matrix_table};
 pub use plot::svg;
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, LatencySummary, Mode, RunObject, Summary};
-pub use search::{FindingRow, SearchObject, search_table};
+pub use search::{Confirmed, FindingRow, SearchObject, search_table};
 pub use table::{latency_table, reference_table, run_table};
 pub use transitions::{TransitionCell, TransitionRow, transition_table};
 

@@ -1,5 +1,7 @@
 //! What a search found, as an object and as a table. A finding was judged by the oracle; nothing here judges.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
 
 use super::SCHEMA_VERSION;
@@ -58,8 +60,40 @@ pub struct FindingRow {
     pub margins: Vec<Margin>,
     /// Waived checks of which each alone would have stopped it.
     pub stopped_by: Vec<String>,
+    /// The same live, where that was asked for.
+    pub live: Option<Confirmed>,
     /// The line that shows it again.
     pub reproduce: String,
+}
+
+/// A finding run live, away from its edge.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Confirmed {
+    /// What was run; nothing where what is found is too thin to be away from its edge.
+    pub word: Option<String>,
+    /// Runs whose evidence holds.
+    pub valid: u64,
+    /// Runs that ended in a class that was looked for.
+    pub found: u64,
+    /// How often which class.
+    pub outcomes: BTreeMap<&'static str, u64>,
+}
+
+impl Confirmed {
+    /// Counts a run.
+    pub fn take(&mut self, outcome: Outcome, found: bool) {
+        self.valid += u64::from(outcome != Outcome::Invalid);
+        self.found += u64::from(found);
+        *self.outcomes.entry(outcome.name()).or_default() += 1;
+    }
+
+    fn told(&self) -> String {
+        let classes: Vec<String> = self.outcomes.iter().map(|(class, n)| format!("{class} {n}")).collect();
+        match &self.word {
+            None => "live: not run, the region is thinner than three times the jitter of a live run".to_owned(),
+            Some(word) => format!("live: {} of {} ({}): {word}", self.found, self.valid, classes.join(", ")),
+        }
+    }
 }
 
 impl SearchObject {
@@ -138,6 +172,9 @@ pub fn search_table(object: &SearchObject) -> String {
     for finding in &object.findings {
         let what = finding.finding.as_deref().unwrap_or("no property broken");
         text.push_str(&format!("{}: {what}\n  {}\n", finding.name, finding.reproduce));
+        if let Some(live) = &finding.live {
+            text.push_str(&format!("  {}\n", live.told()));
+        }
     }
     text + "Edges are the twin's: live they lie within its jitter of these.\n"
 }

@@ -1,0 +1,72 @@
+//! From a word on its edge to one inside its region: far enough from where it ceases to be a finding that the jitter of a live
+//! run does not decide.
+//!
+//! The edge itself is the twin's. Live runs of what is here are left to whoever asks for them.
+
+use super::tried::{Cause, Ground, Test};
+use super::word::{Letter, Word, move_of};
+
+/// How much later or earlier than in the twin something happens live, milliseconds: from the mean to the 95th percentile of
+/// the time from a loss to DEGRADED over 59 live runs (`holdsafe bench live --runs 59`: 194 and 197 ms, and 194 and 196),
+/// rounded up.
+const LIVE_JITTER_MS: f64 = 5.0;
+
+/// How many times that a word stays away from its edge.
+const AWAY: f64 = 3.0;
+
+impl Ground {
+    /// A word of the same moves that `test` finds for `cause` as it is, and with everything that far earlier and later: each number
+    /// of `word` is strengthened by as much, what counts no time by one step. None where there is none: the region is thinner.
+    ///
+    /// # Errors
+    /// Why a word cannot be run.
+    pub fn inside(&self, word: &Word, test: Test<'_>, cause: &Cause) -> Result<Option<Word>, String> {
+        let stronger = Word::new(word.letters().iter().map(|letter| self.stronger(letter)).collect());
+        let away = self.ticks();
+        for shift in [0, away, 2 * away, -away] {
+            let around = [shift, shift - away, shift + away].map(|shift| self.shifted(&stronger, shift));
+            let [Some(middle), Some(earlier), Some(later)] = around else { continue };
+            if self.all_hold(&[&middle, &earlier, &later], test, cause)? {
+                return Ok(Some(middle));
+            }
+        }
+        Ok(None)
+    }
+
+    fn all_hold(&self, words: &[&Word], test: Test<'_>, cause: &Cause) -> Result<bool, String> {
+        for word in words {
+            if test(&self.try_word(word)?).as_ref() != Some(cause) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn stronger(&self, letter: &Letter) -> Letter {
+        let of = move_of(&self.alphabet, letter);
+        let lasts = of.lasts_ms.is_some();
+        let counts_time = |n: usize| {
+            (lasts && n == 0) || of.varies.get(n - usize::from(lasts)).is_some_and(|v| v.key.as_str().ends_with("_ms"))
+        };
+        let places = of.ranges().zip(&letter.places).enumerate().map(|(n, (range, place))| {
+            let steps = if counts_time(n) { (AWAY * LIVE_JITTER_MS / range.step).ceil() as u32 } else { 1 };
+            (place + steps).min(range.last())
+        });
+        Letter { places: places.collect(), ..letter.clone() }
+    }
+
+    /// The distance to the edge, in ticks of the alphabet.
+    fn ticks(&self) -> i64 {
+        (AWAY * LIVE_JITTER_MS / self.alphabet.tick_ms.unsigned() as f64).ceil() as i64
+    }
+
+    /// Everything so many ticks later; none where that is not within the alphabet's times.
+    fn shifted(&self, word: &Word, ticks: i64) -> Option<Word> {
+        let (first, last) = self.alphabet.begins();
+        let shifted = |letter: &Letter| {
+            let begins = u32::try_from(i64::from(letter.begins) + ticks).ok()?;
+            (first..=last).contains(&begins).then(|| Letter { begins, ..letter.clone() })
+        };
+        word.letters().iter().map(shifted).collect::<Option<Vec<_>>>().map(Word::new)
+    }
+}
