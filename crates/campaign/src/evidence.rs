@@ -6,7 +6,7 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use adversary::insider::{InsiderRecorder, Kept};
 use link::guard::observe::Verdict;
@@ -14,7 +14,7 @@ use sha2::{Digest, Sha256};
 use wire::audit::{ChainError, Chains, Entry, Head};
 use wire::codec;
 use wire::event::{Event, GuardVerdict};
-use wire::id::{NodeId, WorldId};
+use wire::id::{Boot, NodeId, WorldId};
 use wire::policy::Waived;
 
 use crate::custody::{Custodian, Custody, Held, HeldHead, Life};
@@ -39,10 +39,19 @@ pub fn by_recorder(node: NodeId) -> bool {
 /// The head of each life's chain that goes by way of the recorder, from the log before it was in anybody's hands. The recorder's own
 /// is no witness against it.
 pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
-    let kept = log.iter().filter(|l| by_recorder(l.node) && l.node != NodeId::RECORDER);
-    let heads = kept.filter_map(|l| Head::of(&l.bytes)).map(HeldHead::from);
-    let last: BTreeMap<Life, HeldHead> = heads.map(|head| (head.life(), head)).collect();
-    last.into_values().collect()
+    let (mut last, mut first_life) = (BTreeMap::<Life, &Logged>::new(), BTreeSet::new());
+    // From the end: what comes before the last entry of a node's first life is of no use.
+    for logged in log.iter().rev().filter(|l| by_recorder(l.node) && l.node != NodeId::RECORDER) {
+        if first_life.contains(&logged.node) {
+            continue;
+        }
+        let Ok(entry) = Entry::decode(&logged.bytes) else { continue };
+        last.entry(Life::of(&entry)).or_insert(logged);
+        if entry.node == logged.node && entry.boot == Boot(1) {
+            first_life.insert(logged.node);
+        }
+    }
+    last.into_values().filter_map(|l| Head::of(&l.bytes)).map(HeldHead::from).collect()
 }
 
 /// Lets `hands` at what went by way of the recorder.
@@ -123,7 +132,8 @@ pub fn hashes(entries: &[Witnessed]) -> (String, String) {
 
 /// Lower-case hexadecimal.
 pub fn hex(bytes: &[u8]) -> String {
-    bytes.iter().map(|b| format!("{b:02x}")).collect()
+    const DIGITS: [char; 16] = ['0', '1', '2', '3', '4', '5', '6', '7', '8', '9', 'a', 'b', 'c', 'd', 'e', 'f'];
+    bytes.iter().flat_map(|b| [DIGITS[usize::from(b >> 4)], DIGITS[usize::from(b & 15)]]).collect()
 }
 
 #[derive(minicbor::Encode)]
