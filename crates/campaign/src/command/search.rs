@@ -12,7 +12,7 @@ use crate::ablation::Switch;
 use crate::parallel;
 use crate::progress::Progress;
 use crate::report::{Confirmed, FindingRow, Mode, SearchObject, search_table};
-use crate::scenario::{Alphabet, Name};
+use crate::scenario::{Alphabet, Name, Setup};
 use crate::search::{Cause, Found, Ground, Hunted, Moments, Quest, Shrunk, Strategy, Word, ends_in};
 use crate::trial::Outcome;
 
@@ -49,6 +49,9 @@ pub(super) struct Args {
     /// Threads [default: one a core]. What is found does not depend on it.
     #[arg(long, value_name = "J", value_parser = super::batch::jobs)]
     jobs: Option<usize>,
+    /// With rendered sensors and the detector; what a word does not reach is not rendered again.
+    #[arg(long)]
+    rendered: bool,
     /// A policy file in place of the scenario's own.
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
@@ -103,7 +106,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 const POLICY_FILE: &str = "searched.toml";
 
 fn ground(context: &Context, args: &Args) -> Result<Ground, Failure> {
-    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
+    let wanted =
+        Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: args.rendered, ..Wanted::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     if scenario.is_of_stacks() {
         let message =
@@ -223,6 +227,7 @@ fn finding(
         (Some(policy), true) => format!(" --policy {}", policy.display()),
         (None, true) => String::new(),
     };
+    let rendered = if args.rendered { " --rendered" } else { "" };
     Ok(FindingRow {
         name: name.to_owned(),
         outcome: cause.outcome,
@@ -236,7 +241,7 @@ fn finding(
         margins: shrunk.margins.clone(),
         stopped_by: stopped_by(args, ground, &shrunk.word)?,
         live: None,
-        reproduce: format!("holdsafe run {} --trials 1 --seed {}{policy}", file.display(), ground.seed),
+        reproduce: format!("holdsafe run {} --trials 1 --seed {}{rendered}{policy}", file.display(), ground.seed),
     })
 }
 
@@ -246,10 +251,12 @@ fn confirm(context: &Context, args: &Args, ground: &Ground, cause: &Cause, word:
         return Ok(Confirmed::default());
     };
     let scenario = inside.in_scenario(&ground.alphabet, &ground.scenario).map_err(unfit)?;
+    // Live there are frames, always.
+    let setup = Setup { rendered: true, ..ground.setup.clone() };
     let mut confirmed = Confirmed { word: Some(inside.told(&ground.alphabet)), ..Confirmed::default() };
     let progress = Progress::new("live", args.confirm as usize, context.talk);
     for seed in (0..args.confirm).map(|n| ground.seed.wrapping_add(n)) {
-        let trial = engine::trial(Mode::Live, &scenario, &ground.setup, seed, &context.stop)?;
+        let trial = engine::trial(Mode::Live, &scenario, &setup, seed, &context.stop)?;
         confirmed.take(trial.outcome, args.find.contains(&trial.outcome));
         progress.step();
     }
