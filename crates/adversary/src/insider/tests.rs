@@ -128,7 +128,11 @@ fn of_two_forwardings_at_once_each_sends_on_what_is_heard() {
     };
     let record = hop(HopBody::Report(report_of_c().as_slice().into()));
     let heard = Input::Record { session: DOWN, bytes: record };
-    assert_eq!([(1200, &heard), (1600, &heard), (1899, &Input::Timeout), (1900, &Input::Timeout)].map(|(ms, input)| forwards(ms, input)), [1, 2, 2, 3]);
+    assert_eq!(
+        [(1200, &heard), (1600, &heard), (1899, &Input::Timeout), (1900, &Input::Timeout)]
+            .map(|(ms, input)| forwards(ms, input)),
+        [1, 2, 2, 3]
+    );
 }
 
 #[test]

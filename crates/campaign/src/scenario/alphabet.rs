@@ -287,7 +287,8 @@ mod tests {
         let scenario = nominal().with_entries(&alphabet.with, []).unwrap();
         let last = scenario.operator.step.last().unwrap();
         assert_eq!((scenario.unit[0].name.as_str(), *last.verb), ("unit-b", Verb::Hold));
-        let elsewhere = Alphabet::parse("a.toml", "a", &TEXT.replacen("[[move]]", &with.replace("unit.0", "unit.1"), 1));
+        let elsewhere =
+            Alphabet::parse("a.toml", "a", &TEXT.replacen("[[move]]", &with.replace("unit.0", "unit.1"), 1));
         let told = nominal().with_entries(&elsewhere.unwrap().with, []).unwrap_err();
         assert_eq!(told, "`unit.1` leads nowhere");
     }
@@ -298,16 +299,24 @@ mod tests {
         let late = ("loss".to_owned(), alphabet.moves[0].entry(9_500, &[0]));
         assert!(nominal().with_entries(&Settings::default(), [late]).unwrap_err().starts_with("starts at 9.5 s"));
         let nowhere = ("los".to_owned(), alphabet.moves[0].entry(1_000, &[0]));
-        assert_eq!(nominal().with_entries(&Settings::default(), [nowhere]).unwrap_err(), "a scenario has no tables `los`");
+        assert_eq!(
+            nominal().with_entries(&Settings::default(), [nowhere]).unwrap_err(),
+            "a scenario has no tables `los`"
+        );
         let mut undeclared = nominal();
         undeclared.expect([]);
-        assert!(undeclared.with_entries(&Settings::default(), []).is_ok(), "under a policy of which nothing was declared");
+        assert!(
+            undeclared.with_entries(&Settings::default(), []).is_ok(),
+            "under a policy of which nothing was declared"
+        );
     }
 
     #[test]
     fn a_scenario_written_as_a_file_of_its_own_is_read_as_the_same() {
         let alphabet = Alphabet::parse("a.toml", "a", TEXT).unwrap();
-        let with = nominal().with_entries(&Settings::default(), [("loss".to_owned(), alphabet.moves[0].entry(1_000, &[3]))]).unwrap();
+        let with = nominal()
+            .with_entries(&Settings::default(), [("loss".to_owned(), alphabet.moves[0].entry(1_000, &[3]))])
+            .unwrap();
         let text = with.to_file(&Name::new("found-1").unwrap()).unwrap();
         let again = parse("found-1.toml", "found-1", &text).unwrap();
         assert!(text.contains("[[loss]]") && !text.contains("[[delay]]"), "{text}");
