@@ -14,14 +14,14 @@ pub(super) const ALL: &[Assertion] = &[
             none(back.map(|pair| format!("{} at {:.0} ms after {}", pair[1].report, pair[1].at_ms, pair[0].report)))
         },
         examples: || (showing([(1, false), (2, false)], &[]), showing([(2, false), (1, false)], &[])),
-        carried_by: Some(("boundary.sequence", "display")),
+        carried_by: None,
     },
     Assertion {
         name: "authority_is_shown_as_fresh_only_where_it_was_held_lately",
         // A hung console goes on showing its last picture: row A36.
         holds: |facts| if facts.deeds.any(&["console-hangs"]) { Ok(()) } else { none(feigned(facts)) },
         examples: || (showing([(1, false), (2, true)], &[(1_900.0, true)]), showing([(1, false), (2, true)], &[])),
-        carried_by: Some(("display.signature", "display")),
+        carried_by: None,
     },
 ];
 

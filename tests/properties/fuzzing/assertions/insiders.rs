@@ -4,8 +4,7 @@ use wire::event::{Account, Interface};
 use wire::id::{Boot, NodeId, PeerId, RecordId, Sequence};
 use wire::refusal::Reason;
 
-use super::super::reference::{drives, mode_at};
-use super::supervision::subsequence;
+use super::super::reference::{Change, drives, mode_at};
 use super::{Assertion, Facts, holding, none, same_modes, trial};
 
 /// What a teammate says that the boundary refuses: another's words under that one's name, what is broken or no live product.
@@ -30,13 +29,13 @@ pub(super) const ALL: &[Assertion] = &[
         name: "what_is_not_a_teammates_to_say_changes_no_mode",
         holds: |facts| if facts.deeds.only("teammates", &NOT_ITS_TO_SAY) { same_modes(facts) } else { Ok(()) },
         examples: || (trial("teammates", &["break"]), holding("teammates", &["break"])),
-        carried_by: Some(("boundary.origin", "teammates")),
+        carried_by: None,
     },
     Assertion {
         name: "what_another_signed_does_not_pass_for_a_teammates_own",
         holds: |facts| if facts.deeds.only("teammates", &["relabel"]) { same_modes(facts) } else { Ok(()) },
         examples: || (trial("teammates", &["relabel"]), holding("teammates", &["relabel"])),
-        carried_by: Some(("boundary.signature", "teammates")),
+        carried_by: None,
     },
     Assertion {
         name: "a_place_that_leaves_its_claimed_motion_is_disputed_and_the_unit_holds",
@@ -46,7 +45,7 @@ pub(super) const ALL: &[Assertion] = &[
             disputed.witness.disputed_ms = Some(4_700.0);
             (disputed, trial("teammates", &["hide-drift"]))
         },
-        carried_by: Some(("guards.teammates", "teammates")),
+        carried_by: None,
     },
     Assertion {
         name: "who_is_no_operator_changes_no_mode",
@@ -64,9 +63,9 @@ pub(super) const ALL: &[Assertion] = &[
         carried_by: Some(("boundary.tag", "memory")),
     },
     Assertion {
-        // Perception itself can be lied to by who holds its keys: the unit may do less than in the mission, and nothing else.
-        name: "who_reads_a_channel_does_not_write_it_to_another",
-        holds: |facts| if facts.deeds.only("perception", &NOT_PERCEPTIONS) { subsequence(facts) } else { Ok(()) },
+        // Perception itself can be lied to by who holds its keys, so that there is no vehicle to take authority on.
+        name: "who_reads_a_channel_does_not_stop_the_unit_by_writing_it",
+        holds: |facts| if facts.deeds.only("perception", &NOT_PERCEPTIONS) { none(stopped(facts)) } else { Ok(()) },
         examples: || (trial("perception", &["elsewhere"]), holding("perception", &["elsewhere"])),
         carried_by: Some(("boundary.tag", "perception")),
     },
@@ -100,6 +99,15 @@ fn undisputed(facts: &Facts) -> Option<String> {
     let told =
         || format!("{mode} at {by:.0} ms, a drift of {} m/s disputed at {:?}", lie.number, facts.witness.disputed_ms);
     (drove && (drives(mode) || facts.witness.disputed_ms.is_none())).then(told)
+}
+
+/// A restriction of the unit that the mission does not have by then.
+fn stopped(facts: &Facts) -> Option<String> {
+    let restricts = |change: &&Change| ["DEGRADED", "HOLD_SAFE"].contains(&change.to.as_str());
+    let first = |changes: &[Change]| changes.iter().find(restricts).map(|change| change.at_ms);
+    let at = first(&facts.changes)?;
+    let early = first(&facts.mission).is_none_or(|in_mission| at < in_mission);
+    early.then(|| format!("restricted at {at:.0} ms, in the mission at {:?}", first(&facts.mission)))
 }
 
 fn refused_for_age(facts: &Facts) -> Option<String> {

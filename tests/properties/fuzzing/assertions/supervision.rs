@@ -12,7 +12,7 @@ pub(super) const ALL: &[Assertion] = &[
             if facts.deeds.only("path", &["repeat", "copy", "alert"]) { same_modes(facts) } else { Ok(()) }
         },
         examples: || (trial("path", &["repeat"]), holding("path", &["repeat"])),
-        carried_by: Some(("record_guard", "path")),
+        carried_by: None,
     },
     Assertion {
         name: "a_silence_shorter_than_the_lease_allows_changes_no_mode",
@@ -86,7 +86,7 @@ pub(super) fn goes_on(facts: &Facts, ended_ms: f64, within_ms: f64) -> Option<St
     (owed && drives(mode)).then(|| format!("{mode} at {by:.0} ms, {within_ms:.0} ms after what it drives by had ended"))
 }
 
-pub(super) fn subsequence(facts: &Facts) -> Result<(), String> {
+fn subsequence(facts: &Facts) -> Result<(), String> {
     let (trial, mission) = (names(&facts.changes), names(&facts.mission));
     let mut left = mission.iter();
     let all = trial.iter().all(|change| left.any(|other| other == change));
