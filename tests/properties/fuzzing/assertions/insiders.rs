@@ -7,8 +7,10 @@ use wire::refusal::Reason;
 use super::super::reference::{Change, drives, mode_at};
 use super::{Assertion, Facts, holding, none, same_modes, trial};
 
-/// What a teammate says that the boundary refuses: another's words under that one's name, what is broken or no live product.
-const NOT_ITS_TO_SAY: [&str; 5] = ["forward", "break", "flood", "synthetic", "played-back"];
+/// What a teammate says that the boundary refuses: another's words, what is broken or no live product.
+const NOT_ITS_TO_SAY: [&str; 6] = ["forward", "relabel", "break", "flood", "synthetic", "played-back"];
+/// Of these what leaves its own reports as they are.
+const BESIDE_ITS_OWN: [&str; 3] = ["forward", "break", "flood"];
 /// What perception's keys do not write, or what says of itself that it is no live product.
 const NOT_PERCEPTIONS: [&str; 4] = ["echo-navigation", "elsewhere", "synthetic", "played-back"];
 /// The time in which the judge of teammates forgets a disagreement, seconds (*tau* in `docs/bounds.md`).
@@ -29,13 +31,7 @@ pub(super) const ALL: &[Assertion] = &[
         name: "what_is_not_a_teammates_to_say_changes_no_mode",
         holds: |facts| if facts.deeds.only("teammates", &NOT_ITS_TO_SAY) { same_modes(facts) } else { Ok(()) },
         examples: || (trial("teammates", &["break"]), holding("teammates", &["break"])),
-        carried_by: None,
-    },
-    Assertion {
-        name: "what_another_signed_does_not_pass_for_a_teammates_own",
-        holds: |facts| if facts.deeds.only("teammates", &["relabel"]) { same_modes(facts) } else { Ok(()) },
-        examples: || (trial("teammates", &["relabel"]), holding("teammates", &["relabel"])),
-        carried_by: None,
+        carried_by: Some(("boundary.signature", "teammates")),
     },
     Assertion {
         name: "a_place_that_leaves_its_claimed_motion_is_disputed_and_the_unit_holds",
@@ -87,7 +83,8 @@ pub(super) const ALL: &[Assertion] = &[
 /// A hidden drift of *v* for so long that the disagreement, which is forgotten with *tau*, has grown above the slack: from
 /// then on the unit may not drive within *Th*. Only where nothing else is said that could hide it, and the unit was driving.
 fn undisputed(facts: &Facts) -> Option<String> {
-    let [lie] = &facts.deeds.done[..] else { return None };
+    let others = facts.deeds.done.iter().filter(|deed| !BESIDE_ITS_OWN.contains(&deed.of.as_str()));
+    let [lie] = others.collect::<Vec<_>>()[..] else { return None };
     let share = facts.limits.slack_m / (lie.number * FORGETS_S);
     if lie.of != "hide-drift" || share >= 1.0 {
         return None;
