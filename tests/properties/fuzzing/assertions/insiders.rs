@@ -1,8 +1,6 @@
-//! What those who hold credentials, a place on the host or the receiver's sky may not bring about, and what has to be noticed.
+//! What those who hold credentials, or a place on the host, may not bring about, and what has to be noticed.
 
-use wire::event::{Account, Interface};
 use wire::id::{Boot, NodeId, PeerId, RecordId, Sequence};
-use wire::refusal::Reason;
 
 use super::super::reference::{Change, drives, mode_at};
 use super::{Assertion, Facts, holding, none, same_modes, trial};
@@ -65,19 +63,6 @@ pub(super) const ALL: &[Assertion] = &[
         examples: || (trial("perception", &["elsewhere"]), holding("perception", &["elsewhere"])),
         carried_by: Some(("boundary.tag", "perception")),
     },
-    Assertion {
-        name: "the_receivers_time_makes_no_record_old_or_young",
-        holds: |facts| {
-            let times = ["time-steps", "time-steps-back", "time-drifts"];
-            if facts.deeds.only("sensors", &times) { none(refused_for_age(facts)) } else { Ok(()) }
-        },
-        examples: || {
-            let mut stale = trial("sensors", &["time-steps"]);
-            stale.witness.accounts.insert((NodeId::GATEWAY, Account::Refused(Interface::Uplink, Reason::Stale)), 1);
-            (trial("sensors", &["time-steps"]), stale)
-        },
-        carried_by: None,
-    },
 ];
 
 /// A hidden drift of *v* for so long that the disagreement, which is forgotten with *tau*, has grown above the slack: from
@@ -105,12 +90,6 @@ fn stopped(facts: &Facts) -> Option<String> {
     let at = first(&facts.changes)?;
     let early = first(&facts.mission).is_none_or(|in_mission| at < in_mission);
     early.then(|| format!("restricted at {at:.0} ms, in the mission at {:?}", first(&facts.mission)))
-}
-
-fn refused_for_age(facts: &Facts) -> Option<String> {
-    let for_age = |account: &Account| matches!(account, Account::Refused(_, Reason::Stale | Reason::Late));
-    let aged = facts.witness.accounts.iter().find(|((_, account), n)| for_age(account) && **n > 0);
-    aged.map(|((node, account), n)| format!("{node}: {account:?} {n}"))
 }
 
 fn accepted(peer: PeerId) -> Facts {
