@@ -177,7 +177,10 @@ fn a_search_that_cannot_begin_says_why() {
     fs::write(&file, odd).unwrap();
     let unfit = file.to_str().unwrap();
     for (arguments, message) in [
-        (&["search", "nominal", "--alphabet", "paths"][..], "no alphabet `paths`; there are: broker, display, path"),
+        (
+            &["search", "nominal", "--alphabet", "paths"][..],
+            "no alphabet `paths`; there are: broker, display, memory, path",
+        ),
         (
             &["search", "nominal", "--waive", "boundary.fresh"],
             "no check `boundary.fresh`; there are: boundary.freshness",

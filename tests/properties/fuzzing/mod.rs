@@ -1,18 +1,20 @@
 //! Property-based attack fuzzing: words that nobody wrote down, over everything the shipped alphabets allow, against what must
 //! hold whatever is done.
 //!
-//! Four files: `transitions` is all that adversary and world can do, `system` the real cores in the twin, `reference` what
-//! should happen, said without them, `assertions` what must hold of every trial. Drawing and shrinking are `campaign::search`'s.
+//! Four parts: `transitions` is all that adversary and world can do, `system` the real cores in the twin, `reference` what
+//! should happen, said without them, `assertions` what must hold of every trial. What these look at is read by `deeds` off the
+//! word and by `witness` off a second run of it. Drawing and shrinking are `campaign::search`'s.
 //!
 //! `HOLDSAFE_CASES=1000 cargo test fuzzing` tries more words of each alphabet than the few of every day. A failure prints the
 //! smallest word that shows it and the file with its scenario; moved into `tests/regressions/` it is a regression from then on.
 
 mod assertions;
+mod deeds;
 mod reference;
 mod system;
 mod transitions;
+mod witness;
 
-use assertions::ASSERTIONS;
 use system::System;
 use transitions::Transitions;
 
@@ -41,6 +43,41 @@ fn whichever_processes_end_or_hang_every_assertion_holds() {
     fuzz("processes");
 }
 
+#[test]
+fn whatever_an_admitted_teammate_says_every_assertion_holds() {
+    fuzz("teammates");
+}
+
+#[test]
+fn whatever_a_second_operators_station_orders_every_assertion_holds() {
+    fuzz("stations");
+}
+
+#[test]
+fn whatever_a_station_without_an_operators_key_asks_for_every_assertion_holds() {
+    fuzz("roles");
+}
+
+#[test]
+fn whatever_a_process_without_a_key_writes_to_shared_memory_every_assertion_holds() {
+    fuzz("memory");
+}
+
+#[test]
+fn whatever_the_holder_of_perceptions_keys_writes_but_a_vehicle_every_assertion_holds() {
+    fuzz("perception");
+}
+
+/// Every file among the alphabets is fuzzed with: the name of each is in a test above.
+#[test]
+fn every_shipped_alphabet_has_its_test() {
+    let folder = holdsafe_tests::root().join("scenarios/alphabets");
+    let files = std::fs::read_dir(&folder).expect("the folder").flatten().map(|e| e.path());
+    let named = files.map(|file| format!("    fuzz({:?});", file.file_stem().expect("a name").to_string_lossy()));
+    let untested: Vec<String> = named.filter(|call| !include_str!("mod.rs").contains(call.as_str())).collect();
+    assert!(untested.is_empty(), "{untested:?}");
+}
+
 fn fuzz(alphabet: &str) {
     let transitions = Transitions::of(alphabet);
     let system = System::new(&transitions);
@@ -67,9 +104,21 @@ fn every_regression_stays_mended() {
 
 #[test]
 fn every_assertion_fails_on_a_trial_that_breaks_it() {
-    for assertion in ASSERTIONS {
+    for assertion in assertions::all() {
         let (sound, broken) = (assertion.examples)();
         assert_eq!((assertion.holds)(&sound), Ok(()), "{}: on a sound trial", assertion.name);
         assert!((assertion.holds)(&broken).is_err(), "{}: on a broken trial", assertion.name);
     }
+}
+
+/// An assertion that nothing can break says nothing.
+#[test]
+fn every_assertion_that_one_check_carries_breaks_without_it() {
+    let unbroken = assertions::all().filter_map(|assertion| {
+        let (check, alphabet) = assertion.carried_by?;
+        let transitions = Transitions::of(alphabet).without(check);
+        let breaks = System::new(&transitions).breaks(&transitions, assertion);
+        (!breaks).then(|| format!("{} holds without {check} too, over {alphabet}", assertion.name))
+    });
+    assert_eq!(unbroken.collect::<Vec<_>>(), Vec::<String>::new());
 }

@@ -1,4 +1,4 @@
-//! What should happen, said without the cores: a few rules about words and the mission, from the bounds alone.
+//! What should happen, said without the cores: the mission as it goes without a word, and a few rules from the bounds alone.
 //!
 //! It knows neither messages nor state machines. What it cannot foretell it leaves open; the oracle judges that.
 
@@ -10,12 +10,30 @@ use wire::bounds::Bounds;
 pub(super) struct Reference {
     /// The unit's changes of mode.
     pub(super) changes: Vec<Change>,
-    /// *Th*, milliseconds.
-    pub(super) hold_ms: f64,
+    pub(super) limits: Limits,
+}
+
+/// How long what may take, milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Limits {
+    /// *Th*.
+    pub(super) hold: f64,
+    /// *Td*, and a control period in which it is judged.
+    pub(super) degraded: f64,
     /// Lease, a control period, and what a datagram under way may prolong it by.
-    pub(super) lease_ms: f64,
+    pub(super) lease: f64,
     /// How long nothing may come without any consequence: the lease less the grants' period, for one may have been due.
-    pub(super) grace_ms: f64,
+    pub(super) grace: f64,
+    /// From the last seal to the end of authority.
+    pub(super) seal: f64,
+    /// From a stop that was ordered to standstill: the set-point's lease, and braking from full speed.
+    pub(super) rest: f64,
+    /// For how long after it ended something may be shown as if it were: a period of telemetry, and *Tf*.
+    pub(super) shown: f64,
+    /// From an operator's HOLD to the mode: the ways of a request, an order and the control period, where nobody is in them.
+    pub(super) obeyed: f64,
+    /// How far the claimed place of a teammate may be from where its claimed motion leads, metres.
+    pub(super) slack_m: f64,
 }
 
 /// A change of mode.
@@ -26,48 +44,49 @@ pub(super) struct Change {
     pub(super) to: String,
 }
 
+/// Modes in which the unit may move by itself.
+const DRIVING: [&str; 3] = ["READY", "PREPARE_TO_ACT", "DEGRADED"];
+/// How long two hops and their cores may take in the twin.
+const TWO_HOPS_MS: u64 = 100;
+
 impl Change {
     pub(super) fn of(row: &TransitionRow) -> Self {
         Self { at_ms: row.t_ms, from: row.from.to_string(), to: row.to.to_string() }
     }
 }
 
-/// What a word does, as far as the reference understands it.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Deeds {
-    /// Only what every boundary refuses by itself: old records, copies, plaintext.
-    pub(super) only_refusable: bool,
-    /// From when to when no grant can come through, milliseconds; the longest of these.
-    pub(super) no_grant: Option<(f64, f64)>,
-    /// All that it does is to keep datagrams back, and for so long at most.
-    pub(super) only_silence_ms: Option<f64>,
-    /// Only the display is lied to; no request is swallowed.
-    pub(super) only_display: bool,
-    /// The console does nothing for a time.
-    pub(super) hangs_console: bool,
-    /// The gateway's end, if that comes.
-    pub(super) gateway_ends_ms: Option<f64>,
-}
-
 impl Reference {
     /// Of the mission as it goes without a word.
     pub(super) fn of(nominal: &Tried, bounds: &Bounds) -> Self {
-        let ms = |ms: u64| ms as f64;
-        Self {
-            changes: nominal.trial.transitions.iter().map(Change::of).collect(),
-            hold_ms: ms(bounds.to_hold_safe_ms),
-            lease_ms: ms(bounds.lease_ms + 2 * bounds.control_period_ms),
-            grace_ms: ms(bounds.lease_ms.saturating_sub(2 * bounds.grant_period_ms + bounds.control_period_ms)),
-        }
+        Self { changes: nominal.trial.transitions.iter().map(Change::of).collect(), limits: Limits::of(bounds) }
     }
+}
 
-    /// The mission's mode at a moment.
-    pub(super) fn mode_at(&self, at_ms: f64) -> &str {
-        mode_at(&self.changes, at_ms)
+impl Limits {
+    /// By the bounds of a platform.
+    pub(super) fn of(bounds: &Bounds) -> Self {
+        let ms = |ms: u64| ms as f64;
+        let braking = ms(u64::from(bounds.max_speed_mm_s)) * 1000.0 / ms(u64::from(bounds.braking_mm_s2));
+        Self {
+            hold: ms(bounds.to_hold_safe_ms),
+            degraded: ms(bounds.to_degraded_ms + bounds.control_period_ms),
+            lease: ms(bounds.lease_ms + 2 * bounds.control_period_ms),
+            grace: ms(bounds.lease_ms.saturating_sub(2 * bounds.grant_period_ms + bounds.control_period_ms)),
+            seal: ms(bounds.seal_limit_ms + 2 * bounds.control_period_ms),
+            rest: ms(bounds.set_point_lease_ms + bounds.control_period_ms) + braking,
+            shown: ms(bounds.freshness_ms + 2 * bounds.telemetry_period_ms),
+            obeyed: ms(bounds.control_period_ms + TWO_HOPS_MS),
+            slack_m: f64::from(bounds.teammate_slack_mm) / 1000.0,
+        }
     }
 }
 
 /// The mode at a moment, by its changes.
 pub(super) fn mode_at(changes: &[Change], at_ms: f64) -> &str {
     changes.iter().take_while(|c| c.at_ms <= at_ms).last().map_or("IDLE", |c| c.to.as_str())
+}
+
+/// Whether the unit may move by itself in this mode.
+pub(super) fn drives(mode: &str) -> bool {
+    DRIVING.contains(&mode)
 }

@@ -3,12 +3,17 @@
 use campaign::parallel;
 use campaign::progress::{Progress, Stop, Talk};
 use campaign::scenario::Name;
-use campaign::search::{Cause, Found, Ground, Moments, Tried, Word};
+use campaign::search::{Cause, Found, Ground, Hunted, Letter, Moments, Tried, Word};
 use campaign::trial::Outcome;
 
-use super::assertions::{ASSERTIONS, Case};
-use super::reference::Reference;
+use super::assertions::{self, Assertion, Facts};
+use super::deeds::Deeds;
+use super::reference::{Change, Reference};
 use super::transitions::Transitions;
+use super::witness::Witness;
+
+/// By how many ticks every silence of a word is made longer.
+const LONGER: u32 = 50;
 
 pub(super) struct System {
     ground: Ground,
@@ -28,28 +33,65 @@ impl System {
 
     /// The first failure among the words of `transitions`, shrunk, in words; none where there is none.
     pub(super) fn first_failure(&self, transitions: &Transitions) -> Option<String> {
-        let test = |tried: &Tried| self.broken(tried);
-        let (progress, stop) =
-            (Progress::new("fuzzing", transitions.quest.budget as usize, Talk::Quiet), Stop::default());
-        let hunted = self.ground.hunt(transitions.quest, &test, parallel::cores(), &progress, &stop);
-        let hunted = hunted.expect("every word fits the mission");
-        let all = hunted.trials == transitions.quest.budget;
-        assert!(all || !hunted.found.is_empty(), "{} words were tried", hunted.trials);
+        let test = |tried: &Tried| self.broken(tried, assertions::all());
+        let hunted = self.hunt(transitions, &test);
         hunted.found.iter().next().map(|(cause, found)| self.failure(cause, found, &test))
     }
 
-    fn broken(&self, tried: &Tried) -> Option<Cause> {
-        let case = Case { ground: &self.ground, reference: &self.reference, tried };
-        let broken = ASSERTIONS.iter().find(|assertion| (assertion.holds)(&case.facts()).is_err())?;
+    /// Whether any of the words of `transitions` breaks this one assertion.
+    pub(super) fn breaks(&self, transitions: &Transitions, assertion: &'static Assertion) -> bool {
+        let test = |tried: &Tried| self.broken(tried, std::iter::once(assertion));
+        !self.hunt(transitions, &test).found.is_empty()
+    }
+
+    fn hunt(&self, transitions: &Transitions, test: &(dyn Fn(&Tried) -> Option<Cause> + Sync)) -> Hunted {
+        let budget = transitions.quest.budget;
+        let (progress, stop) = (Progress::new("fuzzing", budget as usize, Talk::Quiet), Stop::default());
+        let hunted = self.ground.hunt(transitions.quest, test, parallel::cores(), &progress, &stop);
+        let hunted = hunted.expect("every word fits the mission");
+        let all = hunted.trials == budget;
+        assert!(all || !hunted.found.is_empty(), "{} words were tried", hunted.trials);
+        hunted
+    }
+
+    fn broken(&self, tried: &Tried, mut of: impl Iterator<Item = &'static Assertion>) -> Option<Cause> {
+        let facts = self.facts(tried);
+        let broken = of.find(|assertion| (assertion.holds)(&facts).is_err())?;
         Some(Cause { outcome: tried.trial.outcome, broken: broken.name.to_owned() })
+    }
+
+    /// What the assertions look at.
+    fn facts(&self, tried: &Tried) -> Facts {
+        let trial = &tried.trial;
+        Facts {
+            findings: trial.findings.clone(),
+            decisions: trial.decision_hash.clone(),
+            changes: changes(tried),
+            mission: self.reference.changes.clone(),
+            longer: self.longer(&tried.word),
+            deeds: Deeds::of(&self.ground, &tried.word),
+            witness: Witness::of(&self.ground, &tried.word),
+            limits: self.reference.limits,
+            duration_ms: trial.sim_seconds * 1000.0,
+        }
+    }
+
+    /// The changes of mode when every silence lasts longer; nothing for a word that does anything else.
+    fn longer(&self, word: &Word) -> Option<Vec<Change>> {
+        let silent = Deeds::of(&self.ground, word).only("path", &["cut", "cut-up", "cut-down"]);
+        let longer = |letter: &Letter| {
+            let places = letter.places.iter().map(|place| place + LONGER).collect();
+            Letter { places, ..letter.clone() }
+        };
+        let longer = Word::new(word.letters().iter().map(longer).collect());
+        silent.then(|| changes(&self.ground.try_word(&longer).expect("it fits as the shorter one does")))
     }
 
     fn failure(&self, cause: &Cause, found: &Found, test: &(dyn Fn(&Tried) -> Option<Cause> + Sync)) -> String {
         let shrunk = self.ground.shrink(&found.tried.word, test, cause, &self.moments).expect("its subwords fit too");
         let tried = self.ground.try_word(&shrunk.word).expect("it was run before");
-        let case = Case { ground: &self.ground, reference: &self.reference, tried: &tried };
-        let assertion = ASSERTIONS.iter().find(|a| a.name == cause.broken).expect("one of them");
-        let why = (assertion.holds)(&case.facts()).err().unwrap_or_default();
+        let assertion = assertions::all().find(|a| a.name == cause.broken).expect("one of them");
+        let why = (assertion.holds)(&self.facts(&tried)).err().unwrap_or_default();
         let name = format!("fuzzed-{}", self.ground.alphabet.name.as_str());
         let found = [Outcome::Unsafe, Outcome::Late, cause.outcome];
         let scenario = self.ground.as_regression(&shrunk.word, &found, &why).expect("it fits");
@@ -68,4 +110,8 @@ impl System {
             file.display(),
         )
     }
+}
+
+fn changes(tried: &Tried) -> Vec<Change> {
+    tried.trial.transitions.iter().map(Change::of).collect()
 }

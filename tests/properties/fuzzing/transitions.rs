@@ -1,5 +1,6 @@
 //! All that the adversary and the world can do: the words over a shipped alphabet, during a mission.
 
+use campaign::ablation::Switch;
 use campaign::scenario::{Alphabet, Scenario, Setup};
 use campaign::search::{Quest, Strategy};
 
@@ -23,5 +24,12 @@ impl Transitions {
         let budget = std::env::var("HOLDSAFE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);
         let quest = Quest { strategy: Strategy::Guided, seed: 1, budget, first: true };
         Self { mission: ready.scenario, setup: ready.setup, alphabet, quest }
+    }
+
+    /// The same under every check but this one.
+    pub(super) fn without(mut self, check: &str) -> Self {
+        let switch = Switch::all().into_iter().find(|switch| switch.name() == check).expect("a check of a policy");
+        switch.waive(&mut self.setup.policy);
+        self
     }
 }

@@ -87,6 +87,17 @@ fn p9_hold_safe_left_and_authority_entered_without_an_operator() {
 }
 
 #[test]
+fn p9_idle_is_left_by_an_enable_or_a_stop_alone() {
+    let left = |to: Mode| {
+        let mut log = Log::whole();
+        log.entries.retain(|w| !matches!(w.entry.event, Event::Transition { .. } | Event::Executed { .. }));
+        log.cut_display(0).to(1000, Mode::Idle, to, Cause::Operator);
+        log.breaks().contains(&Property::P9)
+    };
+    assert_eq!([Mode::Ready, Mode::Degraded, Mode::HoldSafe].map(left), [true, true, false]);
+}
+
+#[test]
 fn p11_an_act_on_a_decoy_and_one_far_from_any_vehicle() {
     for (class, distance) in [(Class::Decoy, 100), (Class::Vehicle, 9000)] {
         let mut log = Log::whole();

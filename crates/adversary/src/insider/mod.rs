@@ -10,6 +10,7 @@ mod end;
 mod flaw;
 mod forged;
 mod forgery;
+mod forwarding;
 mod gateway;
 mod operator;
 mod recorder;

@@ -6,7 +6,7 @@
 //!
 //! Its setup names the insider's own node (whose audit chain this is) and B's secret.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::BTreeMap;
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::RngCore;
@@ -22,32 +22,29 @@ use wire::time::{Echo, Instant, Span};
 
 use super::end::End;
 use super::flaw;
+use super::forwarding::Forwarding;
 use super::story;
 use super::tape::{Tape, Taped};
 use super::voice::{self, Voice};
 use crate::desk::Desk;
 use crate::opening::Opening;
-use crate::plan::{Direction, Forward, InsiderTeammateConfig, Malformed, PlanError};
+use crate::plan::{InsiderTeammateConfig, Malformed, PlanError};
 use crate::schedule::stream;
 
 /// Most sessions at once: one up to the gateway, one down to C, and as many again while they change over.
 const MAX_SESSIONS: usize = 4;
-/// Most reports of C held for their lag; what comes beyond is passed over.
-const MAX_WAITING: usize = 1024;
 
 /// See the module.
 #[derive(Debug)]
 pub struct InsiderTeammate {
     origin: Instant,
     config: InsiderTeammateConfig,
-    /// When the forwarding begins and ends.
-    forward: Option<Opening>,
+    forwardings: Vec<Forwarding>,
     boot: Boot,
     bounds: Bounds,
     voice: Voice,
     rng: ChaCha8Rng,
     ends: BTreeMap<SessionId, End>,
-    waiting: VecDeque<(Instant, Vec<u8>)>,
     runs: Vec<Run>,
     tape: Option<Tape>,
     next_report: Instant,
@@ -75,16 +72,14 @@ impl InsiderTeammate {
             let opening = Opening::counted(run.step, now, run.at_ms, (run.count, run.every_ms));
             Run { plan: run.clone(), opening, taken: 0 }
         });
-        let forward = |f: &Forward| Opening::new(f.step, Direction::Up, now, f.at_ms, Span::ms(f.duration_ms));
         Ok(Self {
             origin: now,
-            forward: config.forward.as_ref().map(forward),
+            forwardings: config.forwards.iter().map(|plan| Forwarding::new(plan, now)).collect(),
             boot: setup.boot,
             bounds: setup.bounds,
             voice: Voice::new(setup.key(), setup.boot, config.place, now),
             rng: stream(setup.seed, 0),
             ends: BTreeMap::new(),
-            waiting: VecDeque::new(),
             runs: runs.collect(),
             tape: config.resend.map(|plan| Tape::new(plan, now)),
             config,
@@ -101,13 +96,12 @@ impl InsiderTeammate {
         Self {
             origin: self.origin,
             config: self.config.clone(),
-            forward: self.forward.clone(),
+            forwardings: self.forwardings.clone(),
             boot: self.boot,
             bounds: self.bounds,
             voice: self.voice.fork(),
             rng: self.rng.clone(),
             ends: self.ends.clone(),
-            waiting: self.waiting.clone(),
             runs: self.runs.clone(),
             tape: self.tape.clone(),
             next_report: self.next_report,
@@ -143,8 +137,7 @@ impl InsiderTeammate {
             && teammate.via == PeerId::UNIT_A
             && let Some(mode) = voice::mode_in(teammate.report)
         {
-            let openings = self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening));
-            openings.for_each(|opening| opening.hears(now, mode));
+            openings(&mut self.forwardings, &mut self.runs).for_each(|opening| opening.hears(now, mode));
         }
         let report: &[u8] = match body {
             HopBody::Report(report) if end.peer == PeerId::UNIT_C => report,
@@ -159,10 +152,7 @@ impl InsiderTeammate {
                 return;
             }
         };
-        let Some(lag) = self.forwarding(now) else { return };
-        if self.waiting.len() < MAX_WAITING {
-            self.waiting.push_back((now + lag, report.to_vec()));
-        }
+        self.forwardings.iter_mut().for_each(|forwarding| forwarding.hear(now, report));
     }
 
     /// What B's reports repeat of the display's challenge.
@@ -175,35 +165,29 @@ impl InsiderTeammate {
         self.sessions(PeerId::UNIT_C).into_iter().for_each(|session| self.say(now, session, HopBody::Watch(challenge)));
     }
 
-    /// The lag, while C's telemetry is being forwarded.
-    fn forwarding(&self, now: Instant) -> Option<Span> {
-        let forward = self.config.forward.as_ref()?;
-        self.forward.as_ref().filter(|opening| opening.is_open(now)).map(|_| Span::ms(forward.lag_ms))
-    }
-
     /// Sends on what has waited long enough.
     fn forward(&mut self, now: Instant) {
-        while self.waiting.front().is_some_and(|(due, _)| *due <= now) {
-            let Some((_, theirs)) = self.waiting.pop_front() else { break };
-            let Some(forward) = self.config.forward else { continue };
-            let Some(report) = self.voice.in_form(now, forward.form, &theirs, self.watched()) else { continue };
-            let claimed = voice::id(&report);
-            for session in self.sessions(PeerId::GATEWAY) {
-                let Some(end) = self.ends.get_mut(&session) else { continue };
-                let record = end.say(now, HopBody::Report(report.as_slice().into()), &mut self.rng);
-                self.desk.attack(now, Action::Forward, Side::Server, &record, Span::ms(forward.lag_ms));
-                if let Some(record) = claimed {
-                    self.desk.write(now, Event::Claimed { record, off_mm: 0 });
+        for i in 0..self.forwardings.len() {
+            while let Some(theirs) = self.forwardings[i].take(now) {
+                let (form, lag) = (self.forwardings[i].form(), self.forwardings[i].lag());
+                let Some(report) = self.voice.in_form(now, form, &theirs, self.watched()) else { continue };
+                let claimed = voice::id(&report);
+                for session in self.sessions(PeerId::GATEWAY) {
+                    let Some(end) = self.ends.get_mut(&session) else { continue };
+                    let record = end.say(now, HopBody::Report(report.as_slice().into()), &mut self.rng);
+                    self.desk.attack(now, Action::Forward, Side::Server, &record, lag);
+                    if let Some(record) = claimed {
+                        self.desk.write(now, Event::Claimed { record, off_mm: 0 });
+                    }
+                    self.send(session, record);
                 }
-                self.send(session, record);
             }
         }
     }
 
     /// One period of telemetry up to the gateway.
     fn report(&mut self, now: Instant) {
-        let keeps = self.config.forward.is_none_or(|forward| forward.own_reports);
-        let own = keeps || self.forwarding(now).is_none();
+        let own = !self.forwardings.iter().any(|forwarding| forwarding.replaces(now));
         for session in self.open_to(PeerId::GATEWAY) {
             self.hello(now, session);
         }
@@ -284,11 +268,6 @@ impl InsiderTeammate {
         }
     }
 
-    /// Of everything that is planned.
-    fn openings(&mut self) -> impl Iterator<Item = &mut Opening> {
-        self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening))
-    }
-
     /// Sessions with `peer` in which something can be said.
     fn sessions(&self, peer: PeerId) -> Vec<SessionId> {
         let ready = self.ends.iter().filter(|(_, end)| end.peer == peer && end.ready());
@@ -333,6 +312,11 @@ impl InsiderTeammate {
     }
 }
 
+/// Of everything that is planned.
+fn openings<'a>(forwardings: &'a mut [Forwarding], runs: &'a mut [Run]) -> impl Iterator<Item = &'a mut Opening> {
+    forwardings.iter_mut().map(|forwarding| &mut forwarding.opening).chain(runs.iter_mut().map(|run| &mut run.opening))
+}
+
 /// The next tick after `now` of a period that started at `tick`; missed ones are passed over.
 fn next(tick: Instant, period_ms: u64, now: Instant) -> Instant {
     let period = Span::ms(period_ms.max(1));
@@ -352,14 +336,13 @@ impl Core for InsiderTeammate {
             self.close(now, *session);
         }
         if let Input::Cue { step } = input {
-            self.openings().for_each(|opening| opening.cue(now, *step));
+            openings(&mut self.forwardings, &mut self.runs).for_each(|opening| opening.cue(now, *step));
         }
         if matches!(input, Input::Finish) {
             self.desk.write(now, Event::Count { account: Account::Sent, n: self.sent });
         }
         if !self.desk.heed(now, input) && !self.desk.is_quiet() {
-            let openings = self.forward.iter_mut().chain(self.runs.iter_mut().map(|run| &mut run.opening));
-            self.desk.settle(openings, now);
+            self.desk.settle(openings(&mut self.forwardings, &mut self.runs), now);
             self.act(now);
         }
     }
@@ -368,8 +351,9 @@ impl Core for InsiderTeammate {
         if self.desk.is_quiet() {
             return None;
         }
-        let waiting = self.waiting.front().map(|(due, _)| *due);
-        let openings = self.forward.iter().chain(self.runs.iter().map(|run| &run.opening));
+        let waiting = self.forwardings.iter().filter_map(Forwarding::due);
+        let forwardings = self.forwardings.iter().map(|forwarding| &forwarding.opening);
+        let openings = forwardings.chain(self.runs.iter().map(|run| &run.opening));
         let begins = openings.filter_map(Opening::due);
         let ready = self.ends.values().any(|end| end.peer == PeerId::GATEWAY && end.ready());
         let tape = self.tape.as_ref().and_then(|tape| tape.due(ready));

@@ -25,7 +25,7 @@ const THEIRS: Nonce = Nonce(77);
 
 #[test]
 fn the_insider_speaks_the_session_layer_so_that_its_records_are_accepted() {
-    let mut insider = teammate(None);
+    let mut insider = teammate([]);
     let mut ages = AgeBound::new(Span::s(3));
     let mut window = Window::new(32, 600);
     ages.issue(Nonce(5), at(0));
@@ -88,7 +88,7 @@ fn a_re_signed_forward_passes_every_cryptographic_check() {
 
 #[test]
 fn c_drawn_away_is_supervised_and_its_own_records_are_forwarded() {
-    let mut insider = teammate(Some(forward(Form::Verbatim)));
+    let mut insider = teammate([forward(Form::Verbatim)]);
     open(&mut insider, UP, PeerId::GATEWAY);
     open(&mut insider, DOWN, PeerId::UNIT_C);
     let mut said = Vec::new();
@@ -106,13 +106,33 @@ fn c_drawn_away_is_supervised_and_its_own_records_are_forwarded() {
 
 #[test]
 fn b_is_honest_before_and_after_the_window() {
-    let mut insider = teammate(Some(Forward { own_reports: false, ..forward(Form::ReSigned) }));
+    let mut insider = teammate([Forward { own_reports: false, ..forward(Form::ReSigned) }]);
     open(&mut insider, UP, PeerId::GATEWAY);
     let reports = |insider: &mut InsiderTeammate, ms: u64| {
         let out = records(turn(insider, at(ms), &Input::Timeout, &mut Vec::new()), UP);
         out.iter().filter(|bytes| body(bytes, |body| matches!(body, HopBody::Report(_)))).count()
     };
     assert_eq!([100, 1100, 1200, 2100].map(|ms| reports(&mut insider, ms)), [1, 0, 0, 1]);
+}
+
+#[test]
+fn of_two_forwardings_at_once_each_sends_on_what_is_heard() {
+    let second = Forward { at_ms: 1500, lag_ms: 300, ..forward(Form::ReSigned) };
+    let mut insider = teammate([forward(Form::Verbatim), second]);
+    open(&mut insider, UP, PeerId::GATEWAY);
+    open(&mut insider, DOWN, PeerId::UNIT_C);
+    let mut said = Vec::new();
+    let mut forwards = |ms: u64, input: &Input| {
+        turn(&mut insider, at(ms), input, &mut said);
+        times(&said, Action::Forward)
+    };
+    let record = hop(HopBody::Report(report_of_c().as_slice().into()));
+    let heard = Input::Record { session: DOWN, bytes: record };
+    assert_eq!(
+        [(1200, &heard), (1600, &heard), (1899, &Input::Timeout), (1900, &Input::Timeout)]
+            .map(|(ms, input)| forwards(ms, input)),
+        [1, 2, 2, 3]
+    );
 }
 
 #[test]
@@ -141,9 +161,9 @@ fn broken_records_are_refused_for_the_flaw_they_have() {
     }
 }
 
-fn teammate(forward: Option<Forward>) -> InsiderTeammate {
+fn teammate(forwards: impl Into<Vec<Forward>>) -> InsiderTeammate {
     let place = Place { x_mm: 1000, y_mm: 2000, vx_mm_s: 300, vy_mm_s: -400 };
-    let config = InsiderTeammateConfig { place, forward, ..InsiderTeammateConfig::default() };
+    let config = InsiderTeammateConfig { place, forwards: forwards.into(), ..InsiderTeammateConfig::default() };
     InsiderTeammate::new(setup(NodeId::INSIDER_B, 2), config, at(0)).unwrap()
 }
 
@@ -159,7 +179,7 @@ fn open(insider: &mut InsiderTeammate, session: SessionId, peer: PeerId) {
 
 /// C's report as the insider forwards it when it hears it through the gateway.
 fn forwarded(form: Form) -> Vec<u8> {
-    let mut insider = teammate(Some(Forward { own_reports: false, ..forward(form) }));
+    let mut insider = teammate([Forward { own_reports: false, ..forward(form) }]);
     open(&mut insider, UP, PeerId::GATEWAY);
     turn(&mut insider, at(990), &Input::Timeout, &mut Vec::new());
     let report = report_of_c();

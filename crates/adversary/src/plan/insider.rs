@@ -15,9 +15,9 @@ const MAX_PLACE: u64 = 1_000_000;
 pub struct InsiderTeammateConfig {
     /// Where B claims to be.
     pub place: Place,
-    /// What it does with C's telemetry.
+    /// What it does with C's telemetry; several at once each send it on.
     #[serde(default)]
-    pub forward: Option<Forward>,
+    pub forwards: Vec<Forward>,
     /// Records that are authenticated and broken.
     #[serde(default)]
     pub malformed: Vec<Malformed>,
@@ -127,14 +127,14 @@ impl InsiderTeammateConfig {
         for (what, value) in [("x_mm", x_mm), ("y_mm", y_mm), ("vx_mm_s", vx_mm_s), ("vy_mm_s", vy_mm_s)] {
             within(what, u64::from(value.unsigned_abs()), 0, MAX_PLACE)?;
         }
-        if let Some(forward) = &self.forward {
+        for forward in &self.forwards {
             within("at_ms", forward.at_ms, 0, MAX_MS)?;
             within("duration_ms", forward.duration_ms, 1, MAX_MS)?;
             within("lag_ms", forward.lag_ms, 0, MAX_HOLD_MS)?;
             step::check(forward.step)?;
         }
         self.resend.iter().try_for_each(Resend::check)?;
-        at_most(self.malformed.len() + self.falsehoods.len() + self.confusions.len())?;
+        at_most(self.forwards.len() + self.malformed.len() + self.falsehoods.len() + self.confusions.len())?;
         self.falsehoods.iter().try_for_each(Falsehood::check)?;
         self.confusions.iter().try_for_each(Confusion::check)?;
         self.malformed.iter().try_for_each(|run| {

@@ -193,7 +193,7 @@ pub(super) fn teammate(s: &Scenario, phase: u64) -> Option<InsiderTeammateConfig
     let unit = s.unit.iter().find(|u| u.role == scenario::Role::Insider)?;
     let [x, y] = unit.start.at_m;
     let place = Place { x_mm: (x.get() * 1000.0) as i32, y_mm: (y.get() * 1000.0) as i32, vx_mm_s: 0, vy_mm_s: 0 };
-    let forward = s.teammate.first().map(|t| Forward {
+    let forwards = s.teammate.iter().map(|t| Forward {
         form: match t.form {
             Forwarding::Verbatim => Form::Verbatim,
             Forwarding::Relabelled => Form::Relabelled,
@@ -212,8 +212,12 @@ pub(super) fn teammate(s: &Scenario, phase: u64) -> Option<InsiderTeammateConfig
         every_ms: m.every_ms.unsigned(),
         step: step(m),
     });
-    let mut config =
-        InsiderTeammateConfig { place, forward, malformed: malformed.collect(), ..InsiderTeammateConfig::default() };
+    let mut config = InsiderTeammateConfig {
+        place,
+        forwards: forwards.collect(),
+        malformed: malformed.collect(),
+        ..InsiderTeammateConfig::default()
+    };
     super::peer::plan(s, phase, &mut config);
     Some(config)
 }
@@ -231,7 +235,7 @@ fn flaw(flaw: scenario::Flaw) -> Flaw {
 
 /// Whether unit C reports through the insider only.
 pub(super) fn third_is_silent(s: &Scenario) -> bool {
-    s.teammate.first().is_some_and(|t| t.c == ThirdUnit::Silent)
+    s.teammate.iter().any(|t| t.c == ThirdUnit::Silent)
 }
 
 /// The sim's faults.

@@ -29,7 +29,7 @@ fn idle(config: &mut AdversaryConfig, scenario: &Scenario) {
         AdversaryConfig::DatagramRelay(config) => config.actions = attack::conditions(scenario).collect(),
         AdversaryConfig::StreamRelay(config) => config.actions.clear(),
         AdversaryConfig::InsiderTeammate(config) => {
-            config.forward = None;
+            config.forwards.clear();
             config.malformed.clear();
             config.resend = None;
             config.falsehoods.clear();

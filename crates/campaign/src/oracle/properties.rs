@@ -213,7 +213,8 @@ fn recovery(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
             let what = format!("DEGRADED left after less than {} ms", evidence.bounds.hysteresis_ms);
             found.push(finding(Property::P9, change.at, what));
         }
-        let left_idle = change.from == Mode::Idle && change.to != Mode::Idle;
+        // A stop is safe from any mode.
+        let left_idle = change.from == Mode::Idle && !matches!(change.to, Mode::Idle | Mode::HoldSafe);
         if left_idle && !(change.cause == Cause::Operator && by("enable", near, change.at)) {
             found.push(finding(Property::P9, change.at, "IDLE left without an operator's enable"));
         }

@@ -1,7 +1,8 @@
 //! An alphabet: what an adversary may do in a search, as tables of a scenario with the ranges of their numbers.
 //!
-//! A *move* is one table with everything but its times and numbers fixed; an *entry* is that table with them. Putting
-//! entries together, and when, is `crate::search`'s business.
+//! A *move* is one table with everything but its times and numbers fixed; an *entry* is that table with them. Who has to be
+//! there to do it, an insider with credentials or an operator who strikes one off the roll, is put into the scenario first
+//! (`with`), whatever is done then. Putting entries together, and when, is `crate::search`'s business.
 
 use std::path::Path;
 
@@ -11,7 +12,7 @@ use toml::{Table, Value};
 
 use super::read::read_text;
 use super::value::{List, Located, Name, Text, Whole};
-use super::{Problem, Problems, Scenario};
+use super::{Problem, Problems, Scenario, Settings};
 
 /// Most numbers that one move varies.
 const MAX_NUMBERS: usize = 4;
@@ -32,6 +33,9 @@ pub struct Alphabet {
     pub begins_ms: Located<List<Whole<0, 3_600_000>, 2>>,
     /// Times and lengths are whole multiples of this.
     pub tick_ms: Whole<1, 1_000>,
+    /// What the moves need in the scenario: values by their path, as in a cell.
+    #[serde(default)]
+    pub with: Settings,
     /// The moves. Where several do, shrinking prefers the earlier.
     #[serde(rename = "move")]
     pub moves: Located<List<Move, 64>>,
@@ -198,14 +202,17 @@ impl Alphabet {
 }
 
 impl Scenario {
-    /// The scenario with further entries in its tables, checked as a file of its own would be, without cells and curve.
+    /// The scenario with these settings and with further entries in its tables, checked as a file of its own would be, without
+    /// cells and curve.
     ///
     /// # Errors
     /// What does not fit, in words.
-    pub fn with_entries(&self, entries: impl IntoIterator<Item = (String, Table)>) -> Result<Scenario, String> {
-        let mut bare = self.clone();
-        (bare.cell, bare.curve) = (List::default(), None);
-        let mut table = Table::try_from(&bare).map_err(|e| e.to_string())?;
+    pub fn with_entries(
+        &self,
+        with: &Settings,
+        entries: impl IntoIterator<Item = (String, Table)>,
+    ) -> Result<Scenario, String> {
+        let mut table = Table::try_from(with.applied_to(self)?).map_err(|e| e.to_string())?;
         for (name, entry) in entries {
             match table.get_mut(&name) {
                 Some(Value::Array(list)) => list.push(Value::Table(entry)),
@@ -246,7 +253,7 @@ fn is_empty(value: &Value) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{find_root, load, parse};
+    use super::super::{Verb, find_root, load, parse};
     use super::*;
 
     const TEXT: &str = "name = \"a\"\ntitle = \"t\"\nlongest = 2\nbegins_ms = [500, 8000]\ntick_ms = 10\n\
@@ -266,28 +273,50 @@ mod tests {
         let alphabet = Alphabet::parse("a.toml", "a", TEXT).unwrap();
         let hold = &alphabet.moves[1];
         let entry = ("delay".to_owned(), hold.entry(4_000, &[hold.lasts_ms.unwrap().place(300.0), 29]));
-        let with = nominal().with_entries([entry]).unwrap();
+        let with = nominal().with_entries(&Settings::default(), [entry]).unwrap();
         let delay = &with.delay[0];
         assert_eq!((delay.at_s.get(), delay.duration_s.get(), delay.by_ms.get()), (4.0, 0.3, 300));
         assert!(with.loss.is_empty());
     }
 
     #[test]
+    fn what_the_moves_need_is_there_whatever_is_done() {
+        let with = "[with]\n\"operator.step.2.do\" = \"hold\"\n\
+                    \"unit.0\" = { name = \"unit-b\", role = \"insider\", start = { at_m = [-15, 6] } }\n[[move]]";
+        let alphabet = Alphabet::parse("a.toml", "a", &TEXT.replacen("[[move]]", with, 1)).unwrap();
+        let scenario = nominal().with_entries(&alphabet.with, []).unwrap();
+        let last = scenario.operator.step.last().unwrap();
+        assert_eq!((scenario.unit[0].name.as_str(), *last.verb), ("unit-b", Verb::Hold));
+        let elsewhere =
+            Alphabet::parse("a.toml", "a", &TEXT.replacen("[[move]]", &with.replace("unit.0", "unit.1"), 1));
+        let told = nominal().with_entries(&elsewhere.unwrap().with, []).unwrap_err();
+        assert_eq!(told, "`unit.1` leads nowhere");
+    }
+
+    #[test]
     fn what_does_not_fit_the_scenario_is_told() {
         let alphabet = Alphabet::parse("a.toml", "a", TEXT).unwrap();
         let late = ("loss".to_owned(), alphabet.moves[0].entry(9_500, &[0]));
-        assert!(nominal().with_entries([late]).unwrap_err().starts_with("starts at 9.5 s"));
+        assert!(nominal().with_entries(&Settings::default(), [late]).unwrap_err().starts_with("starts at 9.5 s"));
         let nowhere = ("los".to_owned(), alphabet.moves[0].entry(1_000, &[0]));
-        assert_eq!(nominal().with_entries([nowhere]).unwrap_err(), "a scenario has no tables `los`");
+        assert_eq!(
+            nominal().with_entries(&Settings::default(), [nowhere]).unwrap_err(),
+            "a scenario has no tables `los`"
+        );
         let mut undeclared = nominal();
         undeclared.expect([]);
-        assert!(undeclared.with_entries([]).is_ok(), "under a policy of which nothing was declared");
+        assert!(
+            undeclared.with_entries(&Settings::default(), []).is_ok(),
+            "under a policy of which nothing was declared"
+        );
     }
 
     #[test]
     fn a_scenario_written_as_a_file_of_its_own_is_read_as_the_same() {
         let alphabet = Alphabet::parse("a.toml", "a", TEXT).unwrap();
-        let with = nominal().with_entries([("loss".to_owned(), alphabet.moves[0].entry(1_000, &[3]))]).unwrap();
+        let with = nominal()
+            .with_entries(&Settings::default(), [("loss".to_owned(), alphabet.moves[0].entry(1_000, &[3]))])
+            .unwrap();
         let text = with.to_file(&Name::new("found-1").unwrap()).unwrap();
         let again = parse("found-1.toml", "found-1", &text).unwrap();
         assert!(text.contains("[[loss]]") && !text.contains("[[delay]]"), "{text}");

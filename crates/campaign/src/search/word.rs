@@ -55,7 +55,7 @@ impl Word {
             let of = move_of(alphabet, letter);
             (of.table.as_str().to_owned(), of.entry(u64::from(letter.begins) * tick, &letter.places))
         };
-        base.with_entries(self.0.iter().map(entry))
+        base.with_entries(&alphabet.with, self.0.iter().map(entry))
     }
 
     /// What it does, for people: `cut at 4.00 s for 0.55 s, hold at 5.10 s (by_ms = 300)`.

@@ -92,8 +92,8 @@ impl Planner {
 
     fn insiders(&mut self, s: &Scenario) {
         let action = Planned::Action;
-        // The insider has one form of forwarding and one session to replay (`attack::teammate`, `peer`).
-        s.teammate.first().into_iter().for_each(|t| self.add(t, t.lag_ms.unsigned(), action(Action::Forward)));
+        s.teammate.iter().for_each(|t| self.add(t, t.lag_ms.unsigned(), action(Action::Forward)));
+        // The insider has one session to replay (`peer`).
         let anew = s.session_replay.first().map(|r| (start_ms(r, self.phase) * 1000, action(Action::Resend)));
         // How long it takes to dial again is up to the gateway.
         self.plans.extend(anew.map(|(from, what)| Plan { what, from, until: Micros::MAX, step: None }));

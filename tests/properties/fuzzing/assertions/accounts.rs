@@ -1,0 +1,54 @@
+//! What has to add up, and that a trial is the same however it is run.
+
+use std::collections::BTreeMap;
+
+use wire::event::{Account, Interface};
+use wire::id::NodeId;
+
+use super::{Assertion, Facts, none, trial};
+
+pub(super) const ALL: &[Assertion] = &[
+    Assertion {
+        name: "whatever_came_in_anywhere_was_accepted_or_refused",
+        holds: |facts| none(unaccounted(facts)),
+        examples: || (counted(1), counted(2)),
+        carried_by: None,
+    },
+    Assertion {
+        name: "forked_half_way_with_mouths_kept_a_trial_decides_the_same",
+        holds: |facts| {
+            let (once, again) = (&facts.decisions, &facts.witness.decisions);
+            none((once != again).then(|| format!("decisions {once}, and {again} when it was run again from a fork")))
+        },
+        examples: || {
+            let other = Facts { decisions: "1".to_owned(), ..trial("path", &["cut"]) };
+            (trial("path", &["cut"]), other)
+        },
+        carried_by: None,
+    },
+];
+
+/// A node and interface at which more or less came in than was judged.
+fn unaccounted(facts: &Facts) -> Option<String> {
+    let mut sums: BTreeMap<(NodeId, Interface), (u64, u64)> = BTreeMap::new();
+    for ((node, account), n) in &facts.witness.accounts {
+        if let Account::Received(at) = account {
+            sums.entry((*node, *at)).or_default().0 += n;
+        }
+        if let Account::Accepted(at) | Account::Refused(at, _) = account {
+            sums.entry((*node, *at)).or_default().1 += n;
+        }
+    }
+    let (at, (came, judged)) = sums.into_iter().find(|(_, (came, judged))| came != judged)?;
+    Some(format!("{} at {:?}: {came} came in, {judged} were judged", at.0, at.1))
+}
+
+/// A trial in which so many records came in and one was accepted.
+fn counted(came: u64) -> Facts {
+    let mut facts = trial("path", &["copy"]);
+    facts.witness.accounts = BTreeMap::from([
+        ((NodeId::GATEWAY, Account::Received(Interface::Requests)), came),
+        ((NodeId::GATEWAY, Account::Accepted(Interface::Requests)), 1),
+    ]);
+    facts
+}

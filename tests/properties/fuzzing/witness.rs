@@ -1,0 +1,118 @@
+//! The same word once more, otherwise: forked half way, with the mouths of the cores kept; and what its log says of orders,
+//! reports, the display, the plant and the accounts, for the assertions to read.
+//!
+//! Nothing is judged here.
+
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+use std::collections::BTreeMap;
+
+use campaign::evidence::hashes;
+use campaign::search::{Ground, Word};
+use campaign::twin::trial::{conclude, start};
+use wire::audit::Entry;
+use wire::command::CommandKind;
+use wire::event::{Account, Event, Freshness, Interface};
+use wire::id::{CommandId, NodeId, PeerId, RecordId, UnitId, WorldId};
+use wire::refusal::Reason;
+
+/// What was seen, times in milliseconds.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Witness {
+    /// Digest of every decision.
+    pub(super) decisions: String,
+    /// Orders as they were given.
+    pub(super) given: Vec<Given>,
+    /// Orders as the unit under test took them.
+    pub(super) taken: Vec<Taken>,
+    /// When the unit under test learned that the second operator was struck off the roll.
+    pub(super) struck_ms: Option<f64>,
+    /// Reports that the gateway accepted, and in whose session they came.
+    pub(super) accepted: Vec<(PeerId, RecordId)>,
+    /// What the display showed of the unit under test.
+    pub(super) shown: Vec<Shown>,
+    /// When it gained authority (true) and lost or used it.
+    pub(super) authority: Vec<(f64, bool)>,
+    /// Its true speed, mm/s.
+    pub(super) speed: Vec<(f64, i32)>,
+    /// Acts at the plant.
+    pub(super) acts: usize,
+    /// When it first found a teammate's claims inconsistent.
+    pub(super) disputed_ms: Option<f64>,
+    /// Closing accounts.
+    pub(super) accounts: BTreeMap<(NodeId, Account), u64>,
+}
+
+/// An order, by the word of who gave it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Given {
+    pub(super) at_ms: f64,
+    pub(super) id: CommandId,
+    pub(super) kind: CommandKind,
+    /// Whose key it is signed with.
+    pub(super) key: NodeId,
+}
+
+/// An order that reached the unit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Taken {
+    pub(super) at_ms: f64,
+    pub(super) id: CommandId,
+    pub(super) kind: CommandKind,
+    pub(super) refused: Option<Reason>,
+}
+
+/// A picture on the display.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Shown {
+    pub(super) at_ms: f64,
+    pub(super) fresh: bool,
+    pub(super) authority: bool,
+    pub(super) report: RecordId,
+}
+
+impl Witness {
+    /// Of a word, run again.
+    pub(super) fn of(ground: &Ground, word: &Word) -> Self {
+        let scenario = word.in_scenario(&ground.alphabet, &ground.scenario).expect("it was run before");
+        let (cast, mut twin) = start(&scenario, &ground.setup, ground.seed, true).expect("it was run before");
+        twin.run_until(cast.duration / 2);
+        let fork = twin.fork(WorldId(1));
+        drop(twin);
+        let run = conclude(cast, fork, &ground.setup);
+        let mut witness = Self { decisions: hashes(&run.evidence.entries).1, ..Self::default() };
+        run.evidence.entries.iter().for_each(|w| witness.take(w.at as f64 / 1000.0, &w.entry));
+        witness
+    }
+
+    fn take(&mut self, at_ms: f64, entry: &Entry) {
+        let unit_a = entry.node == NodeId::UNIT_A;
+        match entry.event {
+            Event::Intended { command: id, kind } if entry.node == NodeId::CONSOLE => {
+                self.given.push(Given { at_ms, id, kind, key: NodeId::OPERATOR });
+            }
+            Event::Rogue { command: id, kind, key, .. } => self.given.push(Given { at_ms, id, kind, key }),
+            Event::Executed { command: id, kind, refused } if unit_a => {
+                self.taken.push(Taken { at_ms, id, kind, refused });
+            }
+            Event::Struck { who: NodeId::OPERATOR_2 } if unit_a => {
+                self.struck_ms.get_or_insert(at_ms);
+            }
+            Event::Accepted { at: Interface::Uplink, peer, record, .. } => self.accepted.push((peer, record)),
+            Event::Displayed { unit: UnitId::A, authority, freshness, report, .. } => {
+                self.shown.push(Shown { at_ms, fresh: freshness == Freshness::Fresh, authority, report });
+            }
+            Event::Minted { .. } if unit_a => self.authority.push((at_ms, true)),
+            Event::Revoked { .. } | Event::Acted { .. } if unit_a => self.authority.push((at_ms, false)),
+            Event::Truth { unit: UnitId::A, speed_mm_s, .. } => self.speed.push((at_ms, speed_mm_s)),
+            Event::PlantAct { .. } => self.acts += 1,
+            Event::Inconsistent { .. } if unit_a => {
+                self.disputed_ms.get_or_insert(at_ms);
+            }
+            Event::Count { account, n } => {
+                self.accounts.insert((entry.node, account), n);
+            }
+            _ => {}
+        }
+    }
+}
