@@ -1,4 +1,5 @@
-//! A fork goes on exactly as the run it was taken from, and leaves that run alone.
+//! A fork goes on exactly as the run it was taken from, and leaves that run alone; a branch goes on by chances of its own,
+//! in what the scenario lets vary and nothing else.
 
 use campaign::evidence::{Logged, hashes, read};
 use campaign::twin::Twin;
@@ -40,5 +41,53 @@ fn forks_at_a_hundred_ticks_end_as_the_unforked_run() {
 fn forks_in_the_middle_of_an_attack_end_as_the_unforked_run() {
     for name in ["replay", "thermal_loss"] {
         forks_agree(&shipped(name), 5, [4_050_000, 4_400_000, 5_000_000].into_iter());
+    }
+}
+
+/// When branches are taken: behind the act, so that no authority names a world any more.
+const BRANCHES_AT: u64 = 6_000_000;
+
+/// What a fork and two kinds of branches log behind `BRANCHES_AT`.
+fn behind(ready: &Ready, seeds: [u64; 2]) -> (Vec<Logged>, [Vec<Logged>; 2]) {
+    let (cast, mut trunk) = start(&ready.scenario, &ready.setup, 3, false).expect("a shipped scenario starts");
+    trunk.run_until(BRANCHES_AT);
+    let before = trunk.log().len();
+    let branches = seeds.map(|seed| finish(trunk.branch(seed, &ready.scenario.varies), cast.duration));
+    let fork = finish(trunk.fork(WorldId(1)), cast.duration);
+    (fork[before..].to_vec(), branches)
+}
+
+#[test]
+fn a_branch_goes_on_by_the_chances_of_its_seed_and_has_no_recording_to_show() {
+    let ready = shipped("nominal");
+    let (fork, [one, same]) = behind(&ready, [7, 7]);
+    assert_eq!(one, same, "the same seed");
+    assert_ne!(one, fork, "chances of its own");
+    assert_ne!(one, behind(&ready, [8, 8]).1[0], "another seed");
+    let (_, problem) = read(&one);
+    assert!(problem.is_some(), "a log without its beginning passes for a run's");
+}
+
+#[test]
+fn a_branch_draws_nothing_anew_that_the_scenario_does_not_vary() {
+    let mut ready = shipped("nominal");
+    (ready.scenario.varies.noise, ready.scenario.varies.delays) = (false, false);
+    let (fork, [one, other]) = behind(&ready, [7, 8]);
+    assert!(fork == one && fork == other, "links without loss, no noise, no delays: there is nothing to draw");
+}
+
+#[test]
+fn each_source_of_chance_is_drawn_anew_by_itself() {
+    let lossy = || {
+        let mut ready = shipped("nominal").scenario.soak(9.0, 0.2);
+        (ready.varies.noise, ready.varies.delays) = (false, false);
+        ready
+    };
+    let (mut noisy, mut late) = (lossy().soak(9.0, 0.0), lossy().soak(9.0, 0.0));
+    (noisy.varies.noise, late.varies.delays) = (true, true);
+    for (what, scenario) in [("loss", lossy()), ("noise", noisy), ("delays", late)] {
+        let ready = Ready { scenario, ..shipped("nominal") };
+        let (fork, [one, other]) = behind(&ready, [7, 8]);
+        assert!(one != fork && one != other, "{what} went on as it was");
     }
 }

@@ -25,6 +25,7 @@ mod matrix;
 mod merge;
 mod out;
 mod plan;
+mod rare;
 mod reference;
 mod replay;
 mod run;
@@ -115,6 +116,8 @@ enum Verb {
     Ablate(ablate::Args),
     /// Search for attacks that break something, and shrink each to the smallest that does.
     Search(search::Args),
+    /// Estimate how likely a run is to come to what almost never happens, by multilevel splitting.
+    Rare(rare::Args),
     /// Print the threat catalogue: docs/threats.md, or its rows with --json.
     Catalogue,
     /// Say whether everything that a run needs is here.
@@ -180,6 +183,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Matrix(args)) => matrix::run(&context, &args),
         Some(Verb::Ablate(args)) => ablate::run(&context, &args),
         Some(Verb::Search(args)) => search::run(&context, &args),
+        Some(Verb::Rare(args)) => rare::run(&context, &args),
         Some(Verb::Catalogue) => catalogue::run(&context),
         Some(Verb::Doctor) => doctor::run(&context),
     };

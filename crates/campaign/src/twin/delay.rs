@@ -42,6 +42,11 @@ impl Delays {
         Self { rng: ChaCha8Rng::seed_from_u64(seed), varied }
     }
 
+    /// Draws from `seed` from now on.
+    pub fn reseed(&mut self, seed: u64) {
+        self.rng = ChaCha8Rng::seed_from_u64(seed);
+    }
+
     /// Between a part's input and `outputs`.
     pub fn stage(&mut self, part: &Part, outputs: &VecDeque<Output>) -> Micros {
         let renders = |output: &Output| matches!(output, Output::Bus { topic: Topic::Frames, .. });
