@@ -1,7 +1,7 @@
 //! The `holdsafe` command: its arguments, its exit codes, one verb a file.
 //!
 //! Results go to stdout, progress, logs and failures to stderr. What runs a trial is `twin` and `live`; what a trial is
-//! worth is `oracle`; the only files here that name them are `engine` and, to measure them, `cost`.
+//! worth is `oracle`; the only files here that name them are `engine` and, to measure them, `cost` and `growth`.
 
 mod ablate;
 mod batch;
@@ -13,6 +13,7 @@ mod curve;
 mod doctor;
 mod engine;
 mod failure;
+mod growth;
 mod interrupt;
 mod kept;
 mod kill;
