@@ -187,6 +187,10 @@ fn said(object: &RareObject) -> String {
             object.duration_s, object.estimate
         ),
         Some([_, to]) => format!("No run of {} came to it: below {to:.3e} (97.5 %).\n", object.stages[0].tried),
+        None if object.seen() => format!(
+            "All repetitions came to {:.3e}: they show no spread, so there is no interval; give more trials.\n",
+            object.estimate
+        ),
         None => "No repetition came to it, which bounds nothing: give more trials, or levels that are closer where \
                  hardly any got there.\n"
             .to_owned(),

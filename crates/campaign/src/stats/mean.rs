@@ -19,7 +19,7 @@ pub struct Mean {
     pub mean: f64,
     /// Its standard error.
     pub standard_error: f64,
-    /// Two-sided 95 % interval; nothing where there are fewer than two estimates or all are zero.
+    /// Two-sided 95 % interval; nothing where there are fewer than two estimates or all are alike.
     pub interval_95: Option<[f64; 2]>,
 }
 
@@ -30,10 +30,10 @@ impl Mean {
         let mean = values.iter().sum::<f64>() / n.max(1) as f64;
         let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
         let standard_error = (squares / n.saturating_sub(1).max(1) as f64 / n.max(1) as f64).sqrt();
-        let t = StudentsT::new(0.0, 1.0, n as f64 - 1.0).ok().filter(|_| mean > 0.0);
+        let t = StudentsT::new(0.0, 1.0, n as f64 - 1.0).ok().filter(|_| standard_error > 0.0);
         let interval_95 = t.map(|t| {
             let factor = libm::exp(t.inverse_cdf(0.5 * (1.0 + LEVEL)) * standard_error / mean);
-            [mean / factor, mean * factor]
+            [mean / factor, (mean * factor).min(1.0)]
         });
         Self { n, mean, standard_error, interval_95 }
     }
@@ -45,16 +45,18 @@ mod tests {
 
     #[test]
     fn the_interval_is_a_factor_either_way_by_the_tables_of_t() {
-        let mean = Mean::of(&[1.0, 2.0, 3.0]);
-        assert!((mean.mean - 2.0).abs() < 1e-12 && (mean.standard_error - (1.0f64 / 3.0).sqrt()).abs() < 1e-12);
+        let mean = Mean::of(&[0.1, 0.2, 0.3]);
+        assert!((mean.mean - 0.2).abs() < 1e-12 && (mean.standard_error - 0.1 / 3f64.sqrt()).abs() < 1e-12);
         // t of 2 degrees at 97.5 %: 4.30265.
         let factor = libm::exp(4.302_65 * (1.0f64 / 3.0).sqrt() / 2.0);
         let [from, to] = mean.interval_95.unwrap();
-        assert!((from - 2.0 / factor).abs() < 1e-4 && (to - 2.0 * factor).abs() < 1e-3, "{from} {to}");
+        assert!((from - 0.2 / factor).abs() < 1e-5 && (to - 0.2 * factor).abs() < 1e-4, "{from} {to}");
+        assert_eq!(Mean::of(&[0.2, 0.9, 1.0]).interval_95.unwrap()[1], 1.0, "a probability");
     }
 
     #[test]
-    fn what_was_never_seen_and_what_was_seen_once_have_no_interval() {
+    fn what_was_never_seen_always_seen_or_seen_once_has_no_interval() {
+        assert_eq!(Mean::of(&[1.0, 1.0, 1.0]).interval_95, None);
         assert_eq!(Mean::of(&[0.0, 0.0]).interval_95, None);
         assert_eq!(Mean::of(&[0.5]).interval_95, None);
         assert_eq!(Mean::of(&[]).interval_95, None);
