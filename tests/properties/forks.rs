@@ -1,20 +1,14 @@
-//! A fork goes on exactly as the run it was taken from, and leaves that run alone; and a run whose cores go along with a known
-//! one is the run that it is without.
-
-use std::sync::Arc;
+//! A fork goes on exactly as the run it was taken from, and leaves that run alone; a branch goes on by chances of its own,
+//! in what the scenario lets vary and nothing else.
 
 use campaign::evidence::{Logged, hashes, read};
-use campaign::scenario::{Alphabet, Scenario};
-use campaign::search::{Ground, Moments, Word};
 use campaign::twin::Twin;
-use campaign::twin::part::Part;
-use campaign::twin::trial::{start, start_along, trunk};
-use campaign::twin::trunk::Trunk;
+use campaign::twin::trial::start;
 use holdsafe_tests::{Ready, shipped};
 use wire::id::WorldId;
 
-/// Hash of what was logged from `from` on, to the end of the run.
-fn finish(mut twin: Twin, end: u64) -> Vec<Logged> {
+/// What is logged of a run to its end.
+pub(super) fn finish(mut twin: Twin, end: u64) -> Vec<Logged> {
     twin.run_until(end);
     twin.finish(1_500_000);
     twin.log().to_vec()
@@ -50,44 +44,50 @@ fn forks_in_the_middle_of_an_attack_end_as_the_unforked_run() {
     }
 }
 
-/// How many of a run's cores went along with its trunk to the end, of how many.
-fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Trunk>, of: &Scenario, word: &str) -> (usize, usize) {
-    let (cast, twin) = start(of, &ready.setup, seed, false).expect("it starts");
-    let alone = finish(twin, cast.duration);
-    let (cast, mut twin) = start_along(of, &ready.setup, seed, known).expect("it starts");
-    twin.run_until(cast.duration);
-    twin.finish(1_500_000);
-    // Every byte, signatures too.
-    assert!(twin.log() == alone, "{word}");
-    let follows = |part: &Part| matches!(part, Part::Along(along) if along.follows());
-    (twin.nodes().iter().filter(|node| follows(&node.part)).count(), twin.nodes().len())
+/// When branches are taken: behind the act, so that no authority names a world any more.
+const BRANCHES_AT: u64 = 6_000_000;
+
+/// What a fork and two kinds of branches log behind `BRANCHES_AT`.
+fn behind(ready: &Ready, seeds: [u64; 2]) -> (Vec<Logged>, [Vec<Logged>; 2]) {
+    let (cast, mut trunk) = start(&ready.scenario, &ready.setup, 3, false).expect("a shipped scenario starts");
+    trunk.run_until(BRANCHES_AT);
+    let before = trunk.log().len();
+    let branches = seeds.map(|seed| finish(trunk.branch(seed, &ready.scenario.varies), cast.duration));
+    let fork = finish(trunk.fork(WorldId(1)), cast.duration);
+    (fork[before..].to_vec(), branches)
 }
 
 #[test]
-fn a_run_along_its_own_trunk_computes_nothing_and_is_the_same() {
+fn a_branch_goes_on_by_the_chances_of_its_seed_and_has_no_recording_to_show() {
     let ready = shipped("nominal");
-    let known = Arc::new(trunk(&ready.scenario, &ready.setup, 3).expect("it runs"));
-    let (along, all) = along_to_the_end(&ready, 3, &known, &ready.scenario, "nothing");
-    assert_eq!(along, all);
+    let (fork, [one, same]) = behind(&ready, [7, 7]);
+    assert_eq!(one, same, "the same seed");
+    assert_ne!(one, fork, "chances of its own");
+    assert_ne!(one, behind(&ready, [8, 8]).1[0], "another seed");
+    let (_, problem) = read(&one);
+    assert!(problem.is_some(), "a log without its beginning passes for a run's");
 }
 
 #[test]
-fn a_run_along_a_trunk_is_the_run_without_whatever_an_adversary_does() {
-    let ready = shipped("nominal");
-    let known = Arc::new(trunk(&ready.scenario, &ready.setup, 1).expect("it runs"));
-    for name in ["path", "broker", "display", "sensors", "processes"] {
-        let file = holdsafe_tests::root().join(format!("scenarios/alphabets/{name}.toml"));
-        let alphabet = Alphabet::load(&file).expect("a shipped alphabet");
-        let ground = Ground::new(ready.scenario.clone(), ready.setup.clone(), 1, alphabet).expect("it runs");
-        let nominal = ground.try_word(&Word::default()).expect("it runs");
-        let moments = Moments::of(&nominal, &ground.alphabet, &ready.setup.bounds);
-        let words = ground.words(1, &moments, 10_000).expect("few words");
-        let (mut followed, mut left) = (0, 0);
-        for word in words.iter().step_by(9) {
-            let of = word.in_scenario(&ground.alphabet, &ready.scenario).expect("it fits");
-            let (along, all) = along_to_the_end(&ready, 1, &known, &of, &word.told(&ground.alphabet));
-            (followed, left) = (followed + along, left + all - along);
-        }
-        assert!(followed > 0 && left > 0, "{name}: {followed} cores went along to the end, {left} did not");
+fn a_branch_draws_nothing_anew_that_the_scenario_does_not_vary() {
+    let mut ready = shipped("nominal");
+    (ready.scenario.varies.noise, ready.scenario.varies.delays) = (false, false);
+    let (fork, [one, other]) = behind(&ready, [7, 8]);
+    assert!(fork == one && fork == other, "links without loss, no noise, no delays: there is nothing to draw");
+}
+
+#[test]
+fn each_source_of_chance_is_drawn_anew_by_itself() {
+    let lossy = || {
+        let mut ready = shipped("nominal").scenario.soak(9.0, 0.2);
+        (ready.varies.noise, ready.varies.delays) = (false, false);
+        ready
+    };
+    let (mut noisy, mut late) = (lossy().soak(9.0, 0.0), lossy().soak(9.0, 0.0));
+    (noisy.varies.noise, late.varies.delays) = (true, true);
+    for (what, scenario) in [("loss", lossy()), ("noise", noisy), ("delays", late)] {
+        let ready = Ready { scenario, ..shipped("nominal") };
+        let (fork, [one, other]) = behind(&ready, [7, 8]);
+        assert!(one != fork && one != other, "{what} went on as it was");
     }
 }

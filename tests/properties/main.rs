@@ -1,5 +1,5 @@
 //! What must hold of every run: the link model is like the real stack, determinism, forks,
-//! replay of mouths, that the judge sees what is broken, and that parsers keep their promises.
+//! replay of mouths, the probability of what is rare, that the judge sees what is broken, and that parsers keep their promises.
 
 mod conformance;
 mod determinism;
@@ -8,4 +8,6 @@ mod fuzzing;
 mod mouths;
 mod oracle;
 mod parsers;
+mod rare;
 mod takeovers;
+mod trunk;

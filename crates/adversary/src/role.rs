@@ -78,6 +78,21 @@ impl Adversary {
         }
     }
 
+    /// Draws what it leaves to chance from `seed` from now on.
+    pub fn reseed(&mut self, seed: u64) {
+        match self {
+            Adversary::DatagramRelay(core) => core.reseed(seed),
+            Adversary::StreamRelay(core) => core.reseed(seed),
+            Adversary::InsiderTeammate(core) => core.reseed(seed),
+            // These leave nothing to chance.
+            Adversary::InsiderOperator(_)
+            | Adversary::InsiderBroker(_)
+            | Adversary::InsiderGateway(_)
+            | Adversary::Rogue(_)
+            | Adversary::SessionThief(_) => {}
+        }
+    }
+
     fn core(&self) -> &dyn Core {
         match self {
             Adversary::DatagramRelay(core) => core.as_ref(),

@@ -24,6 +24,11 @@ impl Lease {
         self.granted = Some(received);
     }
 
+    /// How long ago the grant in force can have been written, were it for `longest`; none before the first.
+    pub fn age(&self, longest: Span, now: Instant) -> Option<Span> {
+        self.until.map(|until| (now + longest).since(until))
+    }
+
     /// Why there is no lease at `now`, if there is none: silence since the last grant.
     pub fn lapsed(&self, now: Instant) -> Option<Because> {
         match self.until {

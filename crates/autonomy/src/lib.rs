@@ -192,6 +192,11 @@ impl Autonomy {
         self.machine.mode()
     }
 
+    /// How long ago its supervision lease was granted at the earliest; none before the first grant.
+    pub fn lease_age(&self, now: Instant) -> Option<Span> {
+        self.lease.age(Span::ms(self.identity.bounds.lease_ms), now)
+    }
+
     /// The copy that only a [`Fork`] allows; its one caller is [`Autonomy::fork`].
     fn copy(&self, fork: &Fork) -> Autonomy {
         Autonomy {

@@ -1,7 +1,7 @@
 //! The `holdsafe` command: its arguments, its exit codes, one verb a file.
 //!
 //! Results go to stdout, progress, logs and failures to stderr. What runs a trial is `twin` and `live`; what a trial is
-//! worth is `oracle`; the only files here that name them are `engine` and, to measure them, `cost`.
+//! worth is `oracle`; the only files here that name them are `engine` and, to measure them, `cost` and `growth`.
 
 mod ablate;
 mod batch;
@@ -13,6 +13,7 @@ mod curve;
 mod doctor;
 mod engine;
 mod failure;
+mod growth;
 mod interrupt;
 mod kept;
 mod kill;
@@ -25,6 +26,7 @@ mod matrix;
 mod merge;
 mod out;
 mod plan;
+mod rare;
 mod reference;
 mod replay;
 mod run;
@@ -115,6 +117,8 @@ enum Verb {
     Ablate(ablate::Args),
     /// Search for attacks that break something, and shrink each to the smallest that does.
     Search(search::Args),
+    /// Estimate how likely a run is to come to what almost never happens, by multilevel splitting.
+    Rare(rare::Args),
     /// Print the threat catalogue: docs/threats.md, or its rows with --json.
     Catalogue,
     /// Say whether everything that a run needs is here.
@@ -180,6 +184,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Matrix(args)) => matrix::run(&context, &args),
         Some(Verb::Ablate(args)) => ablate::run(&context, &args),
         Some(Verb::Search(args)) => search::run(&context, &args),
+        Some(Verb::Rare(args)) => rare::run(&context, &args),
         Some(Verb::Catalogue) => catalogue::run(&context),
         Some(Verb::Doctor) => doctor::run(&context),
     };

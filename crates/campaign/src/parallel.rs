@@ -26,9 +26,10 @@ pub fn each<E: Send>(threads: usize, count: usize, one: impl Fn(usize) -> Result
         }
     };
     std::thread::scope(|scope| {
-        for _ in 0..threads.clamp(1, count.max(1)) {
+        for _ in 1..threads.min(count) {
             scope.spawn(work);
         }
+        work();
     });
     failed.into_inner().unwrap_or_else(PoisonError::into_inner).map_or(Ok(()), |(_, failure)| Err(failure))
 }

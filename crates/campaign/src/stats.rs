@@ -3,6 +3,7 @@
 //! Terms: *level* is the confidence, 0.95 where nothing else is said; a bound that too few trials can give is `None`,
 //! never a guess. Which trials may enter a rate is the business of `report`.
 
+pub mod mean;
 pub mod paired;
 pub mod sequential;
 

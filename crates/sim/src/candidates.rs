@@ -104,6 +104,12 @@ impl Stages {
         }
     }
 
+    pub(crate) fn reseed(&mut self, seed: u64) {
+        for noise in [&mut self.rgb, &mut self.depth, &mut self.thermal, &mut self.lidar] {
+            noise.reseed(seed);
+        }
+    }
+
     /// The candidates of one frame.
     pub(crate) fn observe(
         &mut self,

@@ -185,6 +185,15 @@ impl Sim {
         }
     }
 
+    /// Draws the noise of every reading from now on from `seed`; what was measured stays.
+    pub fn reseed(&mut self, seed: u64) {
+        self.navigators.reseed(seed);
+        match &mut self.eyes {
+            Eyes::Rendered(imagers) => imagers.reseed(seed),
+            Eyes::Unrendered(stages) => stages.reseed(seed),
+        }
+    }
+
     /// Bytes that one fork occupies, roughly.
     pub fn footprint(&self) -> usize {
         let eyes = match &self.eyes {

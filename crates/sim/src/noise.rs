@@ -32,6 +32,13 @@ impl Noise {
         Noise(rng)
     }
 
+    /// Every reading from now on draws from `seed`.
+    pub(crate) fn reseed(&mut self, seed: u64) {
+        let stream = self.0.get_stream();
+        self.0 = ChaCha8Rng::seed_from_u64(seed);
+        self.0.set_stream(stream);
+    }
+
     /// Goes to the place of reading `n`; each has room for 2^20 words.
     pub(crate) fn seek(&mut self, n: u64) {
         self.0.set_word_pos(u128::from(n) << 20);

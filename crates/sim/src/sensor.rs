@@ -52,6 +52,10 @@ impl Imagers {
         }
     }
 
+    pub(crate) fn reseed(&mut self, seed: u64) {
+        self.noise.iter_mut().for_each(|noise| noise.reseed(seed));
+    }
+
     /// Measures the world as reading `n`, under the faults in force `run` after the start.
     pub fn measure(&mut self, n: u64, world: &World, plant: &Plant, faults: &Faults, run: Span) {
         let [rgb, depth, thermal, lidar] = imaging(faults, run);

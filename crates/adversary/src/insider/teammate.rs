@@ -111,6 +111,11 @@ impl InsiderTeammate {
         }
     }
 
+    /// Draws from `seed` from now on.
+    pub(crate) fn reseed(&mut self, seed: u64) {
+        self.rng = stream(seed, 0);
+    }
+
     fn open(&mut self, now: Instant, session: SessionId, peer: PeerId) {
         if self.ends.len() >= MAX_SESSIONS {
             return;

@@ -87,6 +87,11 @@ impl DatagramRelay {
         }
     }
 
+    /// Draws from `seed` from now on.
+    pub(crate) fn reseed(&mut self, seed: u64) {
+        self.actors.iter_mut().enumerate().for_each(|(i, actor)| actor.rng = stream(seed, i));
+    }
+
     /// How many datagrams wait to go towards `side`.
     pub fn held_towards(&self, side: Side) -> u64 {
         self.held.values().filter(|datagram| datagram.towards == side).count() as u64

@@ -111,6 +111,11 @@ impl StreamRelay {
         }
     }
 
+    /// Draws from `seed` from now on.
+    pub(crate) fn reseed(&mut self, seed: u64) {
+        self.rngs.iter_mut().enumerate().for_each(|(i, rng)| *rng = stream(seed, i));
+    }
+
     /// How many pieces wait to go towards `side`.
     pub fn held_towards(&self, side: Side) -> u64 {
         self.connections.values().map(|lanes| lanes[side as usize].pieces.len() as u64).sum()

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, cost, kill, leak, liveness, load, out, run, stages, window};
+use super::{Context, cost, growth, kill, leak, liveness, load, out, run, stages, window};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -32,6 +32,8 @@ pub(super) enum Bench {
     Twin(cost::Args),
     /// Many sessions on the real accept loop, and a flood of what is no record beside a valid stream.
     Load(load::Args),
+    /// What the twin costs as there are more objects in view, and another platform.
+    Growth(growth::Args),
     /// The anti-replay window: late records that it refuses against what it lets in again, by width, loss and lateness.
     Window(window::Args),
     /// How well lengths and times on the links tell the unit's mode, against chance, in the twin.
@@ -77,6 +79,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Leak(args) => leak::run(context, args),
         Bench::Twin(args) => cost::run(context, args),
         Bench::Load(args) => load::run(context, args),
+        Bench::Growth(args) => growth::run(context, args),
     }
 }
 

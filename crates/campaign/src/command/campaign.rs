@@ -4,7 +4,7 @@
 //! goes on where it was. Threads and partitions decide who runs a trial and nothing else.
 
 pub(super) mod journal;
-mod space;
+pub(super) mod space;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

@@ -26,7 +26,7 @@ impl Spread {
         Spread { n: values.len(), min: at(0), median: at(values.len() / 2), max: at(values.len().saturating_sub(1)) }
     }
 
-    fn text(&self, digits: usize) -> String {
+    pub(super) fn text(&self, digits: usize) -> String {
         format!("{:.digits$} / {:.digits$} / {:.digits$}", self.min, self.median, self.max)
     }
 }

@@ -59,6 +59,11 @@ impl Delays {
         Self { seed, varied }
     }
 
+    /// Draws from `seed` from now on.
+    pub fn reseed(&mut self, seed: u64) {
+        self.seed = seed;
+    }
+
     /// Between an input of `node`'s part and `outputs`.
     pub fn stage(&self, node: NodeId, part: &Part, outputs: &VecDeque<Output>, at: Micros) -> Micros {
         let renders = |output: &Output| matches!(output, Output::Bus { topic: Topic::Frames, .. });

@@ -4,6 +4,7 @@
 //! same log; the whole state can be forked. What the link models leave out is listed in [`net`] and [`stream`].
 
 pub mod assemble;
+mod branch;
 pub mod clock;
 mod command;
 pub mod cost;
@@ -236,6 +237,11 @@ impl Twin {
     /// The same state in a world of its own; the two do not affect each other, and nobody watches the new one.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Twin {
+        Twin { log: self.log.clone(), ..self.copy(world) }
+    }
+
+    /// A fork without what was logged so far.
+    fn copy(&self, world: WorldId) -> Twin {
         let nodes = self.nodes.iter().map(|n| Node {
             id: n.id,
             part: n.part.fork(world),
@@ -264,7 +270,7 @@ impl Twin {
             disk: self.disk.clone(),
             cues: self.cues.clone(),
             latest: self.latest.clone(),
-            log: self.log.clone(),
+            log: Vec::new(),
             journal: self.journal.fork(),
             refusals: self.refusals.fork(),
             claims: self.claims.clone(),
@@ -332,12 +338,19 @@ impl Twin {
 
     /// Runs to `end`.
     pub fn run_until(&mut self, end: Micros) {
-        while self.queue.next_time().is_some_and(|t| t <= end) {
-            let Some((at, node, happening)) = self.queue.pop() else { break };
-            self.now = at;
-            self.happen(node, happening);
-        }
+        while self.step(end) {}
         self.now = end;
+    }
+
+    /// Lets the next thing happen, if one does by `end`.
+    fn step(&mut self, end: Micros) -> bool {
+        if self.queue.next_time().is_none_or(|t| t > end) {
+            return false;
+        }
+        let Some((at, node, happening)) = self.queue.pop() else { return false };
+        self.now = at;
+        self.happen(node, happening);
+        true
     }
 
     /// Ends the run: nothing new is sent, what is under way arrives, and everyone writes the closing account.

@@ -57,6 +57,22 @@ impl Part {
         }
     }
 
+    /// Has the part draw from `seed` from now on what it leaves to chance; a sim where noise is `varied`.
+    pub fn reseed(&mut self, seed: u64, varied: bool) {
+        match self {
+            Part::Sim(core) if varied => core.reseed(seed),
+            Part::Adversary(core) => core.reseed(seed),
+            Part::Along(along) => along.leave_for_good().reseed(seed, varied),
+            // Autonomy and gateway draw nonces, in which no outcome lies; the others nothing.
+            Part::Sim(_)
+            | Part::Perception { .. }
+            | Part::Autonomy(_)
+            | Part::Gateway(_)
+            | Part::Console(_)
+            | Part::Recorder(_) => {}
+        }
+    }
+
     fn core(&self) -> &dyn Core {
         match self {
             Part::Sim(core) => core.as_ref(),

@@ -4,7 +4,7 @@
 //! setup, is fed what it was fed here, byte for byte and at the same time, its outputs and its next deadline are those
 //! from here, and nothing is computed: neither physics nor inference nor signatures. At the first difference it is forked
 //! from the last snapshot here, is fed what has come since, and runs by itself from then on. What it gives is the same
-//! either way (`tests/properties/forks.rs`); the trunk of a search is the run without a word.
+//! either way (`tests/properties/trunk.rs`); the trunk of a search is the run without a word.
 
 use std::sync::Arc;
 
@@ -109,6 +109,12 @@ impl Along {
         self.left.is_none()
     }
 
+    /// The core, which runs by itself from now on.
+    pub fn leave_for_good(&mut self) -> &mut Part {
+        let part = self.left.take().unwrap_or_else(|| self.leave());
+        self.left.insert(part)
+    }
+
     fn track(&self) -> &Track {
         &self.trunk.tracks[self.track]
     }
@@ -136,7 +142,7 @@ impl Core for Along {
         if known {
             (self.fed, self.said) = (self.fed + 1, 0);
         } else {
-            self.left.insert(self.leave()).handle(now, input);
+            self.leave_for_good().handle(now, input);
         }
     }
 

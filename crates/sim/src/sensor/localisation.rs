@@ -50,6 +50,11 @@ impl Navigators {
         }
     }
 
+    pub(crate) fn reseed(&mut self, seed: u64) {
+        self.localisation.reseed(seed);
+        self.odometry.reseed(seed);
+    }
+
     /// Reading `n` of both, under the faults in force `run` after the start.
     pub(crate) fn read(
         &mut self,

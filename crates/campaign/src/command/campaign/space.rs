@@ -151,7 +151,7 @@ fn drawable(planned: &Planned, draws: &BTreeMap<String, Distribution>) -> Result
 }
 
 /// What `Variation::with` says, with the place and the remedy that a cell's error has in its file.
-pub(super) fn unfit(variation: &Variation, why: String) -> Failure {
+pub(in crate::command) fn unfit(variation: &Variation, why: String) -> Failure {
     let cell = variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
     let name = variation.scenario.name.as_str();
     let remedy =

@@ -1,0 +1,54 @@
+//! A run whose cores go along with a known one is, byte for byte, the run that it is without.
+
+use std::sync::Arc;
+
+use campaign::scenario::{Alphabet, Scenario};
+use campaign::search::{Ground, Moments, Word};
+use campaign::twin::part::Part;
+use campaign::twin::trial::{start, start_along, trunk};
+use campaign::twin::trunk::Trunk;
+use holdsafe_tests::{Ready, shipped};
+
+use crate::forks::finish;
+
+/// How many of a run's cores went along with its trunk to the end, of how many.
+fn along_to_the_end(ready: &Ready, seed: u64, known: &Arc<Trunk>, of: &Scenario, word: &str) -> (usize, usize) {
+    let (cast, twin) = start(of, &ready.setup, seed, false).expect("it starts");
+    let alone = finish(twin, cast.duration);
+    let (cast, mut twin) = start_along(of, &ready.setup, seed, known).expect("it starts");
+    twin.run_until(cast.duration);
+    twin.finish(1_500_000);
+    // Every byte, signatures too.
+    assert!(twin.log() == alone, "{word}");
+    let follows = |part: &Part| matches!(part, Part::Along(along) if along.follows());
+    (twin.nodes().iter().filter(|node| follows(&node.part)).count(), twin.nodes().len())
+}
+
+#[test]
+fn a_run_along_its_own_trunk_computes_nothing_and_is_the_same() {
+    let ready = shipped("nominal");
+    let known = Arc::new(trunk(&ready.scenario, &ready.setup, 3).expect("it runs"));
+    let (along, all) = along_to_the_end(&ready, 3, &known, &ready.scenario, "nothing");
+    assert_eq!(along, all);
+}
+
+#[test]
+fn a_run_along_a_trunk_is_the_run_without_whatever_an_adversary_does() {
+    let ready = shipped("nominal");
+    let known = Arc::new(trunk(&ready.scenario, &ready.setup, 1).expect("it runs"));
+    for name in ["path", "broker", "display", "sensors", "processes"] {
+        let file = holdsafe_tests::root().join(format!("scenarios/alphabets/{name}.toml"));
+        let alphabet = Alphabet::load(&file).expect("a shipped alphabet");
+        let ground = Ground::new(ready.scenario.clone(), ready.setup.clone(), 1, alphabet).expect("it runs");
+        let nominal = ground.try_word(&Word::default()).expect("it runs");
+        let moments = Moments::of(&nominal, &ground.alphabet, &ready.setup.bounds);
+        let words = ground.words(1, &moments, 10_000).expect("few words");
+        let (mut followed, mut left) = (0, 0);
+        for word in words.iter().step_by(9) {
+            let of = word.in_scenario(&ground.alphabet, &ready.scenario).expect("it fits");
+            let (along, all) = along_to_the_end(&ready, 1, &known, &of, &word.told(&ground.alphabet));
+            (followed, left) = (followed + along, left + all - along);
+        }
+        assert!(followed > 0 && left > 0, "{name}: {followed} cores went along to the end, {left} did not");
+    }
+}
