@@ -11,12 +11,14 @@ mod curve;
 mod kill;
 mod liveness;
 mod matrix;
+mod minima;
 mod plot;
 mod reference;
 mod run;
 mod search;
 mod table;
 mod transitions;
+mod worth;
 
 pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
 pub use campaign::{CampaignObject, CampaignRow, Claims, Fold, campaign_table};
@@ -26,12 +28,14 @@ pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub use kill::{KillRow, Times, kill_table};
 pub use liveness::{LivenessObject, LivenessRow, liveness_svg, liveness_table};
 pub use matrix::{Kind, Matrix, MatrixRow, MatrixRun, matrix_table};
+pub use minima::{MinimaObject, MinimaRow, minima_table};
 pub use plot::svg;
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, LatencySummary, Mode, RunObject, Summary};
 pub use search::{FindingRow, SearchObject, search_table};
 pub use table::{latency_table, reference_table, run_table};
 pub use transitions::{TransitionCell, TransitionRow, transition_table};
+pub use worth::{HuntsRow, WeaknessRow, WorthObject, worth_table};
 
 #[cfg(test)]
 pub(crate) use run::tests;

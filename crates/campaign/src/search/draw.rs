@@ -40,6 +40,19 @@ pub enum Strategy {
     Guided,
 }
 
+impl Strategy {
+    /// Every strategy, that which others are measured against first.
+    pub const ALL: [Strategy; 3] = [Strategy::Uniform, Strategy::Transitions, Strategy::Guided];
+
+    /// Whether it draws from the moments of the run without a word.
+    pub(super) fn reads_moments(self) -> bool {
+        match self {
+            Strategy::Uniform => false,
+            Strategy::Transitions | Strategy::Guided => true,
+        }
+    }
+}
+
 /// A word that showed something new.
 #[derive(Clone, Debug)]
 pub(super) struct Known {

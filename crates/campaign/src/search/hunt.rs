@@ -45,7 +45,7 @@ pub struct Found {
 pub struct Hunted {
     /// Trials made.
     pub trials: u64,
-    /// CPU time of all of them, seconds.
+    /// CPU time of all of them, seconds; with that of the run without a word where the strategy reads its moments.
     pub cpu_seconds: f64,
     /// How often which class.
     pub outcomes: BTreeMap<Outcome, u64>,
@@ -87,6 +87,9 @@ impl Ground {
         let moments = |run: &Tried| Moments::of(run, &self.alphabet, &self.setup.bounds);
         let mut drawer = Drawer::new(&self.alphabet, quest.strategy, quest.seed, moments(&nominal));
         let mut hunted = Hunted { covered: nominal.coverage.clone(), ..Hunted::default() };
+        if quest.strategy.reads_moments() {
+            hunted.cpu_seconds = nominal.trial.cpu_seconds;
+        }
         while hunted.trials < quest.budget && (!quest.first || hunted.found.is_empty()) {
             let round: Vec<Word> = (0..ROUND.min(quest.budget - hunted.trials)).map(|_| drawer.word()).collect();
             for one in self.round(&round, threads, progress, stop)? {
