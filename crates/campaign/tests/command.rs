@@ -4,6 +4,8 @@
 
 #[path = "command/campaigns.rs"]
 mod campaigns;
+#[path = "command/searches.rs"]
+mod searches;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

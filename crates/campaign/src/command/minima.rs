@@ -13,7 +13,7 @@ use crate::parallel;
 use crate::progress::{Progress, Talk};
 use crate::report::{MinimaObject, MinimaRow, SCHEMA_VERSION, minima_table};
 use crate::scenario::Weakness;
-use crate::search::{Cause, Ground, Moments, Shrunk, Strategy, Word, ends_in};
+use crate::search::{Cause, Found, Ground, Moments, Shrunk, Strategy, Word, ends_in};
 
 pub(super) fn run(bench: &Bench<'_>, grounds: &[(Weakness, Ground)], seeds: u64) -> Result<Exit, Failure> {
     let progress = Progress::new("findings shrunk", grounds.len() * seeds as usize, bench.context.talk);
@@ -44,7 +44,7 @@ fn minima(
     let all: Vec<u64> = (1..=seeds).collect();
     let shrunk = parallel::map(bench.threads, &all, |seed| {
         let hunted = bench.hunt((weakness, ground), Strategy::Guided, *seed)?;
-        let shrink = |(cause, found): (Cause, crate::search::Found)| {
+        let shrink = |(cause, found): (Cause, Found)| {
             let shrunk = ground.shrink(&found.tried.word, &ends_in(&weakness.find), &cause, &moments);
             shrunk.map(|shrunk| (cause, shrunk)).map_err(unfit)
         };

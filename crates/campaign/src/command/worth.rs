@@ -137,9 +137,7 @@ fn waits(hunted: &Hunted) -> (Wait, Wait) {
         Some(found) => {
             (Wait { waited: found.trial as f64, came: true }, Wait { waited: found.cpu_seconds, came: true })
         }
-        None => {
-            (Wait { waited: hunted.trials as f64, came: false }, Wait { waited: hunted.cpu_seconds, came: false })
-        }
+        None => (Wait { waited: hunted.trials as f64, came: false }, Wait { waited: hunted.cpu_seconds, came: false }),
     }
 }
 

@@ -134,7 +134,10 @@ pub fn worth_table(object: &WorthObject) -> String {
 fn hunts(row: &HuntsRow) -> String {
     let median = |median: Option<Median>| {
         let wait = median.map(|of| of.median);
-        wait.map_or_else(|| "-".to_owned(), |wait| format!("{}{}", if wait.came { "" } else { "> " }, number(wait.waited)))
+        wait.map_or_else(
+            || "-".to_owned(),
+            |wait| format!("{}{}", if wait.came { "" } else { "> " }, number(wait.waited)),
+        )
     };
     format!("{} of {}: {}, {} s", row.found, row.n, median(row.trials), median(row.cpu_seconds))
 }

@@ -100,7 +100,12 @@ mod tests {
             ("name = \"b\"", "name = \"a\"", "weakness a is there twice", "\"a\""),
             ("[\"LATE\"]", "[]", "no class that can be found", "[]"),
             ("[\"LATE\"]", "[\"INVALID\"]", "no class that can be found", "[\"INVALID\"]"),
-            ("guards.lease", "guards.leash", "no check `guards.leash`; there are: boundary.freshness", "\"guards.leash\""),
+            (
+                "guards.lease",
+                "guards.leash",
+                "no check `guards.leash`; there are: boundary.freshness",
+                "\"guards.leash\"",
+            ),
         ] {
             let problems = Weaknesses::parse("w.toml", &TEXT.replace(wrong, with)).unwrap_err();
             let problem = &problems.all()[0];

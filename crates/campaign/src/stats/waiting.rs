@@ -79,10 +79,9 @@ impl Ratio {
             (false, false) => Known::Unknown,
         };
         let interval_95 = match (above.interval, below.interval) {
-            (Some([low, high]), Some([from, to])) => [
-                to.came.then_some(low.waited / to.waited),
-                high.came.then_some(high.waited / from.waited),
-            ],
+            (Some([low, high]), Some([from, to])) => {
+                [to.came.then_some(low.waited / to.waited), high.came.then_some(high.waited / from.waited)]
+            }
             (None, _) | (_, None) => [None, None],
         };
         Self { ratio, interval_95 }
