@@ -10,8 +10,9 @@ use wire::policy::{Check, DisplayRule, Policy, Requirement};
 
 use crate::trial::{Outcome, Trial};
 
-/// One entry of a policy that can be waived.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+/// One entry of a policy that can be waived; in a file its name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Deserialize)]
+#[serde(try_from = "String")]
 pub enum Switch {
     /// A check of the trust boundary.
     Boundary(Check),
@@ -30,6 +31,18 @@ impl Switch {
         let guards = Guard::ALL.into_iter().map(Switch::Guard);
         let display = DisplayRule::ALL.into_iter().map(Switch::Display);
         boundary.chain(guards).chain(display).chain([Switch::RecordGuard]).collect()
+    }
+
+    /// The switch of that name.
+    ///
+    /// # Errors
+    /// Which there are.
+    pub fn named(name: &str) -> Result<Switch, String> {
+        let all = Switch::all();
+        all.iter().find(|switch| switch.name() == name).copied().ok_or_else(|| {
+            let names: Vec<String> = all.iter().map(|switch| switch.name()).collect();
+            format!("no check `{name}`; there are: {}", names.join(", "))
+        })
     }
 
     /// Its place in a policy file: `boundary.freshness`.
@@ -70,6 +83,14 @@ impl Switch {
             Switch::Display(rule) => drop(policy.display.insert(rule, requirement)),
             Switch::RecordGuard => policy.record_guard = requirement,
         }
+    }
+}
+
+impl TryFrom<String> for Switch {
+    type Error = String;
+
+    fn try_from(name: String) -> Result<Self, String> {
+        Switch::named(&name)
     }
 }
 
@@ -156,7 +177,7 @@ mod tests {
             let mut policy = Policy::default();
             switch.waive(&mut policy);
             let waived: Vec<&Switch> = all.iter().filter(|s| s.is_waived(&policy)).collect();
-            assert_eq!(waived, [switch]);
+            assert_eq!((waived, Switch::named(&switch.name())), (vec![switch], Ok(*switch)));
             assert!(!policy.is_full());
             switch.require(&mut policy);
             assert!(policy.is_full());

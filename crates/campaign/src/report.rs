@@ -12,6 +12,7 @@ mod growth;
 mod kill;
 mod liveness;
 mod matrix;
+mod minima;
 mod plot;
 mod rare;
 mod reference;
@@ -19,6 +20,7 @@ mod run;
 mod search;
 mod table;
 mod transitions;
+mod worth;
 
 pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
 pub use campaign::{CampaignObject, CampaignRow, Claims, Fold, campaign_table};
@@ -29,6 +31,7 @@ pub use growth::{Grown, Growth, GrowthRow, growth_table};
 pub use kill::{KillRow, Times, kill_table};
 pub use liveness::{LivenessObject, LivenessRow, liveness_svg, liveness_table};
 pub use matrix::{Kind, Matrix, MatrixRow, MatrixRun, matrix_table};
+pub use minima::{MinimaObject, MinimaRow, minima_table};
 pub use plot::svg;
 pub use rare::{Asked, RareObject, rare_table};
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
@@ -36,6 +39,7 @@ pub use run::{CellSummary, LatencySummary, Mode, RunObject, Summary};
 pub use search::{Confirmed, FindingRow, SearchObject, search_table};
 pub use table::{latency_table, reference_table, run_table};
 pub use transitions::{TransitionCell, TransitionRow, transition_table};
+pub use worth::{HuntsRow, WeaknessRow, WorthObject, worth_table};
 
 #[cfg(test)]
 pub(crate) use run::tests;

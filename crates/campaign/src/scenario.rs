@@ -36,6 +36,7 @@ mod terms;
 mod timed;
 mod value;
 mod varies;
+mod weakness;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -75,6 +76,7 @@ pub use value::{
     ThreatId, Whole,
 };
 pub use varies::{Conditions, Varies};
+pub use weakness::{Weakness, Weaknesses};
 
 use crate::trial::Outcome;
 

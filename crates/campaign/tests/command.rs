@@ -6,6 +6,8 @@
 mod campaigns;
 #[path = "command/rare.rs"]
 mod rare;
+#[path = "command/searches.rs"]
+mod searches;
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Files that a person or another machine wrote: scenarios, scenes, settings, finished trials, models.
 
 use campaign::command::{finished, kept_line};
-use campaign::scenario::{self, Alphabet, MAX_FILE_BYTES, Problems};
+use campaign::scenario::{self, Alphabet, MAX_FILE_BYTES, Problems, Weaknesses};
 use campaign::trial::Trial;
 use perception::model::{MAX_MODEL, Model, ModelError, hex_digest};
 use serde::Serialize;
@@ -34,7 +34,8 @@ pub fn scene(bytes: &[u8]) -> bool {
     }
 }
 
-/// The same of platform and policy files, and of alphabets, of whose moves every number can be drawn.
+/// The same of platform and policy files, and of alphabets, of whose moves every number can be drawn; and of lists of
+/// weaknesses, of which each can be found.
 pub fn settings(bytes: &[u8]) -> bool {
     let Some(text) = text(bytes) else { return false };
     let platform = match scenario::parse_platform("any.toml", named(text), text) {
@@ -58,7 +59,14 @@ pub fn settings(bytes: &[u8]) -> bool {
         }
         Err(problems) => told(&problems, text),
     };
-    platform | policy | alphabet
+    let weaknesses = match Weaknesses::parse("any.toml", text) {
+        Ok(list) => {
+            assert!(!list.weakness.is_empty() && list.weakness.iter().all(|of| !of.find.is_empty()));
+            true
+        }
+        Err(problems) => told(&problems, text),
+    };
+    platform | policy | alphabet | weaknesses
 }
 
 /// Finished trials that are taken are the same once kept again, to the last digit; else the first bad line is told.

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, cost, growth, kill, leak, liveness, load, out, run, stages, window};
+use super::{Context, cost, growth, kill, leak, liveness, load, out, run, stages, window, worth};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -38,6 +38,8 @@ pub(super) enum Bench {
     Window(window::Args),
     /// How well lengths and times on the links tell the unit's mode, against chance, in the twin.
     Leak(leak::Args),
+    /// How soon each way to draw words finds each weakness of a list, and what the findings shrink to.
+    Search(worth::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -77,6 +79,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Liveness(args) => liveness::run(context, args),
         Bench::Window(args) => window::run(context, args),
         Bench::Leak(args) => leak::run(context, args),
+        Bench::Search(args) => worth::run(context, args),
         Bench::Twin(args) => cost::run(context, args),
         Bench::Load(args) => load::run(context, args),
         Bench::Growth(args) => growth::run(context, args),

@@ -6,18 +6,16 @@
 use std::path::{Path, PathBuf};
 
 use super::failure::{Exit, Failure};
-use super::plan::{self, Planned, Wanted};
+use super::ground::{Asked, MOST_WORDS, stopped_or_unfit, unfit};
+use super::plan::Wanted;
 use super::{Context, engine, out};
 use crate::ablation::Switch;
 use crate::parallel;
 use crate::progress::Progress;
 use crate::report::{Confirmed, FindingRow, Mode, SearchObject, search_table};
-use crate::scenario::{Alphabet, Name, Setup};
+use crate::scenario::{Name, Setup};
 use crate::search::{Cause, Found, Ground, Hunted, Moments, Quest, Shrunk, Strategy, Word, ends_in};
 use crate::trial::Outcome;
-
-/// Most words of one length that are tried exhaustively.
-const MOST_WORDS: usize = 1_000_000;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -56,8 +54,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
     /// Checks that are waived besides, by their place in a policy file, such as boundary.freshness.
-    #[arg(long, value_delimiter = ',', value_name = "CHECK")]
-    waive: Vec<String>,
+    #[arg(long, value_delimiter = ',', value_name = "CHECK", value_parser = Switch::named)]
+    waive: Vec<Switch>,
     /// Only this cell; needed where the scenario has several.
     #[arg(long)]
     cell: Option<String>,
@@ -70,7 +68,10 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let ground = ground(context, args)?;
+    let wanted =
+        Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: args.rendered, ..Wanted::default() };
+    let asked = Asked { scenario: &args.scenario, alphabet: &args.alphabet, wanted, waive: &args.waive };
+    let ground = asked.ground(context)?;
     let nominal = ground.try_word(&Word::default()).map_err(unfit)?;
     let moments = Moments::of(&nominal, &ground.alphabet, &ground.setup.bounds);
     let threads = args.jobs.unwrap_or_else(parallel::cores);
@@ -104,59 +105,6 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 
 /// The policy with what `--waive` waives, beside the findings.
 const POLICY_FILE: &str = "searched.toml";
-
-fn ground(context: &Context, args: &Args) -> Result<Ground, Failure> {
-    let wanted =
-        Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: args.rendered, ..Wanted::default() };
-    let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
-    if scenario.is_of_stacks() {
-        let message =
-            format!("`{}` runs on the real stacks in memory; a search needs the twin", scenario.name.as_str());
-        return Err(Failure::new(Exit::Usage, message));
-    }
-    let [planned] = <[Planned; 1]>::try_from(planned).map_err(|several| {
-        let cells: Vec<String> = several.into_iter().filter_map(|p| p.variation.cell).collect();
-        Failure::new(
-            Exit::Usage,
-            format!("`{}` has several cells; choose one with --cell: {}", args.scenario, cells.join(", ")),
-        )
-    })?;
-    let alphabet = alphabet(context, &args.alphabet)?;
-    let Planned { variation, mut setup, .. } = planned;
-    for name in &args.waive {
-        switch(name)?.waive(&mut setup.policy);
-    }
-    if !args.waive.is_empty() {
-        "searched".clone_into(&mut setup.policy_name);
-        "searched".clone_into(&mut setup.policy.name);
-    }
-    let ground = Ground::new(variation.scenario, setup, context.seed, alphabet).map_err(unfit)?;
-    // Every move is tried on before anything runs.
-    ground.fits().map_err(unfit)?;
-    Ok(ground)
-}
-
-fn alphabet(context: &Context, name: &str) -> Result<Alphabet, Failure> {
-    if name.ends_with(".toml") || name.contains('/') {
-        return Ok(Alphabet::load(Path::new(name))?);
-    }
-    let folder = context.root()?.join("scenarios").join("alphabets");
-    let path = folder.join(format!("{name}.toml"));
-    if path.is_file() {
-        return Ok(Alphabet::load(&path)?);
-    }
-    let mut known: Vec<String> = std::fs::read_dir(&folder)?.flatten().map(|entry| plan::stem(&entry.path())).collect();
-    known.sort();
-    Err(Failure::new(Exit::Usage, format!("no alphabet `{name}`; there are: {}", known.join(", "))))
-}
-
-fn switch(name: &str) -> Result<Switch, Failure> {
-    let all = Switch::all();
-    all.iter().find(|switch| switch.name() == name).copied().ok_or_else(|| {
-        let names: Vec<String> = all.iter().map(|switch| switch.name()).collect();
-        Failure::new(Exit::Usage, format!("no check `{name}`; there are: {}", names.join(", ")))
-    })
-}
 
 fn class(text: &str) -> Result<Outcome, String> {
     let wanted = Outcome::ALL.into_iter().find(|outcome| outcome.name() == text);
@@ -195,15 +143,6 @@ fn exhaust(
     let hunted = ground.try_all(&words, &ends_in(&args.find), threads, &progress, &context.stop);
     progress.finish();
     hunted.map_err(|why| stopped_or_unfit(context, why))
-}
-
-fn stopped_or_unfit(context: &Context, why: String) -> Failure {
-    if context.stop.asked() { Failure::new(Exit::Interrupted, "stopped; nothing was kept") } else { unfit(why) }
-}
-
-/// An alphabet is the user's: where its moves do not fit the scenario, or not each other, that is told as such.
-fn unfit(why: String) -> Failure {
-    Failure::new(Exit::Usage, why)
 }
 
 /// A finding: its file, and what would have stopped it.

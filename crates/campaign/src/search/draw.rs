@@ -2,9 +2,9 @@
 //!
 //! *Uniform* draws length, moves, moments and numbers evenly from the alphabet: what a search is measured against.
 //! *Transitions* begins everything where the unit changes mode in the run without an attack, as AVIS does (Taylor et al., "AVIS:
-//! In-Situ Model Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* changes words that showed something
-//! new, draws moments from changes, edges of bounds and evenly, and moves by what they brought so far. Nothing has
-//! probability zero in any but the second.
+//! In-Situ Model Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* deals the moves like cards, each once
+//! before any comes again, draws moments from changes, edges of bounds and evenly, and, as fresh words cease to show anything
+//! new, changes words that did. Nothing has probability zero in any but the second.
 
 use std::collections::VecDeque;
 
@@ -16,7 +16,9 @@ use super::moments::Moments;
 use super::word::{Letter, Word, move_of};
 use crate::scenario::{Alphabet, Range};
 
-/// Out of ten guided words, how many are made from one that showed something new.
+/// So many of the newest fresh words say how often a fresh word still shows something new.
+const NEWEST: usize = 16;
+/// Out of ten guided words, how many are made from one that showed something new, when none of the newest fresh ones did.
 const FROM_KNOWN: u32 = 7;
 /// Of ten guided moments, how many are a change of mode and a little after; how many of the others the edge of a bound. The
 /// rest are drawn evenly.
@@ -40,6 +42,19 @@ pub enum Strategy {
     Guided,
 }
 
+impl Strategy {
+    /// Every strategy, that which others are measured against first.
+    pub const ALL: [Strategy; 3] = [Strategy::Uniform, Strategy::Transitions, Strategy::Guided];
+
+    /// Whether it draws from the moments of the run without a word.
+    pub(super) fn reads_moments(self) -> bool {
+        match self {
+            Strategy::Uniform => false,
+            Strategy::Transitions | Strategy::Guided => true,
+        }
+    }
+}
+
 /// A word that showed something new.
 #[derive(Clone, Debug)]
 pub(super) struct Known {
@@ -55,23 +70,36 @@ pub(super) struct Drawer<'a> {
     rng: ChaCha8Rng,
     nominal: Moments,
     known: VecDeque<Known>,
-    /// How often each move was in a word, and in one that showed something new.
-    tried: Vec<(u32, u32)>,
+    /// Of each word that was drawn and of which nothing was learned yet, in order: whether it is a fresh one.
+    drawn: VecDeque<bool>,
+    /// Of each of the newest fresh words: whether it showed something new.
+    fresh: VecDeque<bool>,
+    /// Moves that are still to be dealt.
+    deck: Vec<usize>,
 }
 
 impl<'a> Drawer<'a> {
     /// Of the words over `alphabet`; `nominal` are the moments of the run without any.
     pub(super) fn new(alphabet: &'a Alphabet, strategy: Strategy, seed: u64, nominal: Moments) -> Self {
-        let tried = vec![(0, 0); alphabet.moves.len()];
-        Self { alphabet, strategy, rng: ChaCha8Rng::seed_from_u64(seed), nominal, known: VecDeque::new(), tried }
+        Self {
+            alphabet,
+            strategy,
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            nominal,
+            known: VecDeque::new(),
+            drawn: VecDeque::new(),
+            fresh: VecDeque::new(),
+            deck: Vec::new(),
+        }
     }
 
-    /// What came of a word: whether it showed something new, and the moments of its run.
+    /// What came of the first word of which nothing was learned yet: the moments of its run where it showed something new.
     pub(super) fn learn(&mut self, word: &Word, moments: Option<Moments>) {
-        for letter in word.letters() {
-            let (tried, new) = &mut self.tried[letter.kind];
-            *tried += 1;
-            *new += u32::from(moments.is_some());
+        if self.drawn.pop_front() == Some(true) {
+            self.fresh.push_back(moments.is_some());
+            if self.fresh.len() > NEWEST {
+                self.fresh.pop_front();
+            }
         }
         if let Some(moments) = moments {
             if self.known.len() == MOST_KNOWN {
@@ -83,7 +111,9 @@ impl<'a> Drawer<'a> {
 
     /// The next word.
     pub(super) fn word(&mut self) -> Word {
-        if self.strategy == Strategy::Guided && !self.known.is_empty() && self.below(10) < FROM_KNOWN {
+        let fresh = self.strategy != Strategy::Guided || self.known.is_empty() || !self.fresh_is_stale();
+        self.drawn.push_back(fresh);
+        if !fresh {
             let known = self.known();
             return self.changed(&known);
         }
@@ -91,6 +121,12 @@ impl<'a> Drawer<'a> {
         let length = 1 + self.below(longest);
         let nominal = self.nominal.clone();
         Word::new((0..length).map(|_| self.letter(&nominal)).collect())
+    }
+
+    /// More often so the fewer of the newest fresh words showed something new: while they do, they see more than changed ones.
+    fn fresh_is_stale(&mut self) -> bool {
+        let stale = self.fresh.iter().filter(|new| !**new).count() as u32;
+        self.below(10 * NEWEST as u32) < FROM_KNOWN * stale
     }
 
     /// One that showed something new: every other time one of the newest.
@@ -122,24 +158,19 @@ impl<'a> Drawer<'a> {
     fn letter(&mut self, moments: &Moments) -> Letter {
         let kind = match self.strategy {
             Strategy::Uniform | Strategy::Transitions => self.below(self.alphabet.moves.len() as u32) as usize,
-            Strategy::Guided => self.promising(),
+            Strategy::Guided => self.dealt(),
         };
         let begins = self.moment(moments);
         Letter { begins, kind, places: self.places(kind, moments) }
     }
 
-    /// A move, as likely as what it brought so far deserves.
-    fn promising(&mut self) -> usize {
-        let weight = |(tried, new): &(u32, u32)| 1000 * (new + 1) / (tried + 2) + 50;
-        let total: u32 = self.tried.iter().map(weight).sum();
-        let mut drawn = self.below(total);
-        for (i, counts) in self.tried.iter().enumerate() {
-            match drawn.checked_sub(weight(counts)) {
-                Some(left) => drawn = left,
-                None => return i,
-            }
+    /// A move, of those that were not dealt since all were.
+    fn dealt(&mut self) -> usize {
+        if self.deck.is_empty() {
+            self.deck.extend(0..self.alphabet.moves.len());
         }
-        0
+        let i = self.below(self.deck.len() as u32) as usize;
+        self.deck.swap_remove(i)
     }
 
     fn moment(&mut self, moments: &Moments) -> u32 {
@@ -193,5 +224,51 @@ impl<'a> Drawer<'a> {
     /// Even below `n`, to within 2^-32; 0 where `n` is 0.
     fn below(&mut self, n: u32) -> u32 {
         ((u64::from(self.rng.next_u32()) * u64::from(n)) >> 32) as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scenario::find_root;
+
+    fn alphabet() -> Alphabet {
+        let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        Alphabet::load(&root.join("scenarios/alphabets/sensors.toml")).unwrap()
+    }
+
+    #[test]
+    fn guided_drawing_deals_every_move_before_any_comes_again() {
+        let alphabet = alphabet();
+        let mut drawer = Drawer::new(&alphabet, Strategy::Guided, 1, Moments::default());
+        let letters: Vec<usize> = (0..100)
+            .flat_map(|_| drawer.word().letters().iter().map(|letter| letter.kind).collect::<Vec<_>>())
+            .collect();
+        let mut counts = vec![0; alphabet.moves.len()];
+        letters.iter().for_each(|kind| counts[*kind] += 1);
+        assert!(counts.iter().max().unwrap() - counts.iter().min().unwrap() <= 1, "{counts:?}");
+    }
+
+    #[test]
+    fn known_words_are_changed_only_once_fresh_ones_cease_to_show_anything_new() {
+        let alphabet = alphabet();
+        let changed = |new: bool| {
+            let mut drawer = Drawer::new(&alphabet, Strategy::Guided, 1, Moments::default());
+            for i in 0..200 {
+                let word = drawer.word();
+                drawer.learn(&word, (new || i == 0).then(Moments::default));
+            }
+            (0..100)
+                .filter(|_| {
+                    drawer.word();
+                    !drawer.drawn.back().unwrap()
+                })
+                .count()
+        };
+        assert_eq!(changed(true), 0);
+        let stale = changed(false);
+        assert!((50..=90).contains(&stale), "{stale} of 100, where seven of ten are meant");
     }
 }

@@ -45,7 +45,7 @@ pub struct Found {
 pub struct Hunted {
     /// Trials made.
     pub trials: u64,
-    /// CPU time of all of them, seconds.
+    /// CPU time of all of them, seconds; with that of the run without a word where the strategy reads its moments.
     pub cpu_seconds: f64,
     /// How often which class.
     pub outcomes: BTreeMap<Outcome, u64>,
@@ -87,12 +87,22 @@ impl Ground {
         let moments = |run: &Tried| Moments::of(run, &self.alphabet, &self.setup.bounds);
         let mut drawer = Drawer::new(&self.alphabet, quest.strategy, quest.seed, moments(&nominal));
         let mut hunted = Hunted { covered: nominal.coverage.clone(), ..Hunted::default() };
-        while hunted.trials < quest.budget && (!quest.first || hunted.found.is_empty()) {
+        if quest.strategy.reads_moments() {
+            hunted.cpu_seconds = nominal.trial.cpu_seconds;
+        }
+        while hunted.trials < quest.budget {
             let round: Vec<Word> = (0..ROUND.min(quest.budget - hunted.trials)).map(|_| drawer.word()).collect();
-            for one in self.round(&round, threads, progress, stop)? {
-                let (word, moments) = (one.word.clone(), moments(&one));
-                let new = hunted.take(one, test, quest.first);
-                drawer.learn(&word, new.then_some(moments));
+            // Of a hunt that ends with the first finding as little as can be is tried in vain behind it.
+            let at_once = if quest.first { threads.max(1) } else { round.len() };
+            for words in round.chunks(at_once) {
+                for one in self.round(words, threads, progress, stop)? {
+                    let (word, moments) = (one.word.clone(), moments(&one));
+                    let new = hunted.take(one, test);
+                    drawer.learn(&word, new.then_some(moments));
+                    if quest.first && !hunted.found.is_empty() {
+                        return Ok(hunted);
+                    }
+                }
             }
         }
         Ok(hunted)
@@ -115,7 +125,7 @@ impl Ground {
         let mut hunted = Hunted::default();
         for round in words.chunks(ROUND as usize) {
             for one in self.round(round, threads, progress, stop)? {
-                hunted.take(one, test, false);
+                hunted.take(one, test);
             }
         }
         Ok(hunted)
@@ -135,15 +145,14 @@ impl Ground {
 
 impl Hunted {
     /// Counts a trial; says whether it showed something new.
-    fn take(&mut self, tried: Tried, test: Test<'_>, first: bool) -> bool {
+    fn take(&mut self, tried: Tried, test: Test<'_>) -> bool {
         self.trials += 1;
         self.cpu_seconds += tried.trial.cpu_seconds;
         *self.outcomes.entry(tried.trial.outcome).or_default() += 1;
         let before = self.covered.len();
         self.covered.extend(&tried.coverage);
         let new = self.covered.len() > before;
-        // What comes after the first of a hunt that ends with it was drawn with it, and does not count.
-        if let Some(cause) = test(&tried).filter(|_| !first || self.found.is_empty()) {
+        if let Some(cause) = test(&tried) {
             let (trial, cpu_seconds) = (self.trials, self.cpu_seconds);
             self.found.entry(cause).or_insert(Found { tried, trial, cpu_seconds });
         }

@@ -2,7 +2,8 @@
 //! numbers that keep class and cause; and the margin of each number.
 //!
 //! What is tried in which order is fixed, and each step looks for the first that holds and not for a better one than before,
-//! so words that mean the same end as the same word. Numbers are halved between what holds and what does not: what they find
+//! so words that mean the same end as the same word. Where one move by itself does it at a moment that the run without a word
+//! has, which one is looked for without the word that was found: there nothing of it is left but its cause. Numbers are halved between what holds and what does not: what they find
 //! is an edge, and the only one where more is never less.
 
 use std::collections::BTreeMap;
@@ -51,13 +52,10 @@ impl Ground {
     /// Why a word cannot be run.
     pub fn shrink(&self, word: &Word, test: Test<'_>, cause: &Cause, moments: &Moments) -> Result<Shrunk, String> {
         let mut shrinker = Shrinker { ground: self, test, cause, tried: BTreeMap::from([(word.clone(), true)]) };
-        // By move and not by time: which of them was found to begin first decides nothing.
-        let mut letters = shrinker.fewest(word.clone())?.letters().to_vec();
-        letters.sort_by_key(|letter| (letter.kind, letter.begins));
-        for i in 0..letters.len() {
-            letters = shrinker.simplest(letters, i)?;
-            letters = shrinker.canonical_moment(letters, i, moments)?;
-        }
+        let mut letters = match shrinker.alone(moments)? {
+            Some(letters) => letters,
+            None => shrinker.canonical(word, moments)?,
+        };
         let mut margins = Vec::new();
         for i in 0..letters.len() {
             let (smaller, of) = shrinker.smallest_numbers(letters, i)?;
@@ -95,13 +93,33 @@ impl Shrinker<'_> {
         Ok(None)
     }
 
-    /// Fewer of its letters; or one other move, at its strongest, where one of them begins.
+    /// The earliest move of the alphabet that does it by itself, at its strongest, at the first moment of the alphabet or at a
+    /// change of mode.
+    fn alone(&mut self, moments: &Moments) -> Result<Option<Vec<Letter>>, String> {
+        let (first, _) = self.ground.alphabet.begins();
+        let begins: Vec<u32> = std::iter::once(first).chain(moments.changes.iter().copied()).collect();
+        let mut letters: Vec<Letter> = begins.into_iter().flat_map(|at| self.strongest(at)).collect();
+        letters.sort_by_key(|letter| (letter.kind, letter.begins));
+        self.first(letters.into_iter().map(|letter| vec![letter]))
+    }
+
+    /// The fewest letters of a word, each the simplest that does it, at its canonical moment.
+    fn canonical(&mut self, word: &Word, moments: &Moments) -> Result<Vec<Letter>, String> {
+        let mut letters = self.fewest(word.clone())?.letters().to_vec();
+        // By move and not by time: which of them was found to begin first decides nothing.
+        letters.sort_by_key(|letter| (letter.kind, letter.begins));
+        for i in 0..letters.len() {
+            letters = self.simplest(letters, i)?;
+            letters = self.canonical_moment(letters, i, moments)?;
+        }
+        Ok(letters)
+    }
+
+    /// Fewer of its letters.
     fn fewest(&mut self, word: Word) -> Result<Word, String> {
         for n in 1..word.letters().len() {
             let fewer = word.subwords(n).into_iter().map(|word| word.letters().to_vec());
-            let begins = word.letters().iter().filter(|_| n == 1).map(|letter| letter.begins);
-            let alone: Vec<Letter> = begins.flat_map(|at| self.strongest(at)).collect();
-            if let Some(letters) = self.first(fewer.chain(alone.into_iter().map(|one| vec![one])))? {
+            if let Some(letters) = self.first(fewer)? {
                 return Ok(Word::new(letters));
             }
         }

@@ -68,7 +68,8 @@ impl Ground {
     /// # Errors
     /// Why it cannot be run.
     pub fn new(scenario: Scenario, setup: Setup, seed: u64, alphabet: Alphabet) -> Result<Self, String> {
-        let trunk = Arc::new(trunk(&scenario, &setup, seed).map_err(|e| e.to_string())?);
+        let nothing = Word::default().in_scenario(&alphabet, &scenario)?;
+        let trunk = Arc::new(trunk(&nothing, &setup, seed).map_err(|e| e.to_string())?);
         Ok(Self { scenario, setup, seed, alphabet, trunk })
     }
 

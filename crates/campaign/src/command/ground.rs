@@ -1,0 +1,81 @@
+//! What a search works on, put together from what a command line or a list of weaknesses names.
+
+use std::path::Path;
+
+use super::Context;
+use super::failure::{Exit, Failure};
+use super::plan::{self, Planned, Wanted};
+use crate::ablation::Switch;
+use crate::scenario::Alphabet;
+use crate::search::Ground;
+
+/// Most words of one length that are tried exhaustively.
+pub(super) const MOST_WORDS: usize = 1_000_000;
+
+/// A ground by its names.
+#[derive(Debug)]
+pub(super) struct Asked<'a> {
+    /// A scenario of the twin, by name or by file.
+    pub(super) scenario: &'a str,
+    /// An alphabet, by name or by file.
+    pub(super) alphabet: &'a str,
+    /// Policy and cell of the scenario.
+    pub(super) wanted: Wanted,
+    /// What is waived besides.
+    pub(super) waive: &'a [Switch],
+}
+
+impl Asked<'_> {
+    /// The ground; every move of the alphabet was tried on.
+    pub(super) fn ground(&self, context: &Context) -> Result<Ground, Failure> {
+        let (scenario, planned) = plan::plan(context, &plan::file_of(context, self.scenario)?, &self.wanted)?;
+        if scenario.is_of_stacks() {
+            let message =
+                format!("`{}` runs on the real stacks in memory; a search needs the twin", scenario.name.as_str());
+            return Err(Failure::new(Exit::Usage, message));
+        }
+        let [planned] = <[Planned; 1]>::try_from(planned).map_err(|several| {
+            let cells: Vec<String> = several.into_iter().filter_map(|p| p.variation.cell).collect();
+            Failure::new(
+                Exit::Usage,
+                format!("`{}` has several cells; choose one with --cell: {}", self.scenario, cells.join(", ")),
+            )
+        })?;
+        let alphabet = alphabet(context, self.alphabet)?;
+        let Planned { variation, mut setup, .. } = planned;
+        for switch in self.waive {
+            switch.waive(&mut setup.policy);
+        }
+        if !self.waive.is_empty() {
+            "searched".clone_into(&mut setup.policy_name);
+            "searched".clone_into(&mut setup.policy.name);
+        }
+        let ground = Ground::new(variation.scenario, setup, context.seed, alphabet).map_err(unfit)?;
+        ground.fits().map_err(unfit)?;
+        Ok(ground)
+    }
+}
+
+fn alphabet(context: &Context, name: &str) -> Result<Alphabet, Failure> {
+    if name.ends_with(".toml") || name.contains('/') {
+        return Ok(Alphabet::load(Path::new(name))?);
+    }
+    let folder = context.root()?.join("scenarios").join("alphabets");
+    let path = folder.join(format!("{name}.toml"));
+    if path.is_file() {
+        return Ok(Alphabet::load(&path)?);
+    }
+    let mut known: Vec<String> = std::fs::read_dir(&folder)?.flatten().map(|entry| plan::stem(&entry.path())).collect();
+    known.sort();
+    Err(Failure::new(Exit::Usage, format!("no alphabet `{name}`; there are: {}", known.join(", "))))
+}
+
+/// Why a search ended early: it was asked to, or a word did not fit.
+pub(super) fn stopped_or_unfit(context: &Context, why: String) -> Failure {
+    if context.stop.asked() { Failure::new(Exit::Interrupted, "stopped; nothing was kept") } else { unfit(why) }
+}
+
+/// An alphabet is the user's: where its moves do not fit the scenario, or not each other, that is told as such.
+pub(super) fn unfit(why: String) -> Failure {
+    Failure::new(Exit::Usage, why)
+}

@@ -1,0 +1,131 @@
+//! How long until something happened, where it did not happen in every run: medians, and the ratio of two, with exact
+//! intervals (order statistics).
+//!
+//! Of a run in which it did not happen it is only known that it takes longer than was waited: such a run stands after every
+//! run in which it did, and what rests on it is said as a bound. All runs of a sample wait for as long.
+
+use serde::Serialize;
+use statrs::function::beta::beta_reg;
+
+use super::LEVEL;
+
+/// How long until it happened, or how long was waited in vain.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Wait {
+    /// So long, in whatever unit.
+    pub waited: f64,
+    /// Whether it happened then.
+    pub came: bool,
+}
+
+/// The median of some waits, and an interval of it.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Median {
+    /// The median; of an even number the upper of the two in the middle.
+    pub median: Wait,
+    /// Ends of the interval; none where the sample is too small for any.
+    pub interval: Option<[Wait; 2]>,
+}
+
+impl Median {
+    /// Of `waits` in any order, with an interval of at least this level; none of none.
+    pub fn of(waits: &[Wait], level: f64) -> Option<Self> {
+        let mut sorted = waits.to_vec();
+        sorted.sort_by(|a, b| b.came.cmp(&a.came).then(a.waited.total_cmp(&b.waited)));
+        let n = sorted.len();
+        let median = *sorted.get(n / 2)?;
+        // Of rank r from either end: as long as P(Binomial(n, 1/2) < r) is no more than what one side may miss.
+        let fewer = |r: usize| beta_reg((n - r + 1) as f64, r as f64, 0.5);
+        let rank = (1..=n / 2).rev().find(|r| fewer(*r) <= (1.0 - level) / 2.0);
+        Some(Self { median, interval: rank.map(|r| [sorted[r - 1], sorted[n - r]]) })
+    }
+}
+
+/// One median over another.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Ratio {
+    /// The ratio, as far as it is known.
+    pub ratio: Known,
+    /// Ends of an interval that holds it with at least 95 %: each median in its own at 97.5 %. None where nothing is known.
+    pub interval_95: [Option<f64>; 2],
+}
+
+/// What is known of a number.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Known {
+    /// It is this.
+    Is(f64),
+    /// It is no more than this.
+    AtMost(f64),
+    /// It is no less than this.
+    AtLeast(f64),
+    /// Nothing.
+    Unknown,
+}
+
+impl Ratio {
+    /// Of the median of `of` over that of `over`.
+    pub fn of(of: &[Wait], over: &[Wait]) -> Self {
+        let each = 1.0 - (1.0 - LEVEL) / 2.0;
+        let (Some(above), Some(below)) = (Median::of(of, each), Median::of(over, each)) else {
+            return Self { ratio: Known::Unknown, interval_95: [None, None] };
+        };
+        let quotient = above.median.waited / below.median.waited;
+        let ratio = match (above.median.came, below.median.came) {
+            (true, true) => Known::Is(quotient),
+            (true, false) => Known::AtMost(quotient),
+            (false, true) => Known::AtLeast(quotient),
+            (false, false) => Known::Unknown,
+        };
+        let interval_95 = match (above.interval, below.interval) {
+            (Some([low, high]), Some([from, to])) => {
+                [to.came.then_some(low.waited / to.waited), high.came.then_some(high.waited / from.waited)]
+            }
+            (None, _) | (_, None) => [None, None],
+        };
+        Self { ratio, interval_95 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn came(values: impl IntoIterator<Item = u32>) -> Vec<Wait> {
+        values.into_iter().map(|value| Wait { waited: f64::from(value), came: true }).collect()
+    }
+
+    fn in_vain(n: usize, waited: f64) -> Vec<Wait> {
+        vec![Wait { waited, came: false }; n]
+    }
+
+    #[test]
+    fn a_median_lies_between_the_ranks_that_the_binomial_names() {
+        // n = 20: P(Binomial(20, 1/2) < 6) = 0.0207 and < 7 is 0.0577; the tables have ranks 6 and 15 for 95 %.
+        let of = Median::of(&came((1..=20).rev()), 0.95).unwrap();
+        assert_eq!((of.median.waited, of.interval.unwrap().map(|end| end.waited)), (11.0, [6.0, 15.0]));
+        assert_eq!(Median::of(&came(1..=5), 0.95).unwrap().interval, None, "one in 16 lies on one side");
+        assert_eq!(Median::of(&[], 0.95), None);
+    }
+
+    #[test]
+    fn what_did_not_come_stands_after_all_that_did_and_makes_a_bound() {
+        let half = [in_vain(12, 5.0), came(1..=8)].concat();
+        let of = Median::of(&half, 0.95).unwrap();
+        assert_eq!(of.median, Wait { waited: 5.0, came: false });
+        assert_eq!(of.interval.unwrap(), [Wait { waited: 6.0, came: true }, Wait { waited: 5.0, came: false }]);
+    }
+
+    #[test]
+    fn a_ratio_is_as_sure_as_what_it_rests_on() {
+        let (fast, slow) = (came(1..=20), came((1..=20).map(|i| i * 100)));
+        let ratio = Ratio::of(&fast, &slow);
+        // At 97.5 % the ranks are 5 and 16.
+        assert_eq!(ratio, Ratio { ratio: Known::Is(0.01), interval_95: [Some(5.0 / 1600.0), Some(16.0 / 500.0)] });
+        let beyond = Ratio::of(&fast, &in_vain(20, 1000.0));
+        assert_eq!(beyond, Ratio { ratio: Known::AtMost(0.011), interval_95: [None, Some(0.016)] });
+        assert_eq!(Ratio::of(&in_vain(20, 1000.0), &fast).ratio, Known::AtLeast(1000.0 / 11.0));
+        assert_eq!(Ratio::of(&in_vain(20, 9.0), &in_vain(20, 9.0)).ratio, Known::Unknown);
+    }
+}

@@ -1,0 +1,65 @@
+//! `holdsafe bench search` over a list of its own.
+
+use std::fs;
+
+use super::holdsafe;
+
+const WEAK: &str = "[[weakness]]\nname = \"weak\"\nscenario = \"nominal\"\nalphabet = \"display\"\n\
+                    waive = \"display.signature\"\nfind = [\"UNSAFE\"]\n";
+
+fn bench(list: &str, more: &[&str]) -> serde_json::Value {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("list.toml");
+    fs::write(&file, list).unwrap();
+    let output = holdsafe(&[&["bench", "search", "--json", "--list", file.to_str().unwrap()], more].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn how_soon_each_strategy_finds_a_weakness_is_the_same_for_one_thread_and_two() {
+    let trials = |jobs: &str| {
+        let object = bench(WEAK, &["--draws", "2", "--budget", "48", "--jobs", jobs]);
+        let hunts = object["weaknesses"][0]["hunts"].as_array().unwrap().clone();
+        hunts.iter().map(|hunt| (hunt["strategy"].clone(), hunt["each_trials"].clone())).collect::<Vec<_>>()
+    };
+    let first = trials("1");
+    let strategies: Vec<&str> = first.iter().map(|(strategy, _)| strategy.as_str().unwrap()).collect();
+    assert_eq!(strategies, ["uniform", "transitions", "guided"]);
+    let ended = |wait: &serde_json::Value| wait["came"] == true || wait["waited"] == 48.0;
+    assert!(
+        first.iter().all(|(_, each)| each.as_array().is_some_and(|each| each.len() == 2 && each.iter().all(ended)))
+    );
+    assert_eq!(first, trials("2"));
+}
+
+#[test]
+fn what_several_seeds_find_shrinks_to_the_same_word_and_no_shorter_one_does_it() {
+    let object = bench(WEAK, &["--shrink", "5", "--budget", "200"]);
+    let [row] = object["rows"].as_array().unwrap().as_slice() else { panic!("more than one cause: {object}") };
+    assert_eq!((&row["n"], row["minima"].as_array().unwrap().len()), (&5.into(), 1), "{row}");
+    assert_eq!((&row["letters"], &row["fewer_letters"]), (&1.into(), &serde_json::Value::Null));
+    assert!(row["executions"]["max"].as_f64().unwrap() <= 100.0, "{row}");
+}
+
+#[test]
+fn a_list_that_names_what_is_not_there_says_what_there_is() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("list.toml");
+    let file = file.to_str().unwrap();
+    for (list, more, message) in [
+        (WEAK.to_owned(), &["--only", "strong"][..], "no weakness `strong`; there are: weak"),
+        (
+            WEAK.replace("display.signature", "display.sign"),
+            &[],
+            "no check `display.sign`; there are: boundary.freshness",
+        ),
+        (WEAK.replace("\"display\"", "\"screen\""), &[], "no alphabet `screen`; there are: broker, display"),
+    ] {
+        fs::write(file, list).unwrap();
+        let output = holdsafe(&[&["bench", "search", "--list", file], more].concat());
+        let screen = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{screen}");
+        assert!(screen.contains(message), "{message}: {screen}");
+    }
+}
