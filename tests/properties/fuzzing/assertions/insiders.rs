@@ -88,7 +88,7 @@ fn stopped(facts: &Facts) -> Option<String> {
     let restricts = |change: &&Change| ["DEGRADED", "HOLD_SAFE"].contains(&change.to.as_str());
     let first = |changes: &[Change]| changes.iter().find(restricts).map(|change| change.at_ms);
     let at = first(&facts.changes)?;
-    let early = first(&facts.mission).is_none_or(|in_mission| at < in_mission);
+    let early = first(&facts.mission).is_none_or(|in_mission| at + facts.limits.obeyed < in_mission);
     early.then(|| format!("restricted at {at:.0} ms, in the mission at {:?}", first(&facts.mission)))
 }
 
