@@ -74,7 +74,7 @@ fn undisputed(facts: &Facts) -> Option<String> {
     if lie.of != "hide-drift" || share >= 1.0 {
         return None;
     }
-    let noticed = lie.from_ms - (1.0 - share).ln() * FORGETS_S * 1000.0;
+    let noticed = lie.from_ms - libm::log(1.0 - share) * FORGETS_S * 1000.0;
     let by = noticed + facts.limits.hold;
     let drove = drives(mode_at(&facts.mission, noticed)) && by <= facts.duration_ms && noticed < lie.until_ms();
     let mode = mode_at(&facts.changes, by);
