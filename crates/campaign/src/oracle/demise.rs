@@ -383,10 +383,21 @@ impl Death<'_> {
         let b = &self.evidence.bounds;
         let braking = u64::from(b.max_speed_mm_s) * 1_000_000 / u64::from(b.braking_mm_s2).max(1);
         let due = zero + b.to_hold_safe_ms * 1000 + braking + TRUTH_PERIOD;
+        let due = due + self.world_stood_still(zero, due);
         let moving = self.line.truth.iter().find(|t| t.at > due && t.at < self.runs && t.speed.abs() > STANDING)?;
         let what =
             format!("{} mm/s {} ms after {} was killed", moving.speed, (moving.at - zero) / 1000, self.owed.node);
         Some(finding(Property::P3, moving.at, what))
+    }
+}
+
+impl Death<'_> {
+    /// How long the plant's world did not go on, of stops that began from `from` to `to`: nothing brakes in it meanwhile.
+    fn world_stood_still(&self, from: Micros, to: Micros) -> Micros {
+        let began = self.evidence.entries.iter().filter(|w| {
+            matches!(w.entry.event, Event::Suspended { node: NodeId::SIM, on: true, .. }) && (from..=to).contains(&w.at)
+        });
+        began.map(|w| runs_again(self.evidence, w) - w.at).sum()
     }
 }
 
