@@ -7,9 +7,13 @@ use super::word::{Letter, Word};
 use crate::oracle::Property;
 use crate::scenario::{Alphabet, Scenario, Setup};
 use crate::trial::{Outcome, Trial};
-use crate::twin::trial::{conclude, start_along, trunk};
+use crate::twin::trial::{conclude, start, start_along, trunk};
 use crate::twin::trunk::Trunk;
 use crate::{judged, oracle};
+
+/// The longest run that is kept as a trunk, seconds: everything that was said in it is in memory, of a rendered one a few
+/// megabytes a second.
+const LONGEST_TRUNK_S: f64 = 60.0;
 
 /// What is searched: a scenario and its setup, one seed, and what may be done to it.
 #[derive(Clone)]
@@ -22,8 +26,8 @@ pub struct Ground {
     pub seed: u64,
     /// What may be done.
     pub alphabet: Alphabet,
-    /// The run without any word: what a word does not reach is not computed again.
-    trunk: Arc<Trunk>,
+    /// The run without any word: what a word does not reach is not computed again. None of a run that is too long to keep.
+    trunk: Option<Arc<Trunk>>,
 }
 
 /// Why a trial is a finding: shrinking keeps it.
@@ -69,7 +73,8 @@ impl Ground {
     /// Why it cannot be run.
     pub fn new(scenario: Scenario, setup: Setup, seed: u64, alphabet: Alphabet) -> Result<Self, String> {
         let nothing = Word::default().in_scenario(&alphabet, &scenario)?;
-        let trunk = Arc::new(trunk(&nothing, &setup, seed).map_err(|e| e.to_string())?);
+        let kept = nothing.duration_s.get() <= LONGEST_TRUNK_S;
+        let trunk = kept.then(|| trunk(&nothing, &setup, seed).map(Arc::new).map_err(|e| e.to_string())).transpose()?;
         Ok(Self { scenario, setup, seed, alphabet, trunk })
     }
 
@@ -116,7 +121,11 @@ impl Ground {
     pub fn try_word(&self, word: &Word) -> Result<Tried, String> {
         let scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
         let before = link::clock::thread_cpu_us();
-        let (cast, twin) = start_along(&scenario, &self.setup, self.seed, &self.trunk).map_err(|e| e.to_string())?;
+        let started = match &self.trunk {
+            Some(trunk) => start_along(&scenario, &self.setup, self.seed, trunk),
+            None => start(&scenario, &self.setup, self.seed, false),
+        };
+        let (cast, twin) = started.map_err(|e| e.to_string())?;
         let run = conclude(cast, twin, &self.setup);
         let mut trial = judged::trial(self.seed, scenario.level(), &run.evidence, &run.verdict);
         let coverage = coverage::of(&run.evidence);
@@ -130,4 +139,24 @@ fn first_broken(verdict: &oracle::Verdict) -> Option<Property> {
     // A lack of evidence is not what broke.
     let breaks = |property: &Property| !matches!(property, Property::P6 | Property::P10);
     verdict.findings.iter().map(|finding| finding.property).find(breaks)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::scenario::{find_root, load};
+
+    #[test]
+    fn a_run_too_long_to_keep_has_no_trunk_and_its_words_are_tried_all_the_same() {
+        let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let scenario = load(&root.join("scenarios/nominal.toml")).unwrap();
+        let setup = Setup::load(&root, &scenario, None, false).unwrap();
+        let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
+        let kept = |seconds: f64| Ground::new(scenario.soak(seconds, 0.0), setup.clone(), 1, alphabet.clone()).unwrap();
+        let (short, long) = (kept(LONGEST_TRUNK_S), kept(LONGEST_TRUNK_S + 1.0));
+        assert!(short.trunk.is_some() && long.trunk.is_none());
+        assert_eq!(long.try_word(&Word::default()).unwrap().trial.outcome, Outcome::Nominal);
+    }
 }
