@@ -184,7 +184,7 @@ fn finding(
     })
 }
 
-/// What came of a finding live. The seeds are those from the twin's on: live they draw what no link decides.
+/// What came of a finding live, under the seed under which the twin found it.
 fn confirm(context: &Context, args: &Args, ground: &Ground, cause: &Cause, word: &Word) -> Result<Confirmed, Failure> {
     let Some(inside) = ground.inside(word, &ends_in(&args.find), cause).map_err(unfit)? else {
         return Ok(Confirmed::default());
@@ -194,8 +194,8 @@ fn confirm(context: &Context, args: &Args, ground: &Ground, cause: &Cause, word:
     let setup = Setup { rendered: true, ..ground.setup.clone() };
     let mut confirmed = Confirmed { word: Some(inside.told(&ground.alphabet)), ..Confirmed::default() };
     let progress = Progress::new("live", args.confirm as usize, context.talk);
-    for seed in (0..args.confirm).map(|n| ground.seed.wrapping_add(n)) {
-        let trial = engine::trial(Mode::Live, &scenario, &setup, seed, &context.stop)?;
+    for _ in 0..args.confirm {
+        let trial = engine::trial(Mode::Live, &scenario, &setup, ground.seed, &context.stop)?;
         confirmed.take(trial.outcome, args.find.contains(&trial.outcome));
         progress.step();
     }

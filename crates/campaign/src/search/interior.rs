@@ -15,18 +15,21 @@ const LIVE_JITTER_MS: f64 = 5.0;
 const AWAY: f64 = 3.0;
 
 impl Ground {
-    /// A word of the same moves that `test` finds for `cause` as it is, and with everything that far earlier and later: each number
-    /// of `word` is strengthened by as much, what counts no time by one step. None where there is none: the region is thinner.
+    /// A word of the same moves, each number strengthened by that far, what counts no time by one step; which `test` finds for
+    /// `cause` as it is, with everything that far earlier and later, and with every number as much stronger again. None where there
+    /// is none: the region is thinner, or the alphabet ends before.
     ///
     /// # Errors
     /// Why a word cannot be run.
     pub fn inside(&self, word: &Word, test: Test<'_>, cause: &Cause) -> Result<Option<Word>, String> {
-        let stronger = Word::new(word.letters().iter().map(|letter| self.stronger(letter)).collect());
+        let Some(stronger) = self.stronger(word) else { return Ok(None) };
         let away = self.ticks();
         for shift in [0, away, 2 * away, -away] {
             let around = [shift, shift - away, shift + away].map(|shift| self.shifted(&stronger, shift));
             let [Some(middle), Some(earlier), Some(later)] = around else { continue };
-            if self.all_hold(&[&middle, &earlier, &later], test, cause)? {
+            // What is at its strongest has no edge above.
+            let above = self.stronger(&middle).unwrap_or_else(|| middle.clone());
+            if self.all_hold(&[&middle, &earlier, &later, &above], test, cause)? {
                 return Ok(Some(middle));
             }
         }
@@ -42,7 +45,12 @@ impl Ground {
         Ok(true)
     }
 
-    fn stronger(&self, letter: &Letter) -> Letter {
+    /// None where a number that has an edge below it cannot be moved that far from it.
+    fn stronger(&self, word: &Word) -> Option<Word> {
+        word.letters().iter().map(|letter| self.stronger_letter(letter)).collect::<Option<Vec<_>>>().map(Word::new)
+    }
+
+    fn stronger_letter(&self, letter: &Letter) -> Option<Letter> {
         let of = move_of(&self.alphabet, letter);
         let lasts = of.lasts_ms.is_some();
         let counts_time = |n: usize| {
@@ -50,9 +58,11 @@ impl Ground {
         };
         let places = of.ranges().zip(&letter.places).enumerate().map(|(n, (range, place))| {
             let steps = if counts_time(n) { (AWAY * LIVE_JITTER_MS / range.step).ceil() as u32 } else { 1 };
-            (place + steps).min(range.last())
+            // The weakest of its range has no edge below.
+            let reached = (place + steps).min(range.last());
+            (*place == 0 || reached == place + steps).then_some(reached)
         });
-        Letter { places: places.collect(), ..letter.clone() }
+        Some(Letter { places: places.collect::<Option<_>>()?, ..letter.clone() })
     }
 
     /// The distance to the edge, in ticks of the alphabet.

@@ -4,8 +4,8 @@
 //! Terms: a *move* is a kind of attack of an `Alphabet`; a *letter* one move with its moment and its numbers; a
 //! *word* what an adversary does in one trial. A *cause* is the class of a trial with the first property it broke.
 //! `word` is the word and the scenario that it makes, `tried` one trial of it, `coverage` what that showed, `moments` when it
-//! may matter, `draw` the strategies, `hunt` the loop, `exhaust` every word up to a length, `shrink` the smallest, `interior` one away from its edge. Which
-//! properties there are and whether one broke is `oracle`'s.
+//! may matter, `draw` the strategies, `hunt` the loop, `exhaust` every word up to a length, `shrink` the smallest, `interior`
+//! one away from its edge. Which properties there are and whether one broke is `oracle`'s.
 
 mod coverage;
 mod draw;

@@ -3,8 +3,8 @@
 //!
 //! What is tried in which order is fixed, and each step looks for the first that holds and not for a better one than before,
 //! so words that mean the same end as the same word. Where one move by itself does it at a moment that the run without a word
-//! has, which one is looked for without the word that was found: there nothing of it is left but its cause. Numbers are halved between what holds and what does not: what they find
-//! is an edge, and the only one where more is never less.
+//! has, which one is looked for without the word that was found: there nothing of it is left but its cause. Numbers are
+//! halved between what holds and what does not: what they find is an edge, and the only one where more is never less.
 
 use std::collections::BTreeMap;
 

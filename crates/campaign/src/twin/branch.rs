@@ -11,7 +11,7 @@ use wire::time::Instant;
 
 use super::Twin;
 use super::part::Part;
-use super::queue::{Micros, NodeIndex};
+use super::queue::Micros;
 use crate::scenario::Varies;
 
 /// Set in the world of every branch: worlds of forks are counted from 1.
@@ -43,30 +43,14 @@ impl Twin {
     /// The core of the unit under test, and the time on its host.
     pub fn unit(&self) -> Option<(&Autonomy, Instant)> {
         let at = self.index(NodeId::UNIT_A)?;
-        match &self.nodes[usize::from(at)].part {
-            Part::Autonomy(core) => Some((core, self.local(at as NodeIndex))),
-            Part::Sim(_)
-            | Part::Perception { .. }
-            | Part::Gateway(_)
-            | Part::Console(_)
-            | Part::Recorder(_)
-            | Part::Adversary(_)
-            | Part::Along(_) => None,
-        }
+        let Part::Autonomy(core) = &self.nodes[usize::from(at)].part else { return None };
+        Some((core, self.local(at)))
     }
 
     /// The world of the unit under test.
     pub fn sim(&self) -> Option<&Sim> {
-        match &self.nodes[usize::from(self.index(NodeId::SIM)?)].part {
-            Part::Sim(core) => Some(core),
-            Part::Autonomy(_)
-            | Part::Perception { .. }
-            | Part::Gateway(_)
-            | Part::Console(_)
-            | Part::Recorder(_)
-            | Part::Adversary(_)
-            | Part::Along(_) => None,
-        }
+        let Part::Sim(core) = &self.nodes[usize::from(self.index(NodeId::SIM)?)].part else { return None };
+        Some(core)
     }
 }
 
