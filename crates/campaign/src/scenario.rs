@@ -76,7 +76,7 @@ pub use value::{
     ThreatId, Whole,
 };
 pub use varies::{Conditions, Varies};
-pub use weakness::{Weakness, Weaknesses};
+pub use weakness::{Misset, Weakness, Weaknesses};
 
 use crate::trial::Outcome;
 

@@ -35,7 +35,7 @@ impl Company<'_> {
             world: WorldId(0),
             seed: self.seed ^ (node.index() as u64) << 56,
             policy: self.with.policy.clone(),
-            bounds: self.with.bounds,
+            bounds: self.with.misset.unwrap_or(self.with.bounds),
             secret: self.secret.of(keys::signer(node)),
             public_keys: self.public_keys.clone(),
             channels: self.secret.channels(host, node, topics),

@@ -6,7 +6,7 @@ use super::Context;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use crate::ablation::Switch;
-use crate::scenario::Alphabet;
+use crate::scenario::{Alphabet, Misset};
 use crate::search::Ground;
 
 /// Most words of one length that are tried exhaustively.
@@ -23,6 +23,8 @@ pub(super) struct Asked<'a> {
     pub(super) wanted: Wanted,
     /// What is waived besides.
     pub(super) waive: &'a [Switch],
+    /// The bound that the services are made with a wrong value of.
+    pub(super) misset: Option<&'a Misset>,
 }
 
 impl Asked<'_> {
@@ -50,6 +52,7 @@ impl Asked<'_> {
             "searched".clone_into(&mut setup.policy_name);
             "searched".clone_into(&mut setup.policy.name);
         }
+        setup.misset = self.misset.map(|misset| misset.of(&setup.bounds));
         let ground = Ground::new(variation.scenario, setup, context.seed, alphabet).map_err(unfit)?;
         ground.fits().map_err(unfit)?;
         Ok(ground)

@@ -70,7 +70,7 @@ pub(super) struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let wanted =
         Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: args.rendered, ..Wanted::default() };
-    let asked = Asked { scenario: &args.scenario, alphabet: &args.alphabet, wanted, waive: &args.waive };
+    let asked = Asked { scenario: &args.scenario, alphabet: &args.alphabet, wanted, waive: &args.waive, misset: None };
     let ground = asked.ground(context)?;
     let nominal = ground.try_word(&Word::default()).map_err(unfit)?;
     let moments = Moments::of(&nominal, &ground.alphabet, &ground.setup.bounds);

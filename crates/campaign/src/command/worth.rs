@@ -20,7 +20,7 @@ use crate::stats::waiting::Wait;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// A list of weaknesses [default: scenarios/weaknesses/checks.toml].
+    /// A list of weaknesses [default: every list of scenarios/weaknesses].
     #[arg(long, value_name = "FILE")]
     list: Option<PathBuf>,
     /// Only these of them.
@@ -94,9 +94,11 @@ impl Bench<'_> {
 }
 
 fn grounds(context: &Context, args: &Args) -> Result<Vec<(Weakness, Ground)>, Failure> {
-    let shipped = || Ok::<_, Failure>(context.root()?.join("scenarios").join("weaknesses").join("checks.toml"));
-    let list = Weaknesses::load(&args.list.clone().map_or_else(shipped, Ok)?)?;
-    let known = || list.weakness.iter().map(|weakness| weakness.name.as_str());
+    let list = match &args.list {
+        Some(file) => Weaknesses::load(file)?.weakness.to_vec(),
+        None => shipped(context)?,
+    };
+    let known = || list.iter().map(|weakness| weakness.name.as_str());
     if let Some(unknown) = args.only.iter().find(|name| !known().any(|known| known == name.as_str())) {
         let known: Vec<&str> = known().collect();
         return Err(Failure::new(Exit::Usage, format!("no weakness `{unknown}`; there are: {}", known.join(", "))));
@@ -104,10 +106,20 @@ fn grounds(context: &Context, args: &Args) -> Result<Vec<(Weakness, Ground)>, Fa
     let chosen = |weakness: &&Weakness| args.only.is_empty() || args.only.iter().any(|n| n == weakness.name.as_str());
     let ground = |weakness: &Weakness| {
         let (scenario, alphabet) = (weakness.scenario.as_str(), weakness.alphabet.as_str());
-        let asked = Asked { scenario, alphabet, wanted: Wanted::default(), waive: &[weakness.waive] };
+        let (waive, misset) = (weakness.waive.as_slice(), weakness.misset.as_ref());
+        let asked = Asked { scenario, alphabet, wanted: Wanted::default(), waive, misset };
         Ok((weakness.clone(), asked.ground(context)?))
     };
-    list.weakness.iter().filter(chosen).map(ground).collect()
+    list.iter().filter(chosen).map(ground).collect()
+}
+
+/// Every list that is shipped, by name.
+fn shipped(context: &Context) -> Result<Vec<Weakness>, Failure> {
+    let folder = context.root()?.join("scenarios").join("weaknesses");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(&folder)?.flatten().map(|entry| entry.path()).collect();
+    files.sort();
+    let lists = files.iter().map(|file| Ok(Weaknesses::load(file)?.weakness.to_vec()));
+    Ok(lists.collect::<Result<Vec<_>, Failure>>()?.concat())
 }
 
 fn compared(

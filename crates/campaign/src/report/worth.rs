@@ -40,8 +40,8 @@ pub struct WeaknessRow {
     pub scenario: String,
     /// What could be done.
     pub alphabet: String,
-    /// What was waived.
-    pub waived: String,
+    /// The check that was waived, or the bound with its wrong value.
+    pub wrong: String,
     /// What counted as found.
     pub find: Vec<Outcome>,
     /// Each strategy's hunts.
@@ -94,7 +94,7 @@ impl WeaknessRow {
             name: weakness.name.as_str().to_owned(),
             scenario: weakness.scenario.as_str().to_owned(),
             alphabet: weakness.alphabet.as_str().to_owned(),
-            waived: weakness.waive.name(),
+            wrong: weakness.wrong(),
             find: weakness.find.to_vec(),
             ratio_trials: Ratio::of(&guided.each_trials, &uniform.each_trials),
             ratio_cpu: Ratio::of(&guided.each_cpu_seconds, &uniform.each_cpu_seconds),

@@ -20,6 +20,8 @@ pub struct Setup {
     pub policy: Policy,
     /// The bounds in force: the platform's, tightened by the scenario.
     pub bounds: Bounds,
+    /// What the services are made with in their place, where it is measured what a bound that is set wrong lets through.
+    pub misset: Option<Bounds>,
     /// The platform as its file states it.
     pub platform: Platform,
     /// Whether sensors are rendered and the detector runs; else candidates are drawn from the noise model.
@@ -48,12 +50,14 @@ impl Setup {
         let policy_name = stem(&path);
         let policy = load_policy(&path, &policy_name)?;
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
-        Ok(Self { policy_name, policy, bounds, platform, rendered, run_dir: None, stop: Stop::default() })
+        let stop = Stop::default();
+        Ok(Self { policy_name, policy, bounds, misset: None, platform, rendered, run_dir: None, stop })
     }
 
-    /// The words that every artefact of an ablation carries; `None` where every check, guard and rule stands.
+    /// The words that every artefact of an ablation carries; `None` where every check, guard, rule and bound stands.
     pub fn watermark(&self) -> Option<String> {
-        (!self.policy.is_full()).then(|| format!("ABLATION: policy `{}` waives checks", self.policy_name))
+        let waived = (!self.policy.is_full()).then(|| format!("ABLATION: policy `{}` waives checks", self.policy_name));
+        waived.or_else(|| self.misset.map(|_| "ABLATION: a bound is set wrong on purpose".to_owned()))
     }
 }
 

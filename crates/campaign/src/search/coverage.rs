@@ -10,17 +10,18 @@
 use std::collections::BTreeSet;
 
 use sha2::{Digest, Sha256};
-use wire::event::{Event, Freshness};
+use wire::event::Event;
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 
+use super::nearness::{AT_LIMIT, Nearness};
 use crate::oracle::{Evidence, Witnessed};
 
 /// Points and steps, by a digest of what they are.
 pub type Coverage = BTreeSet<u64>;
 
 /// In how many steps the way to a limit is divided.
-const STEPS: u64 = 10;
+const STEPS: u32 = 10;
 
 /// What the platform under test is in when something is decided.
 #[derive(Debug)]
@@ -30,18 +31,19 @@ struct Situation {
     live: String,
 }
 
-/// Everything that a trial covered.
-pub(super) fn of(evidence: &Evidence) -> Coverage {
+/// Everything that a trial covered, which came so near to each limit.
+pub(super) fn of(evidence: &Evidence, nearness: &Nearness) -> Coverage {
     let mut covered = Coverage::new();
+    for (property, way) in nearness {
+        // Who came near came by what is less near.
+        let steps = (way * STEPS / AT_LIMIT).min(STEPS);
+        covered.extend((0..=steps).map(|step| point(&format!("{property:?} {step}"))));
+    }
     let mut now = Situation { mode: Mode::Idle, authority: false, live: String::new() };
     for w in evidence.entries.iter().filter(|w| w.at <= evidence.duration) {
         follow(&mut now, w);
         if let Some(decided) = decided(w, evidence.bounds.freshness_ms) {
             covered.insert(point(&format!("{:?} {} {} {decided}", now.mode, now.authority, now.live)));
-        }
-        if let Some((property, way)) = nearness(w, evidence) {
-            // Who came near came by what is less near.
-            covered.extend((0..=way.min(STEPS)).map(|step| point(&format!("{property} {step}"))));
         }
     }
     covered
@@ -77,30 +79,6 @@ fn decided(w: &Witnessed, freshness_ms: u64) -> Option<String> {
         Event::Session { peer, open } => Some(format!("{node} session {peer:?} {open}")),
         Event::SessionLost { peer } => Some(format!("{node} lost {peer:?}")),
         Event::Inconsistent { unit, finding, .. } => Some(format!("{node} inconsistent {unit:?} {finding:?}")),
-        _ => None,
-    }
-}
-
-/// How far on the way to a property's limit an event is, in steps.
-fn nearness(w: &Witnessed, evidence: &Evidence) -> Option<(&'static str, u64)> {
-    let bounds = &evidence.bounds;
-    match w.entry.event {
-        // P5: the age of what is accepted, of Tf.
-        Event::Accepted { age: Some(age), .. } => Some(("P5", age.0 * STEPS / (bounds.freshness_ms * 1000).max(1))),
-        // P7: the age of what is shown as fresh, of Tf and a period.
-        Event::Displayed { unit: UnitId::A, freshness: Freshness::Fresh, age, .. } => {
-            Some(("P7", age.0 * STEPS / ((bounds.freshness_ms + bounds.telemetry_period_ms) * 1000).max(1)))
-        }
-        // P4: how much of the distance that is kept to the fence is used up.
-        Event::Truth { unit: UnitId::A, fence_mm, .. } => {
-            let kept = i64::from(bounds.fence_margin_mm.max(1));
-            let left = i64::from(fence_mm).clamp(0, kept);
-            Some(("P4", (kept - left).unsigned_abs() * STEPS / kept.unsigned_abs()))
-        }
-        // P11: the distance of an act from an object of its class.
-        Event::PlantAct { distance_mm, .. } => {
-            Some(("P11", u64::from(distance_mm) * STEPS / u64::from(bounds.designation_mm.max(1))))
-        }
         _ => None,
     }
 }

@@ -2,9 +2,10 @@
 //!
 //! *Uniform* draws length, moves, moments and numbers evenly from the alphabet: what a search is measured against.
 //! *Transitions* begins everything where the unit changes mode in the run without an attack, as AVIS does (Taylor et al., "AVIS:
-//! In-Situ Model Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* deals the moves like cards, each once
-//! before any comes again, draws moments from changes, edges of bounds and evenly, and, as fresh words cease to show anything
-//! new, changes words that did. Nothing has probability zero in any but the second.
+//! In-Situ Model Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* deals each move once, then every
+//! other time one in proportion to what it has gained (a bandit by probability matching); draws moments from changes, edges
+//! of bounds and evenly; and, as fresh words cease to show anything new, changes words that did, or that came nearest to a limit.
+//! Nothing has probability zero in any but the second. What was learned so far is `learned`'s.
 
 use std::collections::VecDeque;
 
@@ -12,23 +13,24 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
 
+use super::learned::{Known, Learned, Lesson, NEWEST};
 use super::moments::Moments;
+use super::nearness::Nearness;
 use super::word::{Letter, Word, move_of};
 use crate::scenario::{Alphabet, Range};
 
-/// So many of the newest fresh words say how often a fresh word still shows something new.
-const NEWEST: usize = 16;
 /// Out of ten guided words, how many are made from one that showed something new, when none of the newest fresh ones did.
 const FROM_KNOWN: u32 = 7;
+/// Out of ten of these, how many are made from one that came nearest to a limit, and not from one that was new.
+const FROM_NEAREST: u32 = 5;
+/// The farthest that a nudge moves a letter, ticks; a number it moves by at most this part of its range.
+const NUDGE: u32 = 32;
 /// Of ten guided moments, how many are a change of mode and a little after; how many of the others the edge of a bound. The
 /// rest are drawn evenly.
 const AT_CHANGES: u32 = 4;
 const AT_EDGES: u32 = 3;
 /// How long after a change of mode still counts as at it, ticks.
 const AFTER_CHANGE: u32 = 30;
-
-/// Most words that are kept to be changed; the oldest goes.
-const MOST_KNOWN: usize = 4_096;
 
 /// How words are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
@@ -55,13 +57,6 @@ impl Strategy {
     }
 }
 
-/// A word that showed something new.
-#[derive(Clone, Debug)]
-pub(super) struct Known {
-    pub(super) word: Word,
-    pub(super) moments: Moments,
-}
-
 /// Draws words.
 #[derive(Debug)]
 pub(super) struct Drawer<'a> {
@@ -69,53 +64,53 @@ pub(super) struct Drawer<'a> {
     strategy: Strategy,
     rng: ChaCha8Rng,
     nominal: Moments,
-    known: VecDeque<Known>,
+    learned: Learned,
     /// Of each word that was drawn and of which nothing was learned yet, in order: whether it is a fresh one.
     drawn: VecDeque<bool>,
-    /// Of each of the newest fresh words: whether it showed something new.
-    fresh: VecDeque<bool>,
     /// Moves that are still to be dealt.
     deck: Vec<usize>,
 }
 
 impl<'a> Drawer<'a> {
-    /// Of the words over `alphabet`; `nominal` are the moments of the run without any.
-    pub(super) fn new(alphabet: &'a Alphabet, strategy: Strategy, seed: u64, nominal: Moments) -> Self {
+    /// Of the words over `alphabet`; `nominal` are the moments of the run without any, and `learned` knows how near it came.
+    pub(super) fn new(
+        alphabet: &'a Alphabet,
+        strategy: Strategy,
+        seed: u64,
+        nominal: Moments,
+        nearness: &Nearness,
+    ) -> Self {
         Self {
             alphabet,
             strategy,
             rng: ChaCha8Rng::seed_from_u64(seed),
             nominal,
-            known: VecDeque::new(),
+            learned: Learned::new(alphabet.moves.len(), nearness),
             drawn: VecDeque::new(),
-            fresh: VecDeque::new(),
-            deck: Vec::new(),
+            deck: (0..alphabet.moves.len()).collect(),
         }
     }
 
-    /// What came of the first word of which nothing was learned yet: the moments of its run where it showed something new.
-    pub(super) fn learn(&mut self, word: &Word, moments: Option<Moments>) {
-        if self.drawn.pop_front() == Some(true) {
-            self.fresh.push_back(moments.is_some());
-            if self.fresh.len() > NEWEST {
-                self.fresh.pop_front();
-            }
-        }
-        if let Some(moments) = moments {
-            if self.known.len() == MOST_KNOWN {
-                self.known.pop_front();
-            }
-            self.known.push_back(Known { word: word.clone(), moments });
-        }
+    /// What came of the first word of which nothing was learned yet.
+    pub(super) fn learn(&mut self, lesson: Lesson) {
+        let fresh = self.drawn.pop_front() == Some(true);
+        self.learned.take(lesson, fresh);
     }
 
     /// The next word.
     pub(super) fn word(&mut self) -> Word {
-        let fresh = self.strategy != Strategy::Guided || self.known.is_empty() || !self.fresh_is_stale();
+        let fresh = self.strategy != Strategy::Guided || self.learned.known().is_empty() || !self.fresh_is_stale();
         self.drawn.push_back(fresh);
         if !fresh {
-            let known = self.known();
-            return self.changed(&known);
+            let nearest = self.below(10) < FROM_NEAREST;
+            return match self.nearest().filter(|_| nearest) {
+                Some(known) if self.below(2) == 0 => self.nudged(&known),
+                Some(known) => self.changed(&known),
+                None => {
+                    let known = self.known();
+                    self.changed(&known)
+                }
+            };
         }
         let longest = self.longest();
         let length = 1 + self.below(longest);
@@ -125,16 +120,52 @@ impl<'a> Drawer<'a> {
 
     /// More often so the fewer of the newest fresh words showed something new: while they do, they see more than changed ones.
     fn fresh_is_stale(&mut self) -> bool {
-        let stale = self.fresh.iter().filter(|new| !**new).count() as u32;
-        self.below(10 * NEWEST as u32) < FROM_KNOWN * stale
+        self.below(10 * NEWEST as u32) < FROM_KNOWN * self.learned.stale()
     }
 
     /// One that showed something new: every other time one of the newest.
     fn known(&mut self) -> Known {
-        let n = self.known.len() as u32;
+        let n = self.learned.known().len() as u32;
         let from = if self.below(2) == 0 { n.saturating_sub(16) } else { 0 };
         let i = from + self.below(n - from);
-        self.known[i as usize].clone()
+        self.learned.known()[i as usize].clone()
+    }
+
+    /// The word that came nearest to the limit of one property.
+    fn nearest(&mut self) -> Option<Known> {
+        let n = self.learned.nearest().len() as u32;
+        let i = self.below(n) as usize;
+        self.learned.nearest().get(i).map(|known| (*known).clone())
+    }
+
+    /// The same word with one number or moment moved a little, at every scale alike.
+    fn nudged(&mut self, known: &Known) -> Word {
+        let mut letters = known.word.letters().to_vec();
+        let some = self.below(letters.len() as u32) as usize;
+        let letter = letters[some].clone();
+        let ranges: Vec<Range> = move_of(self.alphabet, &letter).ranges().copied().collect();
+        let which = self.below(1 + ranges.len() as u32) as usize;
+        letters[some] = match which.checked_sub(1) {
+            None => {
+                let (first, last) = self.alphabet.begins();
+                let begins = self.moved(letter.begins, NUDGE).clamp(first, last);
+                Letter { begins, ..letter }
+            }
+            Some(n) => {
+                let mut places = letter.places.clone();
+                let last = ranges[n].last();
+                places[n] = self.moved(places[n], (last / NUDGE).max(1)).min(last);
+                Letter { places, ..letter }
+            }
+        };
+        Word::new(letters)
+    }
+
+    /// Up or down by 1, 2, 4 and so on, at most by `most`.
+    fn moved(&mut self, from: u32, most: u32) -> u32 {
+        let scales = most.ilog2() + 1;
+        let by = 1_u32 << self.below(scales);
+        if self.below(2) == 0 { from.saturating_add(by) } else { from.saturating_sub(by) }
     }
 
     /// The same word with one thing changed.
@@ -164,13 +195,25 @@ impl<'a> Drawer<'a> {
         Letter { begins, kind, places: self.places(kind, moments) }
     }
 
-    /// A move, of those that were not dealt since all were.
+    /// A move: one that was not dealt yet; once all were, any, or one by its worth.
     fn dealt(&mut self) -> usize {
-        if self.deck.is_empty() {
-            self.deck.extend(0..self.alphabet.moves.len());
+        if !self.deck.is_empty() {
+            let i = self.below(self.deck.len() as u32) as usize;
+            return self.deck.swap_remove(i);
         }
-        let i = self.below(self.deck.len() as u32) as usize;
-        self.deck.swap_remove(i)
+        if self.below(2) == 0 {
+            return self.below(self.alphabet.moves.len() as u32) as usize;
+        }
+        let weights: Vec<u64> = self.learned.weights().collect();
+        let mut left = (u128::from(self.rng.next_u32()) * u128::from(weights.iter().sum::<u64>()) >> 32) as u64;
+        let at = weights.iter().position(|weight| match left.checked_sub(*weight) {
+            Some(rest) => {
+                left = rest;
+                false
+            }
+            None => true,
+        });
+        at.unwrap_or(0)
     }
 
     fn moment(&mut self, moments: &Moments) -> u32 {
@@ -232,6 +275,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::oracle::Property;
     use crate::scenario::find_root;
 
     fn alphabet() -> Alphabet {
@@ -239,26 +283,52 @@ mod tests {
         Alphabet::load(&root.join("scenarios/alphabets/sensors.toml")).unwrap()
     }
 
+    fn guided(alphabet: &Alphabet) -> Drawer<'_> {
+        Drawer::new(alphabet, Strategy::Guided, 1, Moments::default(), &Nearness::new())
+    }
+
+    fn lesson(word: &Word, new: bool, nearness: Nearness) -> Lesson {
+        Lesson { known: Known { word: word.clone(), moments: Moments::default() }, new, nearness }
+    }
+
+    fn kinds(drawer: &mut Drawer<'_>, letters: usize) -> Vec<usize> {
+        let words = std::iter::repeat_with(|| drawer.word());
+        words.flat_map(|word| word.letters().iter().map(|letter| letter.kind).collect::<Vec<_>>()).take(letters).collect()
+    }
+
     #[test]
-    fn guided_drawing_deals_every_move_before_any_comes_again() {
+    fn guided_drawing_deals_every_move_once_before_any_comes_again() {
         let alphabet = alphabet();
-        let mut drawer = Drawer::new(&alphabet, Strategy::Guided, 1, Moments::default());
-        let letters: Vec<usize> = (0..100)
-            .flat_map(|_| drawer.word().letters().iter().map(|letter| letter.kind).collect::<Vec<_>>())
-            .collect();
+        let mut first = kinds(&mut guided(&alphabet), alphabet.moves.len());
+        first.sort_unstable();
+        // The last word may be cut short by letters of the next round; those that were dealt are all different.
+        first.dedup();
+        assert!(first.len() >= alphabet.moves.len() - alphabet.longest.unsigned() as usize, "{first:?}");
+    }
+
+    #[test]
+    fn a_move_that_gains_is_dealt_more_often_and_every_move_goes_on_being_dealt() {
+        let alphabet = alphabet();
+        let mut drawer = guided(&alphabet);
+        for _ in 0..200 {
+            let word = drawer.word();
+            let new = word.letters().iter().any(|letter| letter.kind == 0);
+            drawer.learned.take(lesson(&word, new, Nearness::new()), false);
+        }
         let mut counts = vec![0; alphabet.moves.len()];
-        letters.iter().for_each(|kind| counts[*kind] += 1);
-        assert!(counts.iter().max().unwrap() - counts.iter().min().unwrap() <= 1, "{counts:?}");
+        (0..4_000).for_each(|_| counts[drawer.dealt()] += 1);
+        let others = &counts[1..];
+        assert!(counts[0] > 2 * *others.iter().max().unwrap() && *others.iter().min().unwrap() > 0, "{counts:?}");
     }
 
     #[test]
     fn known_words_are_changed_only_once_fresh_ones_cease_to_show_anything_new() {
         let alphabet = alphabet();
         let changed = |new: bool| {
-            let mut drawer = Drawer::new(&alphabet, Strategy::Guided, 1, Moments::default());
+            let mut drawer = guided(&alphabet);
             for i in 0..200 {
                 let word = drawer.word();
-                drawer.learn(&word, (new || i == 0).then(Moments::default));
+                drawer.learn(lesson(&word, new || i == 0, Nearness::new()));
             }
             (0..100)
                 .filter(|_| {
@@ -270,5 +340,30 @@ mod tests {
         assert_eq!(changed(true), 0);
         let stale = changed(false);
         assert!((50..=90).contains(&stale), "{stale} of 100, where seven of ten are meant");
+    }
+
+    /// A limit that nothing new marks the way to: only who keeps to what came nearest gets there.
+    #[test]
+    fn the_way_to_a_limit_is_climbed() {
+        let alphabet = alphabet();
+        let (first, last) = alphabet.begins();
+        let wanted = first + (last - first) / 3;
+        let near = |word: &Word| {
+            let off = word.letters().iter().map(|letter| letter.begins.abs_diff(wanted)).min().unwrap_or(last);
+            1_000_u32.saturating_sub(off)
+        };
+        let found = |climbs: bool| {
+            let mut drawer = guided(&alphabet);
+            let mut new = true;
+            (1..=2_000).find(|_| {
+                let word = drawer.word();
+                let way = near(&word);
+                let nearness = Nearness::from([(Property::P3, if climbs { way } else { 0 })]);
+                drawer.learn(lesson(&word, std::mem::take(&mut new), nearness));
+                way == 1_000
+            })
+        };
+        let (climbing, blind) = (found(true).unwrap(), found(false).unwrap_or(2_000));
+        assert!(3 * climbing < blind, "{climbing} words against {blind}");
     }
 }

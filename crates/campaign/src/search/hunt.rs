@@ -6,7 +6,9 @@ use serde::Serialize;
 
 use super::coverage::Coverage;
 use super::draw::{Drawer, Strategy};
+use super::learned::{Known, Lesson};
 use super::moments::Moments;
+use super::nearness::Nearness;
 use super::tried::{Cause, Ground, Test, Tried};
 use super::word::Word;
 use crate::parallel;
@@ -85,7 +87,8 @@ impl Ground {
     ) -> Result<Hunted, String> {
         let nominal = self.try_word(&Word::default())?;
         let moments = |run: &Tried| Moments::of(run, &self.alphabet, &self.setup.bounds);
-        let mut drawer = Drawer::new(&self.alphabet, quest.strategy, quest.seed, moments(&nominal));
+        let mut drawer =
+            Drawer::new(&self.alphabet, quest.strategy, quest.seed, moments(&nominal), &nominal.nearness);
         let mut hunted = Hunted { covered: nominal.coverage.clone(), ..Hunted::default() };
         if quest.strategy.reads_moments() {
             hunted.cpu_seconds = nominal.trial.cpu_seconds;
@@ -96,9 +99,12 @@ impl Ground {
             let at_once = if quest.first { threads.max(1) } else { round.len() };
             for words in round.chunks(at_once) {
                 for one in self.round(words, threads, progress, stop)? {
-                    let (word, moments) = (one.word.clone(), moments(&one));
+                    let known = Known { word: one.word.clone(), moments: moments(&one) };
+                    // What did not arrive brought nothing nearer, whatever else was near in that trial.
+                    let arrived = one.trial.outcome != Outcome::Invalid;
+                    let nearness = if arrived { one.nearness.clone() } else { Nearness::new() };
                     let new = hunted.take(one, test);
-                    drawer.learn(&word, new.then_some(moments));
+                    drawer.learn(Lesson { known, new, nearness });
                     if quest.first && !hunted.found.is_empty() {
                         return Ok(hunted);
                     }

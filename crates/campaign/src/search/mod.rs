@@ -3,16 +3,19 @@
 //!
 //! Terms: a *move* is a kind of attack of an `Alphabet`; a *letter* one move with its moment and its numbers; a
 //! *word* what an adversary does in one trial. A *cause* is the class of a trial with the first property it broke.
-//! `word` is the word and the scenario that it makes, `tried` one trial of it, `coverage` what that showed, `moments` when it
-//! may matter, `draw` the strategies, `hunt` the loop, `exhaust` every word up to a length, `shrink` the smallest, `interior`
-//! one away from its edge. Which properties there are and whether one broke is `oracle`'s.
+//! `word` is the word and the scenario that it makes, `tried` one trial of it, `coverage` what that showed, `nearness` how near it
+//! came to breaking anything, `moments` when it may matter, `learned` what all of it taught, `draw` the strategies, `hunt` the
+//! loop, `exhaust` every word up to a length, `shrink` the smallest, `interior` one away from its edge. Which properties there
+//! are and whether one broke is `oracle`'s.
 
 mod coverage;
 mod draw;
 mod exhaust;
 mod hunt;
 mod interior;
+mod learned;
 mod moments;
+mod nearness;
 mod shrink;
 mod tried;
 mod word;
@@ -21,6 +24,7 @@ pub use coverage::Coverage;
 pub use draw::Strategy;
 pub use hunt::{Found, HuntRow, Hunted, Quest};
 pub use moments::Moments;
+pub use nearness::Nearness;
 pub use shrink::{Margin, Shrunk};
 pub use tried::{Cause, Ground, Test, Tried, ends_in};
 pub use word::{Letter, Word};

@@ -38,6 +38,9 @@ pub struct Margin {
     pub fails: Option<f64>,
 }
 
+/// Most choices of moments for several moves that are tried together.
+const MOST_TOGETHER: usize = 36;
+
 struct Shrinker<'a> {
     ground: &'a Ground,
     test: Test<'a>,
@@ -108,11 +111,36 @@ impl Shrinker<'_> {
         let mut letters = self.fewest(word.clone())?.letters().to_vec();
         // By move and not by time: which of them was found to begin first decides nothing.
         letters.sort_by_key(|letter| (letter.kind, letter.begins));
+        if let Some(together) = self.together(&letters, moments)? {
+            letters = together;
+            for i in 0..letters.len() {
+                letters = self.simplest(letters, i)?;
+            }
+            letters.sort_by_key(|letter| (letter.kind, letter.begins));
+            return Ok(self.together(&letters, moments)?.unwrap_or(letters));
+        }
         for i in 0..letters.len() {
             letters = self.simplest(letters, i)?;
             letters = self.canonical_moment(letters, i, moments)?;
         }
         Ok(letters)
+    }
+
+    /// The same moves, all at their strongest, at the first canonical moments at which that does it. What one of several has
+    /// to be depends on what the others are: taken together, nothing of how they were found is left but which they are.
+    fn together(&mut self, letters: &[Letter], moments: &Moments) -> Result<Option<Vec<Letter>>, String> {
+        let (first, _) = self.ground.alphabet.begins();
+        let begins: Vec<u32> = std::iter::once(first).chain(moments.changes.iter().copied()).collect();
+        let mut words = vec![Vec::new()];
+        for letter in letters {
+            let places = move_of(&self.ground.alphabet, letter).strongest();
+            let later = |word: Vec<Letter>| {
+                let next = |at: &u32| Letter { begins: *at, kind: letter.kind, places: places.clone() };
+                begins.iter().map(|at| [&word[..], &[next(at)]].concat()).collect::<Vec<_>>()
+            };
+            words = words.into_iter().flat_map(later).take(MOST_TOGETHER).collect();
+        }
+        self.first(words)
     }
 
     /// Fewer of its letters.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::coverage::{self, Coverage};
+use super::nearness::{self, Nearness};
 use super::word::{Letter, Word};
 use crate::oracle::Property;
 use crate::scenario::{Alphabet, Scenario, Setup};
@@ -62,6 +63,8 @@ pub struct Tried {
     pub broken: Option<Property>,
     /// What it covered.
     pub coverage: Coverage,
+    /// How near it came to each limit.
+    pub nearness: Nearness,
     /// When the unit under test changed mode, milliseconds.
     pub changes_ms: Vec<u32>,
 }
@@ -128,10 +131,11 @@ impl Ground {
         let (cast, twin) = started.map_err(|e| e.to_string())?;
         let run = conclude(cast, twin, &self.setup);
         let mut trial = judged::trial(self.seed, scenario.level(), &run.evidence, &run.verdict);
-        let coverage = coverage::of(&run.evidence);
+        let nearness = nearness::of(&run.evidence);
+        let coverage = coverage::of(&run.evidence, &nearness);
         trial.cpu_seconds = link::clock::thread_cpu_us().saturating_sub(before) as f64 / 1e6;
         let changes_ms = trial.transitions.iter().map(|row| row.t_ms as u32).collect();
-        Ok(Tried { word: word.clone(), trial, broken: first_broken(&run.verdict), coverage, changes_ms })
+        Ok(Tried { word: word.clone(), trial, broken: first_broken(&run.verdict), coverage, nearness, changes_ms })
     }
 }
 

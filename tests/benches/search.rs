@@ -1,0 +1,140 @@
+//! Finding and shrinking beside proptest: the same weaknesses, words of the same alphabets, the same trials.
+//!
+//! Run with `cargo bench --bench search`. Proptest draws every letter evenly (move, moment and numbers), as uniform drawing does,
+//! and shrinks what failed in its own way; `holdsafe` hunts with guided drawing and shrinks to the canonical word. Seeds
+//! alternate, so that both see the same machine. Shown are medians over the seeds, and how many different answers there were.
+
+use std::cell::Cell;
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use campaign::progress::{Progress, Stop, Talk};
+use campaign::scenario::{self, Alphabet, Setup, Weakness, Weaknesses};
+use campaign::search::{Cause, Ground, Letter, Moments, Quest, Strategy, Test, Word, ends_in};
+use proptest::collection::vec;
+use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
+
+/// Of the shipped lists: one letter at any time, one at a certain time, two letters.
+const WEAKNESSES: [&str; 3] = ["freshness-path", "late-path", "jump-stations"];
+const SEEDS: u64 = 20;
+/// Most trials until the first failure, and most to shrink it.
+const BUDGET: u32 = 2_000;
+
+fn main() {
+    let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).expect("the workspace");
+    println!("median trials to find / to shrink / milliseconds of both; letters of the answers; different answers; not found");
+    for name in WEAKNESSES {
+        let weakness = listed(&root, name);
+        let ground = ground(&root, &weakness);
+        let (mut ours, mut theirs) = (Vec::new(), Vec::new());
+        for seed in 1..=SEEDS {
+            ours.push(timed(|| holdsafe(&ground, &weakness, seed)));
+            theirs.push(timed(|| proptest(&ground, &weakness, seed)));
+        }
+        println!("{name:16} holdsafe {}\n{:16} proptest {}", told(&ground, &ours), "", told(&ground, &theirs));
+    }
+}
+
+/// What one seed came to.
+struct Answer {
+    word: Word,
+    found: u64,
+    shrunk: u64,
+}
+
+type Timed = (Option<Answer>, f64);
+
+fn timed(run: impl FnOnce() -> Option<Answer>) -> Timed {
+    let before = Instant::now();
+    let answer = run();
+    (answer, before.elapsed().as_secs_f64() * 1e3)
+}
+
+fn listed(root: &Path, name: &str) -> Weakness {
+    let list = Weaknesses::load(&root.join("scenarios/weaknesses/checks.toml")).expect("a valid list");
+    list.weakness.iter().find(|weakness| weakness.name.as_str() == name).expect("it is listed").clone()
+}
+
+fn ground(root: &Path, weakness: &Weakness) -> Ground {
+    let file = |folder: &str, name: &str| -> PathBuf { root.join(format!("scenarios/{folder}{name}.toml")) };
+    let scenario = scenario::load(&file("", weakness.scenario.as_str())).expect("a valid scenario");
+    let mut setup = Setup::load(root, &scenario, None, false).expect("its setup");
+    weakness.waive.iter().for_each(|check| check.waive(&mut setup.policy));
+    let alphabet = Alphabet::load(&file("alphabets/", weakness.alphabet.as_str())).expect("a valid alphabet");
+    Ground::new(scenario, setup, 1, alphabet).expect("it runs")
+}
+
+fn holdsafe(ground: &Ground, weakness: &Weakness, seed: u64) -> Option<Answer> {
+    let test = ends_in(&weakness.find);
+    let quest = Quest { strategy: Strategy::Guided, seed, budget: u64::from(BUDGET), first: true };
+    let hunted = ground.hunt(quest, &test, 1, &Progress::new("", 0, Talk::Quiet), &Stop::default()).expect("it runs");
+    let nominal = ground.try_word(&Word::default()).expect("it runs");
+    let moments = Moments::of(&nominal, &ground.alphabet, &ground.setup.bounds);
+    let (cause, found) = hunted.found.into_iter().next()?;
+    let shrunk = ground.shrink(&found.tried.word, &test, &cause, &moments).expect("it runs");
+    Some(Answer { word: shrunk.word, found: found.trial, shrunk: shrunk.executions })
+}
+
+fn proptest(ground: &Ground, weakness: &Weakness, seed: u64) -> Option<Answer> {
+    let alphabet = &ground.alphabet;
+    let (first, last) = alphabet.begins();
+    // A number is a share of its range, so that one strategy serves every move and shrinks each number towards its weakest.
+    let letter = (first..=last, 0..alphabet.moves.len(), proptest::array::uniform3(0..=u16::MAX));
+    let words = vec(letter, 1..=alphabet.longest.unsigned() as usize);
+    let word = |drawn: Vec<(u32, usize, [u16; 3])>| {
+        let letter = |(begins, kind, shares): (u32, usize, [u16; 3])| {
+            let ranges = alphabet.moves[kind].ranges().zip(shares);
+            let place = |(range, share): (&scenario::Range, u16)| {
+                ((u64::from(share) * u64::from(range.last() + 1)) >> 16) as u32
+            };
+            Letter { begins, kind, places: ranges.map(place).collect() }
+        };
+        Word::new(drawn.into_iter().map(letter).collect())
+    };
+    let (tried, failed, test) = (Cell::new(0), Cell::new(0), ends_in(&weakness.find));
+    let test: Test<'_> = &test;
+    let cause: Cell<Option<Cause>> = Cell::new(None);
+    let config = Config { cases: BUDGET, max_shrink_iters: BUDGET, failure_persistence: None, ..Config::default() };
+    let mut bytes = [0; 32];
+    bytes[..8].copy_from_slice(&seed.to_le_bytes());
+    let mut runner = TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &bytes));
+    let outcome = runner.run(&words, |drawn| {
+        tried.set(tried.get() + 1);
+        let seen = test(&ground.try_word(&word(drawn)).expect("it runs"));
+        let first = cause.take();
+        // As ours: what is shrunk keeps the cause that was found.
+        let holds = seen.is_some() && (first.is_none() || first == seen);
+        if failed.get() == 0 && holds {
+            failed.set(tried.get());
+        }
+        cause.set(first.or(seen));
+        if holds { Err(TestCaseError::fail("found")) } else { Ok(()) }
+    });
+    match outcome {
+        Err(TestError::Fail(_, drawn)) => {
+            Some(Answer { word: word(drawn), found: failed.get(), shrunk: tried.get() - failed.get() })
+        }
+        Ok(()) | Err(TestError::Abort(_)) => None,
+    }
+}
+
+fn told(ground: &Ground, all: &[Timed]) -> String {
+    let answers: Vec<(&Answer, f64)> = all.iter().filter_map(|(answer, ms)| Some((answer.as_ref()?, *ms))).collect();
+    let median = |of: &dyn Fn(&(&Answer, f64)) -> f64| {
+        let mut values: Vec<f64> = answers.iter().map(of).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+    };
+    let different: BTreeSet<String> = answers.iter().map(|(answer, _)| answer.word.told(&ground.alphabet)).collect();
+    let letters: BTreeSet<usize> = answers.iter().map(|(answer, _)| answer.word.letters().len()).collect();
+    format!(
+        "{:5.0} / {:4.0} / {:6.0} ms; {letters:?} letters; {} different of {}; {} not found",
+        median(&|(answer, _)| answer.found as f64),
+        median(&|(answer, _)| answer.shrunk as f64),
+        median(&|(_, ms)| *ms),
+        different.len(),
+        answers.len(),
+        all.len() - answers.len(),
+    )
+}
