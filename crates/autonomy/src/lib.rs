@@ -261,7 +261,11 @@ impl Core for Autonomy {
             Input::Quiesce => self.quiet = true,
             Input::Finish => self.finish(now),
             // Of relays and the recorder.
-            Input::Datagram { .. } | Input::Stream { .. } | Input::Audit { .. } | Input::Cue { .. } => {}
+            Input::Datagram { .. }
+            | Input::Stream { .. }
+            | Input::Audit { .. }
+            | Input::Cue { .. }
+            | Input::Act { .. } => {}
         }
     }
 

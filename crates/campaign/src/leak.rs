@@ -120,6 +120,7 @@ fn piece(at: u64, input: &Input) -> Option<Piece> {
         | Input::Closed { .. }
         | Input::Published { .. }
         | Input::SessionLost
+        | Input::Act { .. }
         | Input::Audit { .. }
         | Input::Quiesce
         | Input::Finish

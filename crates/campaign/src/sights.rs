@@ -50,6 +50,7 @@ impl Claims {
             | Input::Audit { .. }
             | Input::Cue { .. }
             | Input::SessionLost
+            | Input::Act { .. }
             | Input::Quiesce
             | Input::Finish => return None,
         };

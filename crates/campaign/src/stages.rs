@@ -188,6 +188,7 @@ fn heard(at: u64, node: NodeId, input: &Input) -> Option<Word> {
         | Input::Quiesce
         | Input::Finish
         | Input::SessionLost
+        | Input::Act { .. }
         | Input::Cue { .. } => return None,
     };
     Some(Word { at, node, said: false, way, hash: wire_hash(bytes) })

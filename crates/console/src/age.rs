@@ -6,11 +6,23 @@
 
 use wire::bounds::Bounds;
 use wire::event::Freshness;
+use wire::id::TrackId;
 use wire::policy::{DisplayRule, Policy, Requirement};
+use wire::report::ReportedTrack;
 use wire::time::{Age, Instant, Span};
 
-/// The age from which a value's source counts as gone.
-pub const LOST_AFTER: Span = Span::s(2);
+/// So many periods without a word, and a source counts as gone: two seconds at ten reports a second.
+const LOST_AFTER_PERIODS: u64 = 20;
+
+/// The age from which a unit counts as gone, from the rate at which it reports: never before it is shown as stale.
+pub fn lost_after(bounds: &Bounds) -> Span {
+    Span::ms(LOST_AFTER_PERIODS * bounds.telemetry_period_ms).max(late_after(bounds))
+}
+
+/// *Tf* and two periods of telemetry.
+fn late_after(bounds: &Bounds) -> Span {
+    bounds.freshness() + Span::ms(2 * bounds.telemetry_period_ms)
+}
 
 /// What the labels follow from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,11 +40,10 @@ pub struct Limits {
 impl Limits {
     /// The limits of a platform under a policy.
     pub fn new(bounds: &Bounds, policy: &Policy) -> Self {
-        let late = bounds.freshness() + Span::ms(2 * bounds.telemetry_period_ms);
         Self {
             fresh: bounds.freshness(),
-            late,
-            stale: LOST_AFTER.max(late),
+            late: late_after(bounds),
+            stale: lost_after(bounds),
             age_out: policy.display(DisplayRule::AgeOut) == Requirement::Required,
         }
     }
@@ -79,6 +90,13 @@ impl<T: Clone> Aged<T> {
         Labelled { value: self.value.clone(), age, freshness }
     }
 
+    /// The value as it may be drawn at `now`, its source having dropped it: lost, however young, and its age grows under
+    /// every policy.
+    pub fn lost_at(&self, now: Instant) -> Labelled<T> {
+        let age = self.before.map_or(Span(u64::MAX), |before| now.since(self.arrived) + before);
+        Labelled { value: self.value.clone(), age, freshness: Freshness::Lost }
+    }
+
     /// When the label changes next after `now`; `None` when it stays.
     pub fn changes(&self, now: Instant, limits: &Limits) -> Option<Instant> {
         let before = self.before.filter(|_| limits.age_out)?;
@@ -90,7 +108,21 @@ impl<T: Clone> Aged<T> {
     }
 }
 
-/// A value with its age and freshness, as drawn. Made by [`Aged::at`] alone.
+impl Aged<()> {
+    /// Another value of the same age.
+    pub fn with<T>(&self, value: T) -> Aged<T> {
+        Aged { value, arrived: self.arrived, before: self.before }
+    }
+}
+
+impl Aged<ReportedTrack> {
+    /// Which track it is; that does not age.
+    pub fn id(&self) -> TrackId {
+        self.value.id
+    }
+}
+
+/// A value with its age and freshness, as drawn. Made by an [`Aged`] alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Labelled<T> {
     value: T,

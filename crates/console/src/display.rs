@@ -5,7 +5,7 @@ use wire::id::{CommandId, PeerId, UnitId};
 use wire::mode::Mode;
 use wire::time::{Instant, Span};
 
-use crate::model::{Shown, ShownUnit};
+use crate::shown::{Shown, ShownUnit};
 
 /// The longest that a display goes without being told again.
 pub const REPEAT: Span = Span::ms(200);

@@ -17,7 +17,7 @@ use wire::sign::Keyring;
 use wire::time::{Age, AgeBound, Instant};
 use wire::trust::{Accepted, BusGate, Decoded, SignedReport, SignedStatement, Windows};
 
-use crate::age::LOST_AFTER;
+use crate::age::lost_after;
 
 /// The console's side of the boundary.
 #[derive(Clone, Debug)]
@@ -79,7 +79,7 @@ impl Intake {
             Requirement::Waived => claimed,
         };
         let accepted = decoded
-            .fresh(&self.display, age, LOST_AFTER, self.bounds.echo_limit())?
+            .fresh(&self.display, age, lost_after(&self.bounds), self.bounds.echo_limit())?
             .by_signature(&self.display, &self.keys)?
             .from_origin(&self.display, message.via, &mut self.reports)?
             .accept(&self.display, |signed| signed.report.product)?;

@@ -12,7 +12,7 @@ use wire::command::{CommandKind, Confirmation, Intent, IntentHash};
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, UnitId};
 use wire::sign::{Key, Purpose};
 
-use crate::model::ShownUnit;
+use crate::shown::ShownUnit;
 
 /// The operator's pen.
 #[derive(Debug)]

@@ -1,18 +1,23 @@
 //! The supervisory console: what the gateway accepted, as it may be believed by now, and the operator's signed intents.
 //!
-//! [`Console`] is a deterministic core: feed → [`intake`] → [`model`] → [`model::Shown`], which is drawn ([`text`]), told to the
-//! oracle ([`display`]) and seen by the scripted [`operator`], whose intents are signed in [`intent`]. It knows nothing
-//! of how anything is transported, and cannot send a command: it asks the gateway to.
+//! [`Console`] is a deterministic core: feed → [`intake`] → [`model`] → [`shown::Shown`], which is drawn ([`text`]), told to the
+//! oracle ([`display`]) and seen by the scripted [`operator`] and by a person, whose acts come in as inputs ([`act`]). What
+//! either of them orders is signed in [`intent`]. It knows nothing of how anything is transported, and cannot send a
+//! command: it asks the gateway to.
 
+pub mod act;
 pub mod age;
+pub mod alarm;
 pub mod display;
 pub mod intake;
 pub mod intent;
+pub mod interlock;
 pub mod life;
 pub mod model;
 pub mod operator;
 #[cfg(feature = "process")]
 pub mod process;
+pub mod shown;
 pub mod text;
 pub mod watch;
 
@@ -27,17 +32,20 @@ use wire::command::Request;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{AcceptedReport, Feed};
-use wire::id::{NodeId, PeerId, UnitId, WorldId};
+use wire::id::{CommandId, NodeId, PeerId, UnitId, WorldId};
+use wire::person::{Role, Unable};
 use wire::refusal::Refusal;
 use wire::setup::{NoChannel, Secret, Setup};
 use wire::sign::Key;
 use wire::time::Instant;
 
+use crate::act::{Answer, Deed};
 use crate::display::{REPEAT, Witness};
 use crate::intake::Intake;
 use crate::intent::Issuer;
-use crate::model::{Model, Shown};
+use crate::model::{Desk, Model};
 use crate::operator::{MAX_STEPS, Operator, Step, Wish};
+use crate::shown::{Marks, Shown};
 use crate::watch::Watch;
 
 /// What a console is for.
@@ -50,6 +58,10 @@ pub struct ConsoleConfig {
     pub operator: NodeId,
     /// The operator's Ed25519 secret.
     pub operator_secret: Secret,
+    /// What a person at the window may do. The script is the operator's own and asks for nothing of it but that there is
+    /// a pen: where one may only look, there is none.
+    #[serde(default)]
+    pub role: Role,
     /// What the operator does, at most [`MAX_STEPS`] steps.
     #[serde(default)]
     pub script: Vec<Step>,
@@ -80,15 +92,14 @@ pub struct Console {
     model: Model,
     witness: Witness,
     operator: Operator,
-    issuer: Issuer,
+    /// Absent where one may only look: then nothing can be signed here.
+    issuer: Option<Issuer>,
     requests: Sender,
     /// Revocations that the operator may use, and whose were used.
     revocations: Vec<(NodeId, Vec<u8>)>,
     revoked: Vec<NodeId>,
     accounts: Accounts,
     journal: Journal,
-    /// The mark of a run whose policy waives something.
-    ablation: Option<String>,
     text: bool,
     drawn: Option<Instant>,
     next: Instant,
@@ -107,21 +118,28 @@ impl Console {
         }
         let gate = setup.gate(Topic::Feed, setup.bounds.freshness())?;
         let ablation = (!setup.policy.is_full()).then(|| setup.policy.name.clone());
+        let desk = Desk {
+            operator: config.operator,
+            role: config.role,
+            marks: Marks { replay: false, ablation },
+            bounds: setup.bounds,
+            revocable: config.revocations.iter().map(|(who, _)| (*who, false)).collect(),
+        };
+        let issuer = || Issuer::new(Key::from_bytes(&config.operator_secret.0), config.operator, setup.boot);
         let operator = Operator::new(config.script, setup.bounds.designation_confidence, now);
         let mut console = Self {
             intake: Intake::new(setup.policy.clone(), setup.bounds, setup.keyring(), gate, &config.units),
             watch: Watch::new(setup.secret.clone(), setup.boot, &setup.bounds, now),
-            model: Model::new(&config.units, &setup.bounds, &setup.policy),
+            model: Model::new(&config.units, desk, &setup.policy),
             witness: Witness::default(),
             look: operator.deadline(now),
             operator,
-            issuer: Issuer::new(Key::from_bytes(&config.operator_secret.0), config.operator, setup.boot),
+            issuer: (config.role > Role::View).then(issuer),
             requests: setup.sender(Topic::Intents)?,
             revocations: config.revocations,
             revoked: Vec::new(),
             accounts: Accounts::default(),
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
-            ablation,
             text: config.text,
             drawn: None,
             next: now + REPEAT,
@@ -142,13 +160,12 @@ impl Console {
             model: self.model.clone(),
             witness: self.witness.clone(),
             operator: self.operator.clone(),
-            issuer: self.issuer.fork(),
+            issuer: self.issuer.as_ref().map(Issuer::fork),
             requests: self.requests.clone(),
             revocations: self.revocations.clone(),
             revoked: self.revoked.clone(),
             accounts: self.accounts.clone(),
             journal: self.journal.fork(),
-            ablation: self.ablation.clone(),
             text: self.text,
             drawn: self.drawn,
             next: self.next,
@@ -175,10 +192,11 @@ impl Console {
             Ok(accepted) => *accepted.message(),
             Err(refusal) => return self.refuse(now, at, &refusal),
         };
+        self.model.fed(now);
         match message {
             Feed::Accepted(report) => return self.report(now, at, &report),
-            Feed::Refused(reason, _) => self.model.refused(reason),
-            Feed::Session(peer, open) => self.model.session(peer, open),
+            Feed::Refused(reason, peer) => self.model.refused(now, reason, peer, false),
+            Feed::Session(peer, open) => self.model.session(now, peer, open),
             Feed::Command(intent, stage) => self.model.commands_mut().staged(now, &intent, stage),
             Feed::Acknowledged(ack) => self.acknowledged(now, ack),
             Feed::SessionsLost(counted) => self.model.sessions_lost(PeerId::GATEWAY, None, counted),
@@ -191,13 +209,14 @@ impl Console {
         match self.intake.report(now, message) {
             Ok(accepted) => {
                 self.model.report(&accepted, message.via, message.waived);
-                if let Some((heard, _)) = accepted.message().report.last_command {
-                    self.issuer.after(message.unit, heard);
+                if let Some((heard, _)) = accepted.message().report.last_command
+                    && let Some(issuer) = &mut self.issuer
+                {
+                    issuer.after(message.unit, heard);
                 }
                 self.accounts.accepted(at);
             }
             Err(refusal) => {
-                self.model.refused(refusal.reason());
                 self.refuse(now, at, &refusal);
             }
         }
@@ -229,13 +248,16 @@ impl Console {
             }
         }
         self.model.commands_mut().tick(now);
-        let shown = self.model.shown(now);
-        if !self.quiet {
-            for wish in self.operator.look(&shown) {
-                self.carry_out(now, wish);
-            }
+        let mut shown = self.model.shown(now);
+        self.model.watch(&mut shown);
+        if let Some((order, why)) = self.model.hand().lapse(&shown) {
+            self.note(now, Event::Lapsed { by: shown.operator, order, why });
+            shown = self.model.shown(now);
         }
-        for event in self.witness.tell(&self.model.shown(now)) {
+        if self.wishes(now, &shown) {
+            shown = self.model.shown(now);
+        }
+        for event in self.witness.tell(&shown) {
             self.note(now, event);
         }
         self.draw(&shown);
@@ -243,26 +265,74 @@ impl Console {
         self.look = self.operator.deadline(now);
     }
 
-    fn carry_out(&mut self, now: Instant, wish: Wish) {
+    /// Lets the operator look, and carries out what is wished for. Whether anything was.
+    fn wishes(&mut self, now: Instant, shown: &Shown) -> bool {
+        if self.quiet {
+            return false;
+        }
+        let mut wishes = self.operator.look(shown);
+        wishes.extend(std::iter::from_fn(|| self.model.hand().release(shown)));
+        let any = !wishes.is_empty();
+        for wish in wishes {
+            self.carry_out(now, wish);
+        }
+        any
+    }
+
+    /// A person did something: judged once, answered, and told to the instrument plane, whatever comes of it.
+    fn act(&mut self, now: Instant, bytes: &[u8]) {
+        let by = self.model.shown(now).operator;
+        let read = self.model.hand().read(bytes);
+        let (serial, act) = read.map_or((0, None), |numbered| (numbered.serial, Some(numbered.act)));
+        let outcome = match read {
+            Ok(_) if self.quiet => Err(Unable::Over),
+            Ok(numbered) => {
+                let shown = self.model.shown(now);
+                self.model.hand().judge(&numbered, &shown)
+            }
+            Err(unable) => Err(unable),
+        };
+        let outcome = outcome.map(|deed| match deed {
+            Deed::Nothing => None,
+            Deed::Wish(wish) => self.carry_out(now, wish),
+            Deed::Note(alarm, since) => {
+                self.model.acknowledge(&alarm, since);
+                None
+            }
+        });
+        self.model.hand().answer(Answer { serial, at: now, act, outcome });
+        let (command, refused) = (outcome.ok().flatten(), outcome.err());
+        self.note(now, Event::Act { by, serial, act, command, refused });
+    }
+
+    /// The one way from a wish, of the script or of a person, to what is asked of the gateway. Gives the command, if the
+    /// wish was for one.
+    fn carry_out(&mut self, now: Instant, wish: Wish) -> Option<CommandId> {
         match wish {
             Wish::Intend { step, unit, kind, nonce, reason } => {
-                let issued = self.issuer.intent(unit, nonce, kind, &reason);
-                self.operator.given(step, issued.intent);
+                let issued = self.issuer.as_mut()?.intent(unit, nonce, kind, &reason);
+                match step {
+                    Some(step) => self.operator.given(step, issued.intent),
+                    None => self.model.hand().given(issued.intent),
+                }
                 self.model.commands_mut().requested(now, &issued);
                 self.note(now, Event::Intended { command: issued.id, kind });
                 self.request(now, &Request::Stage(issued.bytes.as_slice().into()));
+                return Some(issued.id);
             }
             Wish::Release(intent) => {
-                let Some((id, _)) = self.model.commands().given(&intent) else { return };
-                let confirmation = self.issuer.confirmation(id, intent);
+                let (id, _) = self.model.commands().given(&intent)?;
+                let confirmation = self.issuer.as_ref()?.confirmation(id, intent);
                 self.model.commands_mut().released(now, &intent);
                 self.request(now, &Request::Release(confirmation.as_slice().into()));
             }
             Wish::Revoke(who) => {
                 self.revoked.push(who);
+                self.model.revoked(who);
                 self.revoke(now, who);
             }
         }
+        None
     }
 
     /// Asks for `who` to be struck; that is answered by nobody, so it is asked for again with each challenge.
@@ -280,7 +350,7 @@ impl Console {
     fn draw(&mut self, shown: &Shown) {
         if self.text && self.drawn.is_none_or(|at| shown.at.since(at) >= REPEAT) {
             self.drawn = Some(shown.at);
-            self.out.push_back(Output::Text { text: text::lines(shown, self.ablation.as_deref()) });
+            self.out.push_back(Output::Text { text: text::lines(shown) });
         }
     }
 
@@ -290,6 +360,7 @@ impl Console {
     }
 
     fn refuse(&mut self, now: Instant, at: Interface, refusal: &Refusal) {
+        self.model.refused(now, refusal.reason(), None, true);
         if let Some(event) = self.accounts.refused(at, None, refusal) {
             self.note(now, event);
         }
@@ -304,6 +375,7 @@ impl Core for Console {
     fn handle(&mut self, now: Instant, input: &Input) {
         match input {
             Input::Bus { topic: Topic::Feed, bytes } => self.feed(now, bytes),
+            Input::Act { bytes } => self.act(now, bytes),
             Input::Timeout => {}
             Input::Quiesce => self.quiet = true,
             Input::Finish => return self.finish(now),

@@ -9,7 +9,9 @@ use wire::command::{CommandKind, IntentHash};
 use wire::event::ShownAs;
 use wire::feed::CommandStage;
 use wire::id::{CommandId, UnitId};
+use wire::mode::{Cause, Mode};
 use wire::refusal::Reason;
+use wire::report::Report;
 use wire::time::{Instant, Span};
 
 use crate::intent::Issued;
@@ -102,6 +104,45 @@ pub struct ShownCommand {
     pub life: Life,
     /// Since when.
     pub since: Instant,
+    /// When it came to each stage.
+    pub times: Times,
+}
+
+impl ShownCommand {
+    /// Whether an answer to it is being waited for: another of its kind would be the same again.
+    pub fn under_way(&self) -> bool {
+        self.life.pending(self.kind)
+    }
+}
+
+/// When a command came to each stage, on the console's clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Times {
+    /// Asked of the gateway.
+    pub requested: Instant,
+    /// Waiting there.
+    pub staged: Option<Instant>,
+    /// Confirmed.
+    pub released: Option<Instant>,
+    /// On its way to the unit.
+    pub sent: Option<Instant>,
+    /// Answered: executed, refused or void.
+    pub answered: Option<Instant>,
+    /// What it was to bring about was seen in a report that says that the unit has heard it.
+    pub effect: Option<Instant>,
+}
+
+impl Times {
+    fn reached(&mut self, now: Instant, life: Life) {
+        let stage = match life {
+            Life::Requested | Life::NotAcknowledged => return,
+            Life::Staged => &mut self.staged,
+            Life::Released => &mut self.released,
+            Life::Sent => &mut self.sent,
+            Life::Executed | Life::RefusedByUnit(_) | Life::RefusedByGateway | Life::Expired => &mut self.answered,
+        };
+        stage.get_or_insert(now);
+    }
 }
 
 /// A command of ours.
@@ -118,6 +159,24 @@ impl Given {
     }
 }
 
+/// Whether the unit's counter has come to the command.
+fn reached(heard: CommandId, id: CommandId) -> bool {
+    heard.operator == id.operator && (heard.boot, heard.sequence) >= (id.boot, id.sequence)
+}
+
+/// Whether a unit that reports this is as a command of this kind leaves it.
+fn brought_about(kind: CommandKind, report: &Report) -> bool {
+    match kind {
+        CommandKind::Hold => report.mode == Mode::HoldSafe,
+        CommandKind::Disarm => report.authority.is_none(),
+        CommandKind::Enable | CommandKind::Resume => report.mode == Mode::Ready,
+        CommandKind::Arm(track) => report.authority.is_some_and(|held| held.track == track),
+        CommandKind::Confirm(_) => report.authority.is_none() && report.cause == Cause::Acted,
+        // The values are not in the report; that it was executed is in the acknowledgement.
+        CommandKind::Configure(_) => true,
+    }
+}
+
 /// The commands of this console, oldest first, at most [`MAX_COMMANDS`].
 #[derive(Clone, Debug, Default)]
 pub struct Commands(VecDeque<Given>);
@@ -129,7 +188,9 @@ impl Commands {
             self.0.pop_front();
         }
         let Issued { id, unit, kind, intent, .. } = *issued;
-        let shown = ShownCommand { id, intent, unit, kind, life: Life::Requested, since: now };
+        let none = None;
+        let times = Times { requested: now, staged: none, released: none, sent: none, answered: none, effect: none };
+        let shown = ShownCommand { id, intent, unit, kind, life: Life::Requested, since: now, times };
         self.0.push_back(Given { shown, asked: now });
     }
 
@@ -190,6 +251,18 @@ impl Commands {
         }
         given.shown.life = to;
         given.shown.since = now;
+        given.shown.times.reached(now, to);
         true
+    }
+
+    /// A report of `unit` was accepted: is what a command was to bring about there?
+    pub fn reported(&mut self, now: Instant, unit: UnitId, report: &Report) {
+        let Some((heard, None)) = report.last_command else { return };
+        let of_unit = self.0.iter_mut().map(|given| &mut given.shown).filter(|shown| shown.unit == unit);
+        for shown in of_unit.filter(|shown| reached(heard, shown.id) && brought_about(shown.kind, report)) {
+            if !matches!(shown.life, Life::RefusedByUnit(_) | Life::RefusedByGateway) {
+                shown.times.effect.get_or_insert(now);
+            }
+        }
     }
 }

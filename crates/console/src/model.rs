@@ -2,101 +2,42 @@
 //!
 //! [`Model::shown`] gives [`Shown`], which is what views draw, what the operator sees and what the oracle is told; no
 //! other way leads from the model to a screen. Judging messages is left to `intake`, following commands to `life`,
-//! deciding to `operator`.
+//! raising alarms to `alarm`, judging acts to `act`, deciding to `operator`.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 
 use wire::bounds::Bounds;
-use wire::command::IntentHash;
-use wire::event::Freshness;
-use wire::id::{Boot, Nonce, PeerId, RecordId, UnitId};
-use wire::mode::{Cause, Guards, Mode};
+use wire::id::{Boot, NodeId, PeerId, RecordId, UnitId};
+use wire::person::{Alarm, Role};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
-use wire::report::{Report, ReportedAuthority, ReportedTrack};
-use wire::sensor::Pose;
-use wire::time::{Instant, PeerStamp, Span};
+use wire::report::{Report, ReportedTrack};
+use wire::sensor::{Pose, ProductMode};
+use wire::time::{Age, Instant, PeerStamp, Span};
 use wire::trust::{Accepted, SignedReport};
 
-use crate::age::{Aged, Labelled, Limits};
-use crate::life::{Commands, ShownCommand};
+use crate::act::Hand;
+use crate::age::{Aged, Limits};
+use crate::alarm::Alarms;
+use crate::life::Commands;
+use crate::shown::{LostTrack, Marks, Origin, Shown, ShownLink, ShownRefusals, ShownUnit, State};
 
-/// What a unit says of its state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct State {
-    /// Mode of its machine.
-    pub mode: Mode,
-    /// Cause of the last transition.
-    pub cause: Cause,
-    /// Guards that failed.
-    pub failing: Guards,
-    /// Authority, while it was held.
-    pub authority: Option<ReportedAuthority>,
-    /// Forward speed, mm/s.
-    pub speed_mm_s: i32,
-    /// What an intent has to repeat.
-    pub nonce: Nonce,
-    /// Share of the route driven, permille.
-    pub progress: u16,
-}
+/// Lost tracks of one unit that are kept; six times as many as it reports at once.
+pub const MAX_LOST: usize = 48;
 
-/// A unit as drawn.
+/// Whose display it is.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ShownUnit {
-    /// Which.
-    pub unit: UnitId,
-    /// The report behind it.
-    pub report: RecordId,
-    /// Whose session brought that.
-    pub via: PeerId,
-    /// Checks that were waived on its way.
-    pub waived: Waived,
-    /// When the shown mode was first shown.
-    pub since: Instant,
-    /// State.
-    pub state: Labelled<State>,
-    /// Place; older than the state by the age of its localisation.
-    pub pose: Labelled<Pose>,
-    /// Tracks; each older than the state by its own age.
-    pub tracks: Vec<Labelled<ReportedTrack>>,
-}
-
-impl ShownUnit {
-    /// How many tracks carry one of these labels.
-    pub fn tracks_labelled(&self, labels: &[Freshness]) -> u8 {
-        self.tracks.iter().filter(|t| labels.contains(&t.freshness())).count() as u8
-    }
-}
-
-/// Everything that is drawn at one instant.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Shown {
-    /// When, on the console's clock.
-    pub at: Instant,
-    /// Units that have been heard, in the configured order.
-    pub units: Vec<ShownUnit>,
-    /// Units that have not.
-    pub silent: Vec<UnitId>,
-    /// Sessions at the gateway.
-    pub links: Vec<(PeerId, bool)>,
-    /// Refusals by reason, as fed (the feed is bounded; exact numbers are in the accounts).
-    pub refusals: Vec<(Reason, u64)>,
-    /// Whose sessions at the broker were cut or taken, and how often: an alarm.
-    pub losses: Vec<(PeerId, u32)>,
-    /// Commands of this console, oldest first.
-    pub commands: Vec<ShownCommand>,
-}
-
-impl Shown {
-    /// The unit, if it has been heard.
-    pub fn unit(&self, unit: UnitId) -> Option<&ShownUnit> {
-        self.units.iter().find(|shown| shown.unit == unit)
-    }
-
-    /// The command, if it is still kept.
-    pub fn command(&self, intent: &IntentHash) -> Option<&ShownCommand> {
-        self.commands.iter().find(|shown| shown.intent == *intent)
-    }
+pub struct Desk {
+    /// In whose name commands are given.
+    pub operator: NodeId,
+    /// What the person here may do.
+    pub role: Role,
+    /// What must be said of the picture as a whole.
+    pub marks: Marks,
+    /// The platform's bounds.
+    pub bounds: Bounds,
+    /// Whom the operator can have struck, and whether that was asked for.
+    pub revocable: Vec<(NodeId, bool)>,
 }
 
 /// A unit as last reported.
@@ -109,18 +50,52 @@ struct Heard {
     since: Instant,
     state: Aged<State>,
     pose: Aged<Pose>,
+    product: ProductMode,
     tracks: Vec<Aged<ReportedTrack>>,
+    lost: Lost,
+}
+
+/// Tracks that a unit no longer reports, oldest first, at most [`MAX_LOST`].
+#[derive(Clone, Debug, Default)]
+struct Lost {
+    kept: VecDeque<(Boot, Aged<ReportedTrack>, Instant)>,
+    more: u32,
+}
+
+impl Lost {
+    fn push(&mut self, boot: Boot, track: Aged<ReportedTrack>, since: Instant) {
+        if self.kept.len() >= MAX_LOST {
+            self.kept.pop_front();
+            self.more = self.more.saturating_add(1);
+        }
+        self.kept.push_back((boot, track, since));
+    }
+}
+
+/// A session at the gateway, by its last word.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    open: bool,
+    since: Instant,
+    /// When a report that it brought was accepted last.
+    heard: Option<Instant>,
 }
 
 /// The model.
 #[derive(Clone, Debug)]
 pub struct Model {
+    desk: Desk,
     limits: Limits,
     units: Vec<(UnitId, Option<Heard>)>,
-    links: BTreeMap<PeerId, bool>,
-    refusals: BTreeMap<Reason, u64>,
+    links: BTreeMap<PeerId, Link>,
+    /// The last word of the gateway.
+    fed: Option<Aged<()>>,
+    /// By reason, by peer, and whether the console itself refused.
+    refusals: BTreeMap<(Reason, Option<PeerId>, bool), (u64, Instant)>,
     losses: BTreeMap<PeerId, Losses>,
     commands: Commands,
+    alarms: Alarms,
+    hand: Hand,
 }
 
 /// Sessions that one peer has lost.
@@ -136,14 +111,18 @@ struct Losses {
 
 impl Model {
     /// A model that has heard nothing of `units`.
-    pub fn new(units: &[UnitId], bounds: &Bounds, policy: &Policy) -> Self {
+    pub fn new(units: &[UnitId], desk: Desk, policy: &Policy) -> Self {
         Self {
-            limits: Limits::new(bounds, policy),
+            limits: Limits::new(&desk.bounds, policy),
+            desk,
             units: units.iter().map(|unit| (*unit, None)).collect(),
             links: BTreeMap::new(),
+            fed: None,
             refusals: BTreeMap::new(),
             losses: BTreeMap::new(),
             commands: Commands::default(),
+            alarms: Alarms::default(),
+            hand: Hand::default(),
         }
     }
 
@@ -166,6 +145,7 @@ impl Model {
         let mode = |heard: &Heard| heard.state.at(arrived, &self.limits).get().0.mode;
         let since = slot.as_ref().filter(|heard| mode(heard) == report.mode).map_or(arrived, |heard| heard.since);
         let older = |by: Span| age.map(|age| age.after(by));
+        let lost = lost_by(report, slot.take(), arrived);
         *slot = Some(Heard {
             report: report.id(),
             stamp: report.stamp,
@@ -174,8 +154,13 @@ impl Model {
             since,
             state: Aged::new(state_of(report), arrived, age),
             pose: Aged::new(report.pose, arrived, older(report.pose_age)),
+            product: report.product,
             tracks: report.tracks.iter().map(|track| Aged::new(*track, arrived, older(track.age))).collect(),
+            lost,
         });
+        self.commands.reported(arrived, *unit, report);
+        let link = self.links.entry(via).or_insert(Link { open: true, since: arrived, heard: None });
+        link.heard = Some(arrived);
         self.sessions_lost(peer, Some(report.boot), report.sessions_lost);
         true
     }
@@ -190,14 +175,47 @@ impl Model {
         *known = Losses { boot, counted, total: known.total.saturating_add(more) };
     }
 
-    /// A session at the gateway opened or ended.
-    pub fn session(&mut self, peer: PeerId, open: bool) {
-        self.links.insert(peer, open);
+    /// The gateway said something: what is shown of its sessions is as old as that.
+    pub fn fed(&mut self, now: Instant) {
+        self.fed = Some(Aged::new((), now, Some(Age::on_one_host(now, now))));
     }
 
-    /// Something was refused.
-    pub fn refused(&mut self, reason: Reason) {
-        *self.refusals.entry(reason).or_default() += 1;
+    /// A session at the gateway opened or ended.
+    pub fn session(&mut self, now: Instant, peer: PeerId, open: bool) {
+        let heard = self.links.get(&peer).and_then(|link| link.heard);
+        self.links.insert(peer, Link { open, since: now, heard });
+    }
+
+    /// Something was refused: by the gateway, or `here`.
+    pub fn refused(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>, here: bool) {
+        let (n, last) = self.refusals.entry((reason, peer, here)).or_insert((0, now));
+        (*n, *last) = (n.saturating_add(1), now);
+    }
+
+    /// An alarm was taken note of; a track that it was about is gone from then on. False where there is no such alarm.
+    pub fn acknowledge(&mut self, alarm: &Alarm, since: Instant) -> bool {
+        if let Alarm::TrackLost(unit, boot, id) = alarm
+            && let Some((_, Some(heard))) = self.units.iter_mut().find(|(u, _)| u == unit)
+        {
+            heard.lost.kept.retain(|(of, track, _)| (of, track.id()) != (boot, *id));
+        }
+        self.alarms.acknowledge(alarm, since)
+    }
+
+    /// Who was asked to be struck.
+    pub fn revoked(&mut self, who: NodeId) {
+        self.desk.revocable.iter_mut().filter(|(of, _)| *of == who).for_each(|(_, asked)| *asked = true);
+    }
+
+    /// Raises the alarms of what is shown, and says so in it.
+    pub fn watch(&mut self, shown: &mut Shown) {
+        self.alarms.fold(shown);
+        (shown.alarms, shown.alarms_more) = self.alarms.shown();
+    }
+
+    /// The person's hand.
+    pub fn hand(&mut self) -> &mut Hand {
+        &mut self.hand
     }
 
     /// The commands of this console.
@@ -217,22 +235,48 @@ impl Model {
             let tracks = heard.tracks.iter().filter_map(|track| track.changes(now, &self.limits));
             tracks.chain(heard.state.changes(now, &self.limits)).chain(heard.pose.changes(now, &self.limits))
         });
-        labels.chain(self.commands.changes()).min()
+        let links = self.fed.iter().filter_map(|fed| fed.changes(now, &self.limits));
+        let prepared = self.hand.prepared().map(|prepared| prepared.until);
+        labels.chain(links).chain(self.commands.changes()).chain(prepared).min()
     }
 
     /// What is to be drawn at `now`.
     pub fn shown(&self, now: Instant) -> Shown {
         let unit =
             |(unit, heard): &(UnitId, Option<Heard>)| heard.as_ref().map(|heard| self.shown_unit(now, *unit, heard));
+        let refusals = self.refusals.iter();
+        let (alarms, alarms_more) = self.alarms.shown();
         Shown {
             at: now,
+            operator: self.desk.operator,
+            role: self.desk.role,
+            marks: self.desk.marks.clone(),
+            bounds: self.desk.bounds,
             units: self.units.iter().filter_map(unit).collect(),
             silent: self.units.iter().filter(|(_, heard)| heard.is_none()).map(|(unit, _)| *unit).collect(),
-            links: self.links.iter().map(|(peer, open)| (*peer, *open)).collect(),
-            refusals: self.refusals.iter().map(|(reason, n)| (*reason, *n)).collect(),
+            links: self.links.iter().filter_map(|(peer, link)| self.shown_link(now, *peer, link)).collect(),
+            refusals: refusals
+                .map(|((reason, peer, here), (n, last))| ShownRefusals {
+                    reason: *reason,
+                    peer: *peer,
+                    here: *here,
+                    n: *n,
+                    last: *last,
+                })
+                .collect(),
             losses: self.losses.iter().map(|(peer, n)| (*peer, n.total)).filter(|(_, n)| *n > 0).collect(),
             commands: self.commands.shown(),
+            revocable: self.desk.revocable.clone(),
+            alarms,
+            alarms_more,
+            prepared: self.hand.prepared(),
+            answers: self.hand.answers(),
         }
+    }
+
+    fn shown_link(&self, now: Instant, peer: PeerId, link: &Link) -> Option<ShownLink> {
+        let open = self.fed.as_ref()?.with(link.open).at(now, &self.limits);
+        Some(ShownLink { peer, open, since: link.since, heard: link.heard.map(|heard| now.since(heard)) })
     }
 
     fn shown_unit(&self, now: Instant, unit: UnitId, heard: &Heard) -> ShownUnit {
@@ -241,11 +285,45 @@ impl Model {
             report: heard.report,
             via: heard.via,
             waived: heard.waived,
+            origin: origin(unit, heard),
             since: heard.since,
             state: heard.state.at(now, &self.limits),
             pose: heard.pose.at(now, &self.limits),
             tracks: heard.tracks.iter().map(|track| track.at(now, &self.limits)).collect(),
+            lost: heard
+                .lost
+                .kept
+                .iter()
+                .map(|(boot, track, since)| LostTrack { boot: *boot, track: track.lost_at(now), since: *since })
+                .collect(),
+            lost_more: heard.lost.more,
         }
+    }
+}
+
+/// The tracks that are lost once `report` follows on what was heard before. One that is reported again is no longer lost;
+/// a unit that has started again has none of its old ones.
+fn lost_by(report: &Report, before: Option<Heard>, now: Instant) -> Lost {
+    let Some(Heard { report: of, tracks, mut lost, .. }) = before else { return Lost::default() };
+    let reported = |boot: Boot, track: &Aged<ReportedTrack>| {
+        boot == report.boot && report.tracks.iter().any(|now| now.id == track.id())
+    };
+    lost.kept.retain(|(boot, track, _)| !reported(*boot, track));
+    for track in tracks.into_iter().filter(|track| !reported(of.boot, track)) {
+        lost.push(of.boot, track, now);
+    }
+    lost
+}
+
+fn origin(unit: UnitId, heard: &Heard) -> Origin {
+    if !heard.waived.is_empty() {
+        Origin::Unverified
+    } else if heard.product != ProductMode::Live {
+        Origin::NotLive(heard.product)
+    } else if heard.via != unit.peer() {
+        Origin::Relayed(heard.via)
+    } else {
+        Origin::Direct
     }
 }
 

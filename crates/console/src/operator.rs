@@ -17,7 +17,7 @@ use wire::time::{Instant, Span};
 
 use crate::intent::nonce_for;
 use crate::life::Life;
-use crate::model::{Shown, ShownUnit};
+use crate::shown::{Shown, ShownUnit};
 
 /// Steps a script may have.
 pub const MAX_STEPS: usize = 32;
@@ -95,10 +95,10 @@ pub enum Action {
 /// What the operator wants done now.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wish {
-    /// Give an intent; its hash is to be told by [`Operator::given`].
+    /// Give an intent; its hash is to be told to whoever wished for it ([`Operator::given`], `act::Hand::given`).
     Intend {
-        /// Step of the script.
-        step: usize,
+        /// Step of the script; none where a person wishes it.
+        step: Option<usize>,
         /// Addressee.
         unit: UnitId,
         /// What is asked.
@@ -232,7 +232,7 @@ impl Step {
         }
         let kind = self.kind(unit, confidence)?;
         let nonce = nonce_for(kind, unit)?;
-        Some(Wish::Intend { step, unit: self.unit, kind, nonce, reason: self.reason.clone() })
+        Some(Wish::Intend { step: Some(step), unit: self.unit, kind, nonce, reason: self.reason.clone() })
     }
 
     fn kind(&self, unit: Option<&ShownUnit>, confidence: u16) -> Option<CommandKind> {

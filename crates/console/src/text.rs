@@ -12,12 +12,15 @@ use wire::time::{Instant, Span};
 
 use crate::age::Labelled;
 use crate::life::{Life, ShownCommand};
-use crate::model::{Shown, ShownUnit};
+use crate::shown::{Shown, ShownLink, ShownRefusals, ShownUnit};
 
-/// The text of `shown`. `ablation` is the mark of a run whose policy waives something.
-pub fn lines(shown: &Shown, ablation: Option<&str>) -> String {
+/// The text of `shown`.
+pub fn lines(shown: &Shown) -> String {
     let mut text = String::with_capacity(1024);
-    if let Some(mark) = ablation {
+    if shown.marks.replay {
+        line(&mut text, format_args!("REPLAY of a recording: nothing here is live, and nothing can be commanded"));
+    }
+    if let Some(mark) = &shown.marks.ablation {
         line(&mut text, format_args!("ABLATION, not a result of the full policy: {mark}"));
     }
     for unit in &shown.units {
@@ -26,16 +29,29 @@ pub fn lines(shown: &Shown, ablation: Option<&str>) -> String {
     for unit in &shown.silent {
         line(&mut text, format_args!("{:<8} nothing received", unit.name()));
     }
-    let links = shown.links.iter().map(|(peer, open)| format!("{peer} {}", if *open { "up" } else { "DOWN" }));
-    line(&mut text, format_args!("links    {}", joined(links)));
-    let refusals = shown.refusals.iter().map(|(reason, n)| format!("{} {n}", reason.name()));
-    line(&mut text, format_args!("refused  {}", joined(refusals)));
+    line(&mut text, format_args!("links    {}", joined(shown.links.iter().map(link))));
+    line(&mut text, format_args!("refused  {}", joined(shown.refusals.iter().map(refusals))));
     for (peer, n) in &shown.losses {
         let what = "cut, or taken by another connection; orders away from safe that were under way are void";
         line(&mut text, format_args!("ALARM    {peer} LOST its command session {n} times: {what}"));
     }
     shown.commands.iter().for_each(|command| command_line(&mut text, shown.at, command));
     text
+}
+
+fn link(link: &ShownLink) -> String {
+    let (open, freshness) = link.open.get();
+    let last_known = if freshness == Freshness::Fresh { String::new() } else { format!(" ({})", word(freshness)) };
+    format!("{} {}{last_known}", link.peer, if *open { "up" } else { "DOWN" })
+}
+
+fn refusals(refusals: &ShownRefusals) -> String {
+    let whence = match (refusals.here, refusals.peer) {
+        (true, _) => " here".to_owned(),
+        (false, Some(peer)) => format!(" from {peer}"),
+        (false, None) => String::new(),
+    };
+    format!("{} {}{whence}", refusals.reason.name(), refusals.n)
 }
 
 fn unit_lines(text: &mut String, at: Instant, unit: &ShownUnit) {
@@ -76,6 +92,10 @@ fn unit_lines(text: &mut String, at: Instant, unit: &ShownUnit) {
         ),
     );
     unit.tracks.iter().for_each(|track| track_line(text, track));
+    unit.lost.iter().for_each(|lost| track_line(text, &lost.track));
+    if unit.lost_more > 0 {
+        line(text, format_args!("         and {} more tracks LOST", unit.lost_more));
+    }
 }
 
 fn track_line(text: &mut String, labelled: &Labelled<ReportedTrack>) {

@@ -212,7 +212,11 @@ impl Core for Gateway {
             Input::Timeout => self.timeout(now),
             Input::Quiesce => self.quiet = true,
             Input::Finish => self.finish(now),
-            Input::Datagram { .. } | Input::Stream { .. } | Input::Audit { .. } | Input::Cue { .. } => {}
+            Input::Datagram { .. }
+            | Input::Stream { .. }
+            | Input::Audit { .. }
+            | Input::Cue { .. }
+            | Input::Act { .. } => {}
         }
     }
 

@@ -256,6 +256,7 @@ impl Core for Perception {
             | Input::Stream { .. }
             | Input::Audit { .. }
             | Input::SessionLost
+            | Input::Act { .. }
             | Input::Cue { .. } => {}
         }
     }

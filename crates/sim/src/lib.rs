@@ -318,6 +318,7 @@ impl Core for Sim {
             | Input::Closed { .. }
             | Input::Published { .. }
             | Input::SessionLost
+            | Input::Act { .. }
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::Audit { .. } => {}

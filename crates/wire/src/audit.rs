@@ -311,6 +311,7 @@ impl Core for Recorder {
             | Input::Datagram { .. }
             | Input::Stream { .. }
             | Input::SessionLost
+            | Input::Act { .. }
             | Input::Cue { .. } => {}
         }
     }

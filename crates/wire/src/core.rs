@@ -259,6 +259,13 @@ pub enum Input {
     /// it. Whoever dials for us dials again.
     #[n(41)]
     SessionLost,
+    /// A person at the console did something (the console only).
+    #[n(80)]
+    Act {
+        /// Encoded [`crate::person::Numbered`].
+        #[cbor(n(0), with = "minicbor::bytes")]
+        bytes: Vec<u8>,
+    },
 }
 
 /// What a core gives back.

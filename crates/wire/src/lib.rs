@@ -32,6 +32,7 @@ pub mod feed;
 pub mod hop;
 pub mod id;
 pub mod mode;
+pub mod person;
 pub mod policy;
 pub mod refusal;
 pub mod report;

@@ -4,6 +4,7 @@ use console::ConsoleConfig;
 use console::operator::{Action, Step, TrackCondition, When};
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
+use wire::person::Role;
 use wire::sensor::Class;
 use wire::setup::Secret;
 
@@ -22,6 +23,7 @@ pub(super) fn console(
         units: vec![UnitId::A, UnitId::B, UnitId::C],
         operator: NodeId::OPERATOR,
         operator_secret,
+        role: Role::Supervise,
         script: scenario.operator.step.iter().map(step).collect(),
         revocations,
         text: true,

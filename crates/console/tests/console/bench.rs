@@ -6,13 +6,14 @@ use sha2::{Digest, Sha256};
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::bus::{ChannelKey, Sender};
-use wire::codec::{self, List};
-use wire::command::{Ack, Confirmation, Intent, Request};
+use wire::codec::{self, List, Text};
+use wire::command::{Ack, CommandKind, Confirmation, Intent, Request};
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Freshness};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
-use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId, WorldId};
+use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Cause, Guards, Mode};
+use wire::person::{Act, Numbered, Order, Role, Unable};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
 use wire::report::{Report, ReportedTrack};
@@ -49,19 +50,25 @@ pub(crate) struct Bench {
     /// The display's challenge as a unit at the console's side first saw it; a unit's clock is the console's here.
     pub(crate) watched: Option<Echo>,
     sequence: u64,
+    serial: u64,
 }
 
 impl Bench {
     pub(crate) fn new(policy: Policy, script: Vec<Step>) -> Self {
-        Self::with(policy, script, Vec::new())
+        Self::with(policy, Role::Supervise, script, Vec::new())
+    }
+
+    /// With a person in this role and nothing scripted.
+    pub(crate) fn seating(role: Role) -> Self {
+        Self::with(Policy::default(), role, Vec::new(), vec![(NodeId::OPERATOR_2, b"revocation".to_vec())])
     }
 
     /// With the full policy, and these revocations at hand.
     pub(crate) fn revoking(script: Vec<Step>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
-        Self::with(Policy::default(), script, revocations)
+        Self::with(Policy::default(), Role::Supervise, script, revocations)
     }
 
-    fn with(policy: Policy, script: Vec<Step>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
+    fn with(policy: Policy, role: Role, script: Vec<Step>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
         let known = [NodeId::UNIT_A, NodeId::UNIT_B];
         let setup = Setup {
             node: NodeId::CONSOLE,
@@ -83,6 +90,7 @@ impl Bench {
             units: vec![UnitId::A, UnitId::B],
             operator: NodeId::OPERATOR,
             operator_secret: Secret([NodeId::OPERATOR.index() as u8 + 1; 32]),
+            role,
             script,
             revocations,
             text: true,
@@ -97,6 +105,7 @@ impl Bench {
             texts: Vec::new(),
             watched: None,
             sequence: 0,
+            serial: 0,
         };
         bench.give(&Input::Timeout);
         bench
@@ -183,6 +192,24 @@ impl Bench {
     pub(crate) fn acknowledged(&mut self, by: NodeId, ack: &Ack) {
         let bytes = key_of(by).sign(Purpose::Ack, &codec::encode(ack));
         self.feed(&Feed::Acknowledged(bytes.as_slice().into()));
+    }
+
+    /// The person does this, under the next number, and is answered.
+    pub(crate) fn act(&mut self, act: Act) -> Result<Option<CommandId>, Unable> {
+        self.serial += 1;
+        self.numbered(self.serial, act)
+    }
+
+    pub(crate) fn numbered(&mut self, serial: u64, act: Act) -> Result<Option<CommandId>, Unable> {
+        self.give(&Input::Act { bytes: codec::encode(&Numbered { serial, act }) });
+        self.console.shown(self.now).answers.last().unwrap().outcome
+    }
+
+    /// Away from safe, in two steps.
+    pub(crate) fn order(&mut self, kind: CommandKind) -> Result<Option<CommandId>, Unable> {
+        let order = Order::Command(UnitId::A, kind);
+        self.act(Act::Prepare(order))?;
+        self.act(Act::Confirm(order, Text::new("as planned")))
     }
 
     /// The intents asked for so far.

@@ -65,7 +65,7 @@ fn lost_sessions_are_shown_as_their_owners_count_them_and_a_restart_takes_none_b
     bench.feed(&Feed::SessionsLost(1));
     let shown = bench.console.shown(bench.now);
     assert_eq!(shown.losses, [(PeerId::UNIT_A, 4), (PeerId::GATEWAY, 1)]);
-    assert!(console::text::lines(&shown, None).contains("ALARM    unit-a LOST its command session 4 times"));
+    assert!(console::text::lines(&shown).contains("ALARM    unit-a LOST its command session 4 times"));
     let told = bench.events.iter().filter_map(|(_, event)| match event {
         Event::LossesShown { peer, times } => Some((*peer, *times)),
         _ => None,

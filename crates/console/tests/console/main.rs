@@ -3,6 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a bench that does not hold together is a failed test")]
 #![expect(clippy::wildcard_enum_match_arm, reason = "tests pick out the events that they look at")]
 
+mod acts;
 mod bench;
 mod display;
 mod script;

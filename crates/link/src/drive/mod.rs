@@ -1,7 +1,8 @@
 //! The loop around a core: wait for the first of its deadline and its inputs, feed it, carry out what it says.
 //!
-//! Links run on a worker thread and reach the loop through bounded queues; the core runs here and nowhere else. Every
-//! input and output is written to the mouth log on its way. What a message means is left to the core.
+//! Links run on a worker thread and reach the loop through bounded queues, as does a person at a window ([`hands`]); the
+//! core runs here and nowhere else. Every input and output is written to the mouth log on its way. What a message means
+//! is left to the core.
 
 mod outlets;
 mod sources;
@@ -45,6 +46,32 @@ fn cannot(link: &'static str) -> impl Fn(&dyn std::fmt::Display) -> DriveError {
     move |why| DriveError::Link { link, why: why.to_string() }
 }
 
+/// Acts of a person that may wait.
+const ACTS: usize = 16;
+
+/// The end at which a person's acts are given, encoded.
+#[derive(Clone, Debug)]
+pub struct Hand(mpsc::Sender<Vec<u8>>);
+
+impl Hand {
+    /// Gives an act. False when too many wait or the loop has ended: it was not given, and will not be.
+    #[must_use]
+    pub fn give(&self, act: Vec<u8>) -> bool {
+        self.0.try_send(act).is_ok()
+    }
+}
+
+/// The end at which the loop takes them.
+#[derive(Debug)]
+pub struct Acts(mpsc::Receiver<Vec<u8>>);
+
+/// A bounded way for a person's acts into the loop.
+#[must_use]
+pub fn hands() -> (Hand, Acts) {
+    let (hand, acts) = mpsc::channel(ACTS);
+    (Hand(hand), Acts(acts))
+}
+
 /// What can wake the loop.
 #[derive(Debug)]
 enum Wake {
@@ -67,10 +94,15 @@ enum Wake {
 /// Drives `core` with the links of `spec` until the launcher says `finish`. Prints `ready {json}` when the links are
 /// open and `stats {json}` at the end. Call it from `main`, outside any tokio runtime.
 pub fn run(spec: ServiceSpec, core: Box<dyn Core>) -> ExitCode {
+    run_for(spec, core, hands().1)
+}
+
+/// [`run`] for a core that a person has a hand in, on whatever thread it is called.
+pub fn run_for(spec: ServiceSpec, core: Box<dyn Core>, acts: Acts) -> ExitCode {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
     let outcome = match runtime {
         Ok(runtime) => {
-            let outcome = runtime.block_on(drive(&spec, core));
+            let outcome = runtime.block_on(drive(&spec, core, acts));
             runtime.shutdown_timeout(Duration::from_millis(200));
             outcome
         }
@@ -85,9 +117,9 @@ pub fn run(spec: ServiceSpec, core: Box<dyn Core>) -> ExitCode {
     }
 }
 
-async fn drive(spec: &ServiceSpec, core: Box<dyn Core>) -> Result<(), DriveError> {
+async fn drive(spec: &ServiceSpec, core: Box<dyn Core>, acts: Acts) -> Result<(), DriveError> {
     let controls = watch().map_err(|e| cannot("stdin")(&e))?;
-    let (sources, senders) = sources::open(controls);
+    let (sources, senders) = sources::open(controls, acts.0);
     let outlets = Outlets::open(spec, &senders)?;
     say("ready", &outlets.ready(spec.node));
     let tells = spec.recorder.as_ref().is_some_and(|recorder| recorder.tell);

@@ -27,11 +27,12 @@ pub(super) struct Sources {
     sessions: mpsc::Receiver<SessionEvent>,
     frames: mpsc::Receiver<Frame>,
     observations: mpsc::Receiver<Observation>,
+    acts: mpsc::Receiver<Vec<u8>>,
     controls: mpsc::Receiver<Control>,
 }
 
 /// Makes the queues.
-pub(super) fn open(controls: mpsc::Receiver<Control>) -> (Sources, Senders) {
+pub(super) fn open(controls: mpsc::Receiver<Control>, acts: mpsc::Receiver<Vec<u8>>) -> (Sources, Senders) {
     let (inputs_tx, inputs) = mpsc::channel(INPUTS);
     let (relayed_tx, relayed) = mpsc::channel(RELAYED);
     let (sessions_tx, sessions) = mpsc::channel(SESSIONS);
@@ -39,7 +40,7 @@ pub(super) fn open(controls: mpsc::Receiver<Control>) -> (Sources, Senders) {
     let (log, observations) = ObservationLog::new(OBSERVATIONS);
     let senders =
         Senders { inputs: inputs_tx, relayed: relayed_tx, sessions: sessions_tx, frames: frames_tx, observations: log };
-    (Sources { inputs, relayed, sessions, frames, observations, controls }, senders)
+    (Sources { inputs, relayed, sessions, frames, observations, acts, controls }, senders)
 }
 
 impl Sources {
@@ -51,6 +52,7 @@ impl Sources {
             Some(event) = self.sessions.recv() => Wake::Session(event),
             Some(frame) = self.frames.recv() => Wake::Audit(frame),
             Some(observation) = self.observations.recv() => Wake::Observed(observation),
+            Some(bytes) = self.acts.recv() => Wake::Input(Input::Act { bytes }),
             Some(control) = self.controls.recv() => Wake::Control(control),
             else => std::future::pending().await,
         }

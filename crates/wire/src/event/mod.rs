@@ -15,6 +15,7 @@ use crate::core::Side;
 use crate::feed::CommandStage;
 use crate::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, TrackId, UnitId, WorldId};
 use crate::mode::{Because, Cause, Guards, Mode};
+use crate::person::{Act, Order, Unable};
 use crate::policy::Waived;
 use crate::refusal::Reason;
 use crate::sensor::{Class, Modalities, ReceiverTime};
@@ -224,6 +225,17 @@ pub enum Event {
     #[n(69)] DiskFull { #[n(0)] node: NodeId, #[n(1)] on: bool },
     /// The recording has grown to so many bytes, as seen from outside the recorder (told where its disk is to be full).
     #[n(70)] Kept { #[n(0)] bytes: u64 },
+    /// Console: what a person did there, and what came of it at once: the command given, or why nothing was.
+    #[n(80)] Act {
+        #[n(0)] by: NodeId,
+        /// The act's number at the window; 0 where it could not be read.
+        #[n(1)] serial: u64,
+        /// Absent where it could not be read.
+        #[n(2)] act: Option<Act>,
+        #[n(3)] command: Option<CommandId>, #[n(4)] refused: Option<Unable>,
+    },
+    /// Console: an order that a person had prepared came to nothing by itself.
+    #[n(81)] Lapsed { #[n(0)] by: NodeId, #[n(1)] order: Order, #[n(2)] why: Unable },
     /// An insider sends the report with this identity: which of a session's records are its deeds.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,

@@ -15,6 +15,7 @@ use wire::id::{
     Boot, CommandId, FrameId, NodeId, Nonce, ObjectId, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId, WorldId,
 };
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
+use wire::person::{self, Alarm, Numbered, Unable};
 use wire::policy::{Check, Waived};
 use wire::refusal::{Reason, Refusal};
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
@@ -76,6 +77,7 @@ pub(crate) fn all() -> Vec<(&'static str, Vec<Named>)> {
         ("revocation", vec![named!("of-operator-2", Revocation, Revocation { of: NodeId::OPERATOR_2 })]),
         ("head", vec![named!("unit-a", Head, head())]),
         ("sign1", signed()),
+        ("numbered-act", acts()),
         ("input", inputs()),
         ("output", outputs()),
     ]
@@ -386,6 +388,7 @@ fn inputs() -> Vec<Named> {
         named!("finish", Input, Input::Finish),
         named!("cue", Input, Input::Cue { step: step("cut") }),
         named!("session-lost", Input, Input::SessionLost),
+        named!("act", Input, Input::Act { bytes: codec::encode(&numbered(person::Act::Withdraw)) }),
     ]
 }
 
@@ -409,7 +412,7 @@ fn outputs() -> Vec<Named> {
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(56..59).chain(60..62).chain(65..71)
+    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(56..59).chain(60..62).chain(65..71).chain(80..82)
 }
 
 fn entries() -> Vec<Named> {
@@ -597,6 +600,38 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ("taken-over", Event::TakenOver { peer: PeerId::UNIT_A }),
         ("joins", Event::Joins { certificate: PeerId::UNIT_A }),
         ("session-lost", Event::SessionLost { peer: PeerId::UNIT_A }),
+        (
+            "act-refused",
+            Event::Act {
+                by: NodeId::OPERATOR,
+                serial: 4,
+                act: Some(person::Act::Withdraw),
+                command: None,
+                refused: Some(Unable::NotPrepared),
+            },
+        ),
+        (
+            "act-unread",
+            Event::Act { by: NodeId::OPERATOR, serial: 0, act: None, command: None, refused: Some(Unable::Malformed) },
+        ),
+        (
+            "act",
+            Event::Act {
+                by: NodeId::OPERATOR,
+                serial: 5,
+                act: Some(person::Act::Now(person::Order::Command(UnitId::A, CommandKind::Hold))),
+                command: Some(COMMAND),
+                refused: None,
+            },
+        ),
+        (
+            "lapsed",
+            Event::Lapsed {
+                by: NodeId::OPERATOR,
+                order: person::Order::Revoke(NodeId::OPERATOR_2),
+                why: Unable::Interlock,
+            },
+        ),
         ("losses-shown", Event::LossesShown { peer: PeerId::GATEWAY, times: 2 }),
         ("session", Event::Session { peer: PeerId::UNIT_A, open: false }),
         (
@@ -622,6 +657,33 @@ fn witnesses() -> Vec<(&'static str, Event)> {
             "mouth-saw",
             Event::MouthSaw { reader: NodeId::UNIT_A, at: Interface::Bus(Topic::Tracks), length: 340, hash: 1 << 40 },
         ),
+    ]
+}
+
+fn numbered(act: person::Act) -> Numbered {
+    Numbered { serial: 300, act }
+}
+
+/// What a person does, each way; every alarm is taken note of.
+fn acts() -> Vec<Named> {
+    use person::{Act, Order};
+    let hold = Order::Command(UnitId::A, CommandKind::Hold);
+    let configure = Order::Command(UnitId::B, CommandKind::Configure(VALUES));
+    let noted = |alarm| numbered(Act::Acknowledge(alarm, Instant(1_000_000)));
+    vec![
+        named!("hold", Numbered, numbered(Act::Now(hold))),
+        named!("prepare-revocation", Numbered, numbered(Act::Prepare(Order::Revoke(NodeId::OPERATOR_2)))),
+        named!("confirm", Numbered, numbered(Act::Confirm(configure, Text::new("wet ground")))),
+        named!("withdraw", Numbered, numbered(Act::Withdraw)),
+        named!("noted-hold-safe", Numbered, noted(Alarm::HoldSafe(UnitId::A))),
+        named!("noted-degraded", Numbered, noted(Alarm::Degraded(UnitId::B))),
+        named!("noted-stale", Numbered, noted(Alarm::Stale(UnitId::A))),
+        named!("noted-silent", Numbered, noted(Alarm::Silent(UnitId::C))),
+        named!("noted-track-lost", Numbered, noted(Alarm::TrackLost(UnitId::A, Boot(2), TrackId(70_000)))),
+        named!("noted-link-down", Numbered, noted(Alarm::LinkDown(PeerId::UNIT_B))),
+        named!("noted-session-lost", Numbered, noted(Alarm::SessionLost(PeerId::GATEWAY))),
+        named!("noted-not-acknowledged", Numbered, noted(Alarm::NotAcknowledged(COMMAND))),
+        named!("noted-refused", Numbered, noted(Alarm::CommandRefused(COMMAND))),
     ]
 }
 

@@ -1,0 +1,179 @@
+//! Alarms: what an operator has to take note of, until it is over *and* was taken note of.
+//!
+//! Whether an alarm's condition stands follows from what is shown and from nothing else. One that ends by itself stays
+//! listed until it is acknowledged, and one that begins again has to be acknowledged again.
+
+use wire::event::Freshness;
+use wire::mode::Mode;
+use wire::person::Alarm;
+use wire::time::Instant;
+
+use crate::life::Life;
+use crate::shown::{Shown, ShownUnit};
+
+/// Alarms that are kept. There is room for every unit with every lost track, every link and every command at once.
+pub const MAX_ALARMS: usize = 320;
+
+/// How urgent it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Priority {
+    /// Act now.
+    High,
+    /// Act soon.
+    Medium,
+    /// Know it.
+    Low,
+}
+
+impl Priority {
+    /// Of this alarm.
+    pub fn of(alarm: &Alarm) -> Self {
+        match alarm {
+            Alarm::HoldSafe(_) | Alarm::Silent(_) | Alarm::SessionLost(_) | Alarm::NotAcknowledged(_) => Priority::High,
+            Alarm::Degraded(_) | Alarm::Stale(_) | Alarm::LinkDown(_) | Alarm::CommandRefused(_) => Priority::Medium,
+            Alarm::TrackLost(..) => Priority::Low,
+        }
+    }
+
+    /// Name as displayed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Priority::High => "HIGH",
+            Priority::Medium => "MEDIUM",
+            Priority::Low => "LOW",
+        }
+    }
+}
+
+/// An alarm as drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShownAlarm {
+    /// Which.
+    pub alarm: Alarm,
+    /// How urgent.
+    pub priority: Priority,
+    /// When it was raised.
+    pub since: Instant,
+    /// Whether its condition still stands.
+    pub standing: bool,
+    /// Whether it was taken note of.
+    pub acknowledged: bool,
+}
+
+/// What the alarm says.
+pub fn words(alarm: &Alarm) -> String {
+    match alarm {
+        Alarm::HoldSafe(unit) => format!("{unit} is in HOLD_SAFE"),
+        Alarm::Degraded(unit) => format!("{unit} is DEGRADED"),
+        Alarm::Stale(unit) => format!("what is shown of {unit} is stale"),
+        Alarm::Silent(unit) => format!("{unit} is no longer heard"),
+        Alarm::TrackLost(unit, _, track) => format!("{unit} no longer reports track {}", track.0),
+        Alarm::LinkDown(peer) => format!("the gateway has no session with {peer}"),
+        Alarm::SessionLost(peer) => format!("{peer} lost its command session: cut, or taken by another connection"),
+        Alarm::NotAcknowledged(command) => format!("command {command} is not acknowledged"),
+        Alarm::CommandRefused(command) => format!("command {command} was refused"),
+    }
+}
+
+/// A condition that stands, and which of its occurrences.
+type Condition = (Alarm, u64);
+
+#[derive(Clone, Copy, Debug)]
+struct Raised {
+    shown: ShownAlarm,
+    occurrence: u64,
+}
+
+/// The alarms of one display, at most [`MAX_ALARMS`].
+#[derive(Clone, Debug, Default)]
+pub struct Alarms {
+    raised: Vec<Raised>,
+    more: u32,
+}
+
+impl Alarms {
+    /// Takes what is shown now into account.
+    pub fn fold(&mut self, shown: &Shown) {
+        for raised in &mut self.raised {
+            raised.shown.standing = false;
+        }
+        for condition in conditions(shown) {
+            self.stands(shown.at, condition);
+        }
+        self.raised.retain(|raised| raised.shown.standing || !raised.shown.acknowledged);
+    }
+
+    fn stands(&mut self, now: Instant, (alarm, occurrence): Condition) {
+        let shown =
+            ShownAlarm { alarm, priority: Priority::of(&alarm), since: now, standing: true, acknowledged: false };
+        let room = self.raised.len() < MAX_ALARMS;
+        match self.raised.iter_mut().find(|raised| raised.shown.alarm == alarm) {
+            Some(raised) if raised.occurrence == occurrence => raised.shown.standing = true,
+            Some(raised) => *raised = Raised { shown, occurrence },
+            None if room => self.raised.push(Raised { shown, occurrence }),
+            None => self.crowd_out(Raised { shown, occurrence }),
+        }
+    }
+
+    /// A full list gives its least urgent, oldest alarm up for a more urgent one. Either way one more is not listed.
+    fn crowd_out(&mut self, new: Raised) {
+        self.more = self.more.saturating_add(1);
+        let least = self.raised.iter_mut().max_by_key(|r| (r.shown.priority, core::cmp::Reverse(r.shown.since)));
+        if let Some(least) = least.filter(|least| least.shown.priority > new.shown.priority) {
+            *least = new;
+        }
+    }
+
+    /// Takes note of the alarm that was raised then. False where there is none.
+    pub fn acknowledge(&mut self, alarm: &Alarm, since: Instant) -> bool {
+        let raised = self.raised.iter_mut().find(|r| r.shown.alarm == *alarm && r.shown.since == since);
+        let Some(raised) = raised.filter(|r| !r.shown.acknowledged) else { return false };
+        raised.shown.acknowledged = true;
+        true
+    }
+
+    /// As drawn: the most urgent first, of these the newest; and for how many there was no room.
+    pub fn shown(&self) -> (Vec<ShownAlarm>, u32) {
+        let mut shown: Vec<ShownAlarm> = self.raised.iter().map(|raised| raised.shown).collect();
+        shown.sort_by_key(|alarm| (alarm.priority, core::cmp::Reverse(alarm.since)));
+        (shown, self.more)
+    }
+}
+
+fn conditions(shown: &Shown) -> Vec<Condition> {
+    let mut standing = Vec::new();
+    for unit in &shown.units {
+        of_unit(unit, &mut standing);
+    }
+    let down = shown.links.iter().filter(|link| !*link.open.get().0);
+    standing.extend(down.map(|link| (Alarm::LinkDown(link.peer), link.since.0)));
+    standing.extend(shown.losses.iter().map(|(peer, times)| (Alarm::SessionLost(*peer), u64::from(*times))));
+    for command in &shown.commands {
+        match command.life {
+            Life::NotAcknowledged => standing.push((Alarm::NotAcknowledged(command.id), command.since.0)),
+            Life::RefusedByUnit(_) | Life::RefusedByGateway => {
+                standing.push((Alarm::CommandRefused(command.id), command.since.0));
+            }
+            Life::Requested | Life::Staged | Life::Released | Life::Sent | Life::Executed | Life::Expired => {}
+        }
+    }
+    standing
+}
+
+fn of_unit(unit: &ShownUnit, standing: &mut Vec<Condition>) {
+    let (state, freshness) = unit.state.get();
+    match state.mode {
+        Mode::HoldSafe => standing.push((Alarm::HoldSafe(unit.unit), unit.since.0)),
+        Mode::Degraded => standing.push((Alarm::Degraded(unit.unit), unit.since.0)),
+        Mode::Idle | Mode::Ready | Mode::PrepareToAct => {}
+    }
+    match freshness {
+        Freshness::Stale => standing.push((Alarm::Stale(unit.unit), 0)),
+        Freshness::Lost => standing.push((Alarm::Silent(unit.unit), 0)),
+        Freshness::Fresh | Freshness::Late => {}
+    }
+    standing.extend(unit.lost.iter().map(|lost| {
+        let (track, _) = lost.track.get();
+        (Alarm::TrackLost(unit.unit, lost.boot, track.id), lost.since.0)
+    }));
+}

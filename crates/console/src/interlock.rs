@@ -1,0 +1,192 @@
+//! Why not: the conditions of an order, and those that a unit's mode stands on, each with its value and its limit.
+//!
+//! One list greys a control out, is named beside it, and is judged when the act comes. It follows from what is shown and
+//! from nothing else. It spares the operator an order that would be refused; refusing it is left to unit and gateway.
+
+use wire::bounds::Bounds;
+use wire::command::CommandKind;
+use wire::id::{TrackId, UnitId};
+use wire::mode::{Guard, Mode};
+use wire::person::{Order, Role, Unable};
+use wire::report::ReportedTrack;
+use wire::time::Span;
+
+use crate::shown::{Shown, ShownUnit, State};
+
+/// A condition with its value and its limit, as displayed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Predicate {
+    /// What is asked.
+    pub name: &'static str,
+    /// How it is.
+    pub value: String,
+    /// How it has to be; empty where the name says it.
+    pub limit: String,
+    /// Whether it holds.
+    pub holds: bool,
+    /// As what an act is refused for which it does not hold.
+    pub unable: Unable,
+}
+
+impl Predicate {
+    fn new(name: &'static str, holds: bool, value: impl Into<String>, limit: impl Into<String>) -> Self {
+        Self { name, value: value.into(), limit: limit.into(), holds, unable: Unable::Interlock }
+    }
+
+    fn or(self, unable: Unable) -> Self {
+        Self { unable, ..self }
+    }
+}
+
+impl Shown {
+    /// Everything that the order rests on. It may be given when all of it holds. A HOLD asks for no more than a role that
+    /// may give one, a console that is live, and that none is under way: whatever is shown, however old.
+    pub fn interlocks(&self, order: &Order) -> Vec<Predicate> {
+        let needed = needed(order);
+        let mut all = vec![
+            Predicate::new("role", self.role >= needed, self.role.name(), needed.name()).or(Unable::Role),
+            Predicate::new("live", !self.marks.replay, if self.marks.replay { "replay" } else { "live" }, "")
+                .or(Unable::Role),
+        ];
+        match order {
+            Order::Command(unit, kind) => {
+                all.push(self.none_under_way(*unit, *kind));
+                if !kind.towards_safe() {
+                    all.extend(self.away_from_safe(*unit, *kind));
+                }
+            }
+            Order::Revoke(who) => {
+                let known = self.revocable.iter().find(|(of, _)| of == who);
+                all.push(Predicate::new(
+                    "revocation",
+                    known.is_some(),
+                    if known.is_some() { "at hand" } else { "none" },
+                    "",
+                ));
+                let asked = known.is_some_and(|(_, asked)| *asked);
+                all.push(
+                    Predicate::new("not yet asked for", !asked, if asked { "asked" } else { "no" }, "")
+                        .or(Unable::Pending),
+                );
+            }
+        }
+        all
+    }
+
+    /// The first condition of the order that does not hold, as a refusal.
+    pub fn unable(&self, order: &Order) -> Option<Unable> {
+        self.interlocks(order).into_iter().find(|predicate| !predicate.holds).map(|predicate| predicate.unable)
+    }
+
+    fn none_under_way(&self, unit: UnitId, kind: CommandKind) -> Predicate {
+        let same = self.commands.iter().find(|given| given.unit == unit && given.kind == kind && given.under_way());
+        let value = same.map_or("none".to_owned(), |given| given.id.to_string());
+        Predicate::new("same order under way", same.is_none(), value, "none").or(Unable::Pending)
+    }
+
+    fn away_from_safe(&self, unit: UnitId, kind: CommandKind) -> Vec<Predicate> {
+        let Some(shown) = self.unit(unit) else {
+            return vec![Predicate::new("unit heard", false, "never", "")];
+        };
+        let (state, _) = shown.state.get();
+        let fresh = shown.state.fresh().is_some();
+        let mut all = vec![
+            Predicate::new("state fresh", fresh, ms(shown.state.age()), ms(self.bounds.freshness())),
+            in_mode(state.mode, mode_for(kind)),
+        ];
+        match kind {
+            CommandKind::Enable | CommandKind::Resume => all.push(guards_hold(state)),
+            CommandKind::Arm(track) => {
+                all.push(guards_hold(state));
+                all.extend(designates(shown, track, self.bounds.designation_confidence));
+            }
+            CommandKind::Confirm(track) => {
+                all.push(guards_hold(state));
+                let held = state.authority.is_some_and(|held| held.track == track);
+                let value = state.authority.map_or("none".to_owned(), |held| format!("track {}", held.track.0));
+                all.push(Predicate::new("authority", held, value, format!("track {}", track.0)));
+            }
+            CommandKind::Configure(_) | CommandKind::Hold | CommandKind::Disarm => {}
+        }
+        all
+    }
+}
+
+impl ShownUnit {
+    /// What READY stands on, guard by guard, with value and limit where the report has them.
+    pub fn guards(&self, bounds: &Bounds) -> Vec<Predicate> {
+        let (state, _) = self.state.get();
+        let age = Span(self.pose.age().0.saturating_sub(self.state.age().0));
+        let guard = |guard: Guard| {
+            let (value, limit) = match guard {
+                Guard::Localisation => (ms(age), ms(bounds.product_limit())),
+                Guard::Designation => self.designation(bounds),
+                _ => (String::new(), String::new()),
+            };
+            Predicate::new(guard.name(), !state.failing.has(guard), value, limit)
+        };
+        Guard::ALL.into_iter().map(guard).collect()
+    }
+
+    /// Confidence of the designated track, and below which it is given up.
+    fn designation(&self, bounds: &Bounds) -> (String, String) {
+        let designated = self.state.get().0.authority.map(|held| held.track);
+        let track = self.tracks.iter().map(|track| track.get().0).find(|track| Some(track.id) == designated);
+        track.map_or((String::new(), String::new()), |track| {
+            (permille(track.confidence), permille(bounds.designation_keep))
+        })
+    }
+}
+
+/// The least role that may give the order.
+fn needed(order: &Order) -> Role {
+    match order {
+        Order::Command(_, kind) => match kind {
+            CommandKind::Hold | CommandKind::Disarm | CommandKind::Enable | CommandKind::Resume => Role::Operate,
+            CommandKind::Arm(_) | CommandKind::Confirm(_) | CommandKind::Configure(_) => Role::Supervise,
+        },
+        Order::Revoke(_) => Role::Supervise,
+    }
+}
+
+/// The mode from which the unit takes the command; a table of `autonomy/docs/state-machine.md`, any for the others.
+fn mode_for(kind: CommandKind) -> Option<Mode> {
+    match kind {
+        CommandKind::Hold | CommandKind::Disarm => None,
+        CommandKind::Enable | CommandKind::Configure(_) => Some(Mode::Idle),
+        CommandKind::Resume => Some(Mode::HoldSafe),
+        CommandKind::Arm(_) => Some(Mode::Ready),
+        CommandKind::Confirm(_) => Some(Mode::PrepareToAct),
+    }
+}
+
+fn in_mode(mode: Mode, wanted: Option<Mode>) -> Predicate {
+    let holds = wanted.is_none_or(|wanted| wanted == mode);
+    Predicate::new("mode", holds, mode.name(), wanted.map_or("any", Mode::name))
+}
+
+/// Every guard but the one over a designation, which only what has authority needs.
+fn guards_hold(state: &State) -> Predicate {
+    let failing: Vec<&str> = state.failing.iter().filter(|g| *g != Guard::Designation).map(Guard::name).collect();
+    let value = if failing.is_empty() { "none".to_owned() } else { failing.join(", ") };
+    Predicate::new("guards failing", failing.is_empty(), value, "none")
+}
+
+fn designates(unit: &ShownUnit, track: TrackId, least: u16) -> [Predicate; 2] {
+    let found = unit.tracks.iter().find(|shown| shown.get().0.id == track);
+    let fresh: Option<&ReportedTrack> = found.and_then(|found| found.fresh());
+    let confidence = found.map_or(0, |found| found.get().0.confidence);
+    let age = found.map_or("not reported".to_owned(), |found| ms(found.age()));
+    [
+        Predicate::new("track fresh", fresh.is_some(), age, ""),
+        Predicate::new("track confidence", confidence >= least, permille(confidence), permille(least)),
+    ]
+}
+
+fn ms(span: Span) -> String {
+    if span == Span(u64::MAX) { "unknown".to_owned() } else { format!("{:.0} ms", span.as_ms()) }
+}
+
+fn permille(share: u16) -> String {
+    format!("{:.2}", f64::from(share) / 1000.0)
+}

@@ -1,0 +1,184 @@
+//! What is drawn at one instant: all that views, the operator and the oracle ever see of the model.
+//!
+//! A value that ages is here only as a [`Labelled`] one. Making it is left to `model`.
+
+use wire::bounds::Bounds;
+use wire::command::IntentHash;
+use wire::event::Freshness;
+use wire::id::{Boot, NodeId, Nonce, PeerId, RecordId, UnitId};
+use wire::mode::{Cause, Guards, Mode};
+use wire::person::Role;
+use wire::policy::Waived;
+use wire::refusal::Reason;
+use wire::report::{ReportedAuthority, ReportedTrack};
+use wire::sensor::{Pose, ProductMode};
+use wire::time::{Instant, Span};
+
+use crate::act::{Answer, Prepared};
+use crate::age::Labelled;
+use crate::alarm::ShownAlarm;
+use crate::life::ShownCommand;
+
+/// What a unit says of its state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct State {
+    /// Mode of its machine.
+    pub mode: Mode,
+    /// Cause of the last transition.
+    pub cause: Cause,
+    /// Guards that failed.
+    pub failing: Guards,
+    /// Authority, while it was held.
+    pub authority: Option<ReportedAuthority>,
+    /// Forward speed, mm/s.
+    pub speed_mm_s: i32,
+    /// What an intent has to repeat.
+    pub nonce: Nonce,
+    /// Share of the route driven, permille.
+    pub progress: u16,
+}
+
+/// Where a report comes from: apart from how old it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The unit's own session brought it, and every check was made.
+    Direct,
+    /// Another peer's session brought it.
+    Relayed(PeerId),
+    /// A check was waived on its way.
+    Unverified,
+    /// Its content was not made now by the platform's sensors.
+    NotLive(ProductMode),
+}
+
+/// A track that the unit no longer reports, as it was reported last.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LostTrack {
+    /// In which boot of the unit it had its number.
+    pub boot: Boot,
+    /// As reported last; lost, however young.
+    pub track: Labelled<ReportedTrack>,
+    /// When it was first missing.
+    pub since: Instant,
+}
+
+/// A unit as drawn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShownUnit {
+    /// Which.
+    pub unit: UnitId,
+    /// The report behind it.
+    pub report: RecordId,
+    /// Whose session brought that.
+    pub via: PeerId,
+    /// Checks that were waived on its way.
+    pub waived: Waived,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// When the shown mode was first shown.
+    pub since: Instant,
+    /// State.
+    pub state: Labelled<State>,
+    /// Place; older than the state by the age of its localisation.
+    pub pose: Labelled<Pose>,
+    /// Tracks; each older than the state by its own age.
+    pub tracks: Vec<Labelled<ReportedTrack>>,
+    /// Tracks that it no longer reports, oldest first, until they are taken note of or reported again.
+    pub lost: Vec<LostTrack>,
+    /// Lost tracks for which there was no room.
+    pub lost_more: u32,
+}
+
+impl ShownUnit {
+    /// How many tracks carry one of these labels.
+    pub fn tracks_labelled(&self, labels: &[Freshness]) -> u8 {
+        self.tracks.iter().filter(|t| labels.contains(&t.freshness())).count() as u8
+    }
+}
+
+/// A session at the gateway as drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShownLink {
+    /// With whom.
+    pub peer: PeerId,
+    /// Whether it stands, by the last word of the gateway and as old as that.
+    pub open: Labelled<bool>,
+    /// Since when.
+    pub since: Instant,
+    /// How long ago a report that it brought was accepted.
+    pub heard: Option<Span>,
+}
+
+/// Refusals for one reason.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ShownRefusals {
+    /// Why.
+    pub reason: Reason,
+    /// Whose session brought them, where that is known.
+    pub peer: Option<PeerId>,
+    /// Refused by the console itself, not by the gateway.
+    pub here: bool,
+    /// How many.
+    pub n: u64,
+    /// The last one.
+    pub last: Instant,
+}
+
+/// What must stand on every picture that is not one of a live run under the full policy. (That it is a simulation
+/// need not be said here: there is no other platform.)
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Marks {
+    /// A recording is shown: nothing can be commanded.
+    pub replay: bool,
+    /// The name of a policy that waives something.
+    pub ablation: Option<String>,
+}
+
+/// Everything that is drawn at one instant.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shown {
+    /// When, on the console's clock.
+    pub at: Instant,
+    /// In whose name commands are given.
+    pub operator: NodeId,
+    /// What the person here may do.
+    pub role: Role,
+    /// What must be said of the picture as a whole.
+    pub marks: Marks,
+    /// The platform's bounds.
+    pub bounds: Bounds,
+    /// Units that have been heard, in the configured order.
+    pub units: Vec<ShownUnit>,
+    /// Units that have not.
+    pub silent: Vec<UnitId>,
+    /// Sessions at the gateway.
+    pub links: Vec<ShownLink>,
+    /// Refusals by reason and peer, as fed (the feed is bounded; exact numbers are in the accounts).
+    pub refusals: Vec<ShownRefusals>,
+    /// Whose sessions at the broker were cut or taken, and how often: an alarm.
+    pub losses: Vec<(PeerId, u32)>,
+    /// Commands of this console, oldest first.
+    pub commands: Vec<ShownCommand>,
+    /// Whom the operator can have struck, and whether that was asked for.
+    pub revocable: Vec<(NodeId, bool)>,
+    /// Alarms, the most urgent first.
+    pub alarms: Vec<ShownAlarm>,
+    /// Alarms for which there was no room.
+    pub alarms_more: u32,
+    /// The order that waits to be confirmed.
+    pub prepared: Option<Prepared>,
+    /// What came of the last acts, oldest first.
+    pub answers: Vec<Answer>,
+}
+
+impl Shown {
+    /// The unit, if it has been heard.
+    pub fn unit(&self, unit: UnitId) -> Option<&ShownUnit> {
+        self.units.iter().find(|shown| shown.unit == unit)
+    }
+
+    /// The command, if it is still kept.
+    pub fn command(&self, intent: &IntentHash) -> Option<&ShownCommand> {
+        self.commands.iter().find(|shown| shown.intent == *intent)
+    }
+}

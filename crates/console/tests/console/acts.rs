@@ -1,0 +1,302 @@
+//! What a person does: what is asked of the gateway for it, and what is refused, by name.
+
+use console::act::{Act, Alarm, MAX_ANSWERS, Order, PREPARED_FOR, Role, Unable};
+use console::life::Life;
+use wire::codec::Text;
+use wire::command::{Ack, CommandKind};
+use wire::core::Input;
+use wire::event::Event;
+use wire::feed::{CommandStage, Feed};
+use wire::id::{Boot, NodeId, PeerId, TrackId, UnitId};
+use wire::mode::{Guard, Guards, Mode};
+use wire::report::{Report, ReportedAuthority};
+use wire::time::Span;
+
+use crate::bench::{Asked, Bench};
+
+const HOLD: Act = Act::Now(Order::Command(UnitId::A, CommandKind::Hold));
+const RESUME: Order = Order::Command(UnitId::A, CommandKind::Resume);
+
+fn confirm(order: Order) -> Act {
+    Act::Confirm(order, Text::new("cause understood"))
+}
+
+#[test]
+fn a_hold_is_one_act_and_goes_out_at_once_even_before_the_unit_was_ever_heard() {
+    let mut bench = Bench::seating(Role::Operate);
+    let command = bench.act(HOLD).unwrap().expect("a command");
+    let (intent, _) = bench.intents()[0].clone();
+    assert_eq!((intent.id, intent.kind, intent.unit), (command, CommandKind::Hold, UnitId::A));
+}
+
+#[test]
+fn nothing_is_carried_out_twice_neither_under_the_same_number_nor_while_the_same_order_is_under_way() {
+    let mut bench = Bench::seating(Role::Operate);
+    assert!(bench.numbered(7, HOLD).is_ok());
+    assert_eq!(bench.numbered(7, HOLD), Err(Unable::Repeated));
+    assert_eq!(bench.numbered(3, HOLD), Err(Unable::Repeated));
+    assert_eq!(bench.numbered(8, HOLD), Err(Unable::Pending));
+    assert_eq!(bench.intents().len(), 1);
+    bench.pass(Span::s(1));
+    assert_eq!(bench.console.shown(bench.now).commands[0].life, Life::NotAcknowledged);
+    assert!(bench.numbered(9, HOLD).is_ok(), "once it is known to be unanswered it may be given again");
+}
+
+#[test]
+fn away_from_safe_takes_two_acts_and_a_reason() {
+    let mut bench = Bench::seating(Role::Supervise);
+    bench.reports(Mode::HoldSafe, Span::ms(100));
+    assert_eq!(bench.act(Act::Now(RESUME)), Err(Unable::TwoSteps));
+    assert_eq!(bench.act(confirm(RESUME)), Err(Unable::NotPrepared));
+    assert_eq!(bench.act(Act::Prepare(RESUME)), Ok(None));
+    assert_eq!(bench.act(Act::Confirm(RESUME, Text::new(" "))), Err(Unable::NoReason));
+    let other = Order::Command(UnitId::B, CommandKind::Resume);
+    assert_eq!(bench.act(confirm(other)), Err(Unable::NotPrepared));
+    assert_eq!(bench.intents().len(), 0);
+    let command = bench.act(confirm(RESUME)).unwrap().expect("a command");
+    let (intent, bytes) = bench.intents()[0].clone();
+    assert_eq!((intent.id, intent.reason.as_str()), (command, "cause understood"));
+    assert_eq!(bench.act(confirm(RESUME)), Err(Unable::NotPrepared), "a confirmation counts once");
+    assert!(bench.asked.iter().all(|asked| !matches!(asked, Asked::Release(_))), "not before it is staged");
+    bench.staged(&bytes, CommandStage::Staged);
+    bench.staged(&bytes, CommandStage::Staged);
+    let released = bench.asked.iter().filter(|asked| matches!(asked, Asked::Release(_))).count();
+    assert_eq!(released, 1);
+}
+
+#[test]
+fn what_is_prepared_lapses_with_its_time_and_with_the_first_interlock_that_fails() {
+    let mut bench = Bench::seating(Role::Supervise);
+    bench.reports(Mode::HoldSafe, Span::ms(100));
+    bench.act(Act::Prepare(RESUME)).unwrap();
+    let until = bench.console.shown(bench.now).prepared.expect("prepared").until;
+    assert_eq!(until, bench.now + PREPARED_FOR);
+    bench.reports(Mode::HoldSafe, PREPARED_FOR);
+    assert_eq!(bench.console.shown(bench.now).prepared, None);
+    assert_eq!(bench.act(confirm(RESUME)), Err(Unable::NotPrepared));
+    bench.act(Act::Prepare(RESUME)).unwrap();
+    bench.pass(Span::ms(400));
+    assert_eq!(bench.console.shown(bench.now).prepared, None, "the picture is stale");
+    let why: Vec<Unable> = bench
+        .events
+        .iter()
+        .filter_map(|(_, event)| if let Event::Lapsed { why, .. } = event { Some(*why) } else { None })
+        .collect();
+    assert_eq!(why, [Unable::Lapsed, Unable::Interlock]);
+    assert_eq!(bench.intents().len(), 0);
+}
+
+#[test]
+fn what_was_withdrawn_before_it_was_staged_is_not_released() {
+    let mut bench = Bench::seating(Role::Supervise);
+    assert_eq!(bench.act(Act::Withdraw), Err(Unable::NotPrepared));
+    bench.reports(Mode::HoldSafe, Span::ms(100));
+    bench.order(CommandKind::Resume).unwrap();
+    let (_, bytes) = bench.intents()[0].clone();
+    assert_eq!(bench.act(Act::Withdraw), Ok(None));
+    bench.staged(&bytes, CommandStage::Staged);
+    bench.pass(Span::s(2));
+    assert_eq!(bench.asked.len(), 1, "asked for, and never released");
+}
+
+#[test]
+fn each_interlock_keeps_the_order_back_and_is_named_with_its_value_and_its_limit() {
+    let track = TrackId(4);
+    let mut bench = Bench::seating(Role::Supervise);
+    let arm = Order::Command(UnitId::A, CommandKind::Arm(track));
+    let failing = |bench: &Bench, order: &Order| -> Vec<&'static str> {
+        let all = bench.console.shown(bench.now).interlocks(order);
+        all.into_iter().filter(|predicate| !predicate.holds).map(|predicate| predicate.name).collect()
+    };
+    assert_eq!(failing(&bench, &arm), ["unit heard"]);
+    bench.reports(Mode::Ready, Span::ms(100));
+    assert_eq!(failing(&bench, &arm), [""; 0]);
+    assert_eq!(failing(&bench, &RESUME), ["mode"]);
+    let lost = Report { failing: Guards::default().with(Guard::Thermal), ..bench.next(Mode::Ready) };
+    bench.heard(&lost, Span::ms(20));
+    assert_eq!(failing(&bench, &arm), ["guards failing"]);
+    assert_eq!(bench.order(CommandKind::Arm(track)), Err(Unable::Interlock));
+    bench.pass(Span::ms(100));
+    bench.reports(Mode::Ready, Span::ms(100));
+    assert_eq!(
+        failing(&bench, &Order::Command(UnitId::A, CommandKind::Arm(TrackId(9)))),
+        ["track fresh", "track confidence"]
+    );
+    bench.pass(Span::ms(400));
+    assert_eq!(failing(&bench, &arm), ["state fresh", "track fresh"]);
+    let stale = bench.console.shown(bench.now).interlocks(&arm);
+    let stale = stale.iter().find(|predicate| predicate.name == "state fresh").unwrap();
+    assert_eq!((stale.value.as_str(), stale.limit.as_str()), ("520 ms", "300 ms"));
+    let holding = ReportedAuthority { track, left: Span::s(3) };
+    let armed = Report { authority: Some(holding), ..bench.next(Mode::PrepareToAct) };
+    bench.heard(&armed, Span::ms(20));
+    assert_eq!(failing(&bench, &Order::Command(UnitId::A, CommandKind::Confirm(track))), [""; 0]);
+    assert_eq!(failing(&bench, &Order::Command(UnitId::A, CommandKind::Confirm(TrackId(5)))), ["authority"]);
+    assert_eq!(failing(&bench, &Order::Revoke(NodeId::OPERATOR_2)), [""; 0]);
+    assert_eq!(failing(&bench, &Order::Revoke(NodeId::GATEWAY)), ["revocation"]);
+}
+
+#[test]
+fn a_revocation_takes_two_acts_too_and_is_asked_for_once() {
+    let mut bench = Bench::seating(Role::Supervise);
+    let strike = Order::Revoke(NodeId::OPERATOR_2);
+    assert_eq!(bench.act(Act::Now(strike)), Err(Unable::TwoSteps));
+    bench.act(Act::Prepare(strike)).unwrap();
+    bench.act(confirm(strike)).unwrap();
+    assert_eq!(bench.asked, [Asked::Revoke(b"revocation".to_vec())]);
+    assert_eq!(bench.act(Act::Prepare(strike)), Err(Unable::Pending));
+}
+
+#[test]
+fn a_role_may_do_what_is_its_own_and_nothing_that_is_more() {
+    let all = [
+        (CommandKind::Hold, Role::Operate),
+        (CommandKind::Disarm, Role::Operate),
+        (CommandKind::Resume, Role::Operate),
+        (CommandKind::Enable, Role::Operate),
+        (CommandKind::Arm(TrackId(4)), Role::Supervise),
+        (CommandKind::Confirm(TrackId(4)), Role::Supervise),
+    ];
+    for role in [Role::View, Role::Operate, Role::Supervise] {
+        for (kind, needed) in all {
+            let mut bench = Bench::seating(role);
+            bench.reports(Mode::Ready, Span::ms(100));
+            let order = Order::Command(UnitId::A, kind);
+            let outcome = bench.act(if kind.towards_safe() { Act::Now(order) } else { Act::Prepare(order) });
+            assert_eq!(outcome == Err(Unable::Role), role < needed, "{role:?} {kind:?}: {outcome:?}");
+        }
+    }
+}
+
+#[test]
+fn who_may_only_look_has_no_pen_and_takes_note_of_nothing() {
+    let mut bench = Bench::seating(Role::View);
+    bench.reports(Mode::HoldSafe, Span::ms(100));
+    let alarm = bench.console.shown(bench.now).alarms[0];
+    for act in [HOLD, Act::Prepare(RESUME), confirm(RESUME), Act::Withdraw, Act::Acknowledge(alarm.alarm, alarm.since)]
+    {
+        assert_eq!(bench.act(act), Err(Unable::Role));
+    }
+    bench.pass(Span::s(3));
+    assert_eq!(bench.asked, []);
+    assert!(!bench.console.shown(bench.now).alarms[0].acknowledged);
+}
+
+#[test]
+fn every_act_is_answered_and_told_with_who_what_and_what_came_of_it() {
+    let mut bench = Bench::seating(Role::Supervise);
+    bench.reports(Mode::HoldSafe, Span::ms(100));
+    let command = bench.order(CommandKind::Resume).unwrap();
+    bench.act(Act::Withdraw).unwrap();
+    bench.give(&Input::Act { bytes: vec![0xff; 300] });
+    let told: Vec<Event> =
+        bench.events.iter().map(|(_, event)| *event).filter(|event| matches!(event, Event::Act { .. })).collect();
+    let by = NodeId::OPERATOR;
+    let act = |serial, act, command| Event::Act { by, serial, act: Some(act), command, refused: None };
+    assert_eq!(
+        told,
+        [
+            act(1, Act::Prepare(RESUME), None),
+            act(2, Act::Confirm(RESUME, Text::new("as planned")), command),
+            act(3, Act::Withdraw, None),
+            Event::Act { by, serial: 0, act: None, command: None, refused: Some(Unable::Malformed) },
+        ]
+    );
+    for _ in 0..40 {
+        let _ = bench.act(Act::Withdraw);
+    }
+    assert_eq!(bench.console.shown(bench.now).answers.len(), MAX_ANSWERS);
+    bench.give(&Input::Quiesce);
+    assert_eq!(bench.act(HOLD), Err(Unable::Over));
+}
+
+#[test]
+fn a_command_is_shown_with_the_time_of_each_stage_up_to_its_effect() {
+    let mut bench = Bench::seating(Role::Operate);
+    bench.reports(Mode::Ready, Span::ms(100));
+    let command = bench.act(HOLD).unwrap().unwrap();
+    let (intent, bytes) = bench.intents()[0].clone();
+    let requested = bench.now;
+    bench.pass(Span::ms(10));
+    bench.staged(&bytes, CommandStage::Sent);
+    bench.pass(Span::ms(20));
+    let (_, hash) = (intent.id, sha2::Digest::finalize(<sha2::Sha256 as sha2::Digest>::new_with_prefix(&bytes)).into());
+    bench.acknowledged(NodeId::UNIT_A, &Ack { id: command, intent: hash, refused: None, mode: Mode::HoldSafe });
+    let already = bench.next(Mode::HoldSafe);
+    bench.heard(&already, Span::ms(20));
+    let times = |bench: &Bench| bench.console.shown(bench.now).commands[0].times;
+    assert_eq!(
+        times(&bench).effect,
+        None,
+        "a report that does not say that it heard the command shows no effect of it"
+    );
+    bench.pass(Span::ms(70));
+    let held = Report { last_command: Some((command, None)), ..bench.next(Mode::HoldSafe) };
+    bench.heard(&held, Span::ms(20));
+    let times = times(&bench);
+    assert_eq!(times.requested, requested);
+    assert_eq!(times.sent, Some(requested + Span::ms(10)));
+    assert_eq!(times.answered, Some(requested + Span::ms(30)));
+    assert_eq!(times.effect, Some(requested + Span::ms(100)));
+}
+
+#[test]
+fn a_track_that_is_no_longer_reported_stays_at_its_last_place_until_it_is_noted_or_back() {
+    let mut bench = Bench::seating(Role::Operate);
+    bench.reports(Mode::Ready, Span::ms(100));
+    let without = Report { tracks: wire::codec::List::default(), ..bench.next(Mode::Ready) };
+    bench.heard(&without, Span::ms(20));
+    let lost = |bench: &Bench| bench.console.shown(bench.now).units[0].lost.clone();
+    let (track, freshness) = {
+        let lost = lost(&bench);
+        let (t, f) = lost[0].track.get();
+        (*t, f)
+    };
+    assert_eq!((track.id, track.x_mm, freshness), (TrackId(4), 10_000, wire::event::Freshness::Lost));
+    let text = console::text::lines(&bench.console.shown(bench.now));
+    assert!(text.contains("track 4   vehicle"), "{text}");
+    bench.reports(Mode::Ready, Span::ms(100));
+    bench.reports(Mode::Ready, Span::ms(100));
+    assert_eq!(lost(&bench), [], "it is reported again");
+    let again = Report { tracks: wire::codec::List::default(), ..bench.next(Mode::Ready) };
+    bench.heard(&again, Span::ms(20));
+    let alarm = Alarm::TrackLost(UnitId::A, Boot(1), TrackId(4));
+    let since = bench.console.shown(bench.now).alarms.iter().find(|shown| shown.alarm == alarm).unwrap().since;
+    assert_eq!(bench.act(Act::Acknowledge(alarm, since + Span(1))), Err(Unable::NoAlarm), "another occurrence");
+    assert_eq!(bench.act(Act::Acknowledge(alarm, since)), Ok(None));
+    assert_eq!(lost(&bench), []);
+    assert!(bench.console.shown(bench.now).alarms.iter().all(|shown| shown.alarm != alarm));
+}
+
+#[test]
+fn an_alarm_stays_until_it_is_over_and_noted_and_one_that_begins_again_has_to_be_noted_again() {
+    let mut bench = Bench::seating(Role::Operate);
+    let alarms = |bench: &Bench| bench.console.shown(bench.now).alarms;
+    bench.feed(&Feed::Session(PeerId::UNIT_A, true));
+    assert_eq!(alarms(&bench), []);
+    bench.feed(&Feed::Session(PeerId::UNIT_A, false));
+    let down = alarms(&bench)[0];
+    assert_eq!((down.alarm, down.standing, down.acknowledged), (Alarm::LinkDown(PeerId::UNIT_A), true, false));
+    bench.act(Act::Acknowledge(down.alarm, down.since)).unwrap();
+    assert!(alarms(&bench)[0].acknowledged, "noted, and still so");
+    bench.pass(Span::ms(5));
+    bench.feed(&Feed::Session(PeerId::UNIT_A, true));
+    assert_eq!(alarms(&bench), []);
+    bench.feed(&Feed::Session(PeerId::UNIT_A, false));
+    bench.feed(&Feed::Session(PeerId::UNIT_A, true));
+    let over = alarms(&bench)[0];
+    assert_eq!((over.standing, over.acknowledged), (false, false), "over, and not noted");
+    bench.act(Act::Acknowledge(over.alarm, over.since)).unwrap();
+    bench.pass(Span::ms(1));
+    assert_eq!(alarms(&bench).iter().filter(|shown| shown.alarm == over.alarm).count(), 0);
+}
+
+#[test]
+fn a_sessions_state_is_as_old_as_the_last_word_of_the_gateway() {
+    let mut bench = Bench::seating(Role::View);
+    bench.feed(&Feed::Session(PeerId::UNIT_A, true));
+    bench.pass(Span::s(3));
+    let link = bench.console.shown(bench.now).links[0];
+    assert_eq!((*link.open.get().0, link.open.age()), (true, Span::s(3)));
+    assert_eq!(link.open.freshness(), wire::event::Freshness::Lost);
+}

@@ -1,0 +1,208 @@
+//! What a person at the console may do, as data: the one way from a hand to the console's core.
+//!
+//! An act enters the core as an input like any other, so that it is in the mouth log and a run with a person in it can be
+//! replayed. Towards safe one act is enough. Away from safe it takes two: the order is prepared, which lapses after a
+//! time, and then confirmed with a reason. Judging acts is left to `console::act`.
+
+use minicbor::{Decode, Encode};
+
+use crate::codec::Text;
+use crate::command::CommandKind;
+use crate::id::{Boot, CommandId, NodeId, PeerId, TrackId, UnitId};
+use crate::time::Instant;
+
+/// Longest encoded act, bytes.
+pub const MAX_ACT: usize = 160;
+
+/// What a person may order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum Order {
+    /// A command to a unit.
+    #[n(0)]
+    Command(#[n(0)] UnitId, #[n(1)] CommandKind),
+    /// To have an identity struck from the roll.
+    #[n(1)]
+    Revoke(#[n(0)] NodeId),
+}
+
+impl Order {
+    /// Whether it leads towards the safe side and needs one step only.
+    pub fn towards_safe(self) -> bool {
+        matches!(self, Order::Command(_, kind) if kind.towards_safe())
+    }
+
+    /// Name in scripts and logs.
+    pub fn name(self) -> &'static str {
+        match self {
+            Order::Command(_, kind) => kind.name(),
+            Order::Revoke(_) => "revoke",
+        }
+    }
+}
+
+/// One thing that a person does at the console.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub enum Act {
+    /// Carry this out: towards safe only.
+    #[n(0)]
+    Now(#[n(0)] Order),
+    /// First step of an order away from safe. It replaces what was prepared before, and lapses.
+    #[n(1)]
+    Prepare(#[n(0)] Order),
+    /// Second step: carry out what is prepared, if it is this order. The reason must not be empty.
+    #[n(2)]
+    Confirm(#[n(0)] Order, #[n(1)] Text<64>),
+    /// Give up what is prepared, and what was confirmed but has not been released to the unit.
+    #[n(3)]
+    Withdraw,
+    /// Take note of an alarm that was raised at this time of the console's clock.
+    #[n(4)]
+    Acknowledge(#[n(0)] Alarm, #[n(1)] Instant),
+}
+
+/// An act with its number at the window, from 1 and rising: none is carried out twice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+pub struct Numbered {
+    /// Its number.
+    #[n(0)]
+    pub serial: u64,
+    /// The act.
+    #[n(1)]
+    pub act: Act,
+}
+
+/// What an operator has to take note of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+pub enum Alarm {
+    /// The unit is in HOLD_SAFE.
+    #[n(0)]
+    HoldSafe(#[n(0)] UnitId),
+    /// The unit is DEGRADED.
+    #[n(1)]
+    Degraded(#[n(0)] UnitId),
+    /// What is shown of the unit is stale.
+    #[n(2)]
+    Stale(#[n(0)] UnitId),
+    /// The unit is no longer heard.
+    #[n(3)]
+    Silent(#[n(0)] UnitId),
+    /// The unit no longer reports a track; its last place stays until this is acknowledged or the track is back.
+    #[n(4)]
+    TrackLost(#[n(0)] UnitId, #[n(1)] Boot, #[n(2)] TrackId),
+    /// The gateway has no session with this peer any more.
+    #[n(5)]
+    LinkDown(#[n(0)] PeerId),
+    /// This peer's session at the broker was cut, or taken by another connection.
+    #[n(6)]
+    SessionLost(#[n(0)] PeerId),
+    /// Nothing was heard of a command in time.
+    #[n(7)]
+    NotAcknowledged(#[n(0)] CommandId),
+    /// A command was refused, by the gateway or by the unit.
+    #[n(8)]
+    CommandRefused(#[n(0)] CommandId),
+}
+
+/// What a person at this console may do. A lock against mistakes, not against attackers: unit, gateway and broker check
+/// the operator's key, whatever a console believes.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize, serde::Deserialize,
+)]
+#[cbor(index_only)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Look.
+    #[n(0)]
+    View,
+    /// Stop, disarm, enable, resume; take note of alarms.
+    #[n(1)]
+    Operate,
+    /// All of it: authority, settings, revocations.
+    #[default]
+    #[n(2)]
+    Supervise,
+}
+
+impl Role {
+    /// Name as displayed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Role::View => "view",
+            Role::Operate => "operate",
+            Role::Supervise => "supervise",
+        }
+    }
+}
+
+/// Why an act was not carried out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[cbor(index_only)]
+pub enum Unable {
+    /// Not an act, or too long.
+    #[n(0)]
+    Malformed,
+    /// Its number is not above the last one's: it was carried out already, or is out of order.
+    #[n(1)]
+    Repeated,
+    /// The role does not allow it.
+    #[n(2)]
+    Role,
+    /// It leads away from safe, and that takes two steps.
+    #[n(3)]
+    TwoSteps,
+    /// A condition shown beside the control does not hold.
+    #[n(4)]
+    Interlock,
+    /// The same order is under way.
+    #[n(5)]
+    Pending,
+    /// Nothing is prepared, or something else is.
+    #[n(6)]
+    NotPrepared,
+    /// It was not confirmed in time.
+    #[n(7)]
+    Lapsed,
+    /// A reason is required.
+    #[n(8)]
+    NoReason,
+    /// No such alarm stands, or not since then.
+    #[n(9)]
+    NoAlarm,
+    /// The run is over.
+    #[n(10)]
+    Over,
+}
+
+impl Unable {
+    /// Every one, in wire order.
+    pub const ALL: [Unable; 11] = [
+        Unable::Malformed,
+        Unable::Repeated,
+        Unable::Role,
+        Unable::TwoSteps,
+        Unable::Interlock,
+        Unable::Pending,
+        Unable::NotPrepared,
+        Unable::Lapsed,
+        Unable::NoReason,
+        Unable::NoAlarm,
+        Unable::Over,
+    ];
+
+    /// What the person is told.
+    pub fn says(self) -> &'static str {
+        match self {
+            Unable::Malformed => "not understood",
+            Unable::Repeated => "already done: its number has been used",
+            Unable::Role => "this role may not do that",
+            Unable::TwoSteps => "away from safe: prepare it, then confirm it",
+            Unable::Interlock => "an interlock does not hold",
+            Unable::Pending => "the same order is under way",
+            Unable::NotPrepared => "not what is prepared",
+            Unable::Lapsed => "not confirmed in time: prepare it again",
+            Unable::NoReason => "a reason is required",
+            Unable::NoAlarm => "no such alarm stands any more",
+            Unable::Over => "the run is over",
+        }
+    }
+}
