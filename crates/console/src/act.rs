@@ -90,7 +90,8 @@ impl Hand {
         }
         match numbered.act {
             Act::Now(order) if !order.towards_safe() => Err(Unable::TwoSteps),
-            Act::Now(order) => give(order, Text::new(""), shown),
+            Act::Now(order) => self.now(order, shown),
+            Act::Prepare(order) if order.towards_safe() => Err(Unable::OneStep),
             Act::Prepare(order) => self.prepare(numbered.serial, order, shown),
             Act::Confirm(order, reason) => self.confirm(order, reason, shown),
             Act::Withdraw => self.withdraw(),
@@ -99,6 +100,13 @@ impl Hand {
                 shown.alarms.iter().find(stands).map(|_| Deed::Note(alarm, since)).ok_or(Unable::NoAlarm)
             }
         }
+    }
+
+    fn now(&mut self, order: Order, shown: &Shown) -> Result<Deed, Unable> {
+        let deed = give(order, Text::new(""), shown)?;
+        self.prepared = None;
+        self.confirmed.clear();
+        Ok(deed)
     }
 
     fn prepare(&mut self, serial: u64, order: Order, shown: &Shown) -> Result<Deed, Unable> {

@@ -43,10 +43,10 @@ impl Order {
 /// One thing that a person does at the console.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub enum Act {
-    /// Carry this out: towards safe only.
+    /// Carry this out: towards safe only. What was prepared, or not yet released to the unit, is given up for it.
     #[n(0)]
     Now(#[n(0)] Order),
-    /// First step of an order away from safe. It replaces what was prepared before, and lapses.
+    /// First step of an order away from safe, and of no other. It replaces what was prepared before, and lapses.
     #[n(1)]
     Prepare(#[n(0)] Order),
     /// Second step: carry out what is prepared, if it is this order. The reason must not be empty.
@@ -171,11 +171,14 @@ pub enum Unable {
     /// The run is over.
     #[n(10)]
     Over,
+    /// It leads towards safe, and that takes one step.
+    #[n(11)]
+    OneStep,
 }
 
 impl Unable {
     /// Every one, in wire order.
-    pub const ALL: [Unable; 11] = [
+    pub const ALL: [Unable; 12] = [
         Unable::Malformed,
         Unable::Repeated,
         Unable::Role,
@@ -187,6 +190,7 @@ impl Unable {
         Unable::NoReason,
         Unable::NoAlarm,
         Unable::Over,
+        Unable::OneStep,
     ];
 
     /// What the person is told.
@@ -203,6 +207,7 @@ impl Unable {
             Unable::NoReason => "a reason is required",
             Unable::NoAlarm => "no such alarm stands any more",
             Unable::Over => "the run is over",
+            Unable::OneStep => "towards safe: do it, without preparing it",
         }
     }
 }

@@ -100,6 +100,18 @@ fn what_was_withdrawn_before_it_was_staged_is_not_released() {
 }
 
 #[test]
+fn a_step_towards_safe_gives_up_what_was_to_lead_away_from_it() {
+    let mut bench = Bench::seating(Role::Supervise);
+    bench.reports(Mode::HoldSafe, Span::ms(100));
+    assert_eq!(bench.act(Act::Prepare(Order::Command(UnitId::A, CommandKind::Hold))), Err(Unable::OneStep));
+    bench.order(CommandKind::Resume).unwrap();
+    let (_, resume) = bench.intents()[0].clone();
+    bench.act(HOLD).unwrap();
+    bench.staged(&resume, CommandStage::Staged);
+    assert!(bench.asked.iter().all(|asked| !matches!(asked, Asked::Release(_))));
+}
+
+#[test]
 fn each_interlock_keeps_the_order_back_and_is_named_with_its_value_and_its_limit() {
     let track = TrackId(4);
     let mut bench = Bench::seating(Role::Supervise);

@@ -49,6 +49,8 @@ pub(crate) struct Bench {
     pub(crate) texts: Vec<String>,
     /// The display's challenge as a unit at the console's side first saw it; a unit's clock is the console's here.
     pub(crate) watched: Option<Echo>,
+    /// Every input so far, and what came out for each.
+    pub(crate) mouth: Vec<(Instant, Input, Vec<Output>)>,
     sequence: u64,
     serial: u64,
 }
@@ -58,9 +60,14 @@ impl Bench {
         Self::with(policy, Role::Supervise, script, Vec::new())
     }
 
+    /// The revocation that [`Bench::seating`] has at hand.
+    pub(crate) fn revocations() -> Vec<(NodeId, Vec<u8>)> {
+        vec![(NodeId::OPERATOR_2, b"revocation".to_vec())]
+    }
+
     /// With a person in this role and nothing scripted.
     pub(crate) fn seating(role: Role) -> Self {
-        Self::with(Policy::default(), role, Vec::new(), vec![(NodeId::OPERATOR_2, b"revocation".to_vec())])
+        Self::with(Policy::default(), role, Vec::new(), Self::revocations())
     }
 
     /// With the full policy, and these revocations at hand.
@@ -69,41 +76,16 @@ impl Bench {
     }
 
     fn with(policy: Policy, role: Role, script: Vec<Step>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
-        let known = [NodeId::UNIT_A, NodeId::UNIT_B];
-        let setup = Setup {
-            node: NodeId::CONSOLE,
-            boot: Boot(1),
-            world: WorldId(0),
-            seed: 3,
-            policy,
-            bounds: Bounds::GROUND,
-            secret: Secret([9; 32]),
-            public_keys: known.into_iter().map(|node| (node, key_of(node).public())).collect(),
-            channels: vec![
-                Channel { topic: Topic::Feed, producer: NodeId::GATEWAY, key: FEED },
-                Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: INTENTS },
-            ],
-            ablation: None,
-            verified: None,
-        };
-        let config = ConsoleConfig {
-            units: vec![UnitId::A, UnitId::B],
-            operator: NodeId::OPERATOR,
-            operator_secret: Secret([NodeId::OPERATOR.index() as u8 + 1; 32]),
-            role,
-            script,
-            revocations,
-            text: true,
-        };
         let now = Instant(5_000_000);
         let mut bench = Self {
-            console: Console::new(setup, config, now).unwrap(),
+            console: console(policy, role, script, revocations, now),
             now,
             gateway: Sender::new(Topic::Feed, NodeId::GATEWAY, Boot(1), FEED),
             events: Vec::new(),
             asked: Vec::new(),
             texts: Vec::new(),
             watched: None,
+            mouth: Vec::new(),
             sequence: 0,
             serial: 0,
         };
@@ -111,23 +93,21 @@ impl Bench {
         bench
     }
 
-    pub(crate) fn drain(&mut self) {
-        while let Some(output) = self.console.output() {
+    pub(crate) fn give(&mut self, input: &Input) {
+        self.console.handle(self.now, input);
+        let outputs: Vec<Output> = std::iter::from_fn(|| self.console.output()).collect();
+        for output in &outputs {
             match output {
-                Output::Audit { bytes } => self.events.push((self.now, Entry::decode(&bytes).unwrap().event)),
-                Output::Bus { topic: Topic::Intents, bytes } => match read(&bytes) {
+                Output::Audit { bytes } => self.events.push((self.now, Entry::decode(bytes).unwrap().event)),
+                Output::Bus { topic: Topic::Intents, bytes } => match read(bytes) {
                     Asked::Watch(nonce) => self.watched = Some(Echo { nonce, seen: self.now.stamp() }),
                     asked => self.asked.push(asked),
                 },
-                Output::Text { text } => self.texts.push(text),
+                Output::Text { text } => self.texts.push(text.clone()),
                 other => panic!("unexpected {other:?}"),
             }
         }
-    }
-
-    pub(crate) fn give(&mut self, input: &Input) {
-        self.console.handle(self.now, input);
-        self.drain();
+        self.mouth.push((self.now, input.clone(), outputs));
     }
 
     pub(crate) fn feed(&mut self, message: &Feed<'_>) {
@@ -237,6 +217,43 @@ impl Bench {
         };
         self.events.iter().filter_map(shown).collect()
     }
+}
+
+/// A console that starts at `now`.
+pub(crate) fn console(
+    policy: Policy,
+    role: Role,
+    script: Vec<Step>,
+    revocations: Vec<(NodeId, Vec<u8>)>,
+    now: Instant,
+) -> Console {
+    let known = [NodeId::UNIT_A, NodeId::UNIT_B];
+    let setup = Setup {
+        node: NodeId::CONSOLE,
+        boot: Boot(1),
+        world: WorldId(0),
+        seed: 3,
+        policy,
+        bounds: Bounds::GROUND,
+        secret: Secret([9; 32]),
+        public_keys: known.into_iter().map(|node| (node, key_of(node).public())).collect(),
+        channels: vec![
+            Channel { topic: Topic::Feed, producer: NodeId::GATEWAY, key: FEED },
+            Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: INTENTS },
+        ],
+        ablation: None,
+        verified: None,
+    };
+    let config = ConsoleConfig {
+        units: vec![UnitId::A, UnitId::B],
+        operator: NodeId::OPERATOR,
+        operator_secret: Secret([NodeId::OPERATOR.index() as u8 + 1; 32]),
+        role,
+        script,
+        revocations,
+        text: true,
+    };
+    Console::new(setup, config, now).unwrap()
 }
 
 pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {

@@ -6,4 +6,6 @@
 mod acts;
 mod bench;
 mod display;
+mod properties;
 mod script;
+mod world;

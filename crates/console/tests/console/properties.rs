@@ -1,0 +1,366 @@
+//! What holds after every move in a world in which anything may happen to a console (`world`): nothing is shown fresher
+//! than it is, nothing vanishes silently, a HOLD can always be given, and nothing is carried out twice or unasked.
+
+use std::collections::BTreeSet;
+
+use console::act::{Act, Alarm, MAX_ANSWERS, Order, Role, Unable};
+use console::age::Labelled;
+use console::alarm::MAX_ALARMS;
+use console::life::{ACK_WITHIN, Life, MAX_COMMANDS};
+use console::model::MAX_LOST;
+use console::shown::{Shown, ShownUnit};
+use proptest::prelude::*;
+use wire::codec;
+use wire::command::{CommandKind, IntentHash};
+use wire::core::{Core, Input, Output, Topic};
+use wire::event::{Account, Event, Freshness, Interface};
+use wire::id::{Boot, TrackId, UnitId, WorldId};
+use wire::mode::Mode;
+use wire::person::Numbered;
+use wire::policy::Policy;
+use wire::refusal::Reason;
+use wire::time::Span;
+
+use crate::bench::{Asked, Bench, console};
+use crate::world::{Does, Move, Step, Told, always};
+
+/// One test for each property, asked after every move.
+macro_rules! after_every_move {
+    ($($name:ident($step:ident) $body:block)*) => {$(
+        #[test]
+        fn $name() {
+            always(|$step: &Step<'_>| {
+                $body
+                Ok(())
+            });
+        }
+    )*};
+}
+
+const HOLD: Order = Order::Command(UnitId::A, CommandKind::Hold);
+
+after_every_move! {
+    no_state_is_shown_younger_than_its_report_can_be(step) {
+        if let Some((unit, told)) = behind(step) {
+            let least = step.after.at.since(told.made);
+            prop_assert!(unit.state.age() >= least, "{} where it is {least} old", unit.state.age());
+        }
+    }
+
+    no_place_and_no_track_is_shown_younger_than_the_state_it_was_reported_with(step) {
+        if let Some((unit, told)) = behind(step) {
+            prop_assert!(unit.pose.age() >= unit.state.age() + told.report.pose_age);
+            for track in &unit.tracks {
+                prop_assert!(track.age() >= unit.state.age() + track.get().0.age);
+            }
+        }
+    }
+
+    every_label_is_that_of_the_age_beside_it(step) {
+        for unit in &step.after.units {
+            prop_assert_eq!(unit.state.freshness(), label(unit.state.age()));
+            prop_assert_eq!(unit.pose.freshness(), label(unit.pose.age()));
+            for track in &unit.tracks {
+                prop_assert_eq!(track.freshness(), label(track.age()));
+            }
+        }
+        for link in &step.after.links {
+            prop_assert_eq!(link.open.freshness(), label(link.open.age()));
+        }
+    }
+
+    without_a_newer_report_an_age_grows_as_time_does(step) {
+        let (Some(before), Some(after)) = (step.before.unit(UnitId::A), step.after.unit(UnitId::A)) else { return Ok(()) };
+        if before.report == after.report {
+            let gone = step.after.at.since(step.before.at);
+            prop_assert_eq!(after.state.age(), before.state.age() + gone);
+            prop_assert_eq!(after.pose.age(), before.pose.age() + gone);
+        }
+    }
+
+    what_was_told_before_takes_nothing_back(step) {
+        let (Some(before), Some(after)) = (step.before.unit(UnitId::A), step.after.unit(UnitId::A)) else { return Ok(()) };
+        prop_assert!((after.report.boot, after.report.sequence) >= (before.report.boot, before.report.sequence));
+    }
+
+    what_another_unit_signed_changes_nothing_that_is_shown_of_this_one(step) {
+        if let Move::Forged(_) = step.moved {
+            prop_assert_eq!(content(step.before), content(step.after));
+        }
+        if let Some((_, told)) = behind(step) {
+            prop_assert!(!told.forged);
+        }
+    }
+
+    no_track_vanishes_but_when_somebody_took_note_of_it(step) {
+        let noted = match step.act {
+            Some(Act::Acknowledge(Alarm::TrackLost(_, boot, track), _)) => Some((boot, track)),
+            _ => None,
+        };
+        let more = |shown: &Shown| shown.unit(UnitId::A).map_or(0, |unit| unit.lost_more);
+        let after = tracks(step.after);
+        let gone = tracks(step.before).into_iter().filter(|track| !after.contains(track) && Some(*track) != noted);
+        let dropped = more(step.after) - more(step.before);
+        prop_assert!(gone.count() <= dropped as usize, "{:?} to {after:?}", tracks(step.before));
+    }
+
+    a_lost_track_is_shown_as_lost_at_the_place_where_it_was_reported_last(step) {
+        for lost in step.after.units.iter().flat_map(|unit| &unit.lost) {
+            let (track, freshness) = lost.track.get();
+            prop_assert_eq!(freshness, Freshness::Lost);
+            let shown = |shown: &Shown| shown.units.iter().flat_map(places).find(|(id, _)| *id == (lost.boot, track.id));
+            prop_assert_eq!(shown(step.before).map(|(_, x)| x), Some(track.x_mm));
+        }
+    }
+
+    nobody_has_a_lost_track_and_the_same_one_reported(step) {
+        for unit in &step.after.units {
+            let reported = |id: TrackId| unit.tracks.iter().any(|track| track.get().0.id == id);
+            let both = unit.lost.iter().find(|lost| lost.boot == unit.report.boot && reported(lost.track.get().0.id));
+            prop_assert!(both.is_none(), "{both:?}");
+        }
+    }
+
+    a_hold_can_be_given_in_every_state_unless_one_is_under_way(step) {
+        let under_way = |shown: &Shown| {
+            shown.commands.iter().any(|given| given.kind == CommandKind::Hold && given.under_way())
+        };
+        let mut console = step.world.bench.console.fork(WorldId(1));
+        let now = step.after.at;
+        console.handle(now, &Input::Timeout);
+        let pending = under_way(&console.shown(now));
+        let numbered = Numbered { serial: u64::MAX, act: Act::Now(HOLD) };
+        console.handle(now, &Input::Act { bytes: codec::encode(&numbered) });
+        let outcome = console.shown(now).answers.last().expect("an answer").outcome;
+        match (step.world.role, pending) {
+            (Role::View, _) => prop_assert_eq!(outcome, Err(Unable::Role)),
+            (_, true) => prop_assert_eq!(outcome, Err(Unable::Pending)),
+            (_, false) => prop_assert!(outcome.is_ok_and(|command| command.is_some()), "{outcome:?}"),
+        }
+    }
+
+    no_intent_goes_out_twice_and_none_is_released_twice(step) {
+        let intents = step.world.bench.intents();
+        let ids: BTreeSet<_> = intents.iter().map(|(intent, _)| (intent.id.boot, intent.id.sequence)).collect();
+        prop_assert_eq!(ids.len(), intents.len());
+        let released = released(&step.world.bench.asked);
+        prop_assert_eq!(released.iter().collect::<BTreeSet<_>>().len(), released.len());
+    }
+
+    no_act_is_carried_out_twice_however_often_it_comes(step) {
+        let done = step.world.bench.events.iter().filter_map(|(_, event)| match event {
+            Event::Act { serial, refused: None, .. } => Some(*serial),
+            _ => None,
+        });
+        let done: Vec<u64> = done.collect();
+        prop_assert_eq!(done.iter().collect::<BTreeSet<_>>().len(), done.len());
+    }
+
+    a_same_order_is_not_given_while_one_is_under_way(step) {
+        if let Some(new) = step.after.commands.iter().find(|given| step.before.commands.iter().all(|b| b.id != given.id)) {
+            let same = step.before.commands.iter().find(|given| given.kind == new.kind && given.under_way());
+            // What is overdue at this very instant counts as unanswered.
+            let overdue = |given: &&console::life::ShownCommand| {
+                step.after.command(&given.intent).is_some_and(|after| after.life == Life::NotAcknowledged)
+            };
+            prop_assert!(same.filter(|given| !overdue(given)).is_none(), "{same:?}");
+        }
+    }
+
+    who_may_only_look_sends_nothing(step) {
+        if step.world.role == Role::View {
+            prop_assert_eq!(step.asked, &[]);
+        }
+    }
+
+    away_from_safe_nothing_goes_out_without_a_confirmation_and_a_reason(step) {
+        for asked in step.asked {
+            let Asked::Stage(intent, _) = asked else { continue };
+            let by = step.world.given_by(intent);
+            let order = Order::Command(intent.unit, intent.kind);
+            if intent.kind.towards_safe() {
+                prop_assert_eq!(by, Some(Act::Now(order)));
+            } else {
+                prop_assert_eq!(step.before.prepared.map(|prepared| prepared.order), Some(order));
+                prop_assert!(matches!(by, Some(Act::Confirm(confirmed, _)) if confirmed == order), "{by:?}");
+                prop_assert!(!intent.reason.as_str().is_empty());
+            }
+        }
+    }
+
+    away_from_safe_an_intent_rests_on_a_state_that_is_shown_as_fresh(step) {
+        for asked in step.asked {
+            let Asked::Stage(intent, _) = asked else { continue };
+            if !intent.kind.towards_safe() {
+                let fresh = step.after.unit(UnitId::A).and_then(|unit| unit.state.fresh());
+                prop_assert_eq!(fresh.map(|state| state.nonce), Some(intent.nonce));
+            }
+        }
+    }
+
+    nothing_is_released_that_the_gateway_has_not_staged_or_that_was_withdrawn(step) {
+        for intent in released(step.asked) {
+            prop_assert!(step.world.staged.contains(&intent));
+            prop_assert!(!matches!(step.act, Some(Act::Withdraw)));
+        }
+    }
+
+    what_is_prepared_is_within_its_time_and_could_be_given_now(step) {
+        // As of the last look: between two looks time alone may end it.
+        if let (Some(prepared), false) = (step.after.prepared, matches!(step.moved, Move::Gap(_))) {
+            prop_assert!(step.after.at < prepared.until);
+            prop_assert_eq!(step.after.unable(&prepared.order), None);
+        }
+    }
+
+    a_command_is_shown_as_executed_only_by_its_units_own_word_and_that_is_not_taken_back(step) {
+        for given in step.after.commands.iter().filter(|given| given.life == Life::Executed) {
+            prop_assert!(step.world.answered.contains(&(given.intent, true)));
+        }
+        for before in step.before.commands.iter().filter(|given| given.life == Life::Executed) {
+            let after = step.after.command(&before.intent);
+            prop_assert!(after.is_none_or(|after| after.life == Life::Executed));
+        }
+    }
+
+    what_is_not_answered_within_a_second_is_shown_so(step) {
+        for given in step.after.commands.iter().filter(|given| given.under_way()) {
+            let asked = given.times.released.unwrap_or(given.times.requested);
+            prop_assert!(step.after.at.since(asked) <= ACK_WITHIN, "{given:?}");
+        }
+    }
+
+    the_stages_of_a_command_come_in_their_order_and_none_before_it_was_asked_for(step) {
+        for given in &step.after.commands {
+            let times = given.times;
+            for time in [times.staged, times.released, times.sent, times.answered, times.effect].into_iter().flatten() {
+                prop_assert!(time >= times.requested && time <= step.after.at);
+            }
+            prop_assert!(times.released.is_none() || times.staged <= times.released);
+        }
+    }
+
+    whatever_an_operator_must_know_stands_among_the_alarms(step) {
+        let alarm = |alarm: Alarm| step.after.alarms.iter().any(|shown| shown.alarm == alarm);
+        // As of the last look.
+        if matches!(step.moved, Move::Gap(_)) {
+            return Ok(());
+        }
+        for unit in &step.after.units {
+            let (state, freshness) = unit.state.get();
+            prop_assert!(state.mode != Mode::HoldSafe || alarm(Alarm::HoldSafe(unit.unit)));
+            prop_assert!(state.mode != Mode::Degraded || alarm(Alarm::Degraded(unit.unit)));
+            prop_assert!(freshness != Freshness::Stale || alarm(Alarm::Stale(unit.unit)));
+            prop_assert!(freshness != Freshness::Lost || alarm(Alarm::Silent(unit.unit)));
+            for lost in &unit.lost {
+                prop_assert!(alarm(Alarm::TrackLost(unit.unit, lost.boot, lost.track.get().0.id)));
+            }
+        }
+        for given in step.after.commands.iter().filter(|given| given.life == Life::NotAcknowledged) {
+            prop_assert!(alarm(Alarm::NotAcknowledged(given.id)));
+        }
+    }
+
+    no_alarm_leaves_before_somebody_took_note_of_it(step) {
+        for before in step.before.alarms.iter().filter(|alarm| !alarm.acknowledged) {
+            let after = step.after.alarms.iter().find(|after| after.alarm == before.alarm);
+            let noted = matches!(step.act, Some(Act::Acknowledge(alarm, since)) if (alarm, since) == (before.alarm, before.since));
+            let raised = after.is_some_and(|after| !after.acknowledged);
+            prop_assert!(raised || (noted && step.world.role > Role::View), "{before:?} to {after:?}");
+        }
+    }
+
+    a_link_is_shown_no_younger_than_the_gateways_last_word(step) {
+        if let Some(fed) = step.world.fed {
+            for link in &step.after.links {
+                prop_assert!(link.open.age() >= step.after.at.since(fed));
+            }
+        }
+    }
+
+    every_refusal_is_counted_once(step) {
+        let counted = |here: bool| -> u64 {
+            step.after.refusals.iter().filter(|shown| shown.here == here).map(|shown| shown.n).sum()
+        };
+        prop_assert_eq!(counted(false), step.world.refused);
+        let of = |at, reason| step.world.bench.console.accounts().of(Account::Refused(at, reason));
+        let ways = [Interface::Bus(Topic::Feed), Interface::Acks];
+        let here: u64 = Reason::ALL.iter().flat_map(|reason| ways.map(|at| of(at, *reason))).sum();
+        prop_assert_eq!(counted(true), here);
+    }
+
+    every_list_is_bounded(step) {
+        let shown = step.after;
+        prop_assert!(shown.alarms.len() <= MAX_ALARMS && shown.answers.len() <= MAX_ANSWERS);
+        prop_assert!(shown.commands.len() <= MAX_COMMANDS);
+        prop_assert!(shown.units.iter().all(|unit| unit.lost.len() <= MAX_LOST && unit.tracks.len() <= 8));
+    }
+
+    every_act_is_answered_and_told_whatever_comes_of_it(step) {
+        let told = step.events.iter().filter(|(_, event)| matches!(event, Event::Act { .. })).count();
+        let acted = step.act.is_some() || matches!(step.moved, Move::Person(Does::Garbage(_)));
+        prop_assert_eq!(told, usize::from(acted));
+        if acted {
+            prop_assert_eq!(step.after.answers.last().map(|answer| answer.at), Some(step.after.at));
+        }
+    }
+
+    the_same_inputs_give_the_same_outputs_with_a_person_among_them(step) {
+        // Once a sequence, at its end, would do; a tenth of the moves is enough and cheaper than all.
+        if step.world.bench.mouth.len() % 10 == 0 {
+            let mouth = &step.world.bench.mouth;
+            let (start, ..) = mouth[0];
+            let mut again = console(Policy::default(), step.world.role, vec![], Bench::revocations(), start);
+            for (now, input, expected) in mouth {
+                again.handle(*now, input);
+                let outputs: Vec<Output> = std::iter::from_fn(|| again.output()).collect();
+                prop_assert_eq!(&outputs, expected);
+            }
+        }
+    }
+}
+
+/// The unit as shown, and the report behind it.
+fn behind<'a>(step: &'a Step<'_>) -> Option<(&'a ShownUnit, &'a Told)> {
+    let unit = step.after.unit(UnitId::A)?;
+    let made = |told: &&Told| (told.report.boot, told.report.sequence) == (unit.report.boot, unit.report.sequence);
+    Some((unit, step.world.told.iter().find(made).expect("what is shown was told")))
+}
+
+/// What is shown of A but for the time that went by.
+fn content(shown: &Shown) -> Option<(wire::id::RecordId, Mode, Vec<((Boot, TrackId), i32)>)> {
+    let unit = shown.unit(UnitId::A)?;
+    Some((unit.report, unit.state.get().0.mode, places(unit)))
+}
+
+/// Every track that is shown of a unit, reported or lost, with its place.
+fn places(unit: &ShownUnit) -> Vec<((Boot, TrackId), i32)> {
+    let place = |boot: Boot, track: &Labelled<wire::report::ReportedTrack>| {
+        let (track, _) = track.get();
+        ((boot, track.id), track.x_mm)
+    };
+    let lost = unit.lost.iter().map(|lost| place(lost.boot, &lost.track));
+    unit.tracks.iter().map(|track| place(unit.report.boot, track)).chain(lost).collect()
+}
+
+fn tracks(shown: &Shown) -> Vec<(Boot, TrackId)> {
+    shown.units.iter().flat_map(places).map(|(id, _)| id).collect()
+}
+
+fn released(asked: &[Asked]) -> Vec<IntentHash> {
+    let release = |asked: &Asked| match asked {
+        Asked::Release(confirmation) => Some(confirmation.intent),
+        _ => None,
+    };
+    asked.iter().filter_map(release).collect()
+}
+
+/// The reference: the limits of the ground platform, in its documents' numbers.
+fn label(age: Span) -> Freshness {
+    match age.0 {
+        0..=300_000 => Freshness::Fresh,
+        300_001..=500_000 => Freshness::Late,
+        500_001..=2_000_000 => Freshness::Stale,
+        _ => Freshness::Lost,
+    }
+}

@@ -1,0 +1,335 @@
+//! Whatever can happen to a console, in one sequence of moves: arrivals, gaps, replays, forgeries, jumps of clocks and
+//! boots, words of the gateway, answers, and a person's hand. What has to hold after each move is `properties`.
+
+use console::act::{Act, Order, Role};
+use console::shown::Shown;
+use proptest::prelude::*;
+use sha2::{Digest, Sha256};
+use wire::codec::{self, List, Text};
+use wire::command::{Ack, CommandKind, Intent, IntentHash};
+use wire::core::Input;
+use wire::event::Event;
+use wire::feed::{CommandStage, Feed};
+use wire::id::{Boot, NodeId, PeerId, Sequence, TrackId, UnitId};
+use wire::mode::{Guards, Mode};
+use wire::person::Numbered;
+use wire::refusal::Reason;
+use wire::report::{Report, ReportedAuthority, ReportedTrack};
+use wire::time::{Instant, PeerStamp, Span};
+
+use crate::bench::{Asked, Bench, report, sign};
+
+/// What a report says.
+#[derive(Clone, Debug)]
+pub(crate) struct Says {
+    mode: usize,
+    /// Bit n: track n is reported.
+    tracks: u8,
+    failing: bool,
+    authority: bool,
+    /// It repeats the last command given.
+    heard: bool,
+    /// The unit has started again.
+    reboot: bool,
+    /// So old, ms, and its stamp off by so much, µs.
+    age: u64,
+    stamp: i64,
+}
+
+/// What the person does.
+#[derive(Clone, Debug)]
+pub(crate) enum Does {
+    Now(CommandKind),
+    Prepare(CommandKind),
+    /// Confirms what is prepared, with or without a reason.
+    Confirm(bool),
+    ConfirmUnprepared(CommandKind),
+    Withdraw,
+    /// Takes note of one of the alarms.
+    Note(usize),
+    Revoke,
+    Garbage(Vec<u8>),
+    /// The last act once more, under the same number: a key that repeats.
+    Again,
+}
+
+/// One thing that happens.
+#[derive(Clone, Debug)]
+pub(crate) enum Move {
+    Gap(u64),
+    Report(Says),
+    /// An earlier report comes again, as if it were young.
+    Replay(usize),
+    /// A report under another unit's key.
+    Forged(Says),
+    Session(bool),
+    Refused(bool),
+    /// The gateway moves a command along.
+    Stage(usize, CommandStage),
+    /// An acknowledgement: by the unit itself or by another, of a refusal or not.
+    Ack(usize, bool, bool),
+    Person(Does),
+}
+
+/// A report as it was fed.
+pub(crate) struct Told {
+    pub(crate) signed: Vec<u8>,
+    pub(crate) report: Report,
+    /// The latest instant at which its content can have been true.
+    pub(crate) made: Instant,
+    pub(crate) forged: bool,
+}
+
+/// A console in a world in which anything may happen.
+pub(crate) struct World {
+    pub(crate) bench: Bench,
+    pub(crate) role: Role,
+    pub(crate) told: Vec<Told>,
+    /// Acknowledgements under the unit's own key, by intent: whether it executed the command.
+    pub(crate) answered: Vec<(IntentHash, bool)>,
+    pub(crate) staged: Vec<IntentHash>,
+    /// Refusals that the gateway told of.
+    pub(crate) refused: u64,
+    /// The gateway's last word.
+    pub(crate) fed: Option<Instant>,
+    boot: u32,
+    sequence: u64,
+    serial: u64,
+    last: Option<Act>,
+}
+
+/// What was before a move and after it, and what came of it.
+pub(crate) struct Step<'a> {
+    pub(crate) world: &'a World,
+    pub(crate) moved: &'a Move,
+    pub(crate) before: &'a Shown,
+    pub(crate) after: &'a Shown,
+    /// The act of this move.
+    pub(crate) act: Option<Act>,
+    pub(crate) asked: &'a [Asked],
+    pub(crate) events: &'a [(Instant, Event)],
+}
+
+const KINDS: [CommandKind; 6] = [
+    CommandKind::Hold,
+    CommandKind::Disarm,
+    CommandKind::Enable,
+    CommandKind::Resume,
+    CommandKind::Arm(TrackId(1)),
+    CommandKind::Confirm(TrackId(1)),
+];
+
+fn says() -> impl Strategy<Value = Says> {
+    let small = prop_oneof![4 => Just(0i64), 1 => -3_000_000i64..3_000_000];
+    let rare = prop::bool::weighted(0.1);
+    let flags = (prop::bool::weighted(0.2), any::<bool>(), any::<bool>(), rare);
+    let given = (0usize..5, 0u8..16, flags, prop_oneof![3 => 0u64..100, 1 => 0u64..2_500], small);
+    given.prop_map(|(mode, tracks, (failing, authority, heard, reboot), age, stamp)| Says {
+        mode,
+        tracks,
+        failing,
+        authority,
+        heard,
+        reboot,
+        age,
+        stamp,
+    })
+}
+
+fn does() -> impl Strategy<Value = Does> {
+    let kind = || prop::sample::select(&KINDS[..]);
+    prop_oneof![
+        3 => kind().prop_map(Does::Now),
+        6 => kind().prop_map(Does::Prepare),
+        6 => prop::bool::weighted(0.8).prop_map(Does::Confirm),
+        1 => kind().prop_map(Does::ConfirmUnprepared),
+        1 => Just(Does::Withdraw),
+        4 => (0usize..8).prop_map(Does::Note),
+        1 => Just(Does::Revoke),
+        1 => prop::collection::vec(any::<u8>(), 0..200).prop_map(Does::Garbage),
+        2 => Just(Does::Again),
+    ]
+}
+
+fn moves() -> impl Strategy<Value = Vec<Move>> {
+    let stage = prop::sample::select(
+        &[CommandStage::Staged, CommandStage::Sent, CommandStage::Refused, CommandStage::Expired][..],
+    );
+    let one = prop_oneof![
+        4 => prop_oneof![4 => 0u64..300, 1 => 0u64..12_000].prop_map(Move::Gap),
+        8 => says().prop_map(Move::Report),
+        1 => (0usize..6).prop_map(Move::Replay),
+        1 => says().prop_map(Move::Forged),
+        1 => any::<bool>().prop_map(Move::Session),
+        1 => any::<bool>().prop_map(Move::Refused),
+        3 => (0usize..3, stage).prop_map(|(back, stage)| Move::Stage(back, stage)),
+        2 => (0usize..3, prop::bool::weighted(0.8), any::<bool>()).prop_map(|(b, own, no)| Move::Ack(b, own, no)),
+        7 => does().prop_map(Move::Person),
+    ];
+    prop::collection::vec(one, 1..50)
+}
+
+/// Runs many sequences in every role, and asks after each move of each whether `holds`.
+pub(crate) fn always(holds: impl Fn(&Step<'_>) -> Result<(), TestCaseError>) {
+    let config = ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() };
+    let roles = prop::sample::select(&[Role::Supervise, Role::Supervise, Role::Operate, Role::View][..]);
+    let outcome = proptest::test_runner::TestRunner::new(config).run(&(roles, moves()), |(role, moves)| {
+        let mut world = World::new(role);
+        for moved in &moves {
+            let before = world.bench.console.shown(world.bench.now);
+            let (asked, events) = (world.bench.asked.len(), world.bench.events.len());
+            let act = world.happens(moved);
+            let after = world.bench.console.shown(world.bench.now);
+            let (asked, events) = (&world.bench.asked[asked..], &world.bench.events[events..]);
+            let step = Step { world: &world, moved, before: &before, after: &after, act, asked, events };
+            holds(&step)?;
+        }
+        Ok(())
+    });
+    if let Err(why) = outcome {
+        panic!("{why}");
+    }
+}
+
+impl World {
+    fn new(role: Role) -> Self {
+        Self {
+            bench: Bench::seating(role),
+            role,
+            told: Vec::new(),
+            answered: Vec::new(),
+            staged: Vec::new(),
+            refused: 0,
+            fed: None,
+            boot: 1,
+            sequence: 0,
+            serial: 0,
+            last: None,
+        }
+    }
+
+    /// Lets it happen; gives the act, if a person did one that can be read.
+    fn happens(&mut self, moved: &Move) -> Option<Act> {
+        match moved {
+            Move::Gap(ms) => self.bench.pass(Span::ms(*ms)),
+            Move::Report(says) => self.report(says, NodeId::UNIT_A),
+            Move::Forged(says) => self.report(says, NodeId::UNIT_B),
+            Move::Replay(back) => {
+                if let Some(told) = self.told.iter().rev().nth(*back) {
+                    let signed = told.signed.clone();
+                    self.bench.heard_as(&signed, UnitId::A, Some(Span::ZERO), self.bench.now);
+                    self.fed = Some(self.bench.now);
+                }
+            }
+            Move::Session(open) => self.feed(&Feed::Session(PeerId::UNIT_A, *open)),
+            Move::Refused(known) => {
+                self.refused += 1;
+                self.feed(&Feed::Refused(Reason::Stale, known.then_some(PeerId::UNIT_B)));
+            }
+            Move::Stage(back, stage) => self.stage(*back, *stage),
+            Move::Ack(back, own, refused) => self.acknowledge(*back, *own, *refused),
+            Move::Person(does) => return self.person(does),
+        }
+        None
+    }
+
+    fn feed(&mut self, message: &Feed<'_>) {
+        self.fed = Some(self.bench.now);
+        self.bench.feed(message);
+    }
+
+    fn report(&mut self, says: &Says, by: NodeId) {
+        if says.reboot {
+            (self.boot, self.sequence) = (self.boot + 1, 0);
+        }
+        self.sequence += 1;
+        let now = self.bench.now;
+        let stamp = (now.0 as i64 + says.stamp).max(1) as u64;
+        let made = (now - Span::ms(says.age)).max(Instant(stamp));
+        let report = self.bench.told(self.reported(says, stamp));
+        let signed = sign(by, &report);
+        self.bench.heard_as(&signed, UnitId::A, Some(Span::ms(says.age)), now);
+        self.fed = Some(now);
+        self.told.push(Told { signed, report, made, forged: by != NodeId::UNIT_A });
+    }
+
+    fn reported(&self, says: &Says, stamp: u64) -> Report {
+        let bare = report(self.sequence, stamp, Mode::ALL[says.mode]);
+        let track = bare.tracks.0[0];
+        // Each report has every track at a place of its own.
+        let place = |id: u32| (self.told.len() * 16) as i32 + id as i32;
+        let track = |id: u32| ReportedTrack { id: TrackId(id), x_mm: place(id), ..track };
+        let last = self.bench.intents().last().map(|(intent, _)| (intent.id, None));
+        Report {
+            boot: Boot(self.boot),
+            sequence: Sequence(self.sequence),
+            stamp: PeerStamp(stamp),
+            failing: if says.failing { Guards(1) } else { Guards::default() },
+            authority: says.authority.then_some(ReportedAuthority { track: TrackId(1), left: Span::s(3) }),
+            last_command: last.filter(|_| says.heard),
+            tracks: (0..4).filter(|n| says.tracks & 1 << n != 0).map(|n| track(n + 1)).collect::<List<_, 8>>(),
+            ..bare
+        }
+    }
+
+    fn stage(&mut self, back: usize, stage: CommandStage) {
+        let Some((_, bytes)) = self.bench.intents().into_iter().rev().nth(back) else { return };
+        if stage == CommandStage::Staged {
+            self.staged.push(Sha256::digest(&bytes).into());
+        }
+        self.fed = Some(self.bench.now);
+        self.bench.staged(&bytes, stage);
+    }
+
+    fn acknowledge(&mut self, back: usize, own: bool, refused: bool) {
+        let Some((intent, bytes)) = self.bench.intents().into_iter().rev().nth(back) else { return };
+        let hash: IntentHash = Sha256::digest(&bytes).into();
+        let refused = refused.then_some(Reason::Interlock);
+        let ack = Ack { id: intent.id, intent: hash, refused, mode: Mode::Idle };
+        if own {
+            self.answered.push((hash, refused.is_none()));
+        }
+        self.fed = Some(self.bench.now);
+        self.bench.acknowledged(if own { NodeId::UNIT_A } else { NodeId::UNIT_B }, &ack);
+    }
+
+    fn person(&mut self, does: &Does) -> Option<Act> {
+        let shown = self.bench.console.shown(self.bench.now);
+        let command = |kind: &CommandKind| Order::Command(UnitId::A, *kind);
+        let reason = Text::new("as planned");
+        let act = match does {
+            Does::Now(kind) => Act::Now(command(kind)),
+            Does::Prepare(kind) => Act::Prepare(command(kind)),
+            Does::Confirm(with) => Act::Confirm(shown.prepared?.order, if *with { reason } else { Text::new("") }),
+            Does::ConfirmUnprepared(kind) => Act::Confirm(command(kind), reason),
+            Does::Withdraw => Act::Withdraw,
+            Does::Note(which) => shown.alarms.get(*which).map(|alarm| Act::Acknowledge(alarm.alarm, alarm.since))?,
+            Does::Revoke => Act::Prepare(Order::Revoke(NodeId::OPERATOR_2)),
+            Does::Garbage(bytes) => {
+                self.bench.give(&Input::Act { bytes: bytes.clone() });
+                return None;
+            }
+            Does::Again => {
+                let act = self.last?;
+                self.give(act);
+                return Some(act);
+            }
+        };
+        self.serial += 1;
+        self.last = Some(act);
+        self.give(act);
+        Some(act)
+    }
+
+    fn give(&mut self, act: Act) {
+        self.bench.give(&Input::Act { bytes: codec::encode(&Numbered { serial: self.serial, act }) });
+    }
+
+    /// Who confirmed an intent's command, by the events so far: the act that gave it.
+    pub(crate) fn given_by(&self, intent: &Intent) -> Option<Act> {
+        self.bench.events.iter().find_map(|(_, event)| match event {
+            Event::Act { act, command: Some(id), .. } if *id == intent.id => *act,
+            _ => None,
+        })
+    }
+}
