@@ -121,7 +121,17 @@ impl ShownUnit {
             let (value, limit) = match guard {
                 Guard::Localisation => (ms(age), ms(bounds.product_limit())),
                 Guard::Designation => self.designation(bounds),
-                _ => (String::new(), String::new()),
+                Guard::Rgb
+                | Guard::Depth
+                | Guard::Thermal
+                | Guard::Lidar
+                | Guard::Tracks
+                | Guard::Geofence
+                | Guard::Lease
+                | Guard::Teammates
+                | Guard::SealedLog
+                | Guard::Drift
+                | Guard::TimeBase => (String::new(), String::new()),
             };
             Predicate::new(guard.name(), !state.failing.has(guard), value, limit)
         };
