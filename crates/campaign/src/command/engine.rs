@@ -122,41 +122,29 @@ fn live_trial(
     stop: &Stop,
     show: &mut dyn FnMut(&str),
 ) -> Result<Trial, EngineError> {
-    let scratch = scratch();
-    let run_dir = setup.run_dir.clone().unwrap_or_else(|| scratch.clone());
-    let run = run_live(scenario, setup, seed, &run_dir, stop, show);
-    let kept = match (&run, &setup.run_dir) {
-        (Ok(run), Some(_)) => keep::events(&run_dir, &run.evidence.entries)
-            .and_then(|()| keep::replays(&run_dir, &run.replays))
-            .and_then(|()| keep::held(&run_dir, &run.held))
-            .map_err(failed),
-        (_, None) => std::fs::remove_dir_all(&scratch).or(Ok(())),
-        (Err(_), Some(_)) => Ok(()),
-    };
-    let run = run?;
-    kept?;
+    let run = run_live(scenario, setup, seed, stop, show)?;
+    if let Some(directory) = &setup.run_dir {
+        keep::events(directory, &run.evidence.entries)
+            .and_then(|()| keep::replays(directory, &run.replays))
+            .and_then(|()| keep::held(directory, &run.held))
+            .map_err(failed)?;
+    }
     let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
     let differing = run.replays.iter().filter_map(|r| Some(format!("mouth of {}: {}", r.node, r.difference.as_ref()?)));
     trial.findings.extend(differing);
     Ok(trial)
 }
 
-/// A folder for the logs of a run that nobody keeps; the janitor knows it by its name.
-fn scratch() -> PathBuf {
-    std::env::temp_dir().join(format!("{}{}", live::janitor::SCRATCH, live::run_id()))
-}
-
-/// Runs one live trial with this program as every service.
+/// Runs one live trial with this program as every service; its logs are kept where the setup says so.
 fn run_live(
     scenario: &Scenario,
     setup: &Setup,
     seed: u64,
-    run_dir: &Path,
     stop: &Stop,
     show: &mut dyn FnMut(&str),
 ) -> Result<live::trial::Run, EngineError> {
     let program = std::env::current_exe().map_err(failed)?;
-    let options = live::Options { run_dir: run_dir.to_owned(), services: Services::Own(program), stop, show };
+    let options = live::Options { keep: setup.run_dir.clone(), services: Services::Own(program), stop, show };
     live::trial::run_live(scenario, setup, seed, options).map_err(|error| match error {
         LiveError::Stopped => EngineError::Stopped,
         LiveError::Environment(why) => EngineError::Environment(why),
@@ -186,14 +174,8 @@ pub(super) fn live_stages(
     stop: &Stop,
     to: &mut Delays,
 ) -> Result<(), EngineError> {
-    let run_dir = scratch();
-    let run = run_live(scenario, setup, seed, &run_dir, stop, &mut |_| {});
-    let taken = run.and_then(|run| to.take_live(&run.cast, &run_dir).map_err(failed));
-    // What could not be removed is in the folder for temporary files; the measurement stands without it.
-    if let Err(error) = std::fs::remove_dir_all(&run_dir) {
-        tracing::debug!(%error, "mouth logs not removed");
-    }
-    taken
+    let run = run_live(scenario, setup, seed, stop, &mut |_| {})?;
+    to.take_live(&run.cast, run.logs.folder()).map_err(failed)
 }
 
 fn failed(error: impl std::fmt::Display) -> EngineError {

@@ -31,7 +31,7 @@ pub struct Remains {
     pub scratch: Option<PathBuf>,
 }
 
-/// The line by which a launcher says that it ends in its own time and takes its logs with it.
+/// The line by which a launcher says that it ends in its own time: its logs, and then the mark, it takes away itself.
 pub const DONE: &str = "done\n";
 /// How the folder of logs that nobody keeps begins.
 pub const SCRATCH: &str = "holdsafe-run-";
@@ -95,15 +95,17 @@ pub fn main() -> ExitCode {
         let _ = nix::sys::signal::kill(nix::unistd::Pid::from_raw(pid), nix::sys::signal::Signal::SIGKILL);
     }
     pause(STEP);
-    if done {
-        remains.remove()
-    } else {
-        remains.remove_all()
-    }
-    if let Ok(mark) = mark {
-        mark.clear();
-    }
+    sweep(&remains, mark.ok(), done);
     ExitCode::SUCCESS
+}
+
+/// Removes what a run left; of a launcher that is `done` neither logs nor mark, which are there until it has read the logs.
+pub(super) fn sweep(remains: &Remains, mark: Option<Mark>, done: bool) {
+    if done {
+        return remains.remove();
+    }
+    remains.remove_all();
+    mark.iter().for_each(Mark::clear);
 }
 
 /// Whether the process still runs and is a service of ours (a recycled id is not).

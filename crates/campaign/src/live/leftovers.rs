@@ -1,9 +1,9 @@
 //! What runs left behind whose launcher and janitor were both killed: found by the next run and by `holdsafe doctor`.
 //!
-//! A launcher keeps a mark among the shared memory of its run, a file that says what the janitor will remove, locked as long as
-//! the launcher lives; the janitor locks it too. A run is over when nobody holds that lock any more, which the kernel takes from
-//! whoever ends, and no process has the run's shared memory mapped. So neither a process id that was given
-//! again nor a service that was left stopped is mistaken. What cannot be shown to be over is left alone.
+//! A launcher keeps a mark among the shared memory of its run, a file that says what there is to remove, locked until the
+//! launcher has read and removed the last of it; the janitor locks it too. A run is over when nobody holds that lock any more,
+//! which the kernel takes from whoever ends, and no process has the run's shared memory mapped. So neither a process id that
+//! was given again nor a service that was left stopped is mistaken. What cannot be shown to be over is left alone.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -27,6 +27,35 @@ pub struct Leftovers {
     pub removed: usize,
     /// Runs whose launcher is gone while a process still has their shared memory mapped: left alone.
     pub held: usize,
+}
+
+/// What a run leaves, in its launcher's hands: removed with this, its logs too where nobody keeps them, and last the mark.
+#[derive(Debug)]
+pub struct Marked {
+    remains: Remains,
+    mark: Mark,
+}
+
+impl Marked {
+    /// Marks a run that begins now, before it has left anything.
+    ///
+    /// # Errors
+    /// When the mark cannot be made.
+    pub fn begin(remains: Remains) -> std::io::Result<Marked> {
+        Ok(Marked { mark: Mark::set(&remains)?, remains })
+    }
+
+    /// What there is to remove.
+    pub fn remains(&self) -> &Remains {
+        &self.remains
+    }
+}
+
+impl Drop for Marked {
+    fn drop(&mut self) {
+        self.remains.remove_all();
+        self.mark.clear();
+    }
 }
 
 /// The lock on a run's mark. Whoever holds it will remove what the run leaves.
@@ -64,7 +93,7 @@ impl Mark {
     }
 
     /// Takes the mark away: nothing of the run is left.
-    pub fn clear(self) {
+    pub fn clear(&self) {
         if let Err(error) = std::fs::remove_file(&self.path) {
             tracing::debug!(%error, "the mark of a run was gone already");
         }
@@ -123,6 +152,7 @@ fn path(prefix: &str) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::live::janitor::{SCRATCH, sweep};
 
     /// A run with a file in shared memory and a folder.
     fn run(name: &str) -> (Remains, PathBuf) {
@@ -150,6 +180,32 @@ mod tests {
         drop(joined);
         remove().unwrap();
         assert!(!kept.exists() && !living.folder.exists());
+    }
+
+    #[test]
+    fn the_logs_of_a_run_whose_reader_was_killed_behind_its_janitor_are_removed() {
+        let (mut read, _segment) = run("read");
+        let logs = read.folder.with_file_name(format!("{SCRATCH}{}", read.prefix));
+        std::fs::create_dir_all(logs.join("recording")).unwrap();
+        read.scratch = Some(logs.clone());
+        let reader = Mark::set(&read).unwrap();
+        sweep(&read, Mark::join(&read).ok(), true);
+        remove().unwrap();
+        assert!(logs.exists() && !read.folder.exists(), "they are being read");
+        // As its death leaves it: the lock is gone, the mark is not.
+        drop(reader);
+        remove().unwrap();
+        assert!(!logs.exists() && !path(&read.prefix).exists());
+    }
+
+    #[test]
+    fn a_launcher_that_is_done_leaves_neither_logs_nor_mark() {
+        let (mut done, segment) = run("done");
+        let logs = done.folder.with_file_name(format!("{SCRATCH}{}", done.prefix));
+        std::fs::create_dir_all(&logs).unwrap();
+        done.scratch = Some(logs.clone());
+        drop(Marked::begin(done.clone()).unwrap());
+        assert!(!logs.exists() && !done.folder.exists() && !segment.exists() && !path(&done.prefix).exists());
     }
 
     #[test]

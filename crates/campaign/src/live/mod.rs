@@ -15,7 +15,7 @@ mod spec;
 pub mod trial;
 mod witness;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
@@ -39,7 +39,8 @@ use crate::progress::Stop;
 
 use child::{Child, Line, Services};
 use disk::Growth;
-use leftovers::Mark;
+use janitor::Remains;
+use leftovers::Marked;
 use process::Ordeals;
 use spec::{Places, Specs, service};
 
@@ -75,8 +76,8 @@ impl From<String> for LiveError {
 
 /// How a run is to be carried out.
 pub struct Options<'a> {
-    /// Where recording and logs go; made if it is not there.
-    pub run_dir: PathBuf,
+    /// Where recording and logs are kept; made if it is not there. Without it they are gone with the run's [`Logs`].
+    pub keep: Option<PathBuf>,
     /// Where the service programs are.
     pub services: Services,
     /// The user's wish to stop.
@@ -95,17 +96,33 @@ pub struct Aftermath {
     pub held: Held,
     /// The first process that ended by itself, and when, microseconds of the run.
     pub lost: Option<(u64, NodeId)>,
+    /// Where its recording and mouth logs are.
+    pub logs: Logs,
+}
+
+/// The folder of a run that is over, with recording and mouth logs, to be read as long as this lives.
+#[derive(Debug)]
+pub struct Logs {
+    folder: PathBuf,
+    _marked: Marked,
+}
+
+impl Logs {
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
 }
 
 /// Runs `cast` live.
 pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options<'_>) -> Result<Aftermath, LiveError> {
-    let places = Places::new(options.run_dir, &run_id());
+    let places = Places::new(options.keep, &run_id());
     leftovers::make_room();
+    let marked = Marked::begin(places.remains()).map_err(|e| format!("cannot mark the run: {e}"))?;
     spec::make_folders(&places).map_err(|e| format!("cannot make {}: {e}", places.run_dir.display()))?;
     let credentials = spec::credentials(cast).map_err(|e| e.to_string())?;
     let (lines_in, lines) = channel();
     let mut company = Company {
-        mark: None,
         janitor: None,
         children: Vec::new(),
         lines,
@@ -118,7 +135,7 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     let turn = STARTING.lock().unwrap_or_else(PoisonError::into_inner);
     let start_us = trace_us() + LEAD_US;
     let mut specs = Specs { cast, places: &places, start_us, guard, credentials, addresses: Default::default() };
-    company.start_all(&options.services, cast, secret, &mut specs, &lines_in)?;
+    company.start_all(&options.services, cast, secret, marked.remains(), &mut specs, &lines_in)?;
     drop(turn);
     let mut journal = Journal::new(NodeId::CAMPAIGN, Boot(1), None);
     let mut again = |node: NodeId, boot: Boot| {
@@ -155,12 +172,13 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
         witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, at, event);
     }
     drop(company);
-    Ok(Aftermath { log, custody, held, lost: stayed.lost() })
+    let logs = Logs { folder: places.run_dir, _marked: marked };
+    Ok(Aftermath { log, custody, held, lost: stayed.lost(), logs })
 }
 
 /// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in
 /// the path of every socket of the bus, and the kernel takes 107 bytes.
-pub fn run_id() -> String {
+fn run_id() -> String {
     static RUNS: AtomicU32 = AtomicU32::new(0);
     let run = RUNS.fetch_add(1, Ordering::Relaxed);
     format!("{:x}x{:x}x{run:x}", std::process::id(), trace_us() / 1_000 % (1 << 16))
@@ -200,8 +218,6 @@ impl Stayed {
 }
 
 struct Company<'a> {
-    /// Held as long as this launcher lives.
-    mark: Option<Mark>,
     janitor: Option<Child>,
     children: Vec<Child>,
     lines: Receiver<(NodeId, Line)>,
@@ -218,13 +234,12 @@ impl Company<'_> {
         services: &Services,
         cast: &Cast,
         secret: &RunSecret,
+        remains: &Remains,
         specs: &mut Specs<'_>,
         lines: &std::sync::mpsc::Sender<(NodeId, Line)>,
     ) -> Result<(), LiveError> {
-        let remains = self.places.remains();
-        self.mark = Some(Mark::set(&remains).map_err(|e| format!("cannot mark the run: {e}"))?);
         let mut janitor = Child::spawn(services, "janitor", NodeId::CAMPAIGN, lines)?;
-        let remains = serde_json::to_string(&remains).map_err(|e| e.to_string())?;
+        let remains = serde_json::to_string(remains).map_err(|e| e.to_string())?;
         janitor.write(format!("{remains}\n").as_bytes());
         self.janitor = Some(janitor);
         let member = |node: NodeId| cast.members.iter().find(|m| m.node() == node);

@@ -22,8 +22,10 @@ use crate::cast::{Cast, Host, Member, Role, sim_keys};
 /// Where a run keeps its things.
 #[derive(Clone, Debug)]
 pub(super) struct Places {
-    /// What is kept: recording, mouth logs, guard logs.
+    /// Recording, mouth logs, guard logs.
     pub run_dir: PathBuf,
+    /// Whether these are somebody's to keep.
+    kept: bool,
     /// Sockets and shared-memory roots; removed at the end.
     pub temporary: PathBuf,
     /// Start of every shared-memory name of this run.
@@ -31,17 +33,21 @@ pub(super) struct Places {
 }
 
 impl Places {
-    /// Places named after a run id of lower-case letters and digits.
-    pub(super) fn new(run_dir: PathBuf, id: &str) -> Self {
-        let temporary = std::env::temp_dir().join(format!("holdsafe-{id}"));
-        Self { run_dir, temporary, prefix: format!("hs_{id}_") }
+    /// Places named after a run id of lower-case letters and digits; logs go to `keep`, where somebody wants them.
+    pub(super) fn new(keep: Option<PathBuf>, id: &str) -> Self {
+        let temporary = |start: &str| std::env::temp_dir().join(format!("{start}{id}"));
+        Self {
+            kept: keep.is_some(),
+            run_dir: keep.unwrap_or_else(|| temporary(SCRATCH)),
+            temporary: temporary("holdsafe-"),
+            prefix: format!("hs_{id}_"),
+        }
     }
 
-    /// What the janitor has to remove.
+    /// What there is to remove.
     pub(super) fn remains(&self) -> Remains {
         let domains = [Host::VehicleA, Host::Control, Host::VehicleC].map(|host| self.domain(host)).to_vec();
-        let temporary = |dir: &PathBuf| dir.file_name().is_some_and(|n| n.to_string_lossy().starts_with(SCRATCH));
-        let scratch = Some(self.run_dir.clone()).filter(temporary);
+        let scratch = (!self.kept).then(|| self.run_dir.clone());
         Remains { prefix: self.prefix.clone(), domains, folder: self.temporary.clone(), scratch }
     }
 

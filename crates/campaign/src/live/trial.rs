@@ -3,7 +3,7 @@
 use std::io::Read;
 
 use super::mouths::{self, CoreReplay};
-use super::{Aftermath, LiveError, Options, run};
+use super::{Aftermath, LiveError, Logs, Options, run};
 use crate::cast::{Cast, RunSecret, cast};
 use crate::custody::{Custodian, Flaw, Held};
 use crate::evidence::{Logged, read};
@@ -22,6 +22,8 @@ pub struct Run {
     pub verdict: Verdict,
     /// What came of feeding every core its own mouth log again.
     pub replays: Vec<CoreReplay>,
+    /// Where its recording and mouth logs are.
+    pub logs: Logs,
 }
 
 /// Runs and judges one live trial.
@@ -31,8 +33,7 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     random.map_err(|e| format!("no randomness from the host: {e}"))?;
     let secret = RunSecret::random(secret);
     let cast = cast(scenario, setup, seed, &secret);
-    let run_dir = options.run_dir.clone();
-    let Aftermath { mut log, custody, held, lost } = run(&cast, &secret, setup.policy.record_guard, options)?;
+    let Aftermath { mut log, custody, held, lost, logs } = run(&cast, &secret, setup.policy.record_guard, options)?;
     log.sort_by_key(|l| l.at);
     let (entries, broken_log) = read(&log);
     let lost = lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
@@ -48,8 +49,8 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
         killed: cast.killed(),
     };
     let verdict = judge(&evidence);
-    let replays = mouths::replay(&cast, &run_dir);
-    Ok(Run { cast, held, evidence, verdict, replays })
+    let replays = mouths::replay(&cast, logs.folder());
+    Ok(Run { cast, held, evidence, verdict, replays, logs })
 }
 
 /// What does not hold of a recording, in the order in which it was kept. One that a living recorder left empty holds nothing.
