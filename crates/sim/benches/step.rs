@@ -32,10 +32,6 @@ fn main() {
     println!("ratio: {:.2}", whole / bare);
     let rendered = SimConfig { rendered: true, ..config };
     let sim = Sim::new(&rendered, keys(), None, Instant(0)).expect("the default scene is sound");
-    println!("one fork: {} KiB rendered, {} KiB unrendered", sim.footprint() >> 10, {
-        let config = SimConfig::new(1, false);
-        Sim::new(&config, keys(), None, Instant(0)).expect("the default scene is sound").footprint() >> 10
-    });
     println!("sim, rendered: {:.1} simulated s per CPU s", 10.0 / drive(sim, 10));
 }
 

@@ -194,15 +194,6 @@ impl Sim {
         }
     }
 
-    /// Bytes that one fork occupies, roughly.
-    pub fn footprint(&self) -> usize {
-        let eyes = match &self.eyes {
-            Eyes::Rendered(imagers) => imagers.footprint(),
-            Eyes::Unrendered(_) => size_of::<Stages>(),
-        };
-        size_of::<Self>() + self.world.footprint() + eyes
-    }
-
     /// The world and the plant in it, for a reviewer's view.
     pub fn truth(&self) -> (&World, &Plant) {
         (&self.world, &self.plant)

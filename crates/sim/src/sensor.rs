@@ -85,12 +85,6 @@ impl Imagers {
         self.camera
     }
 
-    /// Bytes that a clone occupies.
-    pub fn footprint(&self) -> usize {
-        let planes = self.rgb.len() + self.depth.len() + self.thermal.len() + self.ranges.len();
-        size_of::<Self>() + planes + size_of_val(self.sweep.pixels())
-    }
-
     /// What each pixel of the newest sweep shows.
     pub fn sweep(&self) -> &camera::Sweep {
         &self.sweep

@@ -142,13 +142,6 @@ impl World {
         View { queries: self.physics.query_pipeline_with_filter(filter) }
     }
 
-    /// Bytes this world occupies beyond what its clones share, roughly: what one fork costs.
-    pub fn footprint(&self) -> usize {
-        let bodies = self.physics.bodies.len() * size_of::<RigidBody>();
-        let colliders = self.physics.colliders.len() * (size_of::<Collider>() + 2 * size_of::<Aabb>());
-        size_of::<Self>() + bodies + colliders + self.placed.len() * size_of::<Placement>()
-    }
-
     fn placement(&self, object: &Object, seconds: f64) -> Placement {
         let ([east, north], heading) = object.place(seconds);
         let up = self.terrain.height(east, north) + object.size[2] / 2.0 - SUNK;
