@@ -25,7 +25,7 @@ pub struct Scene {
     pub ground: Ground,
     /// What stands and moves there.
     #[serde(default)]
-    pub object: List<Object, 32>,
+    pub object: List<Object, 64>,
 }
 
 /// A place and a heading.
