@@ -4,6 +4,7 @@
 //! worth is `oracle`; the only files here that name them are `engine` and, to measure them, `cost` and `growth`.
 
 mod ablate;
+mod agreement;
 mod batch;
 mod bench;
 mod campaign;
@@ -11,6 +12,7 @@ mod catalogue;
 mod cost;
 mod curve;
 mod doctor;
+mod drawn;
 mod engine;
 mod failure;
 mod ground;

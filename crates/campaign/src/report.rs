@@ -4,6 +4,7 @@
 //! and once with INVALID counted as failure. Nothing here judges a trial.
 
 mod ablate;
+mod agreement;
 mod campaign;
 mod columns;
 mod cost;
@@ -23,11 +24,12 @@ mod transitions;
 mod worth;
 
 pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
+pub use agreement::{AgreementObject, StratumRow, WordRow, agreement_table};
 pub use campaign::{CampaignObject, CampaignRow, Claims, Fold, campaign_table};
 pub use columns::{TableError, TrialTable};
 pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
-pub use growth::{Grown, Growth, GrowthRow, growth_table};
+pub use growth::{Fit, Grown, Growth, GrowthRow, growth_table};
 pub use kill::{KillRow, Times, kill_table};
 pub use liveness::{LivenessObject, LivenessRow, liveness_svg, liveness_table};
 pub use matrix::{Kind, Matrix, MatrixRow, MatrixRun, matrix_table};

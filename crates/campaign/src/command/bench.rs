@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, cost, growth, kill, leak, liveness, load, out, run, stages, window, worth};
+use super::{Context, agreement, cost, growth, kill, leak, liveness, load, out, run, stages, window, worth};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -40,6 +40,8 @@ pub(super) enum Bench {
     Leak(leak::Args),
     /// How soon each way to draw words finds each weakness of a list, and what the findings shrink to.
     Search(worth::Args),
+    /// How far live runs agree with the twin, over words drawn at random: findings, words that break nothing, words at an edge.
+    Agreement(agreement::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -83,6 +85,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Twin(args) => cost::run(context, args),
         Bench::Load(args) => load::run(context, args),
         Bench::Growth(args) => growth::run(context, args),
+        Bench::Agreement(args) => agreement::run(context, args),
     }
 }
 

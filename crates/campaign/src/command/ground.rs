@@ -6,7 +6,7 @@ use super::Context;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use crate::ablation::Switch;
-use crate::scenario::{Alphabet, Misset};
+use crate::scenario::{Alphabet, Misset, Weakness, Weaknesses};
 use crate::search::Ground;
 
 /// Most words of one length that are tried exhaustively.
@@ -63,14 +63,35 @@ fn alphabet(context: &Context, name: &str) -> Result<Alphabet, Failure> {
     if name.ends_with(".toml") || name.contains('/') {
         return Ok(Alphabet::load(Path::new(name))?);
     }
-    let folder = context.root()?.join("scenarios").join("alphabets");
-    let path = folder.join(format!("{name}.toml"));
+    let path = context.root()?.join("scenarios").join("alphabets").join(format!("{name}.toml"));
     if path.is_file() {
         return Ok(Alphabet::load(&path)?);
     }
-    let mut known: Vec<String> = std::fs::read_dir(&folder)?.flatten().map(|entry| plan::stem(&entry.path())).collect();
-    known.sort();
-    Err(Failure::new(Exit::Usage, format!("no alphabet `{name}`; there are: {}", known.join(", "))))
+    let known = shipped(context, "alphabets")?.join(", ");
+    Err(Failure::new(Exit::Usage, format!("no alphabet `{name}`; there are: {known}")))
+}
+
+/// The ground of a weakness.
+pub(super) fn of_weakness(context: &Context, weakness: &Weakness, wanted: Wanted) -> Result<Ground, Failure> {
+    let (scenario, alphabet) = (weakness.scenario.as_str(), weakness.alphabet.as_str());
+    let (waive, misset) = (weakness.waive.as_slice(), weakness.misset.as_ref());
+    Asked { scenario, alphabet, wanted, waive, misset }.ground(context)
+}
+
+/// Every weakness of every list that is shipped, list by list.
+pub(super) fn weaknesses(context: &Context) -> Result<Vec<Weakness>, Failure> {
+    let folder = context.root()?.join("scenarios").join("weaknesses");
+    let names = shipped(context, "weaknesses")?;
+    let list = |name: &String| Ok(Weaknesses::load(&folder.join(format!("{name}.toml")))?.weakness.to_vec());
+    Ok(names.iter().map(list).collect::<Result<Vec<_>, Failure>>()?.concat())
+}
+
+/// What is shipped in a folder of scenarios/, by name, in order.
+pub(super) fn shipped(context: &Context, folder: &str) -> Result<Vec<String>, Failure> {
+    let entries = std::fs::read_dir(context.root()?.join("scenarios").join(folder))?;
+    let mut names: Vec<String> = entries.flatten().map(|entry| plan::stem(&entry.path())).collect();
+    names.sort();
+    Ok(names)
 }
 
 /// Why a search ended early: it was asked to, or a word did not fit.

@@ -26,7 +26,7 @@ pub(super) struct Manifest {
     seed: u64,
     watermarks: Vec<String>,
     bounds: BTreeMap<String, Bounds>,
-    /// SHA-256 of every scenario, scene, platform, policy and model file below the root.
+    /// [`files`] below the root.
     files: BTreeMap<String, String>,
 }
 
@@ -36,10 +36,6 @@ impl Manifest {
         let mut watermarks: Vec<String> = planned.iter().filter_map(|p| p.setup.watermark()).collect();
         watermarks.dedup();
         let name = |p: &Planned| p.variation.scenario.name.as_str().to_owned();
-        let mut files = BTreeMap::new();
-        for directory in ["scenarios", "scenarios/scenes", "platforms", "policies", "crates/perception/models"] {
-            hash_directory(root, directory, &mut files)?;
-        }
         Ok(Self {
             schema_version: SCHEMA_VERSION,
             version: env!("CARGO_PKG_VERSION"),
@@ -48,9 +44,27 @@ impl Manifest {
             seed,
             watermarks,
             bounds: planned.iter().map(|p| (name(p), p.setup.bounds)).collect(),
-            files,
+            files: files(root)?,
         })
     }
+}
+
+/// Where the files are that a result depends on.
+const INPUTS: [&str; 7] = [
+    "scenarios",
+    "scenarios/alphabets",
+    "scenarios/scenes",
+    "scenarios/weaknesses",
+    "platforms",
+    "policies",
+    "crates/perception/models",
+];
+
+/// SHA-256 of each file below `root` that a result depends on, by its path.
+pub(super) fn files(root: &Path) -> Result<BTreeMap<String, String>, Failure> {
+    let mut files = BTreeMap::new();
+    INPUTS.iter().try_for_each(|directory| hash_directory(root, directory, &mut files))?;
+    Ok(files)
 }
 
 fn hash_directory(root: &Path, directory: &str, files: &mut BTreeMap<String, String>) -> Result<(), Failure> {

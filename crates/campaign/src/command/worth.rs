@@ -8,7 +8,7 @@
 use std::path::PathBuf;
 
 use super::failure::{Exit, Failure};
-use super::ground::{Asked, stopped_or_unfit};
+use super::ground::{self, stopped_or_unfit};
 use super::plan::Wanted;
 use super::{Context, batch, minima, out};
 use crate::parallel;
@@ -96,7 +96,7 @@ impl Bench<'_> {
 fn grounds(context: &Context, args: &Args) -> Result<Vec<(Weakness, Ground)>, Failure> {
     let list = match &args.list {
         Some(file) => Weaknesses::load(file)?.weakness.to_vec(),
-        None => shipped(context)?,
+        None => ground::weaknesses(context)?,
     };
     let known = || list.iter().map(|weakness| weakness.name.as_str());
     if let Some(unknown) = args.only.iter().find(|name| !known().any(|known| known == name.as_str())) {
@@ -104,22 +104,9 @@ fn grounds(context: &Context, args: &Args) -> Result<Vec<(Weakness, Ground)>, Fa
         return Err(Failure::new(Exit::Usage, format!("no weakness `{unknown}`; there are: {}", known.join(", "))));
     }
     let chosen = |weakness: &&Weakness| args.only.is_empty() || args.only.iter().any(|n| n == weakness.name.as_str());
-    let ground = |weakness: &Weakness| {
-        let (scenario, alphabet) = (weakness.scenario.as_str(), weakness.alphabet.as_str());
-        let (waive, misset) = (weakness.waive.as_slice(), weakness.misset.as_ref());
-        let asked = Asked { scenario, alphabet, wanted: Wanted::default(), waive, misset };
-        Ok((weakness.clone(), asked.ground(context)?))
-    };
+    let ground =
+        |weakness: &Weakness| Ok((weakness.clone(), ground::of_weakness(context, weakness, Wanted::default())?));
     list.iter().filter(chosen).map(ground).collect()
-}
-
-/// Every list that is shipped, by name.
-fn shipped(context: &Context) -> Result<Vec<Weakness>, Failure> {
-    let folder = context.root()?.join("scenarios").join("weaknesses");
-    let mut files: Vec<PathBuf> = std::fs::read_dir(&folder)?.flatten().map(|entry| entry.path()).collect();
-    files.sort();
-    let lists = files.iter().map(|file| Ok(Weaknesses::load(file)?.weakness.to_vec()));
-    Ok(lists.collect::<Result<Vec<_>, Failure>>()?.concat())
 }
 
 fn compared(

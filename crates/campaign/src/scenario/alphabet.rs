@@ -117,6 +117,14 @@ impl Move {
         self.lasts_ms.iter().chain(self.varies.iter().map(|number| &number.range))
     }
 
+    /// Whether number `n` counts time, in milliseconds.
+    pub fn counts_time(&self, n: usize) -> bool {
+        match n.checked_sub(usize::from(self.lasts_ms.is_some())) {
+            Some(n) => self.varies.get(n).is_some_and(|number| number.key.as_str().ends_with("_ms")),
+            None => true,
+        }
+    }
+
     /// The places of its numbers at their strongest; at their weakest all are 0.
     pub fn strongest(&self) -> Vec<u32> {
         self.ranges().map(Range::last).collect()
@@ -189,6 +197,19 @@ impl Alphabet {
             }
         }
         wrong
+    }
+
+    /// The same with every number that counts time in steps of a millisecond.
+    #[must_use]
+    pub fn in_milliseconds(&self) -> Self {
+        let finer = |of: &Move| {
+            let step = |n: usize, range: Range| if of.counts_time(n) { Range { step: 1.0, ..range } } else { range };
+            let first = usize::from(of.lasts_ms.is_some());
+            let varies = of.varies.iter().enumerate();
+            let varies = varies.map(|(i, number)| Number { range: step(first + i, number.range), ..number.clone() });
+            Move { lasts_ms: of.lasts_ms.map(|range| step(0, range)), varies: List::of(varies), ..of.clone() }
+        };
+        Self { moves: Located::nowhere(List::of(self.moves.iter().map(finer))), ..self.clone() }
     }
 
     /// First and last moment at which anything begins, in ticks.

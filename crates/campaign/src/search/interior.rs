@@ -52,12 +52,8 @@ impl Ground {
 
     fn stronger_letter(&self, letter: &Letter) -> Option<Letter> {
         let of = move_of(&self.alphabet, letter);
-        let lasts = of.lasts_ms.is_some();
-        let counts_time = |n: usize| {
-            (lasts && n == 0) || of.varies.get(n - usize::from(lasts)).is_some_and(|v| v.key.as_str().ends_with("_ms"))
-        };
         let places = of.ranges().zip(&letter.places).enumerate().map(|(n, (range, place))| {
-            let steps = if counts_time(n) { (AWAY * LIVE_JITTER_MS / range.step).ceil() as u32 } else { 1 };
+            let steps = if of.counts_time(n) { (AWAY * LIVE_JITTER_MS / range.step).ceil() as u32 } else { 1 };
             // The weakest of its range has no edge below.
             let reached = (place + steps).min(range.last());
             (*place == 0 || reached == place + steps).then_some(reached)

@@ -68,7 +68,7 @@ impl Word {
             let mut values = of.ranges().zip(&letter.places).map(|(range, place)| range.at(*place));
             if of.lasts_ms.is_some() {
                 // Writing to a string does not fail.
-                let _ = write!(text, " for {:.2} s", values.next().unwrap_or_default() / 1000.0);
+                let _ = write!(text, " for {} s", seconds(values.next().unwrap_or_default()));
             }
             for (number, value) in of.varies.iter().zip(values) {
                 let _ = write!(text, " ({} = {value})", number.key.as_str());
@@ -77,6 +77,12 @@ impl Word {
         };
         if self.0.is_empty() { "nothing".to_owned() } else { self.0.iter().map(tell).collect::<Vec<_>>().join(", ") }
     }
+}
+
+/// Milliseconds as seconds: hundredths, and thousandths where there are any.
+fn seconds(ms: f64) -> String {
+    let places = if ms % 10.0 == 0.0 { 2 } else { 3 };
+    format!("{:.places$}", ms / 1000.0)
 }
 
 /// The move of a letter.
