@@ -35,7 +35,7 @@ fn code(text: &str) -> String {
 
 /// Files of a service crate that belong to its process, not to its core.
 fn is_process(file: &str) -> bool {
-    let process = ["/process.rs", "/main.rs"];
+    let process = ["/process.rs", "/main.rs", "console/src/gui/app.rs"];
     let live_broker = ["broker/src/server.rs", "broker/src/tls.rs", "broker/src/gate.rs", "broker/src/watched.rs"];
     process.iter().chain(&live_broker).any(|end| file.ends_with(end))
 }
@@ -105,6 +105,14 @@ fn only_link_knows_the_transport_crates() {
         for transport in ["dtls", "rumqttc", "iceoryx2", "mcap", "tokio", "rustls", "mqtt5"] {
             assert!(!listed.contains_key(transport), "{name} depends on {transport}: only link (and the broker) may");
         }
+    }
+}
+
+#[test]
+fn only_the_window_knows_how_anything_is_drawn() {
+    for (file, text) in sources("crates").into_iter().filter(|(file, _)| file.contains("/src/")) {
+        let draws = ["eframe", "egui"].iter().any(|name| code(&text).contains(name));
+        assert!(!draws || file.starts_with("crates/console/src/gui/"), "{file} draws: only the console's window may");
     }
 }
 

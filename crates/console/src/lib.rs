@@ -9,6 +9,8 @@ pub mod act;
 pub mod age;
 pub mod alarm;
 pub mod display;
+#[cfg(feature = "gui")]
+pub mod gui;
 pub mod intake;
 pub mod intent;
 pub mod interlock;
@@ -18,6 +20,7 @@ pub mod operator;
 #[cfg(feature = "process")]
 pub mod process;
 pub mod shown;
+pub mod site;
 pub mod text;
 pub mod watch;
 

@@ -155,7 +155,7 @@ fn word(freshness: Freshness) -> &'static str {
     }
 }
 
-fn class_name(class: Class) -> &'static str {
+pub(crate) fn class_name(class: Class) -> &'static str {
     match class {
         Class::Vehicle => "vehicle",
         Class::Person => "person",

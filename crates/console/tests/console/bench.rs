@@ -24,6 +24,8 @@ use wire::time::{Echo, Instant, PeerStamp, Span};
 
 const FEED: ChannelKey = ChannelKey([1; 32]);
 const INTENTS: ChannelKey = ChannelKey([2; 32]);
+/// When a bench begins.
+const START: Instant = Instant(5_000_000);
 /// A tag and a header around a body, bytes.
 const AROUND: (usize, usize) = (wire::bus::HEADER_LEN, wire::bus::TAG_LEN);
 
@@ -76,10 +78,18 @@ impl Bench {
     }
 
     fn with(policy: Policy, role: Role, script: Vec<Step>, revocations: Vec<(NodeId, Vec<u8>)>) -> Self {
-        let now = Instant(5_000_000);
+        Self::around(console(policy, role, script, revocations, START))
+    }
+
+    /// With a person in this role, who commands these units.
+    pub(crate) fn over(units: &[UnitId], policy: Policy, role: Role) -> Self {
+        Self::around(console_of(units, policy, role, Vec::new(), Vec::new(), START))
+    }
+
+    fn around(console: Console) -> Self {
         let mut bench = Self {
-            console: console(policy, role, script, revocations, now),
-            now,
+            console,
+            now: START,
             gateway: Sender::new(Topic::Feed, NodeId::GATEWAY, Boot(1), FEED),
             events: Vec::new(),
             asked: Vec::new(),
@@ -227,7 +237,17 @@ pub(crate) fn console(
     revocations: Vec<(NodeId, Vec<u8>)>,
     now: Instant,
 ) -> Console {
-    let known = [NodeId::UNIT_A, NodeId::UNIT_B];
+    console_of(&[UnitId::A, UnitId::B], policy, role, script, revocations, now)
+}
+
+fn console_of(
+    units: &[UnitId],
+    policy: Policy,
+    role: Role,
+    script: Vec<Step>,
+    revocations: Vec<(NodeId, Vec<u8>)>,
+    now: Instant,
+) -> Console {
     let setup = Setup {
         node: NodeId::CONSOLE,
         boot: Boot(1),
@@ -236,7 +256,7 @@ pub(crate) fn console(
         policy,
         bounds: Bounds::GROUND,
         secret: Secret([9; 32]),
-        public_keys: known.into_iter().map(|node| (node, key_of(node).public())).collect(),
+        public_keys: units.iter().map(|unit| (unit.node(), key_of(unit.node()).public())).collect(),
         channels: vec![
             Channel { topic: Topic::Feed, producer: NodeId::GATEWAY, key: FEED },
             Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: INTENTS },
@@ -245,7 +265,7 @@ pub(crate) fn console(
         verified: None,
     };
     let config = ConsoleConfig {
-        units: vec![UnitId::A, UnitId::B],
+        units: units.to_vec(),
         operator: NodeId::OPERATOR,
         operator_secret: Secret([NodeId::OPERATOR.index() as u8 + 1; 32]),
         role,

@@ -7,5 +7,11 @@ mod acts;
 mod bench;
 mod display;
 mod properties;
+#[cfg(feature = "gui")]
+mod scenes;
 mod script;
+#[cfg(feature = "gui")]
+mod window;
 mod world;
+#[cfg(feature = "gui")]
+mod yard;

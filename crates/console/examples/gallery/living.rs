@@ -1,0 +1,117 @@
+//! A scene that goes on and obeys, and what drawing it takes.
+
+use std::fs;
+use std::time::Duration;
+
+use console::gui::{Picture, Window, Wish};
+use eframe::egui::{Ui, ViewportCommand};
+use wire::time::Span;
+
+use crate::Take;
+
+/// Time between two pictures.
+const BETWEEN: Span = Span::ms(200);
+/// Ticks of the kernel's accounts in a second.
+const TICKS: f64 = 100.0;
+
+/// A scene in a window.
+pub(crate) struct Living {
+    take: Take,
+    window: Option<Window>,
+    /// When the last picture was made, on egui's clock.
+    last: f64,
+    pictures: u32,
+    measured: Option<Measured>,
+}
+
+/// What is measured, for so many seconds.
+struct Measured {
+    seconds: f64,
+    began: Option<Usage>,
+}
+
+/// What this process has taken.
+struct Usage {
+    /// On egui's clock, seconds.
+    at: f64,
+    /// Since the process began, seconds.
+    age: f64,
+    cpu: f64,
+    resident_mb: u64,
+}
+
+impl Living {
+    pub(crate) fn new(take: Take, seconds: Option<f64>) -> Self {
+        let measured = seconds.map(|seconds| Measured { seconds, began: None });
+        Self { take, window: None, last: 0.0, pictures: 0, measured }
+    }
+
+    /// Lets the scene go on, and gives up what the tests keep to look at later.
+    fn go_on(&mut self) {
+        let yard = &mut self.take.yard;
+        yard.run(BETWEEN);
+        yard.film.clear();
+        yard.bench.mouth.clear();
+        yard.bench.events.clear();
+        yard.bench.texts.clear();
+        self.pictures += 1;
+    }
+
+    fn measure(&mut self, ui: &Ui, now: f64) {
+        let Some(measured) = &mut self.measured else { return };
+        let usage = Usage::now(now);
+        let Some(began) = &measured.began else {
+            println!("first picture {:.2} s after the process began", usage.age);
+            measured.began = Some(usage);
+            self.pictures = 0;
+            return;
+        };
+        let took = usage.at - began.at;
+        if took >= measured.seconds {
+            let (share, first, last) = ((usage.cpu - began.cpu) / took, began.resident_mb, usage.resident_mb);
+            println!(
+                "{} pictures in {took:.1} s, {share:.3} of a core, {first} MB at first, {last} MB at last",
+                self.pictures
+            );
+            self.measured = None;
+            ui.ctx().send_viewport_cmd(ViewportCommand::Close);
+        }
+    }
+}
+
+impl eframe::App for Living {
+    fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
+        let now = ui.input(|input| input.time);
+        let between = BETWEEN.as_ms() / 1000.0;
+        if now - self.last >= between {
+            self.last = now;
+            self.go_on();
+        }
+        let window = self.window.get_or_insert_with(|| self.take.window(ui));
+        let shown = self.take.yard.shown();
+        let picture = Picture { shown: &shown, behind: self.take.behind, tape: self.take.tape.as_ref() };
+        for wish in window.draw(ui, &picture) {
+            if let Wish::Act(act) = wish {
+                // What comes of it is in the picture.
+                let _ = self.take.yard.bench.act(act);
+            }
+        }
+        self.measure(ui, now);
+        ui.ctx().request_repaint_after(Duration::from_secs_f64((self.last + between - now).clamp(0.0, between)));
+    }
+}
+
+impl Usage {
+    /// As the kernel accounts for it.
+    fn now(at: f64) -> Self {
+        let stat = fs::read_to_string("/proc/self/stat").unwrap();
+        let field =
+            |n: usize| stat.rsplit(')').next().unwrap().split_whitespace().nth(n).unwrap().parse::<f64>().unwrap();
+        let uptime = fs::read_to_string("/proc/uptime").unwrap();
+        let uptime: f64 = uptime.split_whitespace().next().unwrap().parse().unwrap();
+        let status = fs::read_to_string("/proc/self/status").unwrap();
+        let resident = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();
+        let kb: u64 = resident.split_whitespace().next().unwrap().parse().unwrap();
+        Self { at, age: uptime - field(19) / TICKS, cpu: (field(11) + field(12)) / TICKS, resident_mb: kb / 1024 }
+    }
+}

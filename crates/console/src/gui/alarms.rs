@@ -1,0 +1,100 @@
+//! Alarms: the most urgent first, with what they say, since when, whether they still stand, and whether somebody took note.
+
+use eframe::egui::{Align, Button, Label, Layout, RichText, Role, TextEdit, Ui, WidgetInfo};
+use egui_extras::{Column, TableBuilder, TableRow};
+
+use super::Wish;
+use super::desk::Desk;
+use super::sign::{self, Shape, Tone};
+use super::theme::{Palette, ROW};
+use super::words;
+use crate::act::Act;
+use crate::alarm::{self, Priority, ShownAlarm};
+use crate::shown::Shown;
+
+/// Longest text that is searched for, bytes.
+const MAX_SEARCH: usize = 64;
+
+/// The list, with its controls above.
+pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+    let open = |alarm: &&ShownAlarm| !alarm.acknowledged;
+    ui.horizontal_wrapped(|ui| {
+        let count = shown.alarms.iter().filter(open).count();
+        let tone = if count > 0 { Tone::Caution } else { Tone::Weak };
+        ui.label(RichText::new(format!("{count} not acknowledged")).color(tone.color(Palette::of(ui))));
+        if ui.add_enabled(count > 0, Button::new("Acknowledge all")).clicked() {
+            wishes.extend(shown.alarms.iter().filter(open).map(acknowledge));
+        }
+        ui.checkbox(&mut desk.acknowledged, "acknowledged too");
+        let label = ui.label(RichText::new("search").weak());
+        let edit = TextEdit::singleline(&mut desk.search).char_limit(MAX_SEARCH).desired_width(110.0);
+        ui.add(edit).labelled_by(label.id);
+        if shown.alarms_more > 0 {
+            let text = format!("{} more for which there was no room", shown.alarms_more);
+            ui.label(RichText::new(text).color(Palette::of(ui).caution));
+        }
+    });
+    let wanted = desk.search.to_lowercase();
+    let fits = |alarm: &&ShownAlarm| {
+        (desk.acknowledged || !alarm.acknowledged) && alarm::words(&alarm.alarm).to_lowercase().contains(&wanted)
+    };
+    let listed: Vec<&ShownAlarm> = shown.alarms.iter().filter(fits).collect();
+    if listed.is_empty() {
+        ui.label(RichText::new(if shown.alarms.is_empty() { "No alarm." } else { "No alarm fits the search." }).weak());
+        return;
+    }
+    let table = TableBuilder::new(ui).striped(true).auto_shrink([false, false]);
+    let table = table.cell_layout(Layout::left_to_right(Align::Center));
+    let table = table.column(Column::exact(84.0)).column(Column::exact(84.0)).column(Column::exact(92.0));
+    table.column(Column::remainder().clip(true)).body(|body| {
+        body.rows(ROW, listed.len(), |mut row| {
+            if let Some(of) = listed.get(row.index()) {
+                cells(&mut row, shown, of, wishes);
+            }
+        });
+    });
+}
+
+fn acknowledge(alarm: &ShownAlarm) -> Wish {
+    Wish::Act(Act::Acknowledge(alarm.alarm, alarm.since))
+}
+
+/// What stands for a priority.
+fn sign_of(priority: Priority) -> (Tone, Shape) {
+    match priority {
+        Priority::High => (Tone::Alarm, Shape::Square),
+        Priority::Medium => (Tone::Caution, Shape::Diamond),
+        Priority::Low => (Tone::Advice, Shape::Triangle),
+    }
+}
+
+fn cells(row: &mut TableRow<'_, '_>, shown: &Shown, of: &ShownAlarm, wishes: &mut Vec<Wish>) {
+    let (tone, shape) = sign_of(of.priority);
+    // What was taken note of is no longer asked for.
+    let tone = if of.acknowledged { Tone::Weak } else { tone };
+    let text = alarm::words(&of.alarm);
+    row.col(|ui| {
+        sign::shape(ui, shape, tone, of.priority.name());
+        ui.label(RichText::new(of.priority.name()).color(tone.color(Palette::of(ui))));
+    });
+    row.col(|ui| {
+        let since = words::ago(shown.at.since(of.since));
+        ui.label(RichText::new(since).monospace());
+    });
+    row.col(|ui| {
+        if of.acknowledged {
+            ui.label(RichText::new("acknowledged").weak());
+            return;
+        }
+        let button = ui.small_button("acknowledge");
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), format!("acknowledge: {text}")));
+        if button.clicked() {
+            wishes.push(acknowledge(of));
+        }
+    });
+    row.col(|ui| {
+        let color = if of.acknowledged { Palette::of(ui).weak } else { Palette::of(ui).strong };
+        let over = if of.standing { "" } else { "over: " };
+        ui.add(Label::new(RichText::new(format!("{over}{text}")).color(color)).truncate());
+    });
+}

@@ -1,0 +1,152 @@
+//! The window as a program: takes the newest picture, draws it, sends what was done. Between it and the console's core
+//! stands a [`Source`], so that a live core and a recording are drawn by the same code.
+//!
+//! A picture is drawn when it comes, at most [`MOST_OFTEN`]; without one the window still draws a few times a second and
+//! says so once the last is too old to be called current.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use eframe::egui::{self, CentralPanel, Context, RichText, Ui};
+use eframe::{App, CreationContext, Frame, NativeOptions};
+use wire::id::UnitId;
+use wire::time::Span;
+
+use super::layout::{MAX_SAVED, Tiling};
+use super::replay::{Seek, Tape};
+use super::{Picture, Window, Wish, theme};
+use crate::act::Act;
+use crate::shown::Shown;
+use crate::site::Site;
+
+/// Least time between two pictures drawn because one came.
+pub const MOST_OFTEN: Duration = Duration::from_millis(100);
+/// The window is drawn anew after this time at the latest.
+pub const AT_LEAST: Duration = Duration::from_millis(250);
+/// A picture with none after it for so long is not current. A live core gives several a second.
+pub const CURRENT: Span = Span::s(1);
+
+/// Where pictures come from, and where acts go. No call waits.
+pub trait Source {
+    /// The newest picture, if it is newer than the last one asked for.
+    fn newest(&mut self) -> Option<Arc<Shown>>;
+    /// Hands an act over. What comes of it is in the pictures.
+    fn send(&mut self, act: Act);
+    /// Where the recording stands; `None` when this is live.
+    fn tape(&mut self) -> Option<Tape> {
+        None
+    }
+    /// Goes elsewhere in the recording.
+    fn seek(&mut self, _to: Seek) {}
+    /// Whether there will be no picture any more: the window closes.
+    fn over(&mut self) -> bool {
+        false
+    }
+}
+
+/// Tells the window, from any thread, that a picture has come.
+pub type Wake = Box<dyn Fn() + Send>;
+
+/// How the window is to be.
+#[derive(Clone, Debug)]
+pub struct Looks {
+    /// In the title.
+    pub title: String,
+    /// Whom commands go to first.
+    pub unit: UnitId,
+    /// Beneath the map.
+    pub site: Site,
+    /// Where the layout is kept between two runs; nowhere when absent.
+    pub layout: Option<PathBuf>,
+}
+
+/// Opens the window and returns when it was closed. `start` gets the way to wake it up.
+pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'static) -> Result<(), eframe::Error> {
+    let viewport = egui::ViewportBuilder::default()
+        .with_title(&looks.title)
+        .with_app_id("holdsafe-console")
+        .with_inner_size([1440.0, 860.0])
+        .with_min_inner_size([1180.0, 640.0]);
+    let options = NativeOptions { viewport, renderer: eframe::Renderer::Glow, ..NativeOptions::default() };
+    let title = looks.title.clone();
+    let make = move |context: &CreationContext<'_>| -> Result<Box<dyn App>, _> {
+        theme::apply(&context.egui_ctx);
+        let ctx = context.egui_ctx.clone();
+        start(Box::new(move || ctx.request_repaint_after(MOST_OFTEN)));
+        Ok(Box::new(Program::new(looks, source)))
+    };
+    eframe::run_native(&title, options, Box::new(make))
+}
+
+/// The program.
+struct Program {
+    window: Window,
+    source: Box<dyn Source>,
+    newest: Option<Arc<Shown>>,
+    /// When it came, on egui's clock, seconds.
+    came: f64,
+    layout: Option<PathBuf>,
+}
+
+impl Program {
+    fn new(looks: Looks, source: Box<dyn Source>) -> Self {
+        let mut window = Window::new(looks.unit, looks.site);
+        if let Some(tiling) = looks.layout.as_ref().and_then(|path| kept(path)) {
+            *window.tiling_mut() = tiling;
+        }
+        Self { window, source, newest: None, came: 0.0, layout: looks.layout }
+    }
+}
+
+impl App for Program {
+    /// Runs while the window is hidden too, so that nothing piles up.
+    fn logic(&mut self, ctx: &Context, _: &mut Frame) {
+        if let Some(newest) = self.source.newest() {
+            self.newest = Some(newest);
+            self.came = ctx.input(|input| input.time);
+        }
+        if self.source.over() {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+        ctx.request_repaint_after(AT_LEAST);
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _: &mut Frame) {
+        let Some(shown) = self.newest.clone() else {
+            CentralPanel::default()
+                .show(ui, |ui| ui.label(RichText::new("Waiting for the console's core.").size(15.0)));
+            return;
+        };
+        let tape = self.source.tape();
+        // A recording stands still when nobody moves it.
+        let behind = Span(((ui.input(|input| input.time) - self.came).max(0.0) * 1e6) as u64);
+        let behind = Some(behind).filter(|behind| tape.is_none() && *behind > CURRENT);
+        for wish in self.window.draw(ui, &Picture { shown: &shown, behind, tape: tape.as_ref() }) {
+            match wish {
+                Wish::Act(act) => self.source.send(act),
+                Wish::Seek(to) => self.source.seek(to),
+            }
+        }
+    }
+
+    fn on_exit(&mut self, _: Option<&eframe::glow::Context>) {
+        let Some(path) = &self.layout else { return };
+        // A layout that cannot be kept is no reason to fail at the end of a run.
+        let kept = self.window.tiling_mut().saved().map_err(std::io::Error::other);
+        let kept = kept.and_then(|saved| {
+            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+            std::fs::write(path, saved)
+        });
+        if let Err(why) = kept {
+            eprintln!("the layout was not kept in {}: {why}", path.display());
+        }
+    }
+}
+
+/// The layout of the last run, if it can be used.
+fn kept(path: &std::path::Path) -> Option<Tiling> {
+    let length = std::fs::metadata(path).ok()?.len();
+    let saved = std::fs::read_to_string(path).ok().filter(|_| length <= MAX_SAVED as u64)?;
+    Tiling::read(&saved).ok()
+}

@@ -1,0 +1,235 @@
+//! The command column. Towards safe takes one step, from every state of the window; away from safe takes three: choose,
+//! arm, confirm with a reason. Nothing here ever covers the rest: what asks for a confirmation stands in the column.
+//!
+//! What may be done is no decision of this view: it draws the interlocks and what is prepared as the model has them.
+
+use eframe::egui::{self, Button, Key, Label, Layout, Modifiers, RichText, ScrollArea, Stroke, TextEdit, Ui, vec2};
+use wire::codec::Text;
+use wire::command::CommandKind;
+use wire::id::UnitId;
+
+use super::desk::Desk;
+use super::theme::Palette;
+use super::words::{self, seconds};
+use super::{Wish, given};
+use crate::act::{Act, Order, Prepared};
+use crate::shown::Shown;
+
+/// Width of the column, points.
+pub(super) const WIDTH: f32 = 292.0;
+/// Longest reason, bytes, as the intent carries it.
+const MAX_REASON: usize = 64;
+
+/// The keys that command, read before any control sees them: so HOLD works while somebody types.
+pub(super) fn keys(ui: &Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+    if dead(shown).is_some() {
+        return;
+    }
+    for (key, modifiers) in pressed(ui) {
+        match (key, modifiers.shift) {
+            (Key::F1, false) => wishes.push(hold(desk.unit)),
+            (Key::F1, true) => wishes.extend(units(shown).map(hold)),
+            (Key::F9, _) => wishes.extend(shown.prepared.and_then(|prepared| confirm(desk, &prepared))),
+            (Key::Escape, _) if shown.prepared.is_some() => withdraw(desk, wishes),
+            _ => {}
+        }
+    }
+}
+
+/// Keys that went down in this frame. One that is held down repeats itself; that is no further press.
+fn pressed(ui: &Ui) -> Vec<(Key, Modifiers)> {
+    let press = |event: &egui::Event| {
+        let egui::Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event else { return None };
+        Some((*key, *modifiers))
+    };
+    ui.input(|input| input.events.iter().filter_map(press).collect())
+}
+
+/// Takes repeated Enter and Space out of this frame: a control that has the focus would be pressed again by each.
+pub(super) fn no_repeats(ui: &Ui) {
+    let repeated = |event: &egui::Event| {
+        matches!(event, egui::Event::Key { key: Key::Enter | Key::Space, pressed: true, repeat: true, .. })
+    };
+    ui.input_mut(|input| input.events.retain(|event| !repeated(event)));
+}
+
+/// The column.
+pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+    towards_safe(ui, desk, shown, wishes);
+    ui.add_space(2.0);
+    ui.separator();
+    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        match &shown.prepared {
+            Some(prepared) => confirmation(ui, desk, shown, prepared, wishes),
+            None => choice(ui, desk, shown, wishes),
+        }
+        ui.separator();
+        given::draw(ui, shown);
+    });
+}
+
+fn hold(unit: UnitId) -> Wish {
+    Wish::Act(Act::Now(Order::Command(unit, CommandKind::Hold)))
+}
+
+fn units(shown: &Shown) -> impl Iterator<Item = UnitId> {
+    shown.units.iter().map(|unit| unit.unit).chain(shown.silent.iter().copied())
+}
+
+fn confirm(desk: &mut Desk, prepared: &Prepared) -> Option<Wish> {
+    let reason = desk.reason.trim();
+    if reason.is_empty() {
+        return None;
+    }
+    let act = Act::Confirm(prepared.order, Text::new(reason));
+    desk.reason.clear();
+    desk.order = None;
+    Some(Wish::Act(act))
+}
+
+fn withdraw(desk: &mut Desk, wishes: &mut Vec<Wish>) {
+    desk.reason.clear();
+    desk.order = None;
+    wishes.push(Wish::Act(Act::Withdraw));
+}
+
+/// Whether the console commands at all. A lock of the whole column, said once at its top.
+fn dead(shown: &Shown) -> Option<&'static str> {
+    if shown.marks.replay {
+        Some("REPLAY: a recording takes no commands")
+    } else if shown.role == crate::act::Role::View {
+        Some("ROLE VIEW: this console takes no commands")
+    } else {
+        None
+    }
+}
+
+fn towards_safe(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+    let palette = Palette::of(ui);
+    let dead = dead(shown);
+    if let Some(why) = dead {
+        ui.label(RichText::new(why).color(palette.caution).strong());
+    }
+    let live = dead.is_none();
+    let text = RichText::new(format!("HOLD {}   F1", desk.unit)).size(20.0).strong();
+    let (fill, ink) = if live { (palette.strong, palette.on_block) } else { (palette.raised, palette.weak) };
+    let button = Button::new(text.color(ink)).fill(fill).stroke(Stroke::new(1.0, palette.line));
+    if wide(ui, live, 56.0, button) {
+        wishes.push(hold(desk.unit));
+    }
+    let half = vec2((ui.available_width() - 6.0) / 2.0, 28.0);
+    ui.horizontal(|ui| {
+        if ui.add_enabled(live, Button::new("HOLD ALL   Shift F1").min_size(half)).clicked() {
+            wishes.extend(units(shown).map(hold));
+        }
+        if ui.add_enabled(live, Button::new(format!("Disarm {}", desk.unit)).min_size(half)).clicked() {
+            wishes.push(Wish::Act(Act::Now(Order::Command(desk.unit, CommandKind::Disarm))));
+        }
+    });
+}
+
+/// A button as wide as the column; whether it was pressed.
+fn wide(ui: &mut Ui, enabled: bool, height: f32, button: Button<'_>) -> bool {
+    let size = vec2(ui.available_width(), height);
+    let add = |ui: &mut Ui| ui.add_enabled(enabled, button.min_size(size)).clicked();
+    ui.allocate_ui_with_layout(size, Layout::centered_and_justified(egui::Direction::LeftToRight), add).inner
+}
+
+/// What may be ordered away from safe, for the chosen unit and track.
+fn orders(desk: &Desk, shown: &Shown) -> Vec<Order> {
+    let mut kinds = vec![CommandKind::Enable, CommandKind::Resume];
+    if let Some((_, track)) = desk.track.filter(|(unit, _)| *unit == desk.unit) {
+        kinds.push(CommandKind::Arm(track));
+    }
+    let held = shown.unit(desk.unit).and_then(|unit| unit.state.fresh()).and_then(|state| state.authority);
+    kinds.extend(held.map(|held| CommandKind::Confirm(held.track)));
+    let revoke = shown.revocable.iter().map(|(who, _)| Order::Revoke(*who));
+    kinds.into_iter().map(|kind| Order::Command(desk.unit, kind)).chain(revoke).collect()
+}
+
+/// First step: choose; second step: arm. An order whose interlocks do not hold names the first beside it.
+fn choice(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+    heading(ui, "Away from safe: choose, arm, confirm");
+    let orders = orders(desk, shown);
+    for order in &orders {
+        order_row(ui, desk, shown, order);
+    }
+    if !orders.iter().any(|order| matches!(order, Order::Command(_, CommandKind::Arm(_)))) {
+        ui.label(RichText::new("To arm: choose a track in table or map.").weak().small());
+    }
+    let chosen = desk.order.filter(|order| orders.contains(order));
+    let Some(order) = chosen else { return };
+    ui.add_space(4.0);
+    ui.add(Label::new(RichText::new(words::consequence(&order)).strong()).wrap());
+    predicates(ui, shown, &order);
+    let text = format!("Arm: {}", words::order(&order));
+    let ready = shown.unable(&order).is_none();
+    if wide(ui, ready, 34.0, Button::new(RichText::new(text).size(15.0))) {
+        wishes.push(Wish::Act(Act::Prepare(order)));
+    }
+}
+
+fn order_row(ui: &mut Ui, desk: &mut Desk, shown: &Shown, order: &Order) {
+    let why_not = shown.interlocks(order).into_iter().find(|predicate| !predicate.holds);
+    let chosen = desk.order == Some(*order);
+    ui.horizontal(|ui| {
+        let text = RichText::new(words::order(order));
+        let text = if why_not.is_some() { text.color(Palette::of(ui).weak) } else { text };
+        if ui.radio(chosen, text).clicked() {
+            desk.order = Some(*order);
+        }
+        if let Some(failing) = &why_not {
+            let says = format!("{}: {}", failing.name, failing.value);
+            ui.add(Label::new(RichText::new(says).small().weak()).truncate());
+        }
+    });
+}
+
+fn predicates(ui: &mut Ui, shown: &Shown, order: &Order) {
+    for predicate in shown.interlocks(order) {
+        super::why::row(ui, &predicate, true);
+    }
+}
+
+/// Third step: the consequence, the time left, the reason, and the two ways out.
+fn confirmation(ui: &mut Ui, desk: &mut Desk, shown: &Shown, prepared: &Prepared, wishes: &mut Vec<Wish>) {
+    let palette = Palette::of(ui);
+    countdown(ui, shown, prepared);
+    ui.add(Label::new(RichText::new(words::consequence(&prepared.order)).size(14.0).color(palette.strong)).wrap());
+    let label = ui.label(RichText::new("Reason: it goes into the signed order").weak());
+    let edit = TextEdit::singleline(&mut desk.reason).hint_text("required").char_limit(MAX_REASON);
+    let edit = ui.add(edit.desired_width(f32::INFINITY)).labelled_by(label.id);
+    // What is seen is what will be signed.
+    desk.reason = Text::<MAX_REASON>::new(&desk.reason).as_str().to_owned();
+    // Whoever armed goes on typing.
+    if ui.memory(|memory| memory.focused().is_none()) {
+        edit.request_focus();
+    }
+    let ready = !desk.reason.trim().is_empty();
+    let text = RichText::new(format!("CONFIRM: {}   F9", words::order(&prepared.order))).size(15.0).strong();
+    let (fill, ink) = if ready { (palette.mark, palette.on_block) } else { (palette.raised, palette.weak) };
+    if wide(ui, ready, 38.0, Button::new(text.color(ink)).fill(fill).wrap()) {
+        wishes.extend(confirm(desk, prepared));
+    }
+    if wide(ui, true, 26.0, Button::new("Disarm   Esc")) {
+        withdraw(desk, wishes);
+    }
+}
+
+/// How long what is armed stays so: a number, and a bar that shrinks.
+fn countdown(ui: &mut Ui, shown: &Shown, prepared: &Prepared) {
+    let palette = Palette::of(ui);
+    let left = prepared.until.since(shown.at);
+    let share = left.0 as f32 / prepared.until.since(prepared.since).0.max(1) as f32;
+    let text = format!("ARMED: {}, {} left", words::order(&prepared.order), seconds(left));
+    ui.add(Label::new(RichText::new(text).strong().color(palette.mark)).truncate());
+    let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 6.0), egui::Sense::hover());
+    ui.painter().rect_filled(rect, 2.0, palette.raised);
+    let bar = egui::Rect::from_min_size(rect.min, vec2(rect.width() * share.clamp(0.0, 1.0), rect.height()));
+    ui.painter().rect_filled(bar, 2.0, palette.mark);
+}
+
+/// What the rows below are.
+pub(super) fn heading(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).small().weak());
+}

@@ -1,0 +1,96 @@
+//! What the window remembers between two pictures: what is chosen, typed and looked at. Nothing of it is about the world
+//! but the plotted ages, which are of pictures that were drawn.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use wire::id::{TrackId, UnitId};
+use wire::person::Order;
+use wire::time::{Instant, Span};
+
+use super::map::Camera;
+use super::tracks::Sort;
+use crate::shown::Shown;
+
+/// How long a unit's ages are plotted.
+pub(super) const PLOTTED: Span = Span::s(60);
+/// Time between two plotted ages; so at most 600 of each unit are kept.
+const BETWEEN_AGES: Span = Span::ms(100);
+
+/// The window's own state.
+#[derive(Debug)]
+pub(super) struct Desk {
+    /// Whom commands go to.
+    pub(super) unit: UnitId,
+    /// The track that is looked at.
+    pub(super) track: Option<(UnitId, TrackId)>,
+    /// The order away from safe that is looked at.
+    pub(super) order: Option<Order>,
+    /// The reason as typed, for what is prepared.
+    pub(super) reason: String,
+    /// The number of the act that prepared it.
+    prepared: Option<u64>,
+    /// What alarms are searched for.
+    pub(super) search: String,
+    /// Whether alarms that were acknowledged are shown.
+    pub(super) acknowledged: bool,
+    /// Order of the track table.
+    pub(super) sort: Sort,
+    /// What part of the map is seen.
+    pub(super) camera: Option<Camera>,
+    /// Ages of what was shown, by unit, oldest first.
+    pub(super) ages: BTreeMap<UnitId, VecDeque<(Instant, Span)>>,
+}
+
+impl Desk {
+    pub(super) fn new(unit: UnitId) -> Self {
+        Self {
+            unit,
+            track: None,
+            order: None,
+            reason: String::new(),
+            prepared: None,
+            search: String::new(),
+            acknowledged: true,
+            sort: Sort::default(),
+            camera: None,
+            ages: BTreeMap::new(),
+        }
+    }
+
+    /// Turns to another unit; what was chosen for the last one is not carried over.
+    pub(super) fn choose(&mut self, unit: UnitId) {
+        if self.unit != unit {
+            self.unit = unit;
+            self.order = None;
+            self.track = self.track.filter(|(of, _)| *of == unit);
+        }
+    }
+
+    /// Looks at a track, and turns to its unit.
+    pub(super) fn look_at(&mut self, unit: UnitId, track: TrackId) {
+        self.choose(unit);
+        self.track = Some((unit, track));
+    }
+
+    /// Takes note of a picture: of its ages, and of what is prepared, for no order inherits another's reason. In a
+    /// recording time also runs backwards: then the plot begins anew.
+    pub(super) fn note(&mut self, shown: &Shown) {
+        let prepared = shown.prepared.map(|prepared| prepared.serial);
+        if self.prepared != prepared {
+            self.prepared = prepared;
+            self.reason.clear();
+        }
+        for unit in &shown.units {
+            let ages = self.ages.entry(unit.unit).or_default();
+            match ages.back() {
+                Some((last, _)) if shown.at < *last => ages.clear(),
+                Some((last, _)) if shown.at.since(*last) < BETWEEN_AGES => continue,
+                _ => {}
+            }
+            ages.push_back((shown.at, unit.state.age()));
+            while ages.front().is_some_and(|(first, _)| shown.at.since(*first) > PLOTTED) {
+                ages.pop_front();
+            }
+        }
+    }
+}

@@ -1,0 +1,81 @@
+//! What became of orders: how far each has come, with times; and what was not done, with the reason.
+
+use eframe::egui::{Align, Color32, Label, Layout, RichText, Ui};
+
+use super::command::heading;
+use super::sign::{self, Shape, Tone};
+use super::theme::Palette;
+use super::words;
+use crate::act::{Act, Answer, Order};
+use crate::life::ShownCommand;
+use crate::shown::Shown;
+
+/// Commands and answers that are listed.
+const LISTED: usize = 6;
+
+/// Both lists, newest first.
+pub(super) fn draw(ui: &mut Ui, shown: &Shown) {
+    commands(ui, shown);
+    answers(ui, shown);
+}
+
+fn commands(ui: &mut Ui, shown: &Shown) {
+    heading(ui, "Commands, newest first");
+    if shown.commands.is_empty() {
+        ui.label(RichText::new("none given").weak());
+    }
+    ui.spacing_mut().item_spacing.y = 1.0;
+    ui.spacing_mut().interact_size.y = 16.0;
+    for command in shown.commands.iter().rev().take(LISTED) {
+        command_rows(ui, shown, command);
+        ui.add_space(4.0);
+    }
+}
+
+fn command_rows(ui: &mut Ui, shown: &Shown, command: &ShownCommand) {
+    let palette = Palette::of(ui);
+    let (tone, shape) = sign::life(command.life);
+    let order = words::order(&Order::Command(command.unit, command.kind));
+    ui.horizontal(|ui| {
+        sign::shape(ui, shape, tone, &words::life(command.life));
+        ui.add(Label::new(RichText::new(order).color(palette.strong)).truncate());
+        let ago = words::ago(shown.at.since(command.times.requested));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(ago).small().weak()));
+    });
+    indented(ui, &words::life(command.life), tone.color(palette));
+    let stages = words::stages(command);
+    if !stages.is_empty() {
+        indented(ui, &stages, palette.weak);
+    }
+}
+
+fn indented(ui: &mut Ui, text: &str, color: Color32) {
+    ui.horizontal(|ui| {
+        ui.add_space(20.0);
+        ui.add(Label::new(RichText::new(text).small().color(color)).wrap());
+    });
+}
+
+/// Acts that came to nothing, with the reason.
+fn answers(ui: &mut Ui, shown: &Shown) {
+    let refused = |answer: &&Answer| answer.outcome.is_err();
+    let last: Vec<&Answer> = shown.answers.iter().rev().filter(refused).take(LISTED).collect();
+    if last.is_empty() {
+        return;
+    }
+    heading(ui, "Not done");
+    for answer in last {
+        let Err(why) = answer.outcome else { continue };
+        let what = match answer.act {
+            Some(Act::Now(order) | Act::Prepare(order) | Act::Confirm(order, _)) => words::order(&order),
+            Some(Act::Withdraw) => "disarm".to_owned(),
+            Some(Act::Acknowledge(..)) => "acknowledge".to_owned(),
+            None => "an act".to_owned(),
+        };
+        let text = format!("{what}: {}, {}", why.says(), words::ago(shown.at.since(answer.at)));
+        ui.horizontal(|ui| {
+            sign::shape(ui, Shape::Diamond, Tone::Caution, "not done");
+            ui.add(Label::new(RichText::new(text).color(Palette::of(ui).text)).wrap());
+        });
+    }
+}

@@ -1,0 +1,316 @@
+//! The map from above, north up: the planned site, the units, their tracks, and how far each may have gone since it was seen.
+//!
+//! Around each thing stands the circle in which it may be by now: its age times the greatest speed that anything on the
+//! platform's site is credited with. What is lost stays at its last place, crossed out. Fresh is drawn above stale,
+//! symbols above labels; a label that finds no room is left out, and their number is said.
+
+use eframe::egui::{
+    Align2, Button, FontId, Painter, Pos2, Rect, Response, Role, Sense, Stroke, TextWrapMode, Ui, Vec2, WidgetInfo,
+    vec2,
+};
+use wire::event::Freshness;
+use wire::id::{TrackId, UnitId};
+use wire::time::Span;
+
+use super::desk::Desk;
+use super::plan;
+use super::sign::{self, Shape, Tone};
+use super::theme::Palette;
+use super::words::{metres, seconds};
+use crate::shown::{Shown, ShownUnit};
+use crate::site::{Place, Site};
+use crate::text::class_name;
+
+/// The largest circle that is drawn, metres: beyond it, "anywhere" is what it says.
+const WIDEST: f32 = 60.0;
+/// How near a click has to be, points.
+const REACH: f32 = 14.0;
+/// Circles beyond which those of tracks would hide what they are about: then the chosen track and the units keep theirs.
+const MOST_CIRCLES: usize = 40;
+/// Scales that can be zoomed to, points a metre.
+const SCALES: std::ops::RangeInclusive<f32> = 0.5..=200.0;
+
+/// What part of the world is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Camera {
+    /// In the middle.
+    center: Place,
+    /// Points a metre.
+    scale: f32,
+}
+
+/// A camera over a pane.
+#[derive(Clone, Copy)]
+pub(super) struct View {
+    camera: Camera,
+    pub(super) rect: Rect,
+}
+
+impl View {
+    /// Where a place lies in the pane.
+    pub(super) fn at(&self, place: Place) -> Pos2 {
+        let Camera { center, scale } = self.camera;
+        self.rect.center() + vec2((place[0] - center[0]) * scale, (center[1] - place[1]) * scale)
+    }
+
+    /// How long a distance in metres is, points.
+    pub(super) fn long(&self, metres: f32) -> f32 {
+        metres * self.camera.scale
+    }
+
+    /// What lies at a point of the pane.
+    pub(super) fn place(&self, at: Pos2) -> Place {
+        let Camera { center, scale } = self.camera;
+        let from = at - self.rect.center();
+        [center[0] + from.x / scale, center[1] - from.y / scale]
+    }
+}
+
+/// Something with a place, an age and a name.
+struct Thing {
+    at: Pos2,
+    may_be: f32,
+    tone: Tone,
+    shape: Shape,
+    label: String,
+    freshness: Freshness,
+    /// The track, if it is one.
+    track: Option<(UnitId, TrackId)>,
+    /// Heading, radians counter-clockwise from east, if it is a unit.
+    yaw: Option<f32>,
+    chosen: bool,
+}
+
+/// The map.
+pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
+    let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+    let all = around(site, shown);
+    let mut view = View { camera: desk.camera.unwrap_or_else(|| fit(&all, rect)), rect };
+    if steer(ui, &response, &mut view) {
+        desk.camera = Some(view.camera);
+    }
+    if response.double_clicked() {
+        desk.camera = None;
+    }
+    let things = things(desk, shown, &view);
+    let painter = ui.painter_at(rect);
+    let palette = Palette::of(ui);
+    painter.rect_filled(rect, 0.0, palette.ground);
+    plan::draw(&painter, palette, site, &view);
+    let (left_out, crowded) = paint(&painter, palette, &things);
+    if response.clicked()
+        && let Some((unit, track)) = response.interact_pointer_pos().and_then(|at| nearest(&things, at))
+    {
+        desk.look_at(unit, track);
+    }
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, says(&things)));
+    if left_out > 0 {
+        let circles = if crowded { "; circles of the chosen track and of units only" } else { "" };
+        let note = format!("labels left out for want of room: {left_out}{circles}");
+        painter.text(
+            rect.left_bottom() + vec2(8.0, -8.0),
+            Align2::LEFT_BOTTOM,
+            note,
+            FontId::proportional(11.0),
+            palette.weak,
+        );
+    }
+    buttons(ui, desk, view);
+}
+
+/// What the map says to who cannot see it.
+fn says(things: &[Thing]) -> String {
+    let tracks = things.iter().filter(|thing| thing.track.is_some()).count();
+    let worse = things.iter().filter(|thing| thing.freshness != Freshness::Fresh).count();
+    format!("MAP {} units, {tracks} tracks, {worse} not fresh", things.len() - tracks)
+}
+
+fn around(site: &Site, shown: &Shown) -> Vec<Place> {
+    let units = shown.units.iter().map(|unit| place(unit.pose.get().0.x_mm, unit.pose.get().0.y_mm));
+    site.fence.iter().chain(&site.route).copied().chain(units).collect()
+}
+
+fn place(x_mm: i32, y_mm: i32) -> Place {
+    [metres(x_mm) as f32, metres(y_mm) as f32]
+}
+
+/// A camera that sees all of it.
+fn fit(places: &[Place], rect: Rect) -> Camera {
+    let span = |axis: usize| {
+        let of = || places.iter().map(move |place| place[axis]).filter(|at| at.is_finite());
+        (of().fold(f32::INFINITY, f32::min), of().fold(f32::NEG_INFINITY, f32::max))
+    };
+    let ((left, right), (bottom, top)) = (span(0), span(1));
+    if left > right || bottom > top {
+        return Camera { center: [0.0, 0.0], scale: 8.0 };
+    }
+    let (wide, high) = ((right - left).max(10.0), (top - bottom).max(10.0));
+    let scale = ((rect.width() - 56.0) / wide).min((rect.height() - 56.0) / high);
+    let center = [f32::midpoint(left, right), f32::midpoint(bottom, top)];
+    Camera { center, scale: scale.clamp(*SCALES.start(), *SCALES.end()) }
+}
+
+/// Pans and zooms; whether that was done.
+fn steer(ui: &Ui, response: &Response, view: &mut View) -> bool {
+    let drag = response.drag_delta();
+    let scale = view.camera.scale;
+    view.camera.center[0] -= drag.x / scale;
+    view.camera.center[1] += drag.y / scale;
+    let (wheel, pointer) = ui.input(|input| (input.smooth_scroll_delta().y, input.pointer.hover_pos()));
+    let zoomed = response.hovered() && wheel != 0.0;
+    if let (true, Some(pointer)) = (zoomed, pointer) {
+        zoom(view, pointer, libm::expf(wheel / 200.0));
+    }
+    zoomed || drag != Vec2::ZERO
+}
+
+/// Zooms about a point of the pane.
+fn zoom(view: &mut View, about: Pos2, by: f32) {
+    let before = view.place(about);
+    view.camera.scale = (view.camera.scale * by).clamp(*SCALES.start(), *SCALES.end());
+    let after = view.place(about);
+    view.camera.center[0] += before[0] - after[0];
+    view.camera.center[1] += before[1] - after[1];
+}
+
+fn buttons(ui: &mut Ui, desk: &mut Desk, mut view: View) {
+    let mut corner = view.rect.right_top() + vec2(-36.0, 22.0);
+    for (sign, says, by) in [("+", "zoom in", 1.25), ("-", "zoom out", 0.8), ("fit", "fit the map", 0.0)] {
+        let place = Rect::from_min_size(corner, Vec2::new(30.0, 20.0));
+        let button = ui.put(place, Button::new(sign).small().wrap_mode(TextWrapMode::Extend));
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, says));
+        corner.y += 24.0;
+        if button.clicked() {
+            let middle = view.rect.center();
+            zoom(&mut view, middle, if by > 0.0 { by } else { 1.0 });
+            desk.camera = (by > 0.0).then_some(view.camera);
+        }
+    }
+}
+
+fn things(desk: &Desk, shown: &Shown, view: &View) -> Vec<Thing> {
+    let speed = shown.bounds.max_speed_mm_s as f32 / 1000.0;
+    let may_be = |age: Span| view.long((age.as_ms() as f32 / 1000.0 * speed).min(WIDEST));
+    let mut things = Vec::new();
+    for unit in &shown.units {
+        let tracks = unit.tracks.iter().map(|track| (track, false));
+        let lost = unit.lost.iter().map(|lost| (&lost.track, true));
+        for (labelled, dropped) in tracks.chain(lost) {
+            let (track, of) = labelled.get();
+            let freshness = if dropped { Freshness::Lost } else { of };
+            let (tone, shape, word) = sign::track(of, dropped);
+            let id = (unit.unit, track.id);
+            things.push(Thing {
+                at: view.at(place(track.x_mm, track.y_mm)),
+                may_be: may_be(labelled.age()),
+                tone,
+                shape,
+                label: label(&format!("{} {}", track.id.0, class_name(track.class)), freshness, word, labelled.age()),
+                freshness,
+                track: Some(id),
+                yaw: None,
+                chosen: desk.track == Some(id),
+            });
+        }
+        things.push(unit_thing(desk, unit, view, may_be(unit.pose.age())));
+    }
+    // The worst first, so that the fresh are painted above them; units above all.
+    things.sort_by_key(|thing| (thing.chosen, thing.yaw.is_some(), std::cmp::Reverse(thing.freshness), thing.track));
+    things
+}
+
+fn unit_thing(desk: &Desk, unit: &ShownUnit, view: &View, may_be: f32) -> Thing {
+    let (pose, freshness) = unit.pose.get();
+    let (tone, _, word) = sign::freshness(freshness);
+    Thing {
+        at: view.at(place(pose.x_mm, pose.y_mm)),
+        may_be,
+        tone,
+        shape: Shape::Triangle,
+        label: label(unit.unit.name(), freshness, word, unit.pose.age()),
+        freshness,
+        track: None,
+        yaw: Some(f32::from(pose.yaw_mrad) / 1000.0),
+        chosen: desk.unit == unit.unit,
+    }
+}
+
+fn label(name: &str, freshness: Freshness, word: &str, age: Span) -> String {
+    if freshness == Freshness::Fresh { name.to_owned() } else { format!("{name} {word} {}", seconds(age)) }
+}
+
+/// Paints all of it; how many labels found no room, and whether circles were left out.
+fn paint(painter: &Painter, palette: &Palette, things: &[Thing]) -> (usize, bool) {
+    let wide = |thing: &&Thing| thing.may_be > 8.0;
+    let crowded = things.iter().filter(wide).count() > MOST_CIRCLES;
+    for thing in things.iter().filter(wide) {
+        let color = thing.tone.color(palette);
+        if !crowded || thing.chosen || thing.yaw.is_some() {
+            plan::dashed_circle(painter, thing.at, thing.may_be, Stroke::new(1.0, color.gamma_multiply(0.6)));
+        }
+    }
+    let left_out = labels(painter, palette, things);
+    for thing in things {
+        let color = thing.tone.color(palette);
+        if thing.chosen {
+            painter.circle_stroke(thing.at, 12.0, Stroke::new(1.5, palette.mark));
+        }
+        match thing.yaw {
+            Some(yaw) => {
+                arrow(painter, thing, yaw, if thing.freshness == Freshness::Fresh { palette.strong } else { color })
+            }
+            None => thing.shape.draw(painter, thing.at, 11.0, color),
+        }
+    }
+    (left_out, crowded)
+}
+
+/// A unit, pointing where it heads; hollow when its place is not fresh.
+fn arrow(painter: &Painter, thing: &Thing, yaw: f32, color: eframe::egui::Color32) {
+    let (sin, cos) = libm::sincosf(yaw);
+    let at = |x: f32, y: f32| thing.at + vec2(x * cos - y * sin, -(x * sin + y * cos));
+    let corners = vec![at(11.0, 0.0), at(-8.0, 7.0), at(-4.0, 0.0), at(-8.0, -7.0)];
+    let stroke = Stroke::new(1.5, color);
+    if thing.freshness == Freshness::Fresh {
+        let halves = [vec![corners[0], corners[1], corners[2]], vec![corners[0], corners[2], corners[3]]];
+        halves.into_iter().for_each(|half| {
+            painter.add(eframe::egui::Shape::convex_polygon(half, color, Stroke::NONE));
+        });
+    } else {
+        painter.add(eframe::egui::Shape::closed_line(corners, stroke));
+    }
+}
+
+/// Labels from the most to the least important, each at the first of four places that is free.
+fn labels(painter: &Painter, palette: &Palette, things: &[Thing]) -> usize {
+    let inside = painter.clip_rect();
+    let size = |thing: &Thing| match (thing.chosen, thing.yaw) {
+        (true, _) => 26.0,
+        (false, Some(_)) => 20.0,
+        (false, None) => 11.0,
+    };
+    let mut taken: Vec<Rect> = things.iter().map(|t| Rect::from_center_size(t.at, Vec2::splat(size(t)))).collect();
+    let mut left_out = 0;
+    for thing in things.iter().rev().filter(|thing| inside.contains(thing.at)) {
+        let color = if thing.tone == Tone::Normal { palette.text } else { thing.tone.color(palette) };
+        let galley = painter.layout_no_wrap(thing.label.clone(), FontId::monospace(11.0), color);
+        let (w, h) = (galley.size().x, galley.size().y);
+        let off = size(thing) / 2.0 + 5.0;
+        let places = [vec2(off, -h / 2.0), vec2(-w - off, -h / 2.0), vec2(-w / 2.0, -h - off), vec2(-w / 2.0, off)];
+        let mut free = places.iter().map(|by| Rect::from_min_size(thing.at + *by, vec2(w, h)));
+        match free.find(|rect| inside.contains_rect(*rect) && !taken.iter().any(|other| other.intersects(*rect))) {
+            Some(rect) => {
+                painter.rect_filled(rect.expand(1.0), 1.0, palette.ground.gamma_multiply(0.8));
+                painter.galley(rect.min, galley, color);
+                taken.push(rect);
+            }
+            None => left_out += 1,
+        }
+    }
+    left_out
+}
+
+fn nearest(things: &[Thing], at: Pos2) -> Option<(UnitId, TrackId)> {
+    let near = things.iter().filter(|thing| thing.track.is_some() && thing.at.distance(at) <= REACH);
+    near.min_by(|a, b| a.at.distance(at).total_cmp(&b.at.distance(at))).and_then(|thing| thing.track)
+}

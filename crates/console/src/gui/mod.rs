@@ -1,0 +1,144 @@
+//! The console's window: draws [`Shown`] and gives back what a person wants. All of egui is in here, and nothing else.
+//!
+//! [`Window::draw`] is a function of the picture and of what the window remembers (`desk`, `layout`); it reads no clock,
+//! counts no age and decides nothing. What must always be seen stands in fixed panels around the panes: the safety
+//! `strip`, the `command` column. Getting pictures and sending acts is left to [`app`].
+
+pub mod app;
+pub mod layout;
+pub mod replay;
+pub mod theme;
+
+mod ages;
+mod alarms;
+mod command;
+mod desk;
+mod given;
+mod map;
+mod plan;
+mod refusals;
+mod sign;
+mod strip;
+mod tracks;
+mod why;
+mod words;
+
+use eframe::egui::{CentralPanel, Frame, Margin, Panel, RichText, Theme, Ui};
+use wire::id::UnitId;
+use wire::time::Span;
+
+use self::desk::Desk;
+use self::layout::{Panes, Preset, Tiling};
+use self::replay::{Seek, Tape};
+use self::theme::Palette;
+use crate::act::Act;
+use crate::shown::Shown;
+use crate::site::Site;
+
+/// How much is seen of a picture that is not current.
+const PAST: f32 = 0.35;
+
+/// What a person at the window wants.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Wish {
+    /// To do something.
+    Act(Act),
+    /// To go elsewhere in a recording.
+    Seek(Seek),
+}
+
+/// What is drawn in one frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Picture<'p> {
+    /// The newest picture.
+    pub shown: &'p Shown,
+    /// How long no newer one has come, once that is too long to call it current.
+    pub behind: Option<Span>,
+    /// Where the recording stands, if it is one.
+    pub tape: Option<&'p Tape>,
+}
+
+/// The window's content.
+#[derive(Debug)]
+pub struct Window {
+    desk: Desk,
+    site: Site,
+    tiling: Tiling,
+}
+
+impl Window {
+    /// A window over `site` that commands `unit` first.
+    pub fn new(unit: UnitId, site: Site) -> Self {
+        Self { desk: Desk::new(unit), site, tiling: Tiling::new(Preset::Operate) }
+    }
+
+    /// The layout, to keep or change it.
+    pub fn tiling_mut(&mut self) -> &mut Tiling {
+        &mut self.tiling
+    }
+
+    /// Draws one frame; what the person did in it.
+    pub fn draw(&mut self, ui: &mut Ui, picture: &Picture<'_>) -> Vec<Wish> {
+        let mut wishes = Vec::new();
+        let shown = picture.shown;
+        self.desk.note(shown);
+        command::no_repeats(ui);
+        command::keys(ui, &mut self.desk, shown, &mut wishes);
+        let palette = Palette::of(ui);
+        let frame = |x: i8, y: i8| Frame::new().fill(palette.pane).inner_margin(Margin::symmetric(x, y));
+        Panel::top("strip").resizable(false).frame(frame(8, 4)).show(ui, |ui| {
+            if let Some(behind) = picture.behind {
+                not_current(ui, behind);
+                ui.set_opacity(PAST);
+            }
+            strip::draw(ui, &mut self.desk, shown);
+        });
+        if let Some(tape) = picture.tape {
+            Panel::bottom("replay")
+                .resizable(false)
+                .frame(frame(8, 4))
+                .show(ui, |ui| replay::draw(ui, tape, &mut wishes));
+        }
+        Panel::right("command").resizable(false).exact_size(command::WIDTH).frame(frame(8, 6)).show(ui, |ui| {
+            Panel::bottom("looks").resizable(false).frame(frame(0, 2)).show(ui, |ui| self.looks(ui));
+            command::draw(ui, &mut self.desk, shown, &mut wishes);
+        });
+        CentralPanel::default().frame(Frame::new().fill(palette.ground)).show(ui, |ui| {
+            if picture.behind.is_some() {
+                ui.set_opacity(PAST);
+            }
+            let (desk, site) = (&mut self.desk, &self.site);
+            self.tiling.draw(ui, &mut Panes { desk, site, shown, wishes: &mut wishes });
+        });
+        wishes
+    }
+
+    /// Layout and theme.
+    fn looks(&mut self, ui: &mut Ui) {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("layout").weak().small());
+            for preset in Preset::ALL {
+                if ui.small_button(preset.name()).clicked() {
+                    self.tiling = Tiling::new(preset);
+                }
+            }
+            let dark = ui.visuals().dark_mode;
+            if ui.small_button(if dark { "Light" } else { "Dark" }).clicked() {
+                ui.ctx().set_theme(if dark { Theme::Light } else { Theme::Dark });
+            }
+        });
+    }
+}
+
+/// The picture stands still while time goes on: nothing in it may be believed.
+fn not_current(ui: &mut Ui, behind: Span) {
+    let palette = Palette::of(ui);
+    let text = format!(
+        "NOT CURRENT: this console has drawn nothing new for {}. Ages below stand still. Hold by other means.",
+        words::seconds(behind)
+    );
+    Frame::new().fill(palette.alarm).inner_margin(Margin::symmetric(8, 4)).show(ui, |ui| {
+        ui.set_min_width(ui.available_width());
+        ui.label(RichText::new(text).size(15.0).strong().color(palette.on_block));
+    });
+}

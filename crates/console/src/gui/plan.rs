@@ -1,0 +1,111 @@
+//! What lies beneath the units on the map: grid, scale, geofence, obstacles, route.
+
+use eframe::egui::{Align2, FontId, Painter, Pos2, Shape, Stroke, vec2};
+
+use super::map::View;
+use super::theme::Palette;
+use crate::site::{Block, MAX_POINTS, Place, Site};
+
+/// Steps of the grid, metres: the first that is wide enough on screen is drawn.
+const STEPS: [f32; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
+/// Least width of a grid's step, points.
+const LEAST_STEP: f32 = 56.0;
+
+/// Paints the plan of the site.
+pub(super) fn draw(painter: &Painter, palette: &Palette, site: &Site, view: &View) {
+    let step = STEPS.into_iter().find(|step| view.long(*step) >= LEAST_STEP).unwrap_or(STEPS[STEPS.len() - 1]);
+    grid(painter, palette, view, step);
+    site.blocks.iter().take(MAX_POINTS).for_each(|block| paint_block(painter, palette, view, block));
+    let fence: Vec<Pos2> = points(&site.fence, view);
+    for (at, from) in fence.iter().enumerate() {
+        let to = fence[(at + 1) % fence.len()];
+        painter.extend(Shape::dashed_line(&[*from, to], Stroke::new(1.5, palette.weak), 10.0, 4.0));
+    }
+    route(painter, palette, site, view);
+    scale(painter, palette, view, step);
+}
+
+/// A circle of dashes, each about 6 points long.
+pub(super) fn dashed_circle(painter: &Painter, center: Pos2, radius: f32, stroke: Stroke) {
+    let steps = ((radius * std::f32::consts::TAU / 8.0) as usize).clamp(16, 160);
+    let around = |step: usize| {
+        let (sin, cos) = libm::sincosf(step as f32 / steps as f32 * std::f32::consts::TAU);
+        center + vec2(cos, sin) * radius
+    };
+    let path: Vec<Pos2> = (0..=steps).map(around).collect();
+    painter.extend(Shape::dashed_line(&path, stroke, 6.0, 4.0));
+}
+
+fn points(places: &[Place], view: &View) -> Vec<Pos2> {
+    let sound = |place: &&Place| place.iter().all(|at| at.is_finite());
+    places.iter().take(MAX_POINTS).filter(sound).map(|place| view.at(*place)).collect()
+}
+
+fn grid(painter: &Painter, palette: &Palette, view: &View, step: f32) {
+    let (low, high) = (view.place(view.rect.left_bottom()), view.place(view.rect.right_top()));
+    let lines = |axis: usize| ((low[axis] / step).ceil() as i32..=(high[axis] / step).floor() as i32).take(200);
+    let stroke = Stroke::new(1.0, palette.faint);
+    let font = FontId::monospace(10.0);
+    for x in lines(0) {
+        let at = view.at([x as f32 * step, 0.0]).x;
+        painter.vline(at, view.rect.y_range(), stroke);
+        painter.text(
+            Pos2::new(at, view.rect.top() + 3.0),
+            Align2::CENTER_TOP,
+            grid_name(x, step),
+            font.clone(),
+            palette.weak,
+        );
+    }
+    for y in lines(1) {
+        let at = view.at([0.0, y as f32 * step]).y;
+        painter.hline(view.rect.x_range(), at, stroke);
+        painter.text(
+            Pos2::new(view.rect.left() + 4.0, at),
+            Align2::LEFT_CENTER,
+            grid_name(y, step),
+            font.clone(),
+            palette.weak,
+        );
+    }
+}
+
+fn grid_name(line: i32, step: f32) -> String {
+    format!("{:.0}", line as f32 * step)
+}
+
+fn paint_block(painter: &Painter, palette: &Palette, view: &View, block: &Block) {
+    let (sin, cos) = libm::sincosf(block.yaw);
+    let corner = |x: f32, y: f32| {
+        let (x, y) = (x * block.half[0], y * block.half[1]);
+        view.at([block.at[0] + x * cos - y * sin, block.at[1] + x * sin + y * cos])
+    };
+    let corners = vec![corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)];
+    painter.add(Shape::convex_polygon(corners, palette.raised, Stroke::new(1.0, palette.line)));
+}
+
+fn route(painter: &Painter, palette: &Palette, site: &Site, view: &View) {
+    let points = points(&site.route, view);
+    let mut path = points.clone();
+    if site.looped {
+        path.extend(points.first());
+    }
+    painter.extend(Shape::dotted_line(&path, palette.weak, 8.0, 1.0));
+    for (number, at) in points.iter().enumerate() {
+        painter.circle(*at, 3.5, palette.ground, Stroke::new(1.0, palette.weak));
+        let font = FontId::proportional(10.0);
+        painter.text(*at + vec2(6.0, 6.0), Align2::LEFT_TOP, number + 1, font, palette.weak);
+    }
+}
+
+fn scale(painter: &Painter, palette: &Palette, view: &View, step: f32) {
+    let right = view.rect.right_bottom() + vec2(-12.0, -10.0);
+    let left = right - vec2(view.long(step), 0.0);
+    let stroke = Stroke::new(1.5, palette.text);
+    painter.line_segment([left, right], stroke);
+    for end in [left, right] {
+        painter.line_segment([end - vec2(0.0, 3.0), end + vec2(0.0, 3.0)], stroke);
+    }
+    let text = format!("{step:.0} m, north up");
+    painter.text(right - vec2(0.0, 4.0), Align2::RIGHT_BOTTOM, text, FontId::proportional(11.0), palette.text);
+}

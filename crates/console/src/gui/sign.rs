@@ -1,0 +1,160 @@
+//! Signs: what stands for a mode, a freshness, a life — always a shape and a word, and a colour where it is abnormal.
+//!
+//! Shapes are drawn, never typed: fonts lack most of them. What is drawn here has a name that tests and screen readers
+//! find.
+
+use eframe::egui::{
+    Align2, Color32, FontId, Painter, Pos2, Rect, Response, Role, Sense, Shape as Drawn, Stroke, StrokeKind, TextStyle,
+    Ui, Vec2, WidgetInfo, vec2,
+};
+use wire::event::Freshness;
+use wire::mode::Mode;
+
+use super::theme::Palette;
+use crate::life::Life;
+
+/// How far from normal something is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Tone {
+    /// Out of use, or over.
+    Weak,
+    /// Normal.
+    Normal,
+    /// A mark of the run; no statement about the world.
+    Mark,
+    /// Worth a look.
+    Advice,
+    /// Not to be relied on, or out of normal.
+    Caution,
+    /// Act now.
+    Alarm,
+}
+
+impl Tone {
+    /// Its colour.
+    pub(super) fn color(self, palette: &Palette) -> Color32 {
+        match self {
+            Tone::Weak => palette.weak,
+            Tone::Normal => palette.text,
+            Tone::Mark => palette.mark,
+            Tone::Advice => palette.advice,
+            Tone::Caution => palette.caution,
+            Tone::Alarm => palette.alarm,
+        }
+    }
+}
+
+/// A shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shape {
+    /// As it should be.
+    Disc,
+    /// Not quite.
+    Ring,
+    /// Not to be relied on.
+    Diamond,
+    /// Gone.
+    Cross,
+    /// Stands still.
+    Square,
+    /// Moves, or holds authority.
+    Triangle,
+}
+
+impl Shape {
+    /// Draws it around `center`, `size` points across.
+    pub(super) fn draw(self, painter: &Painter, center: Pos2, size: f32, color: Color32) {
+        let r = size / 2.0;
+        let stroke = Stroke::new((size / 6.0).max(1.5), color);
+        let at = |x: f32, y: f32| center + vec2(x * r, y * r);
+        let filled = |points: Vec<Pos2>| Drawn::convex_polygon(points, color, Stroke::NONE);
+        match self {
+            Shape::Disc => painter.circle_filled(center, r * 0.85, color),
+            Shape::Ring => painter.circle_stroke(center, r * 0.75, stroke),
+            Shape::Diamond => painter.add(filled(vec![at(0.0, -1.0), at(1.0, 0.0), at(0.0, 1.0), at(-1.0, 0.0)])),
+            Shape::Square => painter.rect_filled(Rect::from_center_size(center, Vec2::splat(size * 0.8)), 1.0, color),
+            Shape::Triangle => painter.add(filled(vec![at(0.0, -0.9), at(0.95, 0.75), at(-0.95, 0.75)])),
+            Shape::Cross => {
+                painter.line_segment([at(-0.7, -0.7), at(0.7, 0.7)], stroke);
+                painter.line_segment([at(-0.7, 0.7), at(0.7, -0.7)], stroke)
+            }
+        };
+    }
+}
+
+/// What stands for a freshness.
+pub(super) fn freshness(freshness: Freshness) -> (Tone, Shape, &'static str) {
+    match freshness {
+        Freshness::Fresh => (Tone::Normal, Shape::Disc, "fresh"),
+        Freshness::Late => (Tone::Advice, Shape::Ring, "LATE"),
+        Freshness::Stale => (Tone::Caution, Shape::Diamond, "STALE"),
+        Freshness::Lost => (Tone::Alarm, Shape::Cross, "LOST"),
+    }
+}
+
+/// What stands for a track. One that its unit no longer reports is lost, however young its last report is; it is worth a
+/// look, where a unit that is lost with all its tracks asks for more.
+pub(super) fn track(of: Freshness, dropped: bool) -> (Tone, Shape, &'static str) {
+    match (of, dropped) {
+        (_, true) => (Tone::Advice, Shape::Cross, "LOST"),
+        (Freshness::Lost, false) => (Tone::Caution, Shape::Cross, "LOST"),
+        (of, false) => freshness(of),
+    }
+}
+
+/// What stands for a mode.
+pub(super) fn mode(mode: Mode) -> (Tone, Shape) {
+    match mode {
+        Mode::Idle => (Tone::Normal, Shape::Ring),
+        Mode::Ready => (Tone::Normal, Shape::Disc),
+        Mode::PrepareToAct => (Tone::Mark, Shape::Triangle),
+        Mode::Degraded => (Tone::Caution, Shape::Diamond),
+        Mode::HoldSafe => (Tone::Caution, Shape::Square),
+    }
+}
+
+/// What stands for how far a command has come.
+pub(super) fn life(life: Life) -> (Tone, Shape) {
+    match life {
+        Life::Requested | Life::Staged | Life::Released | Life::Sent => (Tone::Normal, Shape::Ring),
+        Life::Executed => (Tone::Normal, Shape::Disc),
+        Life::RefusedByUnit(_) | Life::RefusedByGateway | Life::Expired => (Tone::Caution, Shape::Diamond),
+        Life::NotAcknowledged => (Tone::Alarm, Shape::Cross),
+    }
+}
+
+/// A shape with a name, as wide as a row is high.
+pub(super) fn shape(ui: &mut Ui, shape: Shape, tone: Tone, name: &str) -> Response {
+    let (rect, response) = ui.allocate_exact_size(Vec2::splat(14.0), Sense::hover());
+    shape.draw(ui.painter(), rect.center(), 10.0, tone.color(Palette::of(ui)));
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, name));
+    response
+}
+
+/// A chip: a shape and a text in a box, `width` wide; filled where it is meant to be seen across a room. Named by `name`.
+pub(super) fn chip(ui: &mut Ui, width: f32, sign: (Tone, Shape), text: &str, filled: bool, name: &str) -> Response {
+    let palette = Palette::of(ui);
+    let color = sign.0.color(palette);
+    let (rect, response) = ui.allocate_exact_size(vec2(width, 22.0), Sense::hover());
+    let (fill, ink) = if filled { (color, palette.on_block) } else { (palette.raised, color) };
+    // Grey is normal: an edge of its own colour is for what is not.
+    let edge = if sign.0 <= Tone::Normal { palette.line } else { color };
+    ui.painter().rect(rect, 2.0, fill, Stroke::new(1.0, edge), StrokeKind::Inside);
+    sign.1.draw(ui.painter(), rect.left_center() + vec2(12.0, 0.0), 11.0, ink);
+    let font = FontId::new(14.0, TextStyle::Body.resolve(ui.style()).family);
+    let room = Rect::from_min_max(rect.min + vec2(23.0, 0.0), rect.max - vec2(4.0, 0.0));
+    text_in(ui.painter(), room, Align2::LEFT_CENTER, text, font, ink);
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, name));
+    response
+}
+
+/// A text that keeps within `rect`; what does not fit ends in an ellipsis.
+pub(super) fn text_in(painter: &Painter, rect: Rect, align: Align2, text: &str, font: FontId, color: Color32) {
+    let mut job = eframe::egui::text::LayoutJob::simple_singleline(text.to_owned(), font, color);
+    job.wrap.max_width = rect.width();
+    job.wrap.max_rows = 1;
+    job.wrap.break_anywhere = true;
+    let galley = painter.layout_job(job);
+    let at = align.align_size_within_rect(galley.size(), rect);
+    painter.galley(at.min, galley, color);
+}

@@ -1,0 +1,162 @@
+//! The safety strip: who is in what state, why, since when, with what authority, and how old all that is.
+//!
+//! It stands outside of the tiles, so that no layout hides it. One line for the run and its links, one for each unit.
+
+use eframe::egui::{Align, Label, Layout, Response, RichText, Role, Ui, WidgetInfo, vec2};
+use wire::event::Freshness;
+use wire::id::UnitId;
+use wire::time::Instant;
+
+use super::desk::Desk;
+use super::sign::{self, Shape, Tone};
+use super::theme::Palette;
+use super::words::{self, seconds};
+use crate::age::Labelled;
+use crate::shown::{Shown, ShownLink, ShownUnit, State};
+
+/// Height of a unit's line, points.
+const LINE: f32 = 28.0;
+/// Widths of a unit's cells, points: name, state, since, cause, authority, age, way, motion.
+const CELLS: [f32; 8] = [76.0, 236.0, 84.0, 196.0, 196.0, 136.0, 150.0, 170.0];
+
+/// The strip; a click on a unit's name chooses it.
+pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown) {
+    ui.spacing_mut().item_spacing.y = 2.0;
+    run(ui, shown);
+    for unit in &shown.units {
+        line(ui, |ui| {
+            name(ui, desk, unit.unit);
+            unit_cells(ui, shown.at, unit);
+        });
+    }
+    for unit in &shown.silent {
+        line(ui, |ui| {
+            name(ui, desk, *unit);
+            let says = format!("STATE {} nothing received", unit.name());
+            sign::chip(ui, CELLS[1], (Tone::Alarm, Shape::Cross), "NOTHING RECEIVED", false, &says);
+        });
+    }
+}
+
+fn line(ui: &mut Ui, content: impl FnOnce(&mut Ui)) {
+    ui.allocate_ui_with_layout(vec2(ui.available_width(), LINE), Layout::left_to_right(Align::Center), content);
+}
+
+fn name(ui: &mut Ui, desk: &mut Desk, unit: UnitId) {
+    let chosen = desk.unit == unit;
+    let button = ui.add_sized([CELLS[0], 22.0], eframe::egui::Button::selectable(chosen, unit.name()));
+    if button.clicked() {
+        desk.choose(unit);
+    }
+}
+
+fn unit_cells(ui: &mut Ui, at: Instant, unit: &ShownUnit) {
+    state(ui, unit);
+    let (state, freshness) = unit.state.get();
+    cell(ui, CELLS[2], RichText::new(format!("for {}", seconds(at.since(unit.since)))).monospace());
+    cell(ui, CELLS[3], RichText::new(format!("cause {}", state.cause.label())));
+    authority(ui, unit);
+    let (tone, shape, word) = sign::freshness(freshness);
+    let age = seconds(unit.state.age());
+    sign::chip(
+        ui,
+        CELLS[5],
+        (tone, shape),
+        &format!("{age} {word}"),
+        false,
+        &format!("AGE {} {age} {word}", unit.unit),
+    );
+    way(ui, unit);
+    let moves = format!("{:.1} m/s, route {} %", words::metres(state.speed_mm_s), state.progress / 10);
+    cell(
+        ui,
+        CELLS[7],
+        if freshness == Freshness::Fresh { RichText::new(moves) } else { RichText::new(format!("was {moves}")).weak() },
+    );
+}
+
+fn state(ui: &mut Ui, unit: &ShownUnit) {
+    let (state, freshness) = unit.state.get();
+    let (tone, shape) = sign::mode(state.mode);
+    let (stale, _, word) = sign::freshness(freshness);
+    let mode = state.mode.name();
+    // Only what is fresh is said as what is so.
+    if freshness == Freshness::Fresh {
+        let filled = tone > Tone::Normal;
+        sign::chip(ui, CELLS[1], (tone, shape), mode, filled, &format!("STATE {} {mode}", unit.unit));
+    } else {
+        let says = format!("STATE {} last known {mode}, {word}", unit.unit);
+        sign::chip(ui, CELLS[1], (stale, Shape::Cross), &format!("was {mode} · {word}"), false, &says);
+    }
+}
+
+fn authority(ui: &mut Ui, unit: &ShownUnit) {
+    let (text, tone, shape) = authority_words(&unit.state);
+    sign::chip(ui, CELLS[4], (tone, shape), &text, tone == Tone::Mark, &format!("AUTHORITY {} {text}", unit.unit));
+}
+
+fn authority_words(state: &Labelled<State>) -> (String, Tone, Shape) {
+    let held = |state: &State| state.authority.map(|held| (held.track.0, seconds(held.left)));
+    match (state.fresh(), held(state.get().0)) {
+        (Some(_), Some((track, left))) => (format!("track {track}, {left} left"), Tone::Mark, Shape::Triangle),
+        (Some(_), None) => ("no authority".to_owned(), Tone::Normal, Shape::Ring),
+        (None, Some((track, _))) => (format!("unknown; was track {track}"), Tone::Alarm, Shape::Cross),
+        (None, None) => ("unknown; was none".to_owned(), Tone::Caution, Shape::Cross),
+    }
+}
+
+/// Whose session brought the report, and whether it was checked on its way.
+fn way(ui: &mut Ui, unit: &ShownUnit) {
+    let (tone, words) = words::origin(unit.origin);
+    let palette = Palette::of(ui);
+    cell(ui, CELLS[6], RichText::new(format!("origin {words}")).color(tone.color(palette)));
+}
+
+/// What holds for the whole picture, and the links.
+fn run(ui: &mut Ui, shown: &Shown) {
+    line(ui, |ui| {
+        sign::chip(ui, 112.0, (Tone::Mark, Shape::Ring), "SIMULATION", false, "MARK SIMULATION");
+        if shown.marks.replay {
+            sign::chip(ui, 232.0, (Tone::Advice, Shape::Square), "REPLAY · nothing here is now", true, "MARK REPLAY");
+        }
+        if let Some(policy) = &shown.marks.ablation {
+            let text = format!("ABLATION {}", words::tame(policy));
+            sign::chip(ui, 232.0, (Tone::Caution, Shape::Diamond), &text, true, &format!("MARK {text}"));
+        }
+        shown.links.iter().for_each(|link| link_chip(ui, link));
+        for (peer, times) in &shown.losses {
+            let text = format!("{peer} lost its command session {times}x");
+            sign::chip(ui, 290.0, (Tone::Alarm, Shape::Cross), &text, false, &format!("LOSS {text}"));
+        }
+        let who = format!("{} · {}", shown.operator, shown.role.name());
+        cell(ui, 150.0, RichText::new(who).weak());
+    });
+}
+
+/// A link as the gateway's last word has it, which ages; and when something last came through it.
+fn link_chip(ui: &mut Ui, link: &ShownLink) {
+    let (open, freshness) = link.open.get();
+    let heard = link.heard.map_or("never".to_owned(), seconds);
+    let (sign, text) = match (open, freshness) {
+        (true, Freshness::Fresh | Freshness::Late) => {
+            ((Tone::Normal, Shape::Disc), format!("{} up {heard}", link.peer))
+        }
+        (true, Freshness::Stale | Freshness::Lost) => {
+            ((Tone::Caution, Shape::Diamond), format!("{} was up {heard}", link.peer))
+        }
+        (false, _) => ((Tone::Alarm, Shape::Cross), format!("{} DOWN {heard}", link.peer)),
+    };
+    sign::chip(ui, 168.0, sign, &text, false, &format!("LINK {text}"));
+}
+
+fn cell(ui: &mut Ui, width: f32, text: RichText) -> Response {
+    let says = text.text().to_owned();
+    let left = Layout::left_to_right(Align::Center);
+    let add = |ui: &mut Ui| {
+        ui.set_min_width(width);
+        ui.add(Label::new(text).truncate())
+    };
+    let response = ui.allocate_ui_with_layout(vec2(width, 22.0), left, add).inner;
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &says));
+    response
+}

@@ -1,0 +1,197 @@
+//! Colours and sizes: grey is normal, a saturated colour means that something is not, and is never the only sign of it.
+//!
+//! The four saturated hues are of Okabe and Ito's palette or beside it, so that they stay apart for the colour-blind.
+//! Every text colour has a contrast of at least [`LEAST_CONTRAST`] on every surface; a test computes it.
+
+use eframe::egui::{
+    self, Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme, Ui, Vec2, Visuals,
+    epaint::Shadow, style::WidgetVisuals,
+};
+
+/// Least contrast between a text and what it stands on (WCAG 2, level AA for text of any size).
+pub const LEAST_CONTRAST: f64 = 4.5;
+
+/// Least contrast of the edge of a control (the same, for what is no text).
+pub const LEAST_EDGE: f64 = 3.0;
+
+/// Height of a row of a table, points.
+pub const ROW: f32 = 20.0;
+
+/// One set of colours.
+#[derive(Clone, Copy, Debug)]
+pub struct Palette {
+    /// Behind everything.
+    pub ground: Color32,
+    /// Behind a pane's content.
+    pub pane: Color32,
+    /// Behind a control, a chip, every other row.
+    pub raised: Color32,
+    /// Lines that part things; carries no text.
+    pub line: Color32,
+    /// The edge of a control or a chip; carries no text.
+    pub edge: Color32,
+    /// Grid and scale of the map; carries no text.
+    pub faint: Color32,
+    /// What is to be read first.
+    pub strong: Color32,
+    /// What is to be read.
+    pub text: Color32,
+    /// Headings, units, what is out of use.
+    pub weak: Color32,
+    /// Act now.
+    pub alarm: Color32,
+    /// Not to be relied on, or out of normal.
+    pub caution: Color32,
+    /// Worth a look.
+    pub advice: Color32,
+    /// What is chosen, and marks of the run; no statement about the world.
+    pub mark: Color32,
+    /// On a block filled with a saturated colour or with `strong`.
+    pub on_block: Color32,
+}
+
+impl Palette {
+    /// For a dark room.
+    pub const DARK: Palette = Palette {
+        ground: Color32::from_rgb(0x14, 0x16, 0x19),
+        pane: Color32::from_rgb(0x1C, 0x1F, 0x23),
+        raised: Color32::from_rgb(0x26, 0x2A, 0x2F),
+        line: Color32::from_rgb(0x3A, 0x40, 0x47),
+        edge: Color32::from_rgb(0x78, 0x81, 0x8A),
+        faint: Color32::from_rgb(0x2B, 0x2F, 0x35),
+        strong: Color32::from_rgb(0xF2, 0xF4, 0xF5),
+        text: Color32::from_rgb(0xCB, 0xD0, 0xD5),
+        weak: Color32::from_rgb(0x9A, 0xA2, 0xAA),
+        alarm: Color32::from_rgb(0xFF, 0x6B, 0x55),
+        caution: Color32::from_rgb(0xE6, 0x9F, 0x00),
+        advice: Color32::from_rgb(0xF0, 0xE4, 0x42),
+        mark: Color32::from_rgb(0x56, 0xB4, 0xE9),
+        on_block: Color32::from_rgb(0x10, 0x12, 0x14),
+    };
+
+    /// For a bright room.
+    pub const LIGHT: Palette = Palette {
+        ground: Color32::from_rgb(0xD9, 0xDC, 0xDF),
+        pane: Color32::from_rgb(0xEE, 0xF0, 0xF1),
+        raised: Color32::from_rgb(0xDF, 0xE2, 0xE5),
+        line: Color32::from_rgb(0xB4, 0xBA, 0xC0),
+        edge: Color32::from_rgb(0x6A, 0x72, 0x7A),
+        faint: Color32::from_rgb(0xC9, 0xCD, 0xD1),
+        strong: Color32::from_rgb(0x0C, 0x0E, 0x10),
+        text: Color32::from_rgb(0x2A, 0x2F, 0x34),
+        weak: Color32::from_rgb(0x4A, 0x51, 0x58),
+        alarm: Color32::from_rgb(0xA8, 0x1C, 0x0C),
+        caution: Color32::from_rgb(0x7A, 0x45, 0x00),
+        advice: Color32::from_rgb(0x57, 0x50, 0x00),
+        mark: Color32::from_rgb(0x00, 0x4C, 0x7D),
+        on_block: Color32::from_rgb(0xFF, 0xFF, 0xFF),
+    };
+
+    /// The one in use.
+    pub fn of(ui: &Ui) -> &'static Palette {
+        if ui.visuals().dark_mode { &Self::DARK } else { &Self::LIGHT }
+    }
+
+    fn visuals(&self, base: Visuals) -> Visuals {
+        let widget = |fill: Color32, stroke: Color32, text: Color32| WidgetVisuals {
+            bg_fill: fill,
+            weak_bg_fill: fill,
+            bg_stroke: Stroke::new(1.0, stroke),
+            corner_radius: CornerRadius::same(2),
+            fg_stroke: Stroke::new(1.0, text),
+            expansion: 0.0,
+        };
+        let mut visuals = base;
+        visuals.widgets.noninteractive = widget(self.pane, self.line, self.text);
+        visuals.widgets.inactive = widget(self.raised, self.edge, self.text);
+        visuals.widgets.hovered = widget(self.line, self.weak, self.strong);
+        visuals.widgets.active = widget(self.line, self.strong, self.strong);
+        visuals.widgets.open = widget(self.raised, self.weak, self.strong);
+        visuals.selection.bg_fill = self.mark.gamma_multiply(0.35);
+        visuals.selection.stroke = Stroke::new(1.5, self.mark);
+        visuals.weak_text_color = Some(self.weak);
+        visuals.panel_fill = self.pane;
+        visuals.window_fill = self.pane;
+        visuals.faint_bg_color = self.raised;
+        visuals.extreme_bg_color = self.ground;
+        visuals.text_edit_bg_color = Some(self.ground);
+        // What cannot be pressed is still to be read.
+        visuals.disabled_alpha = 0.8;
+        visuals.warn_fg_color = self.caution;
+        visuals.error_fg_color = self.alarm;
+        visuals.window_shadow = Shadow::NONE;
+        visuals.popup_shadow = Shadow::NONE;
+        visuals
+    }
+}
+
+/// Gives the window its looks, in both themes.
+pub fn apply(ctx: &egui::Context) {
+    for (theme, palette, base) in
+        [(Theme::Dark, Palette::DARK, Visuals::dark()), (Theme::Light, Palette::LIGHT, Visuals::light())]
+    {
+        ctx.style_mut_of(theme, |style: &mut Style| {
+            style.visuals = palette.visuals(base.clone());
+            style.text_styles = text_styles();
+            style.spacing.item_spacing = Vec2::new(6.0, 4.0);
+            style.spacing.button_padding = Vec2::new(8.0, 4.0);
+            style.spacing.menu_margin = Margin::same(6);
+            style.spacing.scroll = egui::style::ScrollStyle::solid();
+            style.interaction.selectable_labels = false;
+            // A picture that is honest at once: nothing glides from one value to the next.
+            style.animation_time = 0.0;
+        });
+    }
+}
+
+fn text_styles() -> std::collections::BTreeMap<TextStyle, FontId> {
+    let font = |size, family| FontId::new(size, family);
+    [
+        (TextStyle::Small, font(11.0, FontFamily::Proportional)),
+        (TextStyle::Body, font(13.0, FontFamily::Proportional)),
+        (TextStyle::Button, font(13.0, FontFamily::Proportional)),
+        (TextStyle::Heading, font(17.0, FontFamily::Proportional)),
+        (TextStyle::Monospace, font(12.0, FontFamily::Monospace)),
+    ]
+    .into()
+}
+
+/// Contrast of two colours, from 1 to 21, as WCAG 2 defines it.
+pub fn contrast(a: Color32, b: Color32) -> f64 {
+    let (a, b) = (luminance(a), luminance(b));
+    (a.max(b) + 0.05) / (a.min(b) + 0.05)
+}
+
+fn luminance(color: Color32) -> f64 {
+    let channel = |value: u8| {
+        let value = f64::from(value) / 255.0;
+        if value <= 0.04045 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
+    };
+    0.2126 * channel(color.r()) + 0.7152 * channel(color.g()) + 0.0722 * channel(color.b())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn contrast_is_as_the_recommendation_defines_it() {
+        assert!((contrast(Color32::BLACK, Color32::WHITE) - 21.0).abs() < 1e-9);
+        // The example that its techniques give for the least that passes on white.
+        assert!((contrast(Color32::from_gray(0x76), Color32::WHITE) - 4.54).abs() < 0.01);
+    }
+
+    #[test]
+    fn every_text_can_be_read_on_every_surface_and_on_every_block() {
+        for p in [Palette::DARK, Palette::LIGHT] {
+            let texts = [p.strong, p.text, p.weak, p.alarm, p.caution, p.advice, p.mark];
+            for (text, surface) in texts.iter().flat_map(|t| [p.ground, p.pane, p.raised].map(|s| (*t, s))) {
+                assert!(contrast(text, surface) >= LEAST_CONTRAST, "{text:?} on {surface:?}");
+            }
+            assert!([p.ground, p.pane, p.raised].iter().all(|s| contrast(p.edge, *s) >= LEAST_EDGE), "{:?}", p.edge);
+            for block in [p.strong, p.alarm, p.caution, p.advice, p.mark] {
+                assert!(contrast(p.on_block, block) >= LEAST_CONTRAST, "{block:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! The track table: what each unit reports, how old that is and where it comes from; and what it no longer reports.
+
+use std::cmp::Ordering;
+
+use eframe::egui::{Align, Button, Label, Layout, RichText, Role, ScrollArea, Sense, Ui, WidgetInfo};
+use egui_extras::{Column, TableBuilder, TableRow};
+use wire::id::{TrackId, UnitId};
+use wire::report::ReportedTrack;
+use wire::sensor::Modality;
+
+use super::Wish;
+use super::desk::Desk;
+use super::sign::{self, Shape, Tone};
+use super::theme::{Palette, ROW};
+use super::words::{metres, origin, seconds};
+use crate::act::{Act, Alarm};
+use crate::age::Labelled;
+use crate::shown::{Shown, ShownUnit};
+use crate::text::class_name;
+
+/// What the table is ordered by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum Sort {
+    /// Unit, then number.
+    #[default]
+    Number,
+    /// Youngest first.
+    Age,
+    /// Surest first.
+    Confidence,
+}
+
+/// One row.
+struct Row<'s> {
+    unit: &'s ShownUnit,
+    track: &'s Labelled<ReportedTrack>,
+    /// How to take note that it is no longer reported.
+    lost: Option<Act>,
+}
+
+impl Row<'_> {
+    fn id(&self) -> (UnitId, TrackId) {
+        (self.unit.unit, self.track.get().0.id)
+    }
+
+    fn compare(&self, other: &Self, by: Sort) -> Ordering {
+        let confidence = |row: &Self| std::cmp::Reverse(row.track.get().0.confidence);
+        match by {
+            Sort::Number => self.id().cmp(&other.id()),
+            Sort::Age => (self.track.age(), self.id()).cmp(&(other.track.age(), other.id())),
+            Sort::Confidence => (confidence(self), self.id()).cmp(&(confidence(other), other.id())),
+        }
+    }
+}
+
+/// Age and freshness stand right behind the name, so that a narrow pane cuts off neither.
+const HEADS: [(&str, Option<Sort>); 8] = [
+    ("track", Some(Sort::Number)),
+    ("class", None),
+    ("age", Some(Sort::Age)),
+    ("freshness", None),
+    ("origin", None),
+    ("conf", Some(Sort::Confidence)),
+    ("east north m", None),
+    ("sensors", None),
+];
+/// Widths of all columns but the last, points.
+const WIDTHS: [f32; 7] = [54.0, 62.0, 56.0, 72.0, 82.0, 36.0, 98.0];
+
+/// The table, which scrolls sideways where it does not fit. A click on a row looks at its track.
+pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+    ScrollArea::horizontal().auto_shrink([false, false]).show(ui, |ui| table(ui, desk, shown, wishes));
+}
+
+fn table(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+    let rows = rows(shown, desk.sort);
+    if rows.is_empty() {
+        ui.weak("No unit reports a track.");
+        return;
+    }
+    let mut table = TableBuilder::new(ui).striped(true).sense(Sense::click()).auto_shrink([false, false]);
+    table = table.cell_layout(Layout::left_to_right(Align::Center));
+    for width in WIDTHS {
+        table = table.column(Column::exact(width).clip(true));
+    }
+    let table = table.column(Column::remainder().at_least(48.0).clip(true));
+    let table = table.header(ROW, |mut header| {
+        for (name, sort) in HEADS {
+            header.col(|ui| head(ui, desk, name, sort));
+        }
+    });
+    table.body(|body| {
+        body.rows(ROW, rows.len(), |mut row| {
+            let Some(of) = rows.get(row.index()) else { return };
+            row.set_selected(desk.track == Some(of.id()));
+            cells(&mut row, of, wishes);
+            let response = row.response();
+            let (unit, track) = of.id();
+            let (_, _, word) = word_of(of);
+            let says = format!("TRACK {unit} {} {} {word} {}", track.0, class(of), seconds(of.track.age()));
+            response.widget_info(|| WidgetInfo::labeled(Role::Row, true, &says));
+            if response.clicked() {
+                desk.look_at(unit, track);
+            }
+        });
+    });
+}
+
+fn rows(shown: &Shown, by: Sort) -> Vec<Row<'_>> {
+    let mut rows = Vec::new();
+    for unit in &shown.units {
+        rows.extend(unit.tracks.iter().map(|track| Row { unit, track, lost: None }));
+        rows.extend(unit.lost.iter().map(|lost| {
+            let alarm = Alarm::TrackLost(unit.unit, lost.boot, lost.track.get().0.id);
+            Row { unit, track: &lost.track, lost: Some(Act::Acknowledge(alarm, lost.since)) }
+        }));
+    }
+    rows.sort_by(|a, b| a.compare(b, by));
+    rows
+}
+
+fn head(ui: &mut Ui, desk: &mut Desk, name: &str, sort: Option<Sort>) {
+    let Some(by) = sort else {
+        ui.add(Label::new(RichText::new(name).weak()).truncate());
+        return;
+    };
+    let text = RichText::new(name).weak();
+    let text = if desk.sort == by { text.underline() } else { text };
+    let button = ui.add(Button::new(text).frame(false).min_size([0.0, 0.0].into()));
+    button.widget_info(|| WidgetInfo::selected(Role::Button, true, desk.sort == by, format!("order by {name}")));
+    if button.clicked() {
+        desk.sort = by;
+    }
+}
+
+fn word_of(row: &Row<'_>) -> (Tone, Shape, &'static str) {
+    sign::track(row.track.freshness(), row.lost.is_some())
+}
+
+fn class(row: &Row<'_>) -> &'static str {
+    class_name(row.track.get().0.class)
+}
+
+fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, wishes: &mut Vec<Wish>) {
+    let (track, _) = of.track.get();
+    let (tone, shape, word) = word_of(of);
+    let ink = |ui: &Ui| if of.lost.is_some() { Palette::of(ui).weak } else { Palette::of(ui).text };
+    let text = |row: &mut TableRow<'_, '_>, text: String| {
+        row.col(|ui| {
+            let color = ink(ui);
+            ui.add(Label::new(RichText::new(text).monospace().color(color)).truncate());
+        });
+    };
+    text(row, format!("{} {}", of.unit.unit.name().trim_start_matches("unit-"), track.id.0));
+    text(row, class(of).to_owned());
+    text(row, seconds(of.track.age()));
+    row.col(|ui| {
+        sign::shape(ui, shape, tone, word);
+        match of.lost {
+            Some(act) => {
+                let says = format!("acknowledge that track {} {} is lost", of.unit.unit, track.id.0);
+                let button =
+                    ui.small_button(RichText::new("LOST").color(tone.color(Palette::of(ui)))).on_hover_text(&says);
+                button.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), &says));
+                if button.clicked() {
+                    wishes.push(Wish::Act(act));
+                }
+            }
+            None => {
+                ui.label(RichText::new(word).color(tone.color(Palette::of(ui))));
+            }
+        }
+    });
+    row.col(|ui| {
+        let (tone, words) = origin(of.unit.origin);
+        ui.add(Label::new(RichText::new(words).color(tone.color(Palette::of(ui)))).truncate());
+    });
+    text(row, format!("{:.2}", f64::from(track.confidence) / 1000.0));
+    text(row, format!("{:>6.1} {:>6.1}", metres(track.x_mm), metres(track.y_mm)));
+    row.col(|ui| {
+        let (letters, names) = sensors(track);
+        ui.label(RichText::new(letters).monospace().color(ink(ui))).on_hover_text(names);
+    });
+}
+
+/// The modalities that support a track: a letter each in its place, and their names.
+fn sensors(track: &ReportedTrack) -> (String, String) {
+    let letter = |m: &Modality| match m {
+        Modality::Rgb => 'R',
+        Modality::Depth => 'D',
+        Modality::Thermal => 'T',
+        Modality::Lidar => 'L',
+    };
+    let seen = |m: &Modality| track.supported.has(*m);
+    let letters = Modality::ALL.iter().map(|m| if seen(m) { letter(m) } else { '-' }).collect();
+    let names: Vec<&str> = Modality::ALL.into_iter().filter(seen).map(Modality::name).collect();
+    (letters, if names.is_empty() { "no sensor".to_owned() } else { names.join(", ") })
+}

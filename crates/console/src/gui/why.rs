@@ -1,0 +1,77 @@
+//! Why a unit is in its mode, or what keeps it from READY: each condition with its value and its limit.
+
+use eframe::egui::{Align, Label, Layout, RichText, Role, ScrollArea, Ui, WidgetInfo};
+use wire::event::Freshness;
+use wire::mode::Mode;
+
+use super::desk::Desk;
+use super::sign::{self, Shape, Tone};
+use super::theme::Palette;
+use super::words::seconds;
+use crate::interlock::Predicate;
+use crate::shown::Shown;
+
+/// The conditions of the chosen unit.
+pub(super) fn draw(ui: &mut Ui, desk: &Desk, shown: &Shown) {
+    let Some(unit) = shown.unit(desk.unit) else {
+        ui.label(format!("Nothing was received of {}: nothing is known of its state.", desk.unit));
+        return;
+    };
+    let (state, freshness) = unit.state.get();
+    let question = match state.mode {
+        Mode::Ready => "Why READY",
+        Mode::PrepareToAct => "Why PREPARE_TO_ACT",
+        Mode::HoldSafe => "Why HOLD_SAFE, and why not READY",
+        Mode::Degraded => "Why DEGRADED, and why not READY",
+        Mode::Idle => "Why IDLE, and why not READY",
+    };
+    let current = freshness == Freshness::Fresh;
+    let known = if current { "" } else { ", last known" };
+    let question = RichText::new(format!("{}: {question}{known}", unit.unit)).color(Palette::of(ui).strong);
+    ui.add(Label::new(question).wrap());
+    let tone = if current { Tone::Weak } else { sign::freshness(freshness).0 };
+    let (age, since) = (seconds(unit.state.age()), seconds(shown.at.since(unit.since)));
+    let age = format!("as reported {age} ago; last change: {}, {since} ago", state.cause.label());
+    ui.add(Label::new(RichText::new(age).color(tone.color(Palette::of(ui)))).wrap());
+    let mut guards = unit.guards(&shown.bounds);
+    // What fails stands first.
+    guards.sort_by_key(|guard| guard.holds);
+    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 0.0;
+        for guard in &guards {
+            row(ui, guard, current);
+        }
+    });
+}
+
+/// One condition: whether it holds, its name, its value and its limit. One that is not current says how it was.
+pub(super) fn row(ui: &mut Ui, predicate: &Predicate, current: bool) {
+    let palette = Palette::of(ui);
+    let (tone, shape, word) = match (predicate.holds, current) {
+        (true, true) => (Tone::Weak, Shape::Disc, "ok"),
+        (true, false) => (Tone::Weak, Shape::Ring, "was ok"),
+        (false, true) => (Tone::Caution, Shape::Diamond, "NO"),
+        (false, false) => (Tone::Caution, Shape::Diamond, "was NO"),
+    };
+    let color = match (predicate.holds, current) {
+        (true, true) => palette.text,
+        (true, false) => palette.weak,
+        (false, _) => palette.caution,
+    };
+    let value = match (predicate.value.is_empty(), predicate.limit.is_empty()) {
+        (true, _) => String::new(),
+        (false, true) => predicate.value.clone(),
+        (false, false) => format!("{}, limit {}", predicate.value, predicate.limit),
+    };
+    let says = format!("{word} {} {value}", predicate.name);
+    let row = ui.horizontal(|ui| {
+        ui.spacing_mut().interact_size.y = 16.0;
+        sign::shape(ui, shape, tone, word);
+        ui.label(RichText::new(word).small().color(color));
+        ui.label(RichText::new(predicate.name).color(color));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.add(Label::new(RichText::new(value).monospace().color(color)).truncate());
+        });
+    });
+    row.response.widget_info(|| WidgetInfo::labeled(Role::ListItem, true, &says));
+}

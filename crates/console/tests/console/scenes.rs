@@ -1,0 +1,175 @@
+//! Situations that a person at the window meets, by name: for tests, and for the images in `docs/console`.
+
+use console::act::{Act, Order};
+use console::gui::replay::Tape;
+use console::shown::Shown;
+use wire::command::CommandKind;
+use wire::feed::Feed;
+use wire::id::{PeerId, TrackId, UnitId};
+use wire::mode::{Cause, Guard, Guards, Mode};
+use wire::person::Role;
+use wire::policy::{DisplayRule, Policy, Requirement};
+use wire::refusal::Reason;
+use wire::report::ReportedTrack;
+use wire::sensor::Class;
+use wire::time::Span;
+
+use crate::yard::Yard;
+
+/// A situation, made anew.
+pub(crate) type Scene = (&'static str, fn() -> Yard);
+
+/// Every one.
+pub(crate) const SCENES: [Scene; 11] = [
+    ("nominal", nominal),
+    ("authority", authority),
+    ("degraded", degraded),
+    ("hold-safe", hold_safe),
+    ("armed", armed),
+    ("stale", stale),
+    ("lost", lost),
+    ("silent", silent),
+    ("ablation", ablation),
+    ("view-only", view_only),
+    ("crowd", crowd),
+];
+
+/// Two units drive; the mission was enabled a while ago.
+pub(crate) fn nominal() -> Yard {
+    let mut yard = Yard::new();
+    let a = yard.actor(UnitId::A);
+    (a.mode, a.speed_mm_s, a.cause) = (Mode::Idle, 0, Cause::Start);
+    yard.run(Span::s(1));
+    yard.bench.order(CommandKind::Enable).expect("a unit that stands ready");
+    yard.run(Span::ms(4_300));
+    yard
+}
+
+/// Authority is held on a vehicle.
+pub(crate) fn authority() -> Yard {
+    let mut yard = nominal();
+    yard.bench.order(CommandKind::Arm(TrackId(1))).expect("a fresh and confident track");
+    yard.run(Span::ms(1_500));
+    yard
+}
+
+/// The thermal stage gives nothing more.
+pub(crate) fn degraded() -> Yard {
+    let mut yard = nominal();
+    let a = yard.actor(UnitId::A);
+    (a.mode, a.cause, a.speed_mm_s) = (Mode::Degraded, Cause::Lost(Guard::Thermal), 900);
+    a.failing = Guards::default().with(Guard::Thermal);
+    yard.run(Span::ms(2_200));
+    yard
+}
+
+/// A teammate's claims contradict each other: its records are refused, trust is lost.
+pub(crate) fn hold_safe() -> Yard {
+    let mut yard = authority();
+    for n in 0..23 {
+        let reason = [Reason::Origin, Reason::Replayed, Reason::Replayed][n % 3];
+        yard.bench.feed(&Feed::Refused(reason, Some(PeerId::UNIT_B)));
+    }
+    let b = yard.actor(UnitId::B);
+    b.heard = false;
+    let a = yard.actor(UnitId::A);
+    (a.mode, a.cause, a.speed_mm_s, a.authority) = (Mode::HoldSafe, Cause::Lost(Guard::Teammates), 0, None);
+    a.failing = Guards::default().with(Guard::Teammates);
+    a.tracks.truncate(3);
+    yard.run(Span::ms(1_300));
+    yard
+}
+
+/// A resume waits to be confirmed.
+pub(crate) fn armed() -> Yard {
+    let mut yard = nominal();
+    yard.bench.act(Act::Now(Order::Command(UnitId::A, CommandKind::Hold))).expect("a hold");
+    yard.run(Span::s(3));
+    yard.bench.act(Act::Prepare(Order::Command(UnitId::A, CommandKind::Resume))).expect("a unit that can go on");
+    yard.run(Span::ms(2_600));
+    yard
+}
+
+/// Nothing has come for 0.9 seconds.
+pub(crate) fn stale() -> Yard {
+    let mut yard = authority();
+    yard.wait(Span::ms(900));
+    yard
+}
+
+/// One unit is cut off, and orders to it go unanswered.
+pub(crate) fn lost() -> Yard {
+    let mut yard = nominal();
+    let a = yard.actor(UnitId::A);
+    (a.heard, a.obeys) = (false, false);
+    yard.bench.feed(&Feed::Session(PeerId::UNIT_A, false));
+    yard.run(Span::s(3));
+    yard.bench.act(Act::Now(Order::Command(UnitId::A, CommandKind::Hold))).expect("a hold");
+    yard.run(Span::s(4));
+    yard
+}
+
+/// Nothing was ever received.
+pub(crate) fn silent() -> Yard {
+    let mut yard = Yard::new();
+    yard.actors.iter_mut().for_each(|actor| actor.heard = false);
+    yard.run(Span::s(2));
+    yard
+}
+
+/// The paper's fault: a display that does not age, three seconds after the last report.
+pub(crate) fn ablation() -> Yard {
+    let display = [(DisplayRule::AgeOut, Requirement::Waived)].into();
+    let policy = Policy { name: "display-age-waived".into(), display, ..Policy::default() };
+    let mut yard = Yard::with(&[UnitId::A, UnitId::B], policy, Role::Supervise);
+    yard.run(Span::s(3));
+    yard.wait(Span::s(3));
+    yard
+}
+
+/// A console that may only look.
+pub(crate) fn view_only() -> Yard {
+    let mut yard = Yard::with(&[UnitId::A, UnitId::B], Policy::default(), Role::View);
+    yard.run(Span::s(3));
+    yard
+}
+
+/// Four units and two hundred tracks, most of them lost.
+pub(crate) fn crowd() -> Yard {
+    let units = ["unit-a", "unit-b", "unit-c", "unit-d"].map(|name| UnitId::from_name(name).expect("a unit"));
+    let mut yard = Yard::with(&units, Policy::default(), Role::Supervise);
+    for round in 0..6 {
+        for (at, actor) in yard.actors.iter_mut().enumerate() {
+            let like = actor.tracks[0];
+            actor.tracks = (0..8).map(|n| scattered(like, at as u32, round * 8 + n)).collect();
+        }
+        yard.run(Span::ms(600));
+    }
+    yard
+}
+
+/// The `n`th of many tracks around a unit, in a spiral.
+fn scattered(like: ReportedTrack, unit: u32, n: u32) -> ReportedTrack {
+    let angle = f64::from(n) * 2.4 + f64::from(unit);
+    let far = 2_500.0 * libm::sqrt(f64::from(n) + 1.0);
+    let center = [(-16_000, -16_000), (16_000, 16_000), (-16_000, 16_000), (16_000, -16_000)][unit as usize % 4];
+    ReportedTrack {
+        id: TrackId(unit * 1000 + n),
+        class: Class::ALL[n as usize % 4],
+        x_mm: center.0 + (far * libm::cos(angle)) as i32,
+        y_mm: center.1 + (far * libm::sin(angle)) as i32,
+        confidence: (500 + (n * 37) % 480) as u16,
+        ..like
+    }
+}
+
+/// The same picture as of a recording.
+pub(crate) fn replayed(mut shown: Shown) -> (Shown, Tape) {
+    shown.marks.replay = true;
+    let moments = vec![
+        (Span::ms(1_020), "unit-a READY: operator".to_owned()),
+        (Span::ms(5_300), "unit-a PREPARE_TO_ACT: operator".to_owned()),
+        (Span::ms(6_900), "unit-a HOLD_SAFE: lost:teammates".to_owned()),
+    ];
+    (shown, Tape { at: Span::ms(8_100), length: Span::s(9), moments, playing: false })
+}

@@ -1,0 +1,407 @@
+//! The window, without a screen: what is drawn is read from the accessibility tree, what is done is done by role and label.
+//!
+//! Behind it is the real console. The harness refuses controls without a name and glyphs that the fonts lack.
+
+use console::act::{Act, Alarm, Order, PREPARED_FOR};
+use console::gui::layout::{Pane, Preset, Tiling};
+use console::gui::replay::{Seek, Tape};
+use console::gui::{Picture, Window, Wish, theme};
+use console::life::Life;
+use eframe::egui::accesskit::Role as Kind;
+use eframe::egui::{Event, Key, Modifiers, Theme, Vec2, vec2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use wire::command::CommandKind;
+use wire::id::UnitId;
+use wire::mode::Mode;
+use wire::time::Span;
+
+use crate::scenes::{self, SCENES};
+use crate::yard::{self, Yard};
+
+const REASON: &str = "Reason: it goes into the signed order";
+const LAPTOP: Vec2 = vec2(1366.0, 768.0);
+
+/// A window over a yard. What is done in it is done to the console, and kept.
+struct Seat {
+    yard: Yard,
+    window: Window,
+    tape: Option<Tape>,
+    behind: Option<Span>,
+    acts: Vec<Act>,
+    seeks: Vec<Seek>,
+}
+
+type Seated = Harness<'static, Seat>;
+
+fn seat(yard: Yard) -> Seated {
+    sized(yard, LAPTOP, Theme::Dark)
+}
+
+fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
+    let window = Window::new(UnitId::A, yard::site());
+    let seat = Seat { yard, window, tape: None, behind: None, acts: Vec::new(), seeks: Vec::new() };
+    let draw = |ui: &mut eframe::egui::Ui, seat: &mut Seat| {
+        theme::apply(ui.ctx());
+        let mut shown = seat.yard.shown();
+        shown.marks.replay |= seat.tape.is_some();
+        let picture = Picture { shown: &shown, behind: seat.behind, tape: seat.tape.as_ref() };
+        for wish in seat.window.draw(ui, &picture) {
+            match wish {
+                Wish::Act(act) => {
+                    seat.acts.push(act);
+                    // What comes of it is in the next picture.
+                    let _ = seat.yard.bench.act(act);
+                }
+                Wish::Seek(to) => seat.seeks.push(to),
+            }
+        }
+    };
+    let mut seated = Harness::builder().with_size(size).with_theme(theme).build_ui_state(draw, seat);
+    seated.run_steps(3);
+    seated
+}
+
+fn press(seated: &mut Seated, key: Key) {
+    seated.key_press(key);
+    seated.run_steps(2);
+}
+
+fn click(seated: &mut Seated, kind: Kind, label: &str) {
+    seated.get_by_role_and_label(kind, label).click();
+    seated.run_steps(3);
+}
+
+fn type_into(seated: &mut Seated, label: &str, text: &str) {
+    seated.get_by_role_and_label(Kind::TextInput, label).focus();
+    seated.run_steps(2);
+    seated.get_by_role_and_label(Kind::TextInput, label).type_text(text);
+    seated.run_steps(2);
+}
+
+fn held(seated: &Seated) -> usize {
+    let hold = |act: &&Act| matches!(act, Act::Now(Order::Command(UnitId::A, CommandKind::Hold)));
+    seated.state().acts.iter().filter(hold).count()
+}
+
+fn says(seated: &Seated, text: &str) -> bool {
+    seated.query_all_by_label_contains(text).next().is_some()
+}
+
+const RESUME: Order = Order::Command(UnitId::A, CommandKind::Resume);
+
+/// Held, and the hold long over: a resume may be chosen.
+fn standing() -> Yard {
+    let mut yard = scenes::nominal();
+    yard.bench.act(Act::Now(Order::Command(UnitId::A, CommandKind::Hold))).unwrap();
+    yard.run(Span::s(2));
+    yard
+}
+
+#[test]
+fn hold_is_one_button_away_in_every_scene_and_layout() {
+    for (name, make) in SCENES.into_iter().filter(|(name, _)| *name != "view-only") {
+        for preset in Preset::ALL {
+            let mut seated = seat(make());
+            *seated.state_mut().window.tiling_mut() = Tiling::new(preset);
+            seated.run_steps(2);
+            click(&mut seated, Kind::Button, "HOLD unit-a   F1");
+            assert_eq!(held(&seated), 1, "{name}, {preset:?}");
+        }
+    }
+}
+
+#[test]
+fn hold_is_one_key_away_in_every_scene() {
+    for (name, make) in SCENES.into_iter().filter(|(name, _)| *name != "view-only") {
+        let mut seated = seat(make());
+        press(&mut seated, Key::F1);
+        assert_eq!(held(&seated), 1, "{name}");
+    }
+}
+
+#[test]
+fn hold_works_while_somebody_types_a_reason_or_searches_and_while_a_confirmation_is_open() {
+    let mut seated = seat(scenes::armed());
+    for label in [REASON, "search"] {
+        let before = held(&seated);
+        type_into(&mut seated, label, "because");
+        assert!(seated.get_by_role_and_label(Kind::TextInput, label).is_focused(), "{label}");
+        press(&mut seated, Key::F1);
+        assert_eq!(held(&seated), before + 1, "while typing into {label}");
+    }
+    let order = Act::Confirm(RESUME, wire::codec::Text::new("because"));
+    assert!(!seated.state().acts.contains(&order), "holding confirms nothing");
+}
+
+#[test]
+fn a_key_that_is_held_down_is_one_act() {
+    let mut seated = seat(scenes::nominal());
+    let down = |key, repeat| Event::Key { key, physical_key: None, pressed: true, repeat, modifiers: Modifiers::NONE };
+    for repeat in [false, true, true, true] {
+        seated.event(down(Key::F1, repeat));
+        seated.run_steps(1);
+    }
+    assert_eq!(held(&seated), 1, "F1");
+    seated.key_up(Key::F1);
+    for key in [Key::Enter, Key::Space] {
+        let before = held(&seated);
+        seated.get_by_role_and_label(Kind::Button, "HOLD unit-a   F1").focus();
+        seated.run_steps(1);
+        for repeat in [false, true, true, true] {
+            seated.event(down(key, repeat));
+            seated.run_steps(1);
+        }
+        assert_eq!(held(&seated), before + 1, "{key:?} on the button");
+        seated.key_up(key);
+        seated.run_steps(1);
+    }
+}
+
+#[test]
+fn away_from_safe_is_chosen_armed_and_confirmed_with_a_reason_and_seen_to_its_effect() {
+    let mut seated = seat(standing());
+    click(&mut seated, Kind::RadioButton, "resume unit-a");
+    assert!(seated.state().acts.is_empty(), "choosing does nothing");
+    assert!(says(&seated, "DRIVES ON by itself"), "the consequence is spelt out");
+    click(&mut seated, Kind::Button, "Arm: resume unit-a");
+    assert_eq!(seated.state().acts, [Act::Prepare(RESUME)]);
+    assert!(says(&seated, "ARMED: resume unit-a, 10.0 s left"), "the countdown is seen");
+    let confirm = "CONFIRM: resume unit-a   F9";
+    assert!(seated.get_by_role_and_label(Kind::Button, confirm).accesskit_node().is_disabled(), "without a reason");
+    press(&mut seated, Key::F9);
+    assert_eq!(seated.state().acts.len(), 1, "nor by key");
+    type_into(&mut seated, REASON, "way is clear");
+    click(&mut seated, Kind::Button, confirm);
+    assert_eq!(seated.state().acts[1..], [Act::Confirm(RESUME, wire::codec::Text::new("way is clear"))]);
+    seated.state_mut().yard.run(Span::s(1));
+    seated.run_steps(2);
+    assert!(says(&seated, "STATE unit-a READY"));
+    let shown = seated.state().yard.shown();
+    assert_eq!(shown.commands.last().map(|given| given.life), Some(Life::Executed));
+    for stage in ["staged +", "confirmed +", "sent +", "answered +", "effect +"] {
+        assert!(says(&seated, stage), "{stage}");
+    }
+}
+
+#[test]
+fn escape_disarms_and_so_does_time_and_what_was_typed_is_gone() {
+    let mut seated = seat(scenes::armed());
+    type_into(&mut seated, REASON, "half a rea");
+    press(&mut seated, Key::Escape);
+    assert_eq!(seated.state().acts, [Act::Withdraw]);
+    assert!(!says(&seated, "ARMED"));
+    press(&mut seated, Key::Escape);
+    assert_eq!(seated.state().acts.len(), 1, "there is nothing to give up any more");
+    seated.state_mut().yard.bench.act(Act::Prepare(RESUME)).unwrap();
+    seated.run_steps(2);
+    type_into(&mut seated, REASON, "another");
+    seated.state_mut().yard.run(PREPARED_FOR);
+    seated.run_steps(2);
+    assert!(!says(&seated, "ARMED"), "it lapsed");
+    assert!(says(&seated, "not confirmed in time"), "and that is said");
+    seated.state_mut().yard.bench.act(Act::Prepare(RESUME)).unwrap();
+    seated.run_steps(2);
+    let typed = seated.get_by_role_and_label(Kind::TextInput, REASON).value();
+    assert_eq!(typed.unwrap_or_default(), "", "no order inherits another's reason");
+}
+
+#[test]
+fn an_interlock_is_named_beside_the_control_that_it_locks() {
+    let mut seated = seat(scenes::hold_safe());
+    assert!(says(&seated, "guards failing: teammates"), "beside the order");
+    click(&mut seated, Kind::RadioButton, "resume unit-a");
+    assert!(seated.get_by_role_and_label(Kind::Button, "Arm: resume unit-a").accesskit_node().is_disabled());
+    assert!(says(&seated, "NO guards failing"), "with value and limit");
+    assert!(seated.state().acts.is_empty());
+}
+
+#[test]
+fn a_console_that_only_looks_and_a_recording_command_nothing() {
+    let replay = |mut seated: Seated| {
+        let (_, tape) = scenes::replayed(seated.state().yard.shown());
+        seated.state_mut().tape = Some(tape);
+        seated.run_steps(3);
+        seated
+    };
+    for (mut seated, says_why) in
+        [(seat(scenes::view_only()), "ROLE VIEW"), (replay(seat(scenes::armed())), "REPLAY: a recording")]
+    {
+        assert!(says(&seated, says_why));
+        for key in [Key::F1, Key::F9, Key::Escape] {
+            press(&mut seated, key);
+        }
+        for label in ["HOLD unit-a   F1", "HOLD ALL   Shift F1", "Disarm unit-a"] {
+            let button = seated.get_by_role_and_label(Kind::Button, label);
+            assert!(button.accesskit_node().is_disabled(), "{label}");
+            button.click();
+            seated.run_steps(2);
+        }
+        assert_eq!(seated.state().acts, [], "{says_why}");
+    }
+}
+
+#[test]
+fn a_value_is_said_to_be_late_stale_and_lost_one_tick_beyond_its_limit() {
+    let mut seated = seat(scenes::nominal());
+    let limits = [(Span::ms(300), "fresh", "LATE"), (Span::ms(500), "LATE", "STALE"), (Span::s(2), "STALE", "LOST")];
+    for (limit, at, beyond) in limits {
+        let age = seated.state().yard.shown().units[0].state.age();
+        seated.state_mut().yard.bench.pass(Span(limit.0 - age.0));
+        seated.run_steps(1);
+        assert!(says(&seated, &format!("AGE unit-a {:.2} s {at}", limit.as_ms() / 1000.0)), "at {limit}");
+        seated.state_mut().yard.bench.pass(Span(1));
+        seated.run_steps(1);
+        assert!(says(&seated, &format!("AGE unit-a {:.2} s {beyond}", limit.as_ms() / 1000.0)), "beyond {limit}");
+        assert!(
+            says(&seated, &format!("STATE unit-a last known READY, {beyond}")),
+            "the state is no longer said as what is so"
+        );
+        assert!(!says(&seated, "STATE unit-a READY"));
+    }
+}
+
+#[test]
+fn the_safety_strip_is_there_in_every_layout_size_and_theme() {
+    for (size, theme) in [(LAPTOP, Theme::Dark), (vec2(2560.0, 1440.0), Theme::Light)] {
+        let mut seated = sized(scenes::authority(), size, theme);
+        for preset in Preset::ALL {
+            *seated.state_mut().window.tiling_mut() = Tiling::new(preset);
+            for pane in Pane::ALL {
+                seated.state_mut().window.tiling_mut().open(pane);
+                seated.run_steps(2);
+                for label in
+                    ["MARK SIMULATION", "STATE unit-a PREPARE_TO_ACT", "STATE unit-b READY", "AUTHORITY unit-a track 1"]
+                {
+                    let node = seated.get_by_label_contains(label);
+                    let rect = node.rect();
+                    assert!(rect.width() > 60.0 && rect.right() <= size.x && rect.bottom() < 200.0, "{label}: {rect}");
+                }
+                for label in ["AGE unit-a", "AGE unit-b", "LINK unit-a up", "LINK unit-b up"] {
+                    assert!(says(&seated, label), "{label} in {preset:?} with {pane:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_lost_track_stays_where_it_was_until_somebody_takes_note_of_it() {
+    let mut seated = seat(scenes::hold_safe());
+    assert!(says(&seated, "TRACK unit-a 5 obstacle LOST"));
+    click(&mut seated, Kind::Button, "acknowledge that track unit-a 5 is lost");
+    let acknowledged =
+        |act: &Act| matches!(act, Act::Acknowledge(Alarm::TrackLost(UnitId::A, _, track), _) if track.0 == 5);
+    assert!(seated.state().acts.iter().all(acknowledged) && seated.state().acts.len() == 1);
+    seated.state_mut().yard.run(Span::ms(100));
+    seated.run_steps(2);
+    assert!(!says(&seated, "TRACK unit-a 5"));
+}
+
+#[test]
+fn alarms_are_searched_and_acknowledged_one_by_one_and_all_at_once() {
+    let mut seated = seat(scenes::hold_safe());
+    type_into(&mut seated, "search", "STALE");
+    assert!(says(&seated, "acknowledge: what is shown of unit-b is stale"));
+    assert!(!says(&seated, "acknowledge: unit-a is in HOLD_SAFE"), "it does not fit the search");
+    click(&mut seated, Kind::Button, "acknowledge: what is shown of unit-b is stale");
+    assert_eq!(seated.state().acts.len(), 1);
+    let open = seated.state().yard.shown().alarms.iter().filter(|alarm| !alarm.acknowledged).count();
+    click(&mut seated, Kind::Button, "Acknowledge all");
+    assert_eq!(seated.state().acts.len(), 1 + open, "all, whatever is searched for");
+    assert!(seated.state().yard.shown().alarms.iter().all(|alarm| alarm.acknowledged));
+    assert!(seated.get_by_role_and_label(Kind::Button, "Acknowledge all").accesskit_node().is_disabled());
+}
+
+#[test]
+fn commands_go_to_the_unit_that_is_chosen_and_hold_all_goes_to_each() {
+    let mut seated = seat(scenes::nominal());
+    click(&mut seated, Kind::Button, "unit-b");
+    press(&mut seated, Key::F1);
+    click(&mut seated, Kind::Button, "HOLD unit-b   F1");
+    let hold = |unit| Act::Now(Order::Command(unit, CommandKind::Hold));
+    assert_eq!(seated.state().acts, [hold(UnitId::B), hold(UnitId::B)]);
+    seated.key_press_modifiers(Modifiers::SHIFT, Key::F1);
+    seated.run_steps(2);
+    assert_eq!(seated.state().acts[2..], [hold(UnitId::A), hold(UnitId::B)]);
+    click(&mut seated, Kind::Button, "Disarm unit-b");
+    assert_eq!(seated.state().acts[4..], [Act::Now(Order::Command(UnitId::B, CommandKind::Disarm))]);
+}
+
+#[test]
+fn a_track_is_armed_by_choosing_its_row() {
+    let mut seated = seat(scenes::nominal());
+    assert!(says(&seated, "To arm: choose a track"));
+    seated.get_by_label_contains("TRACK unit-a 1 vehicle fresh").click();
+    seated.run_steps(3);
+    click(&mut seated, Kind::RadioButton, "arm unit-a on track 1");
+    click(&mut seated, Kind::Button, "Arm: arm unit-a on track 1");
+    let arm = Order::Command(UnitId::A, CommandKind::Arm(wire::id::TrackId(1)));
+    assert_eq!(seated.state().acts, [Act::Prepare(arm)]);
+}
+
+#[test]
+fn a_recording_is_moved_in_and_never_looks_live() {
+    let mut seated = seat(scenes::hold_safe());
+    let (_, tape) = scenes::replayed(seated.state().yard.shown());
+    seated.state_mut().tape = Some(tape.clone());
+    seated.run_steps(3);
+    assert!(says(&seated, "MARK REPLAY"));
+    click(&mut seated, Kind::Button, "Step on");
+    click(&mut seated, Kind::Button, "Step back");
+    click(&mut seated, Kind::Button, "Change before");
+    click(&mut seated, Kind::Button, "Play");
+    let before = tape.moments[2].0;
+    assert_eq!(seated.state().seeks, [Seek::Step(1), Seek::Step(-1), Seek::To(before), Seek::Play(true)]);
+    assert!(says(&seated, "last change at 6.90 s: unit-a HOLD_SAFE: lost:teammates"));
+}
+
+#[test]
+fn a_picture_with_none_after_it_is_said_not_to_be_current() {
+    let mut seated = seat(scenes::nominal());
+    assert!(!says(&seated, "NOT CURRENT"));
+    seated.state_mut().behind = Some(Span::ms(1_400));
+    seated.run_steps(2);
+    assert!(says(&seated, "NOT CURRENT: this console has drawn nothing new for 1.40 s"));
+    press(&mut seated, Key::F1);
+    assert_eq!(held(&seated), 1, "a hold is still tried");
+}
+
+#[test]
+fn every_scene_is_drawn_in_every_layout_and_theme_with_every_pane_open() {
+    for (name, make) in SCENES {
+        let mut seated = sized(make(), LAPTOP, if name.len() % 2 == 0 { Theme::Dark } else { Theme::Light });
+        for preset in Preset::ALL {
+            *seated.state_mut().window.tiling_mut() = Tiling::new(preset);
+            for pane in Pane::ALL {
+                seated.state_mut().window.tiling_mut().open(pane);
+                seated.run_steps(2);
+            }
+        }
+        let shown = seated.state().yard.shown();
+        assert!(shown.units.iter().all(|unit| says(&seated, &format!("AGE {}", unit.unit))), "{name}");
+    }
+}
+
+#[test]
+fn two_hundred_tracks_are_drawn_and_none_of_them_is_missing_from_the_map() {
+    let seated = seat(scenes::crowd());
+    let shown = seated.state().yard.shown();
+    let tracks: usize = shown.units.iter().map(|unit| unit.tracks.len() + unit.lost.len()).sum();
+    assert!(tracks >= 190, "{tracks}");
+    assert!(says(&seated, &format!("MAP 4 units, {tracks} tracks")));
+}
+
+#[test]
+fn a_name_from_outside_neither_runs_away_nor_breaks_the_line() {
+    let name = format!("evil\u{202e}\n\t{}", "name ".repeat(400));
+    let policy = wire::policy::Policy { name, record_guard: wire::policy::Requirement::Waived, ..Default::default() };
+    let mut yard = Yard::with(&[UnitId::A, UnitId::B], policy, wire::person::Role::Supervise);
+    yard.actor(UnitId::A).mode = Mode::Ready;
+    yard.run(Span::ms(500));
+    let seated = seat(yard);
+    let chip = seated.get_by_label_contains("MARK ABLATION");
+    assert!(chip.rect().right() <= LAPTOP.x && chip.rect().height() < 30.0);
+    let label = chip.accesskit_node().label().unwrap_or_default();
+    assert!(label.chars().count() < 80 && !label.contains(['\n', '\t', '\u{202e}']), "{label:?}");
+}

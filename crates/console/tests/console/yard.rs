@@ -1,0 +1,247 @@
+//! A yard with units that report, move and obey, before a real console: every picture comes of signed reports.
+//!
+//! The gateway and the units are told what to say; the console is the real one, and what it shows is its model's.
+
+use console::shown::Shown;
+use console::site::{Block, Site};
+use sha2::{Digest, Sha256};
+use wire::codec::List;
+use wire::command::{Ack, CommandKind, Confirmation, Intent};
+use wire::feed::{AcceptedReport, CommandStage, Feed};
+use wire::id::{Boot, CommandId, Nonce, PeerId, Sequence, TrackId, UnitId};
+use wire::mode::{Cause, Guards, Mode};
+use wire::person::Role;
+use wire::policy::{Policy, Waived};
+use wire::refusal::Reason;
+use wire::report::{Report, ReportedAuthority, ReportedTrack};
+use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
+use wire::time::{PeerStamp, Span};
+
+use crate::bench::{Asked, Bench, sign};
+
+/// Time between two reports.
+const PERIOD: Span = Span::ms(100);
+
+/// A unit as it is, and so as it reports.
+pub(crate) struct Actor {
+    pub(crate) unit: UnitId,
+    pub(crate) mode: Mode,
+    pub(crate) cause: Cause,
+    pub(crate) failing: Guards,
+    pub(crate) authority: Option<ReportedAuthority>,
+    pub(crate) tracks: Vec<ReportedTrack>,
+    pub(crate) pose: Pose,
+    pub(crate) speed_mm_s: i32,
+    /// Whether it says anything.
+    pub(crate) heard: bool,
+    /// Whose session brings its reports.
+    pub(crate) via: PeerId,
+    /// Whether it answers orders.
+    pub(crate) obeys: bool,
+    sequence: u64,
+    last: Option<(CommandId, Option<Reason>)>,
+}
+
+/// The yard.
+pub(crate) struct Yard {
+    pub(crate) bench: Bench,
+    pub(crate) actors: Vec<Actor>,
+    /// What was shown after each period, oldest first.
+    pub(crate) film: Vec<Shown>,
+    /// Orders that were taken care of.
+    done: usize,
+}
+
+impl Yard {
+    /// Two units that drive, and a person who may do all.
+    pub(crate) fn new() -> Self {
+        Self::with(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise)
+    }
+
+    pub(crate) fn with(units: &[UnitId], policy: Policy, role: Role) -> Self {
+        let mut bench = Bench::over(units, policy, role);
+        for unit in units {
+            bench.feed(&Feed::Session(unit.peer(), true));
+        }
+        let actors = units.iter().enumerate().map(|(at, unit)| Actor::new(*unit, at as i32)).collect();
+        Self { bench, actors, film: Vec::new(), done: 0 }
+    }
+
+    pub(crate) fn actor(&mut self, unit: UnitId) -> &mut Actor {
+        self.actors.iter_mut().find(|actor| actor.unit == unit).expect("a unit of the yard")
+    }
+
+    /// What is shown now.
+    pub(crate) fn shown(&self) -> Shown {
+        self.bench.console.shown(self.bench.now)
+    }
+
+    /// Lets time go by: units report and move, orders are carried out.
+    pub(crate) fn run(&mut self, span: Span) {
+        for _ in 0..span.0 / PERIOD.0 {
+            self.obey();
+            for at in 0..self.actors.len() {
+                self.report(at);
+            }
+            self.wait(PERIOD);
+        }
+    }
+
+    /// Lets time go by in which nobody says anything.
+    pub(crate) fn wait(&mut self, span: Span) {
+        for _ in 0..span.0 / PERIOD.0 {
+            self.bench.pass(PERIOD);
+            self.film.push(self.shown());
+        }
+    }
+
+    fn report(&mut self, at: usize) {
+        let now = self.bench.now;
+        let actor = &mut self.actors[at];
+        if !actor.heard {
+            return;
+        }
+        let report = actor.report(now.0);
+        let signed = sign(report.origin, &self.bench.told(report));
+        let (via, unit, waived) = (actor.via, actor.unit, Waived::default());
+        let age = Some(Span::ms(18));
+        self.bench.feed(&Feed::Accepted(AcceptedReport {
+            via,
+            unit,
+            received: now,
+            age,
+            waived,
+            report: signed.as_slice().into(),
+        }));
+    }
+
+    /// The gateway and the units do what was asked of them since the last time.
+    fn obey(&mut self) {
+        let asked: Vec<Asked> = self.bench.asked.iter().skip(self.done).cloned().collect();
+        self.done = self.bench.asked.len();
+        for asked in asked {
+            match asked {
+                Asked::Stage(intent, signed) if intent.kind.towards_safe() => self.carry_out(&intent, &signed),
+                Asked::Stage(_, signed) => self.bench.staged(&signed, CommandStage::Staged),
+                Asked::Release(Confirmation { intent, .. }) => {
+                    let given =
+                        self.bench.intents().into_iter().find(|(_, signed)| Sha256::digest(signed)[..] == intent);
+                    let (order, signed) = given.expect("a staged intent");
+                    self.carry_out(&order, &signed);
+                }
+                Asked::Watch(_) | Asked::Revoke(_) => {}
+            }
+        }
+    }
+
+    fn carry_out(&mut self, intent: &Intent, signed: &[u8]) {
+        self.bench.staged(signed, CommandStage::Sent);
+        self.bench.pass(Span::ms(12));
+        let actor = self.actor(intent.unit);
+        if !actor.obeys {
+            return;
+        }
+        actor.execute(intent);
+        let (mode, node) = (actor.mode, actor.unit.node());
+        let ack = Ack { id: intent.id, intent: Sha256::digest(signed).into(), refused: None, mode };
+        self.bench.acknowledged(node, &ack);
+    }
+}
+
+impl Actor {
+    fn new(unit: UnitId, at: i32) -> Self {
+        let place = [(-9_000, -5_200), (14_000, 12_000), (-22_000, 21_000), (25_000, -24_000)][at as usize % 4];
+        let first = at as u32 * 100;
+        Self {
+            unit,
+            mode: Mode::Ready,
+            cause: Cause::Operator,
+            failing: Guards::default(),
+            authority: None,
+            tracks: tracks(first, place),
+            pose: Pose { x_mm: place.0, y_mm: place.1, yaw_mrad: (at * 900) as i16 },
+            speed_mm_s: 1400,
+            heard: true,
+            via: unit.peer(),
+            obeys: true,
+            sequence: 0,
+            last: None,
+        }
+    }
+
+    fn report(&mut self, stamp: u64) -> Report {
+        self.sequence += 1;
+        let step = self.speed_mm_s / 10;
+        let yaw = f64::from(self.pose.yaw_mrad) / 1000.0;
+        self.pose.x_mm += (f64::from(step) * libm::cos(yaw)) as i32;
+        self.pose.y_mm += (f64::from(step) * libm::sin(yaw)) as i32;
+        Report {
+            origin: self.unit.node(),
+            boot: Boot(1),
+            sequence: Sequence(self.sequence),
+            stamp: PeerStamp(stamp),
+            product: ProductMode::Live,
+            mode: self.mode,
+            cause: self.cause,
+            failing: self.failing,
+            pose: self.pose,
+            speed_mm_s: self.speed_mm_s,
+            pose_age: Span::ms(32),
+            authority: self.authority,
+            command_nonce: Nonce(self.sequence + 500),
+            last_command: self.last,
+            progress: 430,
+            tracks: self.tracks.iter().copied().collect::<List<_, 8>>(),
+            watched: None,
+            sessions_lost: 0,
+        }
+    }
+
+    fn execute(&mut self, intent: &Intent) {
+        self.last = Some((intent.id, None));
+        self.cause = Cause::Operator;
+        match intent.kind {
+            CommandKind::Hold => (self.mode, self.authority, self.speed_mm_s) = (Mode::HoldSafe, None, 0),
+            CommandKind::Disarm => self.authority = None,
+            CommandKind::Enable | CommandKind::Resume => (self.mode, self.speed_mm_s) = (Mode::Ready, 1400),
+            CommandKind::Arm(track) => {
+                self.mode = Mode::PrepareToAct;
+                self.authority = Some(ReportedAuthority { track, left: Span::ms(4800) });
+            }
+            CommandKind::Confirm(_) => (self.mode, self.authority, self.cause) = (Mode::Ready, None, Cause::Acted),
+            CommandKind::Configure(_) => {}
+        }
+    }
+}
+
+/// What a unit at this place sees.
+fn tracks(first: u32, (x, y): (i32, i32)) -> Vec<ReportedTrack> {
+    let seen = |modalities: &[Modality]| modalities.iter().fold(Modalities::default(), |set, one| set.with(*one));
+    let all = seen(&Modality::ALL);
+    let track = |id, class, dx, dy, confidence, supported, age| ReportedTrack {
+        id: TrackId(first + id),
+        class,
+        x_mm: x + dx,
+        y_mm: y + dy,
+        confidence,
+        supported,
+        age: Span::ms(age),
+    };
+    vec![
+        track(1, Class::Vehicle, 17_000, 2_200, 930, all, 40),
+        track(2, Class::Person, 7_000, 8_200, 710, seen(&[Modality::Rgb, Modality::Thermal, Modality::Lidar]), 40),
+        track(3, Class::Decoy, 15_000, -9_800, 550, seen(&[Modality::Rgb, Modality::Lidar]), 90),
+        track(5, Class::Obstacle, -4_000, 9_000, 640, seen(&[Modality::Depth, Modality::Lidar]), 140),
+    ]
+}
+
+/// The yard as planned.
+pub(crate) fn site() -> Site {
+    let block = |at, half, yaw| Block { at, half, yaw };
+    Site {
+        fence: vec![[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [-40.0, 40.0]],
+        route: vec![[8.0, -6.0], [10.0, 4.0], [0.0, 8.0], [-10.0, 6.0], [-12.0, -4.0]],
+        looped: true,
+        blocks: vec![block([2.0, 18.0], [3.0, 1.5], 0.3), block([-24.0, -18.0], [5.0, 3.0], 1.1)],
+    }
+}
