@@ -78,7 +78,8 @@ fn table(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
         ui.weak("No unit reports a track.");
         return;
     }
-    let mut table = TableBuilder::new(ui).striped(true).sense(Sense::click()).auto_shrink([false, false]);
+    // The pointer takes the whole row; the keyboard stops once in it, at its name.
+    let mut table = TableBuilder::new(ui).striped(true).sense(Sense::CLICK).auto_shrink([false, false]);
     table = table.cell_layout(Layout::left_to_right(Align::Center));
     for width in WIDTHS {
         table = table.column(Column::exact(width).clip(true));
@@ -93,13 +94,13 @@ fn table(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
         body.rows(ROW, rows.len(), |mut row| {
             let Some(of) = rows.get(row.index()) else { return };
             row.set_selected(desk.track == Some(of.id()));
-            cells(&mut row, of, wishes);
+            let chosen = cells(&mut row, of, wishes);
             let response = row.response();
             let (unit, track) = of.id();
             let (_, _, word) = word_of(of);
             let says = format!("TRACK {unit} {} {} {word} {}", track.0, class(of), seconds(of.track.age()));
             response.widget_info(|| WidgetInfo::labeled(Role::Row, true, &says));
-            if response.clicked() {
+            if chosen || response.clicked() {
                 desk.look_at(unit, track);
             }
         });
@@ -141,7 +142,8 @@ fn class(row: &Row<'_>) -> &'static str {
     class_name(row.track.get().0.class)
 }
 
-fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, wishes: &mut Vec<Wish>) {
+/// The cells of a row; whether its name was pressed.
+fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, wishes: &mut Vec<Wish>) -> bool {
     let (track, _) = of.track.get();
     let (tone, shape, word) = word_of(of);
     let ink = |ui: &Ui| if of.lost.is_some() { Palette::of(ui).weak } else { Palette::of(ui).text };
@@ -151,7 +153,15 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, wishes: &mut Vec<Wish>) {
             ui.add(Label::new(RichText::new(text).monospace().color(color)).truncate());
         });
     };
-    text(row, format!("{} {}", of.unit.unit.name().trim_start_matches("unit-"), track.id.0));
+    let mut chosen = false;
+    row.col(|ui| {
+        let name = format!("{} {}", of.unit.unit.name().trim_start_matches("unit-"), track.id.0);
+        let name = Button::new(RichText::new(name).monospace().color(ink(ui))).frame(false).min_size([0.0, 0.0].into());
+        let button = ui.add(name);
+        let says = format!("choose track {} {}", of.unit.unit, track.id.0);
+        button.widget_info(|| WidgetInfo::labeled(Role::Button, true, &says));
+        chosen = button.clicked();
+    });
     text(row, class(of).to_owned());
     text(row, seconds(of.track.age()));
     row.col(|ui| {
@@ -181,6 +191,7 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, wishes: &mut Vec<Wish>) {
         let (letters, names) = sensors(track);
         ui.label(RichText::new(letters).monospace().color(ink(ui))).on_hover_text(names);
     });
+    chosen
 }
 
 /// The modalities that support a track: a letter each in its place, and their names.
