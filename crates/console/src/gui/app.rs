@@ -120,8 +120,7 @@ impl App for Program {
         };
         let tape = self.source.tape();
         // A recording stands still when nobody moves it.
-        let behind = Span(((ui.input(|input| input.time) - self.came).max(0.0) * 1e6) as u64);
-        let behind = Some(behind).filter(|behind| tape.is_none() && *behind > CURRENT);
+        let behind = behind(ui.input(|input| input.time), self.came).filter(|_| tape.is_none());
         for wish in self.window.draw(ui, &Picture { shown: &shown, behind, tape: tape.as_ref() }) {
             match wish {
                 Wish::Act(act) => self.source.send(act),
@@ -144,9 +143,26 @@ impl App for Program {
     }
 }
 
+/// How long ago the newest picture came, once that is too long to call it current; both on egui's clock, seconds.
+fn behind(now: f64, came: f64) -> Option<Span> {
+    Some(Span(((now - came).max(0.0) * 1e6) as u64)).filter(|behind| *behind > CURRENT)
+}
+
 /// The layout of the last run, if it can be used.
 fn kept(path: &std::path::Path) -> Option<Tiling> {
     let length = std::fs::metadata(path).ok()?.len();
     let saved = std::fs::read_to_string(path).ok().filter(|_| length <= MAX_SAVED as u64)?;
     Tiling::read(&saved).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_is_current_for_a_second_and_no_longer() {
+        assert_eq!(behind(7.0, 6.0), None);
+        assert_eq!(behind(7.5, 6.0), Some(Span::ms(1500)));
+        assert_eq!(behind(6.0, 7.0), None, "a clock that runs backwards is no alarm");
+    }
 }

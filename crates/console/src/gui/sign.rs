@@ -158,3 +158,24 @@ pub(super) fn text_in(painter: &Painter, rect: Rect, align: Align2, text: &str, 
     let at = align.align_size_within_rect(galley.size(), rect);
     painter.galley(at.min, galley, color);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_two_words_share_a_shape_so_that_none_is_told_by_colour_alone() {
+        let all = [Freshness::Fresh, Freshness::Late, Freshness::Stale, Freshness::Lost].map(freshness);
+        let modes = Mode::ALL.map(mode);
+        for at in 0..all.len() {
+            assert!(
+                all[..at].iter().all(|(_, shape, word)| *shape != all[at].1 && *word != all[at].2),
+                "{:?}",
+                all[at]
+            );
+        }
+        for at in 0..modes.len() {
+            assert!(modes[..at].iter().all(|(_, shape)| *shape != modes[at].1), "{:?}", modes[at]);
+        }
+    }
+}
