@@ -23,7 +23,9 @@ const BUDGET: u32 = 2_000;
 
 fn main() {
     let root = scenario::find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).expect("the workspace");
-    println!("median trials to find / to shrink / milliseconds of both; letters of the answers; different answers; not found");
+    println!(
+        "median trials to find / to shrink / milliseconds of both; letters of the answers; different answers; not found"
+    );
     for name in WEAKNESSES {
         let weakness = listed(&root, name);
         let ground = ground(&root, &weakness);

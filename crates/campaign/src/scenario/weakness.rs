@@ -206,7 +206,8 @@ mod tests {
     #[test]
     fn a_weakness_is_one_thing_that_is_wrong() {
         let neither = TEXT.replace("waive = \"guards.lease\"\n", "");
-        let both = TEXT.replace("find = [\"LATE\"]", "find = [\"LATE\"]\nmisset = { bound = \"lease_ms\", to_ms = 670 }");
+        let both =
+            TEXT.replace("find = [\"LATE\"]", "find = [\"LATE\"]\nmisset = { bound = \"lease_ms\", to_ms = 670 }");
         for text in [neither, both] {
             let problems = Weaknesses::parse("w.toml", &text).unwrap_err();
             assert_eq!(problems.all()[0].message(), "weakness b is not one thing that is wrong");

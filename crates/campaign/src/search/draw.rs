@@ -205,7 +205,7 @@ impl<'a> Drawer<'a> {
             return self.below(self.alphabet.moves.len() as u32) as usize;
         }
         let weights: Vec<u64> = self.learned.weights().collect();
-        let mut left = (u128::from(self.rng.next_u32()) * u128::from(weights.iter().sum::<u64>()) >> 32) as u64;
+        let mut left = ((u128::from(self.rng.next_u32()) * u128::from(weights.iter().sum::<u64>())) >> 32) as u64;
         let at = weights.iter().position(|weight| match left.checked_sub(*weight) {
             Some(rest) => {
                 left = rest;
@@ -293,7 +293,10 @@ mod tests {
 
     fn kinds(drawer: &mut Drawer<'_>, letters: usize) -> Vec<usize> {
         let words = std::iter::repeat_with(|| drawer.word());
-        words.flat_map(|word| word.letters().iter().map(|letter| letter.kind).collect::<Vec<_>>()).take(letters).collect()
+        words
+            .flat_map(|word| word.letters().iter().map(|letter| letter.kind).collect::<Vec<_>>())
+            .take(letters)
+            .collect()
     }
 
     #[test]

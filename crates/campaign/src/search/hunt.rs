@@ -87,8 +87,7 @@ impl Ground {
     ) -> Result<Hunted, String> {
         let nominal = self.try_word(&Word::default())?;
         let moments = |run: &Tried| Moments::of(run, &self.alphabet, &self.setup.bounds);
-        let mut drawer =
-            Drawer::new(&self.alphabet, quest.strategy, quest.seed, moments(&nominal), &nominal.nearness);
+        let mut drawer = Drawer::new(&self.alphabet, quest.strategy, quest.seed, moments(&nominal), &nominal.nearness);
         let mut hunted = Hunted { covered: nominal.coverage.clone(), ..Hunted::default() };
         if quest.strategy.reads_moments() {
             hunted.cpu_seconds = nominal.trial.cpu_seconds;

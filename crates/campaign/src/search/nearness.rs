@@ -72,7 +72,8 @@ fn silences(evidence: &Evidence, line: &Timeline) -> Vec<(Property, u32)> {
     let (td, th) = (evidence.bounds.to_degraded_ms, evidence.bounds.to_hold_safe_ms);
     let nominal = |mode: Mode| matches!(mode, Mode::Ready | Mode::PrepareToAct);
     let moving = |mode: Mode| !matches!(mode, Mode::HoldSafe | Mode::Idle);
-    let mut ways: Vec<_> = blind(evidence).into_iter().map(|s| (Property::P2, way(went_on(line, s, nominal), td))).collect();
+    let mut ways: Vec<_> =
+        blind(evidence).into_iter().map(|s| (Property::P2, way(went_on(line, s, nominal), td))).collect();
     for (node, other) in [(NodeId::GATEWAY, NodeId::UNIT_A), (NodeId::UNIT_A, NodeId::GATEWAY)] {
         let deaf = deaf(evidence, node, other).into_iter();
         ways.extend(deaf.map(|span| (Property::P3, way(went_on(line, span, moving), th))));
