@@ -37,7 +37,7 @@ fn code(text: &str) -> String {
 fn is_process(file: &str) -> bool {
     let process = ["/process.rs", "/main.rs", "console/src/gui/app.rs"];
     let live_broker = ["broker/src/server.rs", "broker/src/tls.rs", "broker/src/gate.rs", "broker/src/watched.rs"];
-    process.iter().chain(&live_broker).any(|end| file.ends_with(end))
+    file.contains("/process/") || process.iter().chain(&live_broker).any(|end| file.ends_with(end))
 }
 
 const CORES: [&str; 8] = ["wire", "sim", "perception", "autonomy", "gateway", "broker", "adversary", "console"];

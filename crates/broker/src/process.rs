@@ -98,8 +98,8 @@ async fn serve(spec: &ServiceSpec) -> Result<(), ProcessError> {
                 None => break,
             },
             control = controls.recv() => match control {
-                // What the services still send is carried to the end; steps are not its business.
-                Some(Control::Quiesce | Control::Cue(_)) => {}
+                // What the services still send is carried to the end; steps and acts are not its business.
+                Some(Control::Quiesce | Control::Cue(_) | Control::Act(_)) => {}
                 Some(Control::Finish) | None => break,
             },
         }

@@ -9,6 +9,7 @@ mod batch;
 mod bench;
 mod campaign;
 mod catalogue;
+mod console;
 mod cost;
 mod curve;
 mod doctor;
@@ -17,6 +18,7 @@ mod engine;
 mod failure;
 mod ground;
 mod growth;
+mod hold;
 mod interrupt;
 mod kept;
 mod kill;
@@ -39,6 +41,7 @@ mod search;
 mod stages;
 mod transitions;
 mod verify;
+mod watch;
 mod window;
 mod worth;
 
@@ -106,6 +109,10 @@ enum Verb {
     Curve(curve::Args),
     /// Run one scenario live and show what the operator sees.
     Live(live::Args),
+    /// Print what the console of a live run shows, from another terminal.
+    Watch(watch::Args),
+    /// Open a recorded run in the console's window: to look at, not to act in.
+    Console(console::Args),
     /// Measure.
     #[command(subcommand)]
     Bench(bench::Bench),
@@ -182,6 +189,8 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Merge(args)) => merge::run(&context, &args),
         Some(Verb::Curve(args)) => curve::run(&context, &args),
         Some(Verb::Live(args)) => live::run(&context, &args),
+        Some(Verb::Watch(args)) => watch::run(&context, &args),
+        Some(Verb::Console(args)) => console::run(&args),
         Some(Verb::Bench(bench)) => bench::run(&context, &bench),
         Some(Verb::Replay(args)) => replay::run(&context, &args),
         Some(Verb::Verify(args)) => verify::run(&context, &args),

@@ -3,13 +3,15 @@
 use std::io::Write;
 use std::path::Path;
 
+use console::process::player::READING;
 use link::instrument::Frame;
 use link::recorder::Recording;
 use serde_json::json;
 
+use crate::cast::Cast;
 use crate::custody::Held;
 use crate::evidence::Logged;
-use crate::live::mouths::CoreReplay;
+use crate::live::{self, mouths::CoreReplay};
 use crate::oracle::Witnessed;
 
 /// Writes the log of a twin run as a recording, as a live run's recorder would.
@@ -41,6 +43,13 @@ pub fn read_held(directory: &Path) -> std::io::Result<Held> {
 /// The same of the file's bytes; no more than a bounded number is read.
 pub fn held_in(from: impl std::io::Read) -> std::io::Result<Held> {
     Ok(serde_json::from_reader(from.take(MAX_HELD_BYTES))?)
+}
+
+/// Writes what it takes to look at the console's mouth log again: no secret but the key of its feed, to which nobody answers
+/// any more.
+pub fn console(directory: &Path, cast: &Cast) -> std::io::Result<()> {
+    let Some(console) = live::console(cast) else { return Ok(()) };
+    std::fs::write(directory.join(READING), serde_json::to_vec(&console.to_read())?)
 }
 
 /// Writes what came of replaying the mouth logs.

@@ -17,8 +17,10 @@ pub mod interlock;
 pub mod life;
 pub mod model;
 pub mod operator;
+mod orders;
 #[cfg(feature = "process")]
 pub mod process;
+mod retrace;
 pub mod shown;
 pub mod site;
 pub mod text;
@@ -30,24 +32,22 @@ use serde::{Deserialize, Serialize};
 use wire::account::Accounts;
 use wire::audit::Journal;
 use wire::bus::Sender;
-use wire::codec;
 use wire::command::Request;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{AcceptedReport, Feed};
-use wire::id::{CommandId, NodeId, PeerId, UnitId, WorldId};
-use wire::person::{Role, Unable};
+use wire::id::{NodeId, PeerId, UnitId, WorldId};
+use wire::person::Role;
 use wire::refusal::Refusal;
 use wire::setup::{NoChannel, Secret, Setup};
 use wire::sign::Key;
 use wire::time::Instant;
 
-use crate::act::{Answer, Deed};
 use crate::display::{REPEAT, Witness};
 use crate::intake::Intake;
 use crate::intent::Issuer;
 use crate::model::{Desk, Model};
-use crate::operator::{MAX_STEPS, Operator, Step, Wish};
+use crate::operator::{MAX_STEPS, Operator, Step};
 use crate::shown::{Marks, Shown};
 use crate::watch::Watch;
 
@@ -91,11 +91,12 @@ pub enum ConsoleError {
 #[derive(Debug)]
 pub struct Console {
     intake: Intake,
-    watch: Watch,
+    /// Absent where a recording is followed: then the challenges are those that were made.
+    watch: Option<Watch>,
     model: Model,
     witness: Witness,
     operator: Operator,
-    /// Absent where one may only look: then nothing can be signed here.
+    /// Absent where one may only look, and where a recording is followed: then nothing can be signed here.
     issuer: Option<Issuer>,
     requests: Sender,
     /// Revocations that the operator may use, and whose were used.
@@ -132,7 +133,7 @@ impl Console {
         let operator = Operator::new(config.script, setup.bounds.designation_confidence, now);
         let mut console = Self {
             intake: Intake::new(setup.policy.clone(), setup.bounds, setup.keyring(), gate, &config.units),
-            watch: Watch::new(setup.secret.clone(), setup.boot, &setup.bounds, now),
+            watch: Some(Watch::new(setup.secret.clone(), setup.boot, &setup.bounds, now)),
             model: Model::new(&config.units, desk, &setup.policy),
             witness: Witness::default(),
             look: operator.deadline(now),
@@ -184,6 +185,11 @@ impl Console {
         self.model.shown(now)
     }
 
+    /// The unit that is displayed first.
+    pub fn first(&self) -> UnitId {
+        self.model.first()
+    }
+
     /// What has been counted so far.
     pub fn accounts(&self) -> &Accounts {
         &self.accounts
@@ -198,7 +204,7 @@ impl Console {
         self.model.fed(now);
         match message {
             Feed::Accepted(report) => return self.report(now, at, &report),
-            Feed::Refused(reason, peer) => self.model.refused(now, reason, peer, false),
+            Feed::Refused(reason, peer, counted) => self.model.refused_there(now, reason, peer, counted),
             Feed::Session(peer, open) => self.model.session(now, peer, open),
             Feed::Command(intent, stage) => self.model.commands_mut().staged(now, &intent, stage),
             Feed::Acknowledged(ack) => self.acknowledged(now, ack),
@@ -243,7 +249,7 @@ impl Console {
         if now >= self.next {
             self.next = now + REPEAT;
         }
-        if let Some(challenge) = self.watch.due(now).filter(|_| !self.quiet) {
+        if let Some(challenge) = self.watch.as_mut().and_then(|watch| watch.due(now)).filter(|_| !self.quiet) {
             self.intake.challenge(challenge, now);
             self.request(now, &Request::Watch(challenge));
             for at in 0..self.revoked.len() {
@@ -268,88 +274,6 @@ impl Console {
         self.look = self.operator.deadline(now);
     }
 
-    /// Lets the operator look, and carries out what is wished for. Whether anything was.
-    fn wishes(&mut self, now: Instant, shown: &Shown) -> bool {
-        if self.quiet {
-            return false;
-        }
-        let mut wishes = self.operator.look(shown);
-        wishes.extend(std::iter::from_fn(|| self.model.hand().release(shown)));
-        let any = !wishes.is_empty();
-        for wish in wishes {
-            self.carry_out(now, wish);
-        }
-        any
-    }
-
-    /// A person did something: judged once, answered, and told to the instrument plane, whatever comes of it.
-    fn act(&mut self, now: Instant, bytes: &[u8]) {
-        let by = self.model.shown(now).operator;
-        let read = self.model.hand().read(bytes);
-        let (serial, act) = read.map_or((0, None), |numbered| (numbered.serial, Some(numbered.act)));
-        let outcome = match read {
-            Ok(_) if self.quiet => Err(Unable::Over),
-            Ok(numbered) => {
-                let shown = self.model.shown(now);
-                self.model.hand().judge(&numbered, &shown)
-            }
-            Err(unable) => Err(unable),
-        };
-        let outcome = outcome.map(|deed| match deed {
-            Deed::Nothing => None,
-            Deed::Wish(wish) => self.carry_out(now, wish),
-            Deed::Note(alarm, since) => {
-                self.model.acknowledge(&alarm, since);
-                None
-            }
-        });
-        self.model.hand().answer(Answer { serial, at: now, act, outcome });
-        let (command, refused) = (outcome.ok().flatten(), outcome.err());
-        self.note(now, Event::Act { by, serial, act, command, refused });
-    }
-
-    /// The one way from a wish, of the script or of a person, to what is asked of the gateway. Gives the command, if the
-    /// wish was for one.
-    fn carry_out(&mut self, now: Instant, wish: Wish) -> Option<CommandId> {
-        match wish {
-            Wish::Intend { step, unit, kind, nonce, reason } => {
-                let issued = self.issuer.as_mut()?.intent(unit, nonce, kind, &reason);
-                match step {
-                    Some(step) => self.operator.given(step, issued.intent),
-                    None => self.model.hand().given(issued.intent),
-                }
-                self.model.commands_mut().requested(now, &issued);
-                self.note(now, Event::Intended { command: issued.id, kind });
-                self.request(now, &Request::Stage(issued.bytes.as_slice().into()));
-                return Some(issued.id);
-            }
-            Wish::Release(intent) => {
-                let (id, _) = self.model.commands().given(&intent)?;
-                let confirmation = self.issuer.as_ref()?.confirmation(id, intent);
-                self.model.commands_mut().released(now, &intent);
-                self.request(now, &Request::Release(confirmation.as_slice().into()));
-            }
-            Wish::Revoke(who) => {
-                self.revoked.push(who);
-                self.model.revoked(who);
-                self.revoke(now, who);
-            }
-        }
-        None
-    }
-
-    /// Asks for `who` to be struck; that is answered by nobody, so it is asked for again with each challenge.
-    fn revoke(&mut self, now: Instant, who: NodeId) {
-        if let Some((_, signed)) = self.revocations.iter().find(|(of, _)| *of == who).cloned() {
-            self.request(now, &Request::Revoke(signed.as_slice().into()));
-        }
-    }
-
-    fn request(&mut self, now: Instant, request: &Request<'_>) {
-        let bytes = self.requests.seal(now, &codec::encode(request));
-        self.out.push_back(Output::Bus { topic: Topic::Intents, bytes });
-    }
-
     fn draw(&mut self, shown: &Shown) {
         if self.text && self.drawn.is_none_or(|at| shown.at.since(at) >= REPEAT) {
             self.drawn = Some(shown.at);
@@ -363,7 +287,7 @@ impl Console {
     }
 
     fn refuse(&mut self, now: Instant, at: Interface, refusal: &Refusal) {
-        self.model.refused(now, refusal.reason(), None, true);
+        self.model.refused_here(now, refusal.reason());
         if let Some(event) = self.accounts.refused(at, None, refusal) {
             self.note(now, event);
         }
@@ -397,7 +321,7 @@ impl Core for Console {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        [Some(self.next), Some(self.watch.next()), self.changes, self.look].into_iter().flatten().min()
+        [Some(self.next), self.watch.as_ref().map(Watch::next), self.changes, self.look].into_iter().flatten().min()
     }
 
     fn output(&mut self) -> Option<Output> {

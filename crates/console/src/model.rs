@@ -91,11 +91,21 @@ pub struct Model {
     /// The last word of the gateway.
     fed: Option<Aged<()>>,
     /// By reason, by peer, and whether the console itself refused.
-    refusals: BTreeMap<(Reason, Option<PeerId>, bool), (u64, Instant)>,
+    refusals: BTreeMap<(Reason, Option<PeerId>, bool), Refusals>,
     losses: BTreeMap<PeerId, Losses>,
     commands: Commands,
     alarms: Alarms,
     hand: Hand,
+}
+
+/// Refusals of one kind.
+#[derive(Clone, Copy, Debug)]
+struct Refusals {
+    /// In all.
+    all: u64,
+    /// As the gateway counted them last, in its boot.
+    counted: u64,
+    last: Instant,
 }
 
 /// Sessions that one peer has lost.
@@ -129,6 +139,11 @@ impl Model {
     /// The limits that labels follow from.
     pub fn limits(&self) -> &Limits {
         &self.limits
+    }
+
+    /// The unit that is displayed first; the one under test where there is none.
+    pub fn first(&self) -> UnitId {
+        self.units.first().map_or(UnitId::A, |(unit, _)| *unit)
     }
 
     /// An accepted report. One that is not newer than the one shown, by sequence or by stamp, changes nothing: so
@@ -186,10 +201,18 @@ impl Model {
         self.links.insert(peer, Link { open, since: now, heard });
     }
 
-    /// Something was refused: by the gateway, or `here`.
-    pub fn refused(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>, here: bool) {
-        let (n, last) = self.refusals.entry((reason, peer, here)).or_insert((0, now));
-        (*n, *last) = (n.saturating_add(1), now);
+    /// The gateway refused something; it had refused so many for this reason and from this peer by then. One that counts
+    /// lower than before has started again.
+    pub fn refused_there(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>, counted: u64) {
+        let known = self.refusals.entry((reason, peer, false)).or_insert(Refusals { all: 0, counted: 0, last: now });
+        let more = if counted < known.counted { counted } else { counted - known.counted };
+        *known = Refusals { all: known.all.saturating_add(more), counted, last: now };
+    }
+
+    /// The console itself refused something.
+    pub fn refused_here(&mut self, now: Instant, reason: Reason) {
+        let known = self.refusals.entry((reason, None, true)).or_insert(Refusals { all: 0, counted: 0, last: now });
+        (known.all, known.last) = (known.all.saturating_add(1), now);
     }
 
     /// An alarm was taken note of; a track that it was about is gone from then on. False where there is no such alarm.
@@ -256,12 +279,12 @@ impl Model {
             silent: self.units.iter().filter(|(_, heard)| heard.is_none()).map(|(unit, _)| *unit).collect(),
             links: self.links.iter().filter_map(|(peer, link)| self.shown_link(now, *peer, link)).collect(),
             refusals: refusals
-                .map(|((reason, peer, here), (n, last))| ShownRefusals {
+                .map(|((reason, peer, here), refusals)| ShownRefusals {
                     reason: *reason,
                     peer: *peer,
                     here: *here,
-                    n: *n,
-                    last: *last,
+                    n: refusals.all,
+                    last: refusals.last,
                 })
                 .collect(),
             losses: self.losses.iter().map(|(peer, n)| (*peer, n.total)).filter(|(_, n)| *n > 0).collect(),

@@ -1,4 +1,11 @@
-//! The process around the core: reads its specification, makes the [`Console`], and lets `link` drive it.
+//! The process around the core: reads its specification, makes the [`Console`], and lets `link` drive it; with a window,
+//! on a thread of its own, for windows want the main one.
+
+pub mod player;
+#[cfg(feature = "gui")]
+pub mod replay;
+#[cfg(feature = "gui")]
+pub mod window;
 
 use std::process::ExitCode;
 
@@ -6,6 +13,7 @@ use link::spec::ServiceSpec;
 use serde::{Deserialize, Serialize};
 use wire::setup::Setup;
 
+use crate::site::Site;
 use crate::{Console, ConsoleConfig};
 
 /// What a launcher puts into [`ServiceSpec::config`] for a console.
@@ -16,12 +24,22 @@ pub struct ProcessConfig {
     pub setup: Setup,
     /// The console's own configuration.
     pub config: ConsoleConfig,
+    /// The site that the window draws; absent: no window.
+    #[serde(default)]
+    pub window: Option<Site>,
 }
 
 /// Runs the service until its launcher ends it.
 pub fn main() -> ExitCode {
     match make() {
-        Ok((spec, core)) => link::drive::run(spec, Box::new(core)),
+        #[cfg(feature = "gui")]
+        Ok((spec, core, Some(site))) => window::run(spec, core, site),
+        #[cfg(not(feature = "gui"))]
+        Ok((_, _, Some(_))) => {
+            eprintln!("holdsafe-console: built without its window (feature `gui`)");
+            ExitCode::from(2)
+        }
+        Ok((spec, core, None)) => link::drive::run(spec, Box::new(core)),
         Err(why) => {
             eprintln!("holdsafe-console: {why}");
             ExitCode::from(2)
@@ -29,10 +47,10 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn make() -> Result<(ServiceSpec, Console), Box<dyn std::error::Error>> {
+fn make() -> Result<(ServiceSpec, Console, Option<Site>), Box<dyn std::error::Error>> {
     let spec = ServiceSpec::from_stdin()?;
-    let ProcessConfig { setup, config } = spec.config()?;
+    let ProcessConfig { setup, config, window } = spec.config()?;
     let setup = Setup { boot: spec.boot, ..setup };
     let core = Console::new(setup, config, spec.started())?;
-    Ok((spec, core))
+    Ok((spec, core, window))
 }

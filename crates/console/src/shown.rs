@@ -153,7 +153,8 @@ pub struct Shown {
     pub silent: Vec<UnitId>,
     /// Sessions at the gateway.
     pub links: Vec<ShownLink>,
-    /// Refusals by reason and peer, as fed (the feed is bounded; exact numbers are in the accounts).
+    /// Refusals by reason and peer. The gateway tells of some at once and of how many there were with each, so in a flood
+    /// the numbers are at most a second or two behind, and exact after it.
     pub refusals: Vec<ShownRefusals>,
     /// Whose sessions at the broker were cut or taken, and how often: an alarm.
     pub losses: Vec<(PeerId, u32)>,

@@ -10,7 +10,9 @@ use wire::report::ReportedTrack;
 use wire::sensor::Class;
 use wire::time::{Instant, Span};
 
+use crate::act::Answer;
 use crate::age::Labelled;
+use crate::alarm::{self, ShownAlarm};
 use crate::life::{Life, ShownCommand};
 use crate::shown::{Shown, ShownLink, ShownRefusals, ShownUnit};
 
@@ -35,8 +37,25 @@ pub fn lines(shown: &Shown) -> String {
         let what = "cut, or taken by another connection; orders away from safe that were under way are void";
         line(&mut text, format_args!("ALARM    {peer} LOST its command session {n} times: {what}"));
     }
+    shown.alarms.iter().for_each(|alarm| alarm_line(&mut text, shown.at, alarm));
     shown.commands.iter().for_each(|command| command_line(&mut text, shown.at, command));
+    if let Some(prepared) = &shown.prepared {
+        let left = prepared.until.since(shown.at).as_ms() / 1000.0;
+        line(&mut text, format_args!("prepared {}, to be confirmed within {left:.0} s", prepared.order.name()));
+    }
+    if let Some(Answer { act: Some(_), at, outcome: Err(why), .. }) = shown.answers.last() {
+        let ago = shown.at.since(*at).as_ms() / 1000.0;
+        line(&mut text, format_args!("not done {}, {ago:.1} s ago", why.says()));
+    }
     text
+}
+
+fn alarm_line(text: &mut String, at: Instant, shown: &ShownAlarm) {
+    let ago = at.since(shown.since).as_ms() / 1000.0;
+    let over = if shown.standing { "" } else { ", over" };
+    let noted = if shown.acknowledged { ", acknowledged" } else { "" };
+    let (priority, words) = (shown.priority.name(), alarm::words(&shown.alarm));
+    line(text, format_args!("alarm    {priority:<6} {words}, {ago:.1} s ago{over}{noted}"));
 }
 
 fn link(link: &ShownLink) -> String {

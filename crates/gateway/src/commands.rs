@@ -80,6 +80,7 @@ impl Gateway {
             self.refuse(now, at, None, refusal);
         } else {
             self.accounts.refused(at, None, refusal);
+            self.feed.count(now, refusal.reason(), None);
         }
         told
     }

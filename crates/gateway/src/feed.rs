@@ -1,7 +1,11 @@
 //! The feed to the console: what was accepted, refused, opened and sent, one sealed message each.
 //!
-//! Refusals can be as many as an adversary likes, so their feed is bounded; the account counts every one,
-//! and the oracle by it.
+//! Refusals can be as many as an adversary likes, so what is fed of them is bounded: so many a second, each with how many
+//! there were for its reason and from its peer by then. What came after the last one fed is told with the next window's
+//! share, so the display's counts are exact a moment later, whatever the flood; the account counts every one too, and the
+//! oracle goes by it.
+
+use std::collections::BTreeMap;
 
 use wire::bus::Sender;
 use wire::codec;
@@ -13,6 +17,9 @@ use wire::time::{Instant, Span};
 
 /// Refusals that are fed within one [`REFUSAL_WINDOW`].
 const MAX_REFUSALS: u32 = 20;
+/// So many of them at once, as they happen; the others are for what is only counted, so that a flood of one kind does not
+/// keep another from being told.
+const MAX_AT_ONCE: u32 = 12;
 /// Window of that bound.
 const REFUSAL_WINDOW: Span = Span::s(1);
 
@@ -22,12 +29,23 @@ pub struct Feeder {
     sender: Sender,
     window: Instant,
     refusals: u32,
+    /// By reason and peer: there are as many as there are reasons and identities, at most.
+    counted: BTreeMap<(Reason, Option<PeerId>), Counted>,
+}
+
+/// Refusals of one kind.
+#[derive(Clone, Copy, Debug)]
+struct Counted {
+    all: u64,
+    /// How many there were when that was fed last, and when.
+    fed: u64,
+    at: Instant,
 }
 
 impl Feeder {
     /// The feed from `now` on.
     pub fn new(sender: Sender, now: Instant) -> Self {
-        Self { sender, window: now, refusals: 0 }
+        Self { sender, window: now, refusals: 0, counted: BTreeMap::new() }
     }
 
     /// One message.
@@ -35,12 +53,54 @@ impl Feeder {
         Output::Bus { topic: Topic::Feed, bytes: self.sender.seal(now, &codec::encode(message)) }
     }
 
-    /// A refusal, unless this window's share is used up.
+    /// A refusal, unless this window's share is used up: then it is counted.
     pub fn refused(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>) -> Option<Output> {
+        self.count(now, reason, peer);
+        self.share(now, MAX_AT_ONCE).then(|| self.tell(now, reason, peer))
+    }
+
+    /// A refusal that is not to be told of at once.
+    pub fn count(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>) {
+        let counted = self.counted.entry((reason, peer)).or_insert(Counted { all: 0, fed: 0, at: now });
+        counted.all = counted.all.saturating_add(1);
+    }
+
+    /// What was counted and not fed, those first that have waited longest, so far as the window's share goes.
+    pub fn rest(&mut self, now: Instant) -> Vec<Output> {
+        let mut waiting: Vec<_> = self.counted.iter().filter(|(_, counted)| counted.fed < counted.all).collect();
+        waiting.sort_by_key(|(_, counted)| counted.at);
+        let waiting: Vec<(Reason, Option<PeerId>)> = waiting.into_iter().map(|(kind, _)| *kind).collect();
+        let mut told = Vec::new();
+        for (reason, peer) in waiting {
+            if !self.share(now, MAX_REFUSALS) {
+                break;
+            }
+            told.push(self.tell(now, reason, peer));
+        }
+        told
+    }
+
+    /// When what was not fed can be.
+    pub fn deadline(&self) -> Option<Instant> {
+        let waiting = self.counted.values().any(|counted| counted.fed < counted.all);
+        waiting.then(|| self.window + REFUSAL_WINDOW)
+    }
+
+    /// Takes one of the window's share, if fewer than `limit` are taken.
+    fn share(&mut self, now: Instant, limit: u32) -> bool {
         if now.since(self.window) >= REFUSAL_WINDOW {
             (self.window, self.refusals) = (now, 0);
         }
-        self.refusals = self.refusals.saturating_add(1);
-        (self.refusals <= MAX_REFUSALS).then(|| self.seal(now, &Feed::Refused(reason, peer)))
+        let left = self.refusals < limit;
+        self.refusals += u32::from(left);
+        left
+    }
+
+    fn tell(&mut self, now: Instant, reason: Reason, peer: Option<PeerId>) -> Output {
+        let all = self.counted.get_mut(&(reason, peer)).map_or(0, |counted| {
+            (counted.fed, counted.at) = (counted.all, now);
+            counted.all
+        });
+        self.seal(now, &Feed::Refused(reason, peer, all))
     }
 }

@@ -168,6 +168,9 @@ impl Gateway {
         for command in self.staging.expire(now) {
             self.staged(now, command, CommandStage::Expired);
         }
+        if !self.quiet && self.feed.deadline().is_some_and(|due| now >= due) {
+            self.out.extend(self.feed.rest(now));
+        }
         let Some(due) = self.tick.filter(|tick| now >= *tick) else { return };
         self.keep_up(now, None);
         let period = Span::ms(self.bounds.grant_period_ms);
@@ -221,7 +224,8 @@ impl Core for Gateway {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        [self.tick, self.staging.deadline()].into_iter().flatten().min()
+        let feed = self.feed.deadline().filter(|_| !self.quiet);
+        [self.tick, self.staging.deadline(), feed].into_iter().flatten().min()
     }
 
     fn output(&mut self) -> Option<Output> {

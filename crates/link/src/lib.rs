@@ -9,6 +9,7 @@
 pub mod bus;
 pub mod clock;
 pub mod crypto;
+pub mod display;
 pub mod drive;
 pub mod dtls;
 pub mod guard;

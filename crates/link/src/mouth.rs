@@ -185,9 +185,19 @@ impl<R: Read> Reader<R> {
         Ok(Self { source, at, header, ended: false })
     }
 
+    /// Goes on with a log that may have grown, `at` the byte behind its last whole entry, where `source` stands.
+    pub fn resume(source: R, header: Header, at: u64) -> Self {
+        Self { source, at, header, ended: false }
+    }
+
     /// Whose log it is.
     pub fn header(&self) -> Header {
         self.header
+    }
+
+    /// The byte behind the last whole entry.
+    pub fn at(&self) -> u64 {
+        self.at
     }
 }
 

@@ -22,8 +22,8 @@ use crate::pki::Credential;
 /// The largest specification, in bytes.
 pub const MAX_SPEC: usize = 1 << 20;
 
-/// The longest control line, in bytes.
-const MAX_LINE: u64 = 64;
+/// The longest control line, in bytes: an act of a person, in hexadecimal.
+const MAX_LINE: u64 = 512;
 
 /// Exit status when the launcher's end of the pipe is gone.
 pub const ORPHANED: i32 = 3;
@@ -236,7 +236,7 @@ pub enum SpecError {
 }
 
 /// What the launcher says after the specification.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Control {
     /// The run is over; keep accounting for what still arrives.
     Quiesce,
@@ -244,15 +244,21 @@ pub enum Control {
     Finish,
     /// What a step waits for has come.
     Cue(StepName),
+    /// A person does something, encoded (the console only): a hand without a window, to measure with.
+    Act(Vec<u8>),
 }
 
 impl Control {
     /// The line that says it.
-    pub fn line(self) -> String {
+    pub fn line(&self) -> String {
         match self {
             Control::Quiesce => "quiesce\n".to_owned(),
             Control::Finish => "finish\n".to_owned(),
             Control::Cue(step) => format!("cue {step}\n"),
+            Control::Act(bytes) => {
+                let hex: String = bytes.iter().map(|byte| format!("{byte:02x}")).collect();
+                format!("act {hex}\n")
+            }
         }
     }
 
@@ -262,9 +268,18 @@ impl Control {
             None if line.trim_end() == "quiesce" => Some(Control::Quiesce),
             None if line.trim_end() == "finish" => Some(Control::Finish),
             Some(("cue", step)) => StepName::new(step).map(Control::Cue),
+            Some(("act", hex)) => bytes_of(hex).map(Control::Act),
             None | Some(_) => None,
         }
     }
+}
+
+/// Lower case only: a line means one thing, and one thing has one line.
+fn bytes_of(hex: &str) -> Option<Vec<u8>> {
+    let digit = |digit: char| digit.to_digit(16).filter(|_| !digit.is_ascii_uppercase());
+    let digits: Option<Vec<u32>> = hex.chars().map(digit).collect();
+    let (pairs, []) = digits.as_deref()?.as_chunks::<2>() else { return None };
+    Some(pairs.iter().map(|[high, low]| (high << 4 | low) as u8).collect())
 }
 
 impl ServiceSpec {
@@ -371,7 +386,8 @@ pub fn watch() -> io::Result<mpsc::Receiver<Control>> {
                 Ok(_) => match Control::parse(&line) {
                     Some(control) => {
                         // After `finish` the launcher may close the pipe while the account is written.
-                        if tx.blocking_send(control).is_err() || control == Control::Finish {
+                        let last = control == Control::Finish;
+                        if tx.blocking_send(control).is_err() || last {
                             return;
                         }
                     }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, agreement, cost, growth, kill, leak, liveness, load, out, run, stages, window, worth};
+use super::{Context, agreement, cost, growth, hold, kill, leak, liveness, load, out, run, stages, window, worth};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -24,6 +24,8 @@ pub(super) enum Bench {
     Live(LiveArgs),
     /// Kill each process of live runs at a random moment: the mode the platform ends in, and how soon.
     Kill(kill::Args),
+    /// An operator's HOLD, live: from the hand to the unit, and back to the display, stage by stage.
+    Hold(hold::Args),
     /// How long each stage takes live and in the twin, and the gap.
     Stages(stages::Args),
     /// Detectors of silence on a modelled stream: latency against false trips, by loss and jitter.
@@ -77,6 +79,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
     match bench {
         Bench::Live(args) => live(context, args),
         Bench::Kill(args) => kill::run(context, args),
+        Bench::Hold(args) => hold::run(context, args),
         Bench::Stages(args) => stages::run(context, args),
         Bench::Liveness(args) => liveness::run(context, args),
         Bench::Window(args) => window::run(context, args),

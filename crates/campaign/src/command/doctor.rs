@@ -33,7 +33,8 @@ struct Told {
 }
 
 pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
-    let needs = vec![files(context), shared_memory(), leftovers(), loopback(), open_files(), scratch(), cores()];
+    let needs =
+        vec![files(context), shared_memory(), leftovers(), loopback(), open_files(), scratch(), cores(), window()];
     let ready = needs.iter().all(|need| need.met);
     if !context.json {
         for need in &needs {
@@ -81,6 +82,13 @@ fn leftovers() -> Need {
         Err(error) => (false, error.to_string()),
     };
     Need { need: "leftovers of killed runs", met, found, remedy }
+}
+
+/// Only `live --console` needs one, so that its absence is told and is no fault.
+fn window() -> Need {
+    let found =
+        link::display::Environment::own().probe().map_or_else(|why| why.to_string(), |()| "can be opened".into());
+    Need { need: "window (live --console)", met: true, found, remedy: "" }
 }
 
 fn loopback() -> Need {

@@ -4,11 +4,14 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use wire::person::Act;
+
 use crate::custody::Custodian;
 use crate::evidence::by_recorder;
 use crate::live::child::Services;
 use crate::live::mouths::CoreReplay;
 use crate::live::{self, LiveError};
+use crate::oracle::Witnessed;
 use crate::progress::Stop;
 use crate::report::Mode;
 use crate::sabotage::sabotage;
@@ -93,7 +96,7 @@ pub(super) fn trial(
             Ok(judged::trial(seed, scenario.level(), &run.evidence, &run.verdict))
         }
         Mode::Stack => stack::trial(scenario, seed).map_err(failed),
-        Mode::Live => live_trial(scenario, setup, seed, stop, &mut |_| {}),
+        Mode::Live => live_trial(scenario, setup, seed, stop, View::nobody(&mut |_| {})),
     }
 }
 
@@ -103,16 +106,33 @@ pub(super) fn sabotaged(scenario: &Scenario, setup: &Setup, seed: u64) -> Result
     Ok(judged::trial(seed, scenario.level(), &done.evidence, &done.verdict))
 }
 
-/// Runs one live trial and gives what the console shows, text by text, to `show`.
+/// How a live run is looked at.
+pub(super) struct View<'a> {
+    /// Takes what the console shows, text by text.
+    pub show: &'a mut dyn FnMut(&str),
+    /// Whether it has a window besides, until whose end the run lasts.
+    pub window: bool,
+    /// What a person does at the console, each at its time of the run, microseconds.
+    pub acts: Vec<(u64, Act)>,
+}
+
+impl<'a> View<'a> {
+    /// Nobody looks, and nobody acts.
+    fn nobody(show: &'a mut dyn FnMut(&str)) -> Self {
+        Self { show, window: false, acts: Vec::new() }
+    }
+}
+
+/// Runs one live trial that somebody looks at.
 pub(super) fn watched(
     scenario: &Scenario,
     setup: &Setup,
     seed: u64,
     stop: &Stop,
-    show: &mut dyn FnMut(&str),
+    view: View<'_>,
 ) -> Result<Trial, EngineError> {
-    show(&format!("{}: policy {}, seed {seed}", scenario.title.as_str(), setup.policy_name));
-    live_trial(scenario, setup, seed, stop, show)
+    (view.show)(&format!("{}: policy {}, seed {seed}", scenario.title.as_str(), setup.policy_name));
+    live_trial(scenario, setup, seed, stop, view)
 }
 
 fn live_trial(
@@ -120,13 +140,14 @@ fn live_trial(
     setup: &Setup,
     seed: u64,
     stop: &Stop,
-    show: &mut dyn FnMut(&str),
+    view: View<'_>,
 ) -> Result<Trial, EngineError> {
-    let run = run_live(scenario, setup, seed, stop, show)?;
+    let run = run_live(scenario, setup, seed, stop, view)?;
     if let Some(directory) = &setup.run_dir {
         keep::events(directory, &run.evidence.entries)
             .and_then(|()| keep::replays(directory, &run.replays))
             .and_then(|()| keep::held(directory, &run.held))
+            .and_then(|()| keep::console(directory, &run.cast))
             .map_err(failed)?;
     }
     let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
@@ -141,10 +162,12 @@ fn run_live(
     setup: &Setup,
     seed: u64,
     stop: &Stop,
-    show: &mut dyn FnMut(&str),
+    view: View<'_>,
 ) -> Result<live::trial::Run, EngineError> {
     let program = std::env::current_exe().map_err(failed)?;
-    let options = live::Options { keep: setup.run_dir.clone(), services: Services::Own(program), stop, show };
+    let View { show, window, acts } = view;
+    let (keep, services) = (setup.run_dir.clone(), Services::Own(program));
+    let options = live::Options { keep, services, stop, show, window, acts };
     live::trial::run_live(scenario, setup, seed, options).map_err(|error| match error {
         LiveError::Stopped => EngineError::Stopped,
         LiveError::Environment(why) => EngineError::Environment(why),
@@ -174,8 +197,20 @@ pub(super) fn live_stages(
     stop: &Stop,
     to: &mut Delays,
 ) -> Result<(), EngineError> {
-    let run = run_live(scenario, setup, seed, stop, &mut |_| {})?;
+    let run = run_live(scenario, setup, seed, stop, View::nobody(&mut |_| {}))?;
     to.take_live(&run.cast, run.logs.folder()).map_err(failed)
+}
+
+/// One live run in which a person does this; what was recorded of it.
+pub(super) fn live_acts(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+    acts: Vec<(u64, Act)>,
+) -> Result<Vec<Witnessed>, EngineError> {
+    let run = run_live(scenario, setup, seed, stop, View { show: &mut |_| {}, window: false, acts })?;
+    Ok(run.evidence.entries)
 }
 
 fn failed(error: impl std::fmt::Display) -> EngineError {

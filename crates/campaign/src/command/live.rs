@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::batch;
-use super::engine;
+use super::engine::{self, View};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, out};
@@ -20,12 +20,18 @@ pub(super) struct Args {
     /// Only this cell, such as verbatim/present/session-only; else the first.
     #[arg(long)]
     cell: Option<String>,
+    /// Open the operator's window. The run then lasts until that is closed, at least to the scenario's end.
+    #[arg(long)]
+    console: bool,
     /// Keep recordings here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    if args.console {
+        link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
+    }
     let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: true, ..Wanted::default() };
     let (_, mut planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     planned.truncate(1);
@@ -45,7 +51,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         Box::new(|text| out::say(format_args!("{text}")))
     };
     let scenario = &one.variation.scenario;
-    let mut trial = engine::watched(scenario, &one.setup, context.seed, &context.stop, &mut show)
+    let view = View { show: &mut show, window: args.console, acts: Vec::new() };
+    let mut trial = engine::watched(scenario, &one.setup, context.seed, &context.stop, view)
         .map_err(|e| Failure::from(e).reproduced_by(batch::reproduce(Mode::Live, one, context.seed)))?;
     trial.cell = one.variation.cell.clone();
     if context.json {

@@ -22,6 +22,10 @@ const STOP_LOOKS: u32 = 10_000;
 /// Environment variables that a service may see.
 const ENVIRONMENT: [&str; 4] = ["RUST_LOG", "RUST_BACKTRACE", "PATH", "ORT_DYLIB_PATH"];
 
+/// And those that the console may see, for its window.
+const WINDOW: [&str; 7] =
+    ["DISPLAY", "WAYLAND_DISPLAY", "XAUTHORITY", "XDG_RUNTIME_DIR", "HOME", "LD_LIBRARY_PATH", "LIBGL_ALWAYS_SOFTWARE"];
+
 /// Where the service programs are.
 #[derive(Clone, Debug)]
 pub enum Services {
@@ -53,6 +57,8 @@ pub enum Line {
     Stats(Value),
     /// Words for a person.
     Text(String),
+    /// Its window was closed; why, where it could not be opened.
+    Closed(Option<String>),
     /// An encoded audit entry that a step may wait for.
     Entry(Vec<u8>),
     /// It said its last.
@@ -68,6 +74,7 @@ impl Line {
             "ready" => Some(Line::Ready(value)),
             "stats" => Some(Line::Stats(value)),
             "text" => value.as_str().map(|text| Line::Text(text.to_owned())),
+            "closed" => Some(Line::Closed(value.as_str().map(str::to_owned))),
             "entry" => serde_json::from_value(value).ok().map(Line::Entry),
             _ => None,
         }
@@ -105,7 +112,8 @@ impl Child {
         lines: &Sender<(NodeId, Line)>,
     ) -> Result<Child, String> {
         let mut command = services.command(service);
-        command.env_clear().envs(std::env::vars().filter(|(name, _)| ENVIRONMENT.contains(&name.as_str())));
+        let seen = |name: &str| ENVIRONMENT.contains(&name) || (node == NodeId::CONSOLE && WINDOW.contains(&name));
+        command.env_clear().envs(std::env::vars().filter(|(name, _)| seen(name)));
         command.stdin(Stdio::piped()).stdout(Stdio::piped());
         let mut process = command.spawn().map_err(|e| format!("cannot start {:?}: {e}", command.get_program()))?;
         let pipe = process.stdin.take();
@@ -122,7 +130,7 @@ impl Child {
     }
 
     /// Tells it to quiesce or to finish.
-    pub fn tell(&mut self, control: Control) {
+    pub fn tell(&mut self, control: &Control) {
         // A service that is gone hears nothing; its exit is noticed elsewhere.
         let _ = self.write(control.line().as_bytes());
     }

@@ -15,6 +15,7 @@ mod spec;
 pub mod trial;
 mod witness;
 
+use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -25,8 +26,10 @@ use link::clock::trace_us;
 use link::spec::Control;
 use serde_json::Value;
 use wire::audit::{Entry, Journal};
+use wire::codec;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
+use wire::person::{Act, Numbered};
 use wire::policy::Requirement;
 use wire::step::StepName;
 use wire::time::Span;
@@ -42,6 +45,7 @@ use disk::Growth;
 use janitor::Remains;
 use leftovers::Marked;
 use process::Ordeals;
+pub(crate) use spec::console;
 use spec::{Places, Specs, service};
 
 /// Held by the run that is starting its processes.
@@ -84,6 +88,11 @@ pub struct Options<'a> {
     pub stop: &'a Stop,
     /// What the console shows, text by text.
     pub show: &'a mut dyn FnMut(&str),
+    /// Whether the console has a window. Then the run lasts until that is closed, at least to the scenario's end: a person
+    /// wants to look, and to act.
+    pub window: bool,
+    /// What a person does at the console, each at its time of the run, microseconds, in order.
+    pub acts: Vec<(u64, Act)>,
 }
 
 /// What a live run left, before anybody judges it.
@@ -96,6 +105,8 @@ pub struct Aftermath {
     pub held: Held,
     /// The first process that ended by itself, and when, microseconds of the run.
     pub lost: Option<(u64, NodeId)>,
+    /// How long the run lasted, microseconds.
+    pub lasted: u64,
     /// Where its recording and mouth logs are.
     pub logs: Logs,
 }
@@ -129,12 +140,16 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
         stats: Vec::new(),
         stop: options.stop,
         show: options.show,
+        window: options.window,
+        acts: options.acts.into_iter().zip(1..).collect(),
         places: &places,
     };
     // Runs side by side start one after another, so that each has the host to itself during its lead.
     let turn = STARTING.lock().unwrap_or_else(PoisonError::into_inner);
     let start_us = trace_us() + LEAD_US;
-    let mut specs = Specs { cast, places: &places, start_us, guard, credentials, addresses: Default::default() };
+    let window = options.window;
+    let mut specs =
+        Specs { cast, places: &places, start_us, guard, credentials, addresses: Default::default(), window };
     company.start_all(&options.services, cast, secret, marked.remains(), &mut specs, &lines_in)?;
     drop(turn);
     let mut journal = Journal::new(NodeId::CAMPAIGN, Boot(1), None);
@@ -162,8 +177,8 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     };
     log.extend(witness::guards(cast, &places.run_dir, start_us, &company.stats));
     let mut told = stayed.events.clone();
-    told.push((cast.duration, Event::Stalled { by: Span(stayed.overslept) }));
-    told.extend(witness::unsent(&company.stats).into_iter().map(|event| (cast.duration, event)));
+    told.push((stayed.lasted, Event::Stalled { by: Span(stayed.overslept) }));
+    told.extend(witness::unsent(&company.stats).into_iter().map(|event| (stayed.lasted, event)));
     told.extend(witness::sights(cast, &places.run_dir, start_us, &log));
     told.extend(witness::running(cast, &places.run_dir, start_us));
     // One chain, whose order has to be that of the times in it.
@@ -173,7 +188,7 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     }
     drop(company);
     let logs = Logs { folder: places.run_dir, _marked: marked };
-    Ok(Aftermath { log, custody, held, lost: stayed.lost(), logs })
+    Ok(Aftermath { log, custody, held, lost: stayed.lost(), lasted: stayed.lasted, logs })
 }
 
 /// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in
@@ -193,6 +208,8 @@ struct Stayed {
     events: Vec<(u64, Event)>,
     /// By how much the host overslept at most.
     overslept: u64,
+    /// How long the run lasted, microseconds.
+    lasted: u64,
 }
 
 impl Stayed {
@@ -224,6 +241,10 @@ struct Company<'a> {
     stats: Vec<(NodeId, Value)>,
     stop: &'a Stop,
     show: &'a mut dyn FnMut(&str),
+    /// A window is open, or about to be.
+    window: bool,
+    /// What a person will do, with the number of each act.
+    acts: VecDeque<((u64, Act), u64)>,
     places: &'a Places,
 }
 
@@ -300,6 +321,9 @@ impl Company<'_> {
                     waiting.retain(|n| *n != node);
                 }
                 Ok((node, Line::Ended)) => return Err(format!("{node} ended before it was ready").into()),
+                Ok((_, Line::Closed(why))) => {
+                    return Err(why.unwrap_or_else(|| "the window was closed before the run began".to_owned()).into());
+                }
                 Ok((_, Line::Stats(_) | Line::Text(_) | Line::Entry(_))) | Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Err("every service ended".to_owned().into()),
             }
@@ -312,6 +336,7 @@ impl Company<'_> {
     fn stay(&mut self, cast: &Cast, start_us: u64, again: Again<'_>) -> Result<Stayed, LiveError> {
         let mut ordeals = Ordeals::new(cast);
         let mut watch = Watch::new(&cast.cues);
+        let windowed = self.window;
         let (mut overslept, mut watched) = (0, 0);
         let mut growth = cast.fills().then(|| Growth::of(self.places.recording()));
         let clock = || trace_us().saturating_sub(start_us);
@@ -324,12 +349,13 @@ impl Company<'_> {
             if let Some(grown) = growth.as_mut().and_then(Growth::look) {
                 ordeals.note(clock(), grown);
             }
-            if now >= end {
+            if now >= end && !self.window {
+                let lasted = if windowed { now.saturating_sub(start_us) } else { cast.duration };
                 // Whoever is still stopped has an account to close.
                 for child in &mut self.children {
                     child.go_on();
                 }
-                return Ok(Stayed { events: ordeals.events().to_vec(), overslept });
+                return Ok(Stayed { events: ordeals.events().to_vec(), overslept, lasted });
             }
             if ordeals.next().is_some_and(|at| start_us + at <= now) {
                 if let Some(node) = ordeals.carry_out(now.saturating_sub(start_us), &mut self.children, &clock) {
@@ -343,6 +369,9 @@ impl Company<'_> {
                 self.call(cast, &mut ordeals, called, clock());
                 continue;
             }
+            self.act(now.saturating_sub(start_us));
+            let end = if self.window { u64::MAX } else { end };
+            let end = self.acts.front().map_or(end, |((at, _), _)| end.min(start_us + at));
             let next = ordeals.next().map_or(end, |at| (start_us + at).min(end));
             let nap = next.saturating_sub(now).clamp(1, 10_000);
             let heard = self.lines.recv_timeout(Duration::from_micros(nap));
@@ -352,6 +381,8 @@ impl Company<'_> {
             }
             match heard {
                 Ok((_, Line::Text(text))) => (self.show)(&text),
+                Ok((_, Line::Closed(Some(why)))) => return Err(LiveError::Environment(why)),
+                Ok((_, Line::Closed(None))) => self.window = false,
                 Ok((_, Line::Entry(bytes))) => {
                     if let Ok(entry) = Entry::decode(&bytes) {
                         self.call(cast, &mut ordeals, watch.take(clock(), entry.node, &entry.event), clock());
@@ -366,11 +397,19 @@ impl Company<'_> {
         }
     }
 
+    /// Has the person do what is due by `now` of the run.
+    fn act(&mut self, now: u64) {
+        while let Some(((_, act), serial)) = self.acts.pop_front_if(|((at, _), _)| *at <= now) {
+            let act = Control::Act(codec::encode(&Numbered { serial, act }));
+            self.children.iter_mut().filter(|child| child.node == NodeId::CONSOLE).for_each(|child| child.tell(&act));
+        }
+    }
+
     /// Calls steps: whoever has steps is told, and what is done to processes begins here.
     fn call(&mut self, cast: &Cast, ordeals: &mut Ordeals, steps: Vec<StepName>, now: u64) {
         let takes = |node: NodeId| cast.members.iter().any(|m| m.node() == node && m.role.takes_cues());
         for step in steps {
-            self.children.iter_mut().filter(|c| takes(c.node)).for_each(|c| c.tell(Control::Cue(step)));
+            self.children.iter_mut().filter(|c| takes(c.node)).for_each(|c| c.tell(&Control::Cue(step)));
             ordeals.call(now, step);
         }
     }
@@ -379,7 +418,7 @@ impl Company<'_> {
     /// sends to the gateway directly (it would dial again once the gateway is gone), then the gateway, so that no datagram
     /// is under way while its two ends count; the recorder last.
     fn finish(&mut self) -> Result<(), LiveError> {
-        self.children.iter_mut().for_each(|c| c.tell(Control::Quiesce));
+        self.children.iter_mut().for_each(|c| c.tell(&Control::Quiesce));
         let until = trace_us() + GRACE_US;
         while trace_us() < until {
             if self.stop.asked() {
@@ -397,7 +436,7 @@ impl Company<'_> {
         let mut groups: [Vec<Child>; 5] = Default::default();
         self.children.drain(..).for_each(|child| groups[turn(child.node)].push(child));
         for group in &mut groups {
-            group.iter_mut().for_each(|c| c.tell(Control::Finish));
+            group.iter_mut().for_each(|c| c.tell(&Control::Finish));
             let until = trace_us() + ENDING.as_micros() as u64;
             while trace_us() < until && !group.iter_mut().all(Child::ended) {
                 self.hear(Duration::from_millis(10));

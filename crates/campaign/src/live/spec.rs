@@ -4,6 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use adversary::AdversaryConfig;
+use autonomy::Disc;
+use console::process::ProcessConfig;
+use console::site::{Block, Site};
 use link::clock::HostClock;
 use link::guard::GuardMode;
 use link::loopback::LoopbackAddr;
@@ -111,6 +114,8 @@ pub(super) struct Specs<'a> {
     pub guard: Requirement,
     /// Certificates.
     pub credentials: BTreeMap<NodeId, Credential>,
+    /// Whether the console opens a window.
+    pub window: bool,
     /// Addresses that services have announced, by node and kind.
     pub addresses: BTreeMap<(NodeId, &'static str), LoopbackAddr>,
 }
@@ -158,7 +163,7 @@ impl Specs<'_> {
         let node = member.node();
         let mut spec = self.plain(node, member.host, member.setup.seed);
         spec.bus = self.bus(member);
-        spec.config = config(member);
+        spec.config = config(member, self.window.then(|| site(self.cast)));
         if matches!(member.role, Role::Recorder) {
             spec.instrument = None;
             let directory = self.places.recording();
@@ -250,7 +255,7 @@ impl Specs<'_> {
 }
 
 /// What a member's process reads as its own configuration.
-fn config(member: &Member) -> Value {
+fn config(member: &Member, window: Option<Site>) -> Value {
     let setup = &member.setup;
     match &member.role {
         Role::Sim(config) => {
@@ -259,9 +264,38 @@ fn config(member: &Member) -> Value {
         Role::Perception(config) => json!({ "setup": setup, "config": config }),
         Role::Autonomy(config) => json!({ "setup": setup, "config": config }),
         Role::Gateway(config) => json!({ "setup": setup, "config": config }),
-        Role::Console(config) => json!({ "setup": setup, "config": config }),
+        Role::Console(config) => json!({ "setup": setup, "config": config, "window": window }),
         Role::Recorder => json!(setup),
         Role::Adversary(config) => json!({ "setup": setup, "config": config }),
+    }
+}
+
+/// What the console of a run is made with, its window included.
+pub(crate) fn console(cast: &Cast) -> Option<ProcessConfig> {
+    cast.members.iter().find_map(|member| match &member.role {
+        Role::Console(config) => {
+            Some(ProcessConfig { setup: member.setup.clone(), config: config.clone(), window: Some(site(cast)) })
+        }
+        _ => None,
+    })
+}
+
+/// The site as the mission of the unit under test was planned on it.
+fn site(cast: &Cast) -> Site {
+    let mission = cast.members.iter().find_map(|member| match &member.role {
+        Role::Autonomy(mission) if mission.unit == UnitId::A => Some(mission),
+        _ => None,
+    });
+    let Some(mission) = mission else { return Site::default() };
+    let metres = |mm: i32| mm as f32 / 1000.0;
+    let place = |(x_mm, y_mm): &(i32, i32)| [metres(*x_mm), metres(*y_mm)];
+    let block =
+        |disc: &Disc| Block { at: place(&(disc.x_mm, disc.y_mm)), half: [disc.radius_mm as f32 / 1000.0; 2], yaw: 0.0 };
+    Site {
+        fence: mission.geofence.iter().map(place).collect(),
+        route: mission.route.iter().map(place).collect(),
+        looped: mission.looped,
+        blocks: mission.obstacles.iter().map(block).collect(),
     }
 }
 

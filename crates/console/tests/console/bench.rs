@@ -248,6 +248,26 @@ fn console_of(
     revocations: Vec<(NodeId, Vec<u8>)>,
     now: Instant,
 ) -> Console {
+    let (setup, config) = making(units, policy, role, script, revocations);
+    Console::new(setup, config, now).unwrap()
+}
+
+/// A console that follows a recording of one with a person in this role, without any of its secrets.
+pub(crate) fn retracing(role: Role, now: Instant) -> Console {
+    let revocations = Bench::revocations().into_iter().map(|(who, _)| (who, Vec::new())).collect();
+    let (mut setup, config) = making(&[UnitId::A, UnitId::B], Policy::default(), role, Vec::new(), revocations);
+    setup.secret = Secret([0; 32]);
+    setup.channels.iter_mut().filter(|c| c.topic == Topic::Intents).for_each(|c| c.key = ChannelKey([0; 32]));
+    Console::retrace(setup, ConsoleConfig { operator_secret: Secret([0; 32]), ..config }, now).unwrap()
+}
+
+fn making(
+    units: &[UnitId],
+    policy: Policy,
+    role: Role,
+    script: Vec<Step>,
+    revocations: Vec<(NodeId, Vec<u8>)>,
+) -> (Setup, ConsoleConfig) {
     let setup = Setup {
         node: NodeId::CONSOLE,
         boot: Boot(1),
@@ -273,7 +293,7 @@ fn console_of(
         revocations,
         text: true,
     };
-    Console::new(setup, config, now).unwrap()
+    (setup, config)
 }
 
 pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {

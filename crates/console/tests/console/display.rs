@@ -162,7 +162,7 @@ fn where_the_policy_waives_ageing_an_old_picture_stays_fresh_as_in_the_paper() {
 #[test]
 fn the_text_has_no_control_characters_and_comes_at_most_five_times_a_second() {
     let mut bench = Bench::new(Policy::default(), vec![]);
-    bench.feed(&Feed::Refused(Reason::Stale, Some(PeerId::UNIT_B)));
+    bench.feed(&Feed::Refused(Reason::Stale, Some(PeerId::UNIT_B), 1));
     bench.feed(&Feed::Session(PeerId::UNIT_A, true));
     bench.reports(Mode::Ready, Span::s(2));
     assert!(bench.texts.len() <= 11, "{}", bench.texts.len());

@@ -66,9 +66,11 @@ pub(crate) fn degraded() -> Yard {
 /// A teammate's claims contradict each other: its records are refused, trust is lost.
 pub(crate) fn hold_safe() -> Yard {
     let mut yard = authority();
+    // Each is told with how many there were of its reason.
+    let counted = |n: usize| if n.is_multiple_of(3) { n as u64 / 3 + 1 } else { (n - n / 3) as u64 };
     for n in 0..23 {
         let reason = [Reason::Origin, Reason::Replayed, Reason::Replayed][n % 3];
-        yard.bench.feed(&Feed::Refused(reason, Some(PeerId::UNIT_B)));
+        yard.bench.feed(&Feed::Refused(reason, Some(PeerId::UNIT_B), counted(n)));
     }
     let b = yard.actor(UnitId::B);
     b.heard = false;

@@ -41,6 +41,8 @@ pub(crate) struct Says {
 pub(crate) enum Does {
     Now(CommandKind),
     Prepare(CommandKind),
+    /// What the mode that is shown allows.
+    PrepareFitting,
     /// Confirms what is prepared, with or without a reason.
     Confirm(bool),
     ConfirmUnprepared(CommandKind),
@@ -88,8 +90,8 @@ pub(crate) struct World {
     /// Acknowledgements under the unit's own key, by intent: whether it executed the command.
     pub(crate) answered: Vec<(IntentHash, bool)>,
     pub(crate) staged: Vec<IntentHash>,
-    /// Refusals that the gateway told of.
-    pub(crate) refused: u64,
+    /// Refusals as the gateway counts them: from nobody known, and from B.
+    pub(crate) counted: [u64; 2],
     /// The gateway's last word.
     pub(crate) fed: Option<Instant>,
     boot: u32,
@@ -139,8 +141,9 @@ fn says() -> impl Strategy<Value = Says> {
 fn does() -> impl Strategy<Value = Does> {
     let kind = || prop::sample::select(&KINDS[..]);
     prop_oneof![
-        3 => kind().prop_map(Does::Now),
-        6 => kind().prop_map(Does::Prepare),
+        3 => prop::sample::select(&[CommandKind::Hold, CommandKind::Disarm, CommandKind::Resume][..]).prop_map(Does::Now),
+        2 => kind().prop_map(Does::Prepare),
+        5 => Just(Does::PrepareFitting),
         6 => prop::bool::weighted(0.8).prop_map(Does::Confirm),
         1 => kind().prop_map(Does::ConfirmUnprepared),
         1 => Just(Does::Withdraw),
@@ -156,22 +159,22 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
         &[CommandStage::Staged, CommandStage::Sent, CommandStage::Refused, CommandStage::Expired][..],
     );
     let one = prop_oneof![
-        4 => prop_oneof![4 => 0u64..300, 1 => 0u64..12_000].prop_map(Move::Gap),
+        4 => prop_oneof![6 => 0u64..200, 1 => 0u64..12_000].prop_map(Move::Gap),
         8 => says().prop_map(Move::Report),
         1 => (0usize..6).prop_map(Move::Replay),
         1 => says().prop_map(Move::Forged),
         1 => any::<bool>().prop_map(Move::Session),
         1 => any::<bool>().prop_map(Move::Refused),
-        3 => (0usize..3, stage).prop_map(|(back, stage)| Move::Stage(back, stage)),
-        2 => (0usize..3, prop::bool::weighted(0.8), any::<bool>()).prop_map(|(b, own, no)| Move::Ack(b, own, no)),
-        7 => does().prop_map(Move::Person),
+        4 => (0usize..3, stage).prop_map(|(back, stage)| Move::Stage(back, stage)),
+        3 => (0usize..3, prop::bool::weighted(0.8), any::<bool>()).prop_map(|(b, own, no)| Move::Ack(b, own, no)),
+        9 => does().prop_map(Move::Person),
     ];
-    prop::collection::vec(one, 1..50)
+    prop::collection::vec(one, 1..100)
 }
 
 /// Runs many sequences in every role, and asks after each move of each whether `holds`.
 pub(crate) fn always(holds: impl Fn(&Step<'_>) -> Result<(), TestCaseError>) {
-    let config = ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() };
+    let config = ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() };
     let roles = prop::sample::select(&[Role::Supervise, Role::Supervise, Role::Operate, Role::View][..]);
     let outcome = proptest::test_runner::TestRunner::new(config).run(&(roles, moves()), |(role, moves)| {
         let mut world = World::new(role);
@@ -191,6 +194,15 @@ pub(crate) fn always(holds: impl Fn(&Step<'_>) -> Result<(), TestCaseError>) {
     }
 }
 
+fn fitting(mode: Mode) -> CommandKind {
+    match mode {
+        Mode::Idle | Mode::Degraded => CommandKind::Enable,
+        Mode::Ready => CommandKind::Arm(TrackId(1)),
+        Mode::PrepareToAct => CommandKind::Confirm(TrackId(1)),
+        Mode::HoldSafe => CommandKind::Resume,
+    }
+}
+
 impl World {
     fn new(role: Role) -> Self {
         Self {
@@ -199,7 +211,7 @@ impl World {
             told: Vec::new(),
             answered: Vec::new(),
             staged: Vec::new(),
-            refused: 0,
+            counted: [0; 2],
             fed: None,
             boot: 1,
             sequence: 0,
@@ -223,8 +235,11 @@ impl World {
             }
             Move::Session(open) => self.feed(&Feed::Session(PeerId::UNIT_A, *open)),
             Move::Refused(known) => {
-                self.refused += 1;
-                self.feed(&Feed::Refused(Reason::Stale, known.then_some(PeerId::UNIT_B)));
+                // As many again as before, and one: not all are told of.
+                let counted = &mut self.counted[usize::from(*known)];
+                *counted = *counted * 2 + 1;
+                let counted = *counted;
+                self.feed(&Feed::Refused(Reason::Stale, known.then_some(PeerId::UNIT_B), counted));
             }
             Move::Stage(back, stage) => self.stage(*back, *stage),
             Move::Ack(back, own, refused) => self.acknowledge(*back, *own, *refused),
@@ -300,6 +315,7 @@ impl World {
         let act = match does {
             Does::Now(kind) => Act::Now(command(kind)),
             Does::Prepare(kind) => Act::Prepare(command(kind)),
+            Does::PrepareFitting => Act::Prepare(command(&fitting(shown.units.first()?.state.get().0.mode))),
             Does::Confirm(with) => Act::Confirm(shown.prepared?.order, if *with { reason } else { Text::new("") }),
             Does::ConfirmUnprepared(kind) => Act::Confirm(command(kind), reason),
             Does::Withdraw => Act::Withdraw,

@@ -67,6 +67,8 @@ pub(crate) struct Bench {
     pub(crate) feeds: usize,
     /// What the display was told of losses.
     pub(crate) losses: Vec<u32>,
+    /// And of refusals.
+    pub(crate) refusals: Vec<(Reason, Option<PeerId>, u64)>,
     pub(crate) ended: Vec<SessionId>,
     pub(crate) console: Sender,
     pub(crate) delivered: u64,
@@ -87,6 +89,7 @@ impl Bench {
             published: Vec::new(),
             feeds: 0,
             losses: Vec::new(),
+            refusals: Vec::new(),
             ended: Vec::new(),
             console: Sender::new(Topic::Intents, NodeId::CONSOLE, Boot(1), INTENTS),
             delivered: 0,
@@ -127,8 +130,10 @@ impl Bench {
                 Output::Bus { topic: Topic::Feed, bytes } => {
                     self.feeds += 1;
                     let body = &bytes[HEADER_LEN..bytes.len() - TAG_LEN];
-                    if let Ok(Feed::SessionsLost(times)) = codec::decode(body, body.len()) {
-                        self.losses.push(times);
+                    match codec::decode(body, body.len()) {
+                        Ok(Feed::SessionsLost(times)) => self.losses.push(times),
+                        Ok(Feed::Refused(reason, peer, counted)) => self.refusals.push((reason, peer, counted)),
+                        _ => {}
                     }
                 }
                 Output::Close { session } => self.ended.push(session),

@@ -2,16 +2,18 @@
 
 use gateway::GatewayConfig;
 use wire::codec;
+use wire::command::Ack;
 use wire::core::{Core, Input};
 use wire::event::{Account, Event, Interface};
 use wire::hop::{Hop, HopBody, Teammate};
 use wire::id::{Boot, NodeId, Nonce, PeerId, SessionId, UnitId, WorldId};
+use wire::mode::Mode;
 use wire::policy::{Check, Policy};
 use wire::refusal::Reason;
 use wire::sensor::ProductMode;
 use wire::time::{PeerStamp, Span};
 
-use crate::bench::{Bench, Unit, setup, sign, waiving};
+use crate::bench::{Bench, Unit, command, setup, sign, waiving};
 
 #[test]
 fn a_session_speaks_only_after_it_has_echoed_our_challenge_and_taken_our_nonce() {
@@ -264,4 +266,27 @@ fn a_fork_goes_on_as_the_original_does() {
             assert_eq!(other.output(), Some(output));
         }
     }
+}
+
+/// As many a second as a peer with a session can send, for two seconds, and one of another kind in the midst of them.
+#[test]
+fn a_flood_of_refusals_is_told_in_bounded_number_and_its_count_is_exact_soon_after_it() {
+    let mut bench = Bench::new(Policy::default());
+    let session = bench.reporting(1, NodeId::UNIT_A);
+    bench.refusals.clear();
+    let flood = 100_000;
+    for n in 0..flood {
+        bench.now += Span(20);
+        bench.give(&Input::Record { session, bytes: vec![0xff; 40] });
+        if n == flood / 2 {
+            bench
+                .acknowledge(NodeId::UNIT_B, &Ack { id: command(1), intent: [0; 32], refused: None, mode: Mode::Idle });
+        }
+    }
+    bench.pass(Span::s(2));
+    let of = |reason| bench.refusals.iter().filter(move |told| told.0 == reason).map(|told| told.2).max();
+    assert_eq!(of(Reason::Schema), Some(flood));
+    assert_eq!(of(Reason::Confirmation), Some(1), "not crowded out: {:?}", bench.refusals);
+    assert!(bench.refusals.len() <= 5 * 20, "{} told", bench.refusals.len());
+    assert_eq!(bench.gateway.deadline().filter(|at| *at <= bench.now), None, "nothing is left to tell");
 }

@@ -47,7 +47,7 @@ fn cannot(link: &'static str) -> impl Fn(&dyn std::fmt::Display) -> DriveError {
 }
 
 /// Acts of a person that may wait.
-const ACTS: usize = 16;
+pub const ACTS: usize = 16;
 
 /// The end at which a person's acts are given, encoded.
 #[derive(Clone, Debug)]
@@ -193,6 +193,7 @@ impl Driver {
             Wake::Observed(observation) => self.outlets.observed(&observation),
             Wake::Control(Control::Quiesce) => self.feed(&Input::Quiesce),
             Wake::Control(Control::Cue(step)) => self.feed(&Input::Cue { step }),
+            Wake::Control(Control::Act(bytes)) => self.feed(&Input::Act { bytes }),
             Wake::Control(Control::Finish) => {
                 self.feed(&Input::Finish);
                 return true;

@@ -224,8 +224,8 @@ fn feeds() -> Vec<Named> {
     vec![
         named!("accepted", Feed<'_>, Feed::Accepted(report)),
         named!("accepted-of-unknown-age", Feed<'_>, Feed::Accepted(unknown_age)),
-        named!("refused-from-a-peer", Feed<'_>, Feed::Refused(Reason::Stale, Some(PeerId::UNIT_B))),
-        named!("refused-from-nobody-known", Feed<'_>, Feed::Refused(Reason::Tag, None)),
+        named!("refused-from-a-peer", Feed<'_>, Feed::Refused(Reason::Stale, Some(PeerId::UNIT_B), 70_000)),
+        named!("refused-from-nobody-known", Feed<'_>, Feed::Refused(Reason::Tag, None, 1)),
         named!("session-open", Feed<'_>, Feed::Session(PeerId::UNIT_C, true)),
         named!("command-sent", Feed<'_>, Feed::Command([7; 32], CommandStage::Sent)),
         named!("acknowledged", Feed<'_>, Feed::Acknowledged(opaque(b"ack"))),

@@ -1,0 +1,103 @@
+//! From wishes to signed requests: the one way for the script and for a person.
+//!
+//! What a person does is judged by `act`, what the script does by `operator`; signing is left to `intent`.
+
+use wire::codec;
+use wire::command::Request;
+use wire::core::{Output, Topic};
+use wire::event::Event;
+use wire::id::{CommandId, NodeId};
+use wire::person::Unable;
+use wire::time::Instant;
+
+use crate::Console;
+use crate::act::{Answer, Deed};
+use crate::operator::Wish;
+use crate::shown::Shown;
+
+impl Console {
+    /// Lets the operator look, and carries out what is wished for. Whether anything was.
+    pub(crate) fn wishes(&mut self, now: Instant, shown: &Shown) -> bool {
+        if self.quiet {
+            return false;
+        }
+        let mut wishes = self.operator.look(shown);
+        wishes.extend(std::iter::from_fn(|| self.model.hand().release(shown)));
+        let any = !wishes.is_empty();
+        for wish in wishes {
+            self.carry_out(now, wish);
+        }
+        any
+    }
+
+    /// A person did something: judged once, answered, and told to the instrument plane, whatever comes of it.
+    pub(crate) fn act(&mut self, now: Instant, bytes: &[u8]) {
+        let by = self.model.shown(now).operator;
+        let read = self.model.hand().read(bytes);
+        let (serial, act) = read.map_or((0, None), |numbered| (numbered.serial, Some(numbered.act)));
+        let outcome = match read {
+            Ok(_) if self.quiet => Err(Unable::Over),
+            Ok(numbered) => {
+                let shown = self.model.shown(now);
+                self.model.hand().judge(&numbered, &shown)
+            }
+            Err(unable) => Err(unable),
+        };
+        let outcome = outcome.map(|deed| match deed {
+            Deed::Nothing => None,
+            Deed::Wish(wish) => self.carry_out(now, wish),
+            Deed::Note(alarm, since) => {
+                self.model.acknowledge(&alarm, since);
+                None
+            }
+        });
+        self.model.hand().answer(Answer { serial, at: now, act, outcome });
+        let (command, refused) = (outcome.ok().flatten(), outcome.err());
+        self.note(now, Event::Act { by, serial, act, command, refused });
+    }
+
+    /// The one way from a wish, of the script or of a person, to what is asked of the gateway. Gives the command, if the
+    /// wish was for one.
+    fn carry_out(&mut self, now: Instant, wish: Wish) -> Option<CommandId> {
+        match wish {
+            Wish::Intend { step, unit, kind, nonce, reason } => {
+                let issued = self.issuer.as_mut()?.intent(unit, nonce, kind, &reason);
+                match step {
+                    Some(step) => self.operator.given(step, issued.intent),
+                    None if kind.towards_safe() => {}
+                    None => self.model.hand().given(issued.intent),
+                }
+                self.model.commands_mut().requested(now, &issued);
+                self.note(now, Event::Intended { command: issued.id, kind });
+                self.request(now, &Request::Stage(issued.bytes.as_slice().into()));
+                return Some(issued.id);
+            }
+            Wish::Release(intent) => {
+                let (id, _) = self.model.commands().given(&intent)?;
+                let confirmation = self.issuer.as_ref()?.confirmation(id, intent);
+                self.model.commands_mut().released(now, &intent);
+                self.request(now, &Request::Release(confirmation.as_slice().into()));
+            }
+            Wish::Revoke(who) => {
+                // The revocation is the authority's; asking for it is an operator's, who has a pen.
+                self.issuer.as_ref()?;
+                self.revoked.push(who);
+                self.model.revoked(who);
+                self.revoke(now, who);
+            }
+        }
+        None
+    }
+
+    /// Asks for `who` to be struck; that is answered by nobody, so it is asked for again with each challenge.
+    pub(crate) fn revoke(&mut self, now: Instant, who: NodeId) {
+        if let Some((_, signed)) = self.revocations.iter().find(|(of, _)| *of == who).cloned() {
+            self.request(now, &Request::Revoke(signed.as_slice().into()));
+        }
+    }
+
+    pub(crate) fn request(&mut self, now: Instant, request: &Request<'_>) {
+        let bytes = self.requests.seal(now, &codec::encode(request));
+        self.out.push_back(Output::Bus { topic: Topic::Intents, bytes });
+    }
+}

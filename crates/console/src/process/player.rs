@@ -1,0 +1,244 @@
+//! A recording of a console, looked at again: the same core, fed its mouth log, to any moment forward and back.
+//!
+//! The picture at a moment is what the core shows then, so ages grow between two inputs as they did. Copies of the core
+//! are kept on the way, so that going back costs no more than a few hundred inputs. What the person and the script did is
+//! in the log; nothing can be done now. Drawing is left to `gui`.
+
+use std::fs::File;
+use std::io::{BufReader, Read};
+use std::path::Path;
+
+use link::mouth::{self, Entry, MouthError};
+use wire::core::{Core, Input, Output, Topic};
+use wire::id::{Boot, NodeId, UnitId, WorldId};
+use wire::person::Alarm;
+use wire::setup::{Secret, Setup};
+use wire::time::{Instant, Span};
+
+use super::ProcessConfig;
+use crate::alarm;
+use crate::shown::Shown;
+use crate::{Console, ConsoleConfig, ConsoleError};
+
+/// The file with what it takes to look at the recording, beside it.
+pub const READING: &str = "console.json";
+/// The longest that is read, bytes.
+const MAX_READING: u64 = 1 << 20;
+/// Inputs that are kept: hours of a console that is fed forty times a second.
+const MAX_TURNS: usize = 1 << 20;
+/// Inputs between two copies of the core.
+const APART: usize = 512;
+/// Changes that can be jumped to.
+pub const MAX_MOMENTS: usize = 256;
+
+/// A recording that cannot be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum PlayerError {
+    /// It lacks what it takes to look at it.
+    #[error("{READING}: {0} (kept by `live --out DIR`)")]
+    Reading(String),
+    /// Its console's mouth log cannot be read.
+    #[error("the console's mouth log: {0}")]
+    Mouth(#[from] MouthError),
+    /// The core cannot be made.
+    #[error(transparent)]
+    Core(#[from] ConsoleError),
+    /// Nothing was recorded.
+    #[error("the recording is empty")]
+    Empty,
+}
+
+impl ProcessConfig {
+    /// What it takes to look at a recording of this console: public keys and the key of the feed, which nobody answers to
+    /// once the run is over, and no other secret.
+    #[must_use]
+    pub fn to_read(&self) -> Self {
+        let feed = self.setup.channels.iter().filter(|channel| channel.topic == Topic::Feed).cloned();
+        let struck = self
+            .setup
+            .channels
+            .iter()
+            .filter(|channel| channel.topic != Topic::Feed)
+            .map(|channel| wire::setup::Channel { key: wire::bus::ChannelKey([0; 32]), ..channel.clone() });
+        let channels = feed.chain(struck).collect();
+        let revocations = self.config.revocations.iter().map(|(who, _)| (*who, Vec::new())).collect();
+        Self {
+            setup: Setup { secret: Secret([0; 32]), channels, ..self.setup.clone() },
+            config: ConsoleConfig {
+                operator_secret: Secret([0; 32]),
+                revocations,
+                script: Vec::new(),
+                ..self.config.clone()
+            },
+            window: self.window.clone(),
+        }
+    }
+}
+
+/// An input, and what the console asked of the gateway after it.
+struct Turn {
+    now: Instant,
+    input: Input,
+    said: Vec<Output>,
+}
+
+/// A recording and where in it we are.
+pub struct Player {
+    turns: Vec<Turn>,
+    /// Copies of the core before every [`APART`]th turn.
+    copies: Vec<Console>,
+    console: Console,
+    /// Turns that `console` has taken.
+    taken: usize,
+    at: Instant,
+    moments: Vec<(Span, String)>,
+}
+
+impl Player {
+    /// Opens the recording below `run_dir`, and goes through it once.
+    ///
+    /// # Errors
+    /// When something of it is missing or is no recording. One that ends within an entry is read up to there.
+    pub fn open(run_dir: &Path) -> Result<(Self, ProcessConfig), PlayerError> {
+        let reading = |error: &dyn std::fmt::Display| PlayerError::Reading(error.to_string());
+        let file = File::open(run_dir.join(READING)).map_err(|e| reading(&e))?;
+        let config: ProcessConfig = serde_json::from_reader(file.take(MAX_READING)).map_err(|e| reading(&e))?;
+        let log = run_dir.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
+        let log = mouth::Reader::new(BufReader::new(File::open(log).map_err(MouthError::from)?))?;
+        let header = log.header();
+        Ok((Self::of(&config, header.boot, header.started, turns(log)?)?, config))
+    }
+
+    fn of(config: &ProcessConfig, boot: Boot, started: Instant, turns: Vec<Turn>) -> Result<Self, PlayerError> {
+        let setup = Setup { boot, ..config.setup.clone() };
+        let console = Console::retrace(setup, config.config.clone(), started)?;
+        let at = turns.first().ok_or(PlayerError::Empty)?.now;
+        let mut player = Self { turns, copies: Vec::new(), console, taken: 0, at, moments: Vec::new() };
+        let mut before = player.shown();
+        while player.taken < player.turns.len() {
+            if player.taken.is_multiple_of(APART) {
+                player.copies.push(player.console.fork(WorldId(0)));
+            }
+            player.take();
+            let after = player.shown();
+            player.mark(&before, &after);
+            before = after;
+        }
+        player.seek(Span::ZERO);
+        Ok(player)
+    }
+
+    /// The unit that is displayed first.
+    pub fn first(&self) -> UnitId {
+        self.console.first()
+    }
+
+    /// How long the recording is.
+    pub fn length(&self) -> Span {
+        self.turns.last().map_or(Span::ZERO, |last| last.now.since(self.begins()))
+    }
+
+    /// Where we are, from its beginning.
+    pub fn at(&self) -> Span {
+        self.at.since(self.begins())
+    }
+
+    /// When something changed that one may want to jump to, and what; in order, at most [`MAX_MOMENTS`].
+    pub fn moments(&self) -> &[(Span, String)] {
+        &self.moments
+    }
+
+    /// What was shown then, marked as a replay, in which no command is possible.
+    pub fn shown(&self) -> Shown {
+        let mut shown = self.console.shown(self.at);
+        shown.marks.replay = true;
+        shown
+    }
+
+    /// Goes to this time from the beginning, or to the end where that is earlier.
+    pub fn seek(&mut self, to: Span) {
+        let to = self.begins() + to.min(self.length());
+        let due = self.turns.partition_point(|turn| turn.now <= to);
+        if due < self.taken {
+            let copy = (due / APART).min(self.copies.len().saturating_sub(1));
+            if let Some(console) = self.copies.get(copy) {
+                (self.console, self.taken) = (console.fork(WorldId(0)), copy * APART);
+            }
+        }
+        while self.taken < due {
+            self.take();
+        }
+        self.at = to;
+    }
+
+    /// Goes so many inputs on, or back.
+    pub fn step(&mut self, by: i32) {
+        let last = self.turns.len().saturating_sub(1);
+        let here = self.turns.partition_point(|turn| turn.now <= self.at).saturating_sub(1);
+        let to = here.saturating_add_signed(by as isize).min(last);
+        if let Some(turn) = self.turns.get(to) {
+            self.seek(turn.now.since(self.begins()));
+        }
+    }
+
+    fn begins(&self) -> Instant {
+        self.turns.first().map_or(self.at, |first| first.now)
+    }
+
+    /// One turn on.
+    fn take(&mut self) {
+        let Some(turn) = self.turns.get(self.taken) else { return };
+        self.console.handle(turn.now, &turn.input);
+        while self.console.output().is_some() {}
+        turn.said.iter().for_each(|output| self.console.said(turn.now, output));
+        (self.taken, self.at) = (self.taken + 1, turn.now);
+    }
+
+    fn mark(&mut self, before: &Shown, after: &Shown) {
+        let at = after.at.since(self.begins());
+        let room = MAX_MOMENTS.saturating_sub(self.moments.len());
+        self.moments.extend(changes(before, after).into_iter().take(room).map(|what| (at, what)));
+    }
+}
+
+/// What a person may want to jump to: another mode with its cause, a new alarm, an answered command.
+fn changes(before: &Shown, after: &Shown) -> Vec<String> {
+    let mut changes = Vec::new();
+    for unit in &after.units {
+        let (state, _) = unit.state.get();
+        let was = before.unit(unit.unit).map(|unit| unit.state.get().0.mode);
+        if was != Some(state.mode) {
+            let failing: Vec<&str> = state.failing.iter().map(|guard| guard.name()).collect();
+            let failing = if failing.is_empty() { String::new() } else { format!(", failing {}", failing.join(", ")) };
+            changes.push(format!("{} {} ({}{failing})", unit.unit, state.mode.name(), state.cause.label()));
+        }
+    }
+    let known = |alarm: &Alarm| before.alarms.iter().any(|shown| shown.alarm == *alarm);
+    let told = |alarm: &Alarm| matches!(alarm, Alarm::HoldSafe(_) | Alarm::Degraded(_));
+    let raised = after.alarms.iter().filter(|shown| !known(&shown.alarm) && !told(&shown.alarm));
+    changes.extend(raised.map(|shown| alarm::words(&shown.alarm)));
+    let new = after.commands.iter().filter(|command| before.command(&command.intent).is_none());
+    changes.extend(new.map(|command| format!("{} to {} given", command.kind.name(), command.unit)));
+    changes
+}
+
+/// The inputs with what was asked of the gateway after each; what else came out is of no use here.
+fn turns<R: Read>(log: mouth::Reader<R>) -> Result<Vec<Turn>, MouthError> {
+    let mut turns: Vec<Turn> = Vec::new();
+    for entry in log {
+        match entry {
+            Ok(Entry::Input { now, input }) if turns.len() < MAX_TURNS => {
+                turns.push(Turn { now, input, said: Vec::new() });
+            }
+            Ok(Entry::Input { .. }) | Err(MouthError::Truncated { .. }) => break,
+            Ok(Entry::Output(output @ Output::Bus { .. })) => {
+                if let Some(last) = turns.last_mut() {
+                    last.said.push(output);
+                }
+            }
+            Ok(Entry::Output(_)) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(turns)
+}

@@ -1,0 +1,210 @@
+//! Between the core's loop and a window: pictures one way, of which the newest counts, and a person's acts the other.
+//!
+//! The loop is `link`'s as in every process; here the core is only looked at after each of its turns. Nothing a window
+//! does can hold the loop up: it takes a picture when it likes, and its acts go through a bounded queue into the core as
+//! inputs, and so into the mouth log. Drawing is left to `gui`.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use link::drive::{self, Hand};
+use link::spec::ServiceSpec;
+use serde_json::json;
+use wire::codec;
+use wire::core::{Core, Input, Output};
+use wire::person::{Act, Numbered};
+use wire::time::{Instant, Span};
+
+use crate::Console;
+use crate::gui::app::{self, Looks, Source, Wake};
+use crate::shown::Shown;
+use crate::site::Site;
+
+/// A window is woken so often at least, so that ages are seen to grow: five times a second.
+const WAKE_EVERY: Span = Span::ms(200);
+
+#[derive(Default)]
+struct Slot {
+    newest: Option<Arc<Shown>>,
+    wake: Option<Wake>,
+    over: bool,
+}
+
+/// Where the newest picture lies.
+#[derive(Clone, Default)]
+pub struct Pictures(Arc<Mutex<Slot>>);
+
+impl Pictures {
+    /// Puts a picture there in place of the one before.
+    fn put(&self, shown: Shown) {
+        self.slot(|slot| slot.newest = Some(Arc::new(shown)));
+    }
+
+    fn wake(&self) {
+        self.slot(|slot| slot.wake.iter().for_each(|wake| wake()));
+    }
+
+    /// Takes the newest picture, if it has not been taken.
+    pub fn take(&self) -> Option<Arc<Shown>> {
+        self.slot(|slot| slot.newest.take())
+    }
+
+    /// Has `wake` called whenever there is something to be drawn.
+    pub fn on_arrival(&self, wake: Wake) {
+        self.slot(|slot| slot.wake = Some(wake));
+    }
+
+    /// The loop has ended: nothing more will come.
+    pub fn end(&self) {
+        self.slot(|slot| slot.over = true);
+        self.wake();
+    }
+
+    /// Whether the loop has ended.
+    pub fn over(&self) -> bool {
+        self.slot(|slot| slot.over)
+    }
+
+    fn slot<T>(&self, with: impl FnOnce(&mut Slot) -> T) -> T {
+        with(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+/// A console that is looked at after each of its turns.
+pub struct LookedAt {
+    console: Console,
+    pictures: Pictures,
+    last: Option<Shown>,
+    woken: Instant,
+}
+
+impl LookedAt {
+    /// Puts what `console` shows into `pictures`.
+    pub fn new(console: Console, pictures: Pictures) -> Self {
+        Self { console, pictures, last: None, woken: Instant(0) }
+    }
+}
+
+impl Core for LookedAt {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        self.console.handle(now, input);
+        let shown = self.console.shown(now);
+        let wakes = now.since(self.woken) >= WAKE_EVERY || self.last.as_ref().is_none_or(|last| differs(last, &shown));
+        self.pictures.put(shown.clone());
+        if wakes {
+            (self.last, self.woken) = (Some(shown), now);
+            self.pictures.wake();
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        self.console.deadline()
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        self.console.output()
+    }
+}
+
+/// Whether a person should see the new picture at once: something other than numbers has changed.
+fn differs(last: &Shown, now: &Shown) -> bool {
+    let faces = |shown: &Shown| -> Vec<_> {
+        let unit = |unit: &crate::shown::ShownUnit| {
+            let (state, freshness) = unit.state.get();
+            (unit.unit, state.mode, state.authority.is_some(), freshness, unit.lost.len())
+        };
+        shown.units.iter().map(unit).collect()
+    };
+    faces(last) != faces(now)
+        || (&last.alarms, &last.commands, &last.prepared) != (&now.alarms, &now.commands, &now.prepared)
+        || last.answers != now.answers
+}
+
+/// The person at the window: gives each act a number of its own.
+pub struct Person {
+    hand: Hand,
+    given: u64,
+}
+
+impl Person {
+    /// A person whose acts go to `hand`.
+    pub fn new(hand: Hand) -> Self {
+        Self { hand, given: 0 }
+    }
+
+    /// Does it, once. False when it could not be given: too many acts wait, or the loop has ended.
+    #[must_use]
+    pub fn does(&mut self, act: Act) -> bool {
+        self.given += 1;
+        self.hand.give(codec::encode(&Numbered { serial: self.given, act }))
+    }
+}
+
+/// The running core, for the window.
+struct Live {
+    pictures: Pictures,
+    person: Person,
+}
+
+impl Source for Live {
+    fn newest(&mut self) -> Option<Arc<Shown>> {
+        self.pictures.take()
+    }
+
+    fn send(&mut self, act: Act) {
+        if !self.person.does(act) {
+            eprintln!("holdsafe-console: {} acts wait already; this one was not taken", drive::ACTS);
+        }
+    }
+
+    fn over(&mut self) -> bool {
+        self.pictures.over()
+    }
+}
+
+/// Runs the core on a thread of its own and the window on this one, until the launcher ends the run. A window that is
+/// closed says so to the launcher, which then does.
+pub(super) fn run(spec: ServiceSpec, console: Console, site: Site) -> ExitCode {
+    let pictures = Pictures::default();
+    let (hand, acts) = drive::hands();
+    let unit = console.first();
+    let (looked_at, ends) = (LookedAt::new(console, pictures.clone()), pictures.clone());
+    let core = std::thread::Builder::new().name("core".into()).spawn(move || {
+        let code = drive::run_for(spec, Box::new(looked_at), acts);
+        ends.end();
+        code
+    });
+    let core = match core {
+        Ok(core) => core,
+        Err(why) => {
+            eprintln!("holdsafe-console: no thread for the core: {why}");
+            return ExitCode::from(2);
+        }
+    };
+    let looks = Looks { title: "holdsafe console".to_owned(), unit, site, layout: layout() };
+    let live = Live { pictures: pictures.clone(), person: Person::new(hand) };
+    let why = app::run(looks, Box::new(live), move |wake| pictures.on_arrival(wake)).err();
+    drive::say("closed", &json!(why.map(|why| format!("the window cannot be opened: {why}"))));
+    core.join().unwrap_or(ExitCode::FAILURE)
+}
+
+/// Where the layout is kept from run to run: in the user's own folder, if there is one.
+pub(super) fn layout() -> Option<PathBuf> {
+    let home = std::env::var_os("HOME").filter(|home| !home.is_empty())?;
+    Some(PathBuf::from(home).join(".config/holdsafe/console.json"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn acts_that_do_not_fit_are_given_back_and_no_two_have_one_number() {
+        let (hand, _acts) = link::drive::hands();
+        let mut person = Person::new(hand);
+        let given = (0..100).filter(|_| person.does(Act::Withdraw)).count();
+        assert!((1..100).contains(&given), "{given}");
+        assert_eq!(person.given, 100);
+    }
+}

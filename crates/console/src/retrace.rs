@@ -1,0 +1,62 @@
+//! Following a recording: the same core, fed what it was fed, with neither script, pen nor challenges of its own.
+//!
+//! What it said then it is told ([`Console::said`]): which challenges it made, so that ages come out as they were, and which
+//! commands it gave. So no secret is needed to look at a run again, and nothing can be signed while doing so.
+
+use sha2::{Digest, Sha256};
+use wire::bus::{HEADER_LEN, TAG_LEN};
+use wire::codec;
+use wire::command::{Confirmation, Intent, MAX_ORDER, Request};
+use wire::core::{Output, Topic};
+use wire::setup::Setup;
+use wire::sign::Signed;
+use wire::time::Instant;
+use wire::trust::Revocation;
+
+use crate::intent::Issued;
+use crate::{Console, ConsoleConfig, ConsoleError};
+
+impl Console {
+    /// A console that follows a recording of one that was made so.
+    pub fn retrace(setup: Setup, config: ConsoleConfig, now: Instant) -> Result<Self, ConsoleError> {
+        let mut console = Self::new(setup, ConsoleConfig { script: Vec::new(), text: false, ..config }, now)?;
+        (console.issuer, console.watch) = (None, None);
+        Ok(console)
+    }
+
+    /// What the console said at `now` when it was recorded, after what it was fed then.
+    pub fn said(&mut self, now: Instant, output: &Output) {
+        let Output::Bus { topic: Topic::Intents, bytes } = output else { return };
+        let tags = TAG_LEN * Topic::Intents.readers();
+        let body = bytes.len().checked_sub(tags).and_then(|end| bytes.get(HEADER_LEN..end));
+        let Some(Ok(request)) = body.map(|body| codec::decode(body, Topic::Intents.max_len())) else { return };
+        match request {
+            Request::Watch(challenge) => self.intake.challenge(challenge, now),
+            Request::Stage(signed) => {
+                if let Ok(intent) = codec::decode::<Intent>(payload(signed), MAX_ORDER) {
+                    let (Intent { id, unit, kind, .. }, hash) = (intent, Sha256::digest(&**signed).into());
+                    let issued = Issued { id, unit, kind, intent: hash, bytes: signed.to_vec() };
+                    self.model.commands_mut().requested(now, &issued);
+                    if !kind.towards_safe() {
+                        self.model.hand().given(hash);
+                    }
+                }
+            }
+            Request::Release(signed) => {
+                if let Ok(confirmation) = codec::decode::<Confirmation>(payload(signed), MAX_ORDER) {
+                    self.model.commands_mut().released(now, &confirmation.intent);
+                }
+            }
+            Request::Revoke(signed) => {
+                if let Ok(revocation) = codec::decode::<Revocation>(payload(signed), MAX_ORDER) {
+                    self.model.revoked(revocation.of);
+                }
+            }
+        }
+    }
+}
+
+/// The content of what the recorded console signed. Nothing rests on it but what is drawn of the recording.
+fn payload<'b>(signed: &'b [u8]) -> &'b [u8] {
+    Signed::parse(signed, MAX_ORDER).map_or(&[], |signed| signed.payload)
+}
