@@ -8,7 +8,7 @@ use super::failure::{Exit, Failure};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// The run's directory: live-… below the DIR of `live --out DIR`.
+    /// The run's directory, as given to `live --out`.
     #[arg(value_name = "RUN")]
     run: PathBuf,
 }

@@ -25,7 +25,7 @@ const CURRENT_US: u64 = 1_000_000;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// The run's directory: live-… below the DIR of `live --out DIR`.
+    /// The run's directory, as given to `live --out`.
     #[arg(value_name = "RUN")]
     run: PathBuf,
     /// Print what was shown last, and end.

@@ -389,6 +389,8 @@ impl Company<'_> {
                     }
                 }
                 Ok((node, Line::Ended)) if !ordeals.ended(node) => {
+                    // With its process the window is gone too.
+                    self.window &= node != NodeId::CONSOLE;
                     ordeals.note(clock(), Event::Ended { node, killed: false });
                 }
                 Ok(_) | Err(RecvTimeoutError::Timeout) => {}
