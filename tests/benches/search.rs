@@ -4,6 +4,8 @@
 //! and shrinks what failed in its own way; `holdsafe` hunts with guided drawing and shrinks to the canonical word. Seeds
 //! alternate, so that both see the same machine. Shown are medians over the seeds, and how many different answers there were.
 
+#![expect(clippy::disallowed_methods, reason = "a bench measures wall time")]
+
 use std::cell::Cell;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

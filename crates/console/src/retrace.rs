@@ -57,6 +57,6 @@ impl Console {
 }
 
 /// The content of what the recorded console signed. Nothing rests on it but what is drawn of the recording.
-fn payload<'b>(signed: &'b [u8]) -> &'b [u8] {
+fn payload(signed: &[u8]) -> &[u8] {
     Signed::parse(signed, MAX_ORDER).map_or(&[], |signed| signed.payload)
 }
