@@ -110,9 +110,9 @@ impl Hold {
     /// The one that was given at `hand`, if it found the unit driving.
     fn find(log: &[Witnessed], hand: u64) -> Option<Self> {
         let of_cycle = || log.iter().filter(move |w| (hand..hand + RESUME_US[0]).contains(&w.at));
-        let (core, id) = of_cycle().find_map(|w| match w.entry.event {
-            Event::Act { act: Some(Act::Now(_)), command: Some(id), .. } => Some((w.at, id)),
-            _ => None,
+        let (core, id) = of_cycle().find_map(|w| {
+            let Event::Act { act: Some(Act::Now(_)), command: Some(id), .. } = w.entry.event else { return None };
+            Some((w.at, id))
         })?;
         let first = |stage: &dyn Fn(NodeId, &Event, CommandId) -> bool| {
             of_cycle().find(|w| stage(w.entry.node, &w.entry.event, id)).map(|w| w.at)

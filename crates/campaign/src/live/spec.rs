@@ -272,19 +272,17 @@ fn config(member: &Member, window: Option<Site>) -> Value {
 
 /// What the console of a run is made with, its window included.
 pub(crate) fn console(cast: &Cast) -> Option<ProcessConfig> {
-    cast.members.iter().find_map(|member| match &member.role {
-        Role::Console(config) => {
-            Some(ProcessConfig { setup: member.setup.clone(), config: config.clone(), window: Some(site(cast)) })
-        }
-        _ => None,
+    cast.members.iter().find_map(|member| {
+        let Role::Console(config) = &member.role else { return None };
+        Some(ProcessConfig { setup: member.setup.clone(), config: config.clone(), window: Some(site(cast)) })
     })
 }
 
 /// The site as the mission of the unit under test was planned on it.
 fn site(cast: &Cast) -> Site {
-    let mission = cast.members.iter().find_map(|member| match &member.role {
-        Role::Autonomy(mission) if mission.unit == UnitId::A => Some(mission),
-        _ => None,
+    let mission = cast.members.iter().find_map(|member| {
+        let Role::Autonomy(mission) = &member.role else { return None };
+        (mission.unit == UnitId::A).then_some(mission)
     });
     let Some(mission) = mission else { return Site::default() };
     let metres = |mm: i32| mm as f32 / 1000.0;
