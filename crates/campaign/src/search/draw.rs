@@ -2,8 +2,9 @@
 //!
 //! *Uniform* draws length, moves, moments and numbers evenly from the alphabet: what a search is measured against.
 //! *Transitions* begins everything where the unit changes mode in the run without an attack, as AVIS does (Taylor et al., "AVIS:
-//! In-Situ Model Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* deals each move once, then every
-//! other time one in proportion to what it has gained (a bandit by probability matching); draws moments from changes, edges
+//! In-Situ Model Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* deals the moves like cards, each once
+//! before any comes again, from the second deal on every other one in proportion to what it has gained (a bandit by
+//! probability matching); draws moments from changes, edges
 //! of bounds and evenly; and, as fresh words cease to show anything new, changes words that did, or that came nearest to a limit.
 //! Nothing has probability zero in any but the second. What was learned so far is `learned`'s.
 
@@ -22,7 +23,7 @@ use crate::scenario::{Alphabet, Range};
 /// Out of ten guided words, how many are made from one that showed something new, when none of the newest fresh ones did.
 const FROM_KNOWN: u32 = 7;
 /// Out of ten of these, how many are made from one that came nearest to a limit, and not from one that was new.
-const FROM_NEAREST: u32 = 5;
+const FROM_NEAREST: u32 = 3;
 /// The farthest that a nudge moves a letter, ticks; a number it moves by at most this part of its range.
 const NUDGE: u32 = 32;
 /// Of ten guided moments, how many are a change of mode and a little after; how many of the others the edge of a bound. The
@@ -67,8 +68,10 @@ pub(super) struct Drawer<'a> {
     learned: Learned,
     /// Of each word that was drawn and of which nothing was learned yet, in order: whether it is a fresh one.
     drawn: VecDeque<bool>,
-    /// Moves that are still to be dealt.
+    /// Moves that are still to be dealt, never none.
     deck: Vec<usize>,
+    /// Whether each was dealt once.
+    all_dealt: bool,
 }
 
 impl<'a> Drawer<'a> {
@@ -88,6 +91,7 @@ impl<'a> Drawer<'a> {
             learned: Learned::new(alphabet.moves.len(), nearness),
             drawn: VecDeque::new(),
             deck: (0..alphabet.moves.len()).collect(),
+            all_dealt: false,
         }
     }
 
@@ -195,14 +199,16 @@ impl<'a> Drawer<'a> {
         Letter { begins, kind, places: self.places(kind, moments) }
     }
 
-    /// A move: one that was not dealt yet; once all were, any, or one by its worth.
+    /// A move: from the deck until each was dealt once, then every other time by its worth.
     fn dealt(&mut self) -> usize {
-        if !self.deck.is_empty() {
+        if !self.all_dealt || self.below(2) == 0 {
             let i = self.below(self.deck.len() as u32) as usize;
-            return self.deck.swap_remove(i);
-        }
-        if self.below(2) == 0 {
-            return self.below(self.alphabet.moves.len() as u32) as usize;
+            let dealt = self.deck.swap_remove(i);
+            if self.deck.is_empty() {
+                self.all_dealt = true;
+                self.deck.extend(0..self.alphabet.moves.len());
+            }
+            return dealt;
         }
         let weights: Vec<u64> = self.learned.weights().collect();
         let mut left = ((u128::from(self.rng.next_u32()) * u128::from(weights.iter().sum::<u64>())) >> 32) as u64;
