@@ -55,8 +55,10 @@ use crate::watch::Watch;
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct ConsoleConfig {
-    /// Units that are displayed, in this order.
+    /// Units that are displayed once something of theirs is accepted, in this order.
     pub units: Vec<UnitId>,
+    /// Those of them that take part: one of these of which nothing was ever accepted is shown as silent.
+    pub awaited: Vec<UnitId>,
     /// The operator.
     pub operator: NodeId,
     /// The operator's Ed25519 secret.
@@ -128,6 +130,7 @@ impl Console {
             marks: Marks { replay: false, ablation },
             bounds: setup.bounds,
             revocable: config.revocations.iter().map(|(who, _)| (*who, false)).collect(),
+            awaited: config.awaited,
         };
         let issuer = || Issuer::new(Key::from_bytes(&config.operator_secret.0), config.operator, setup.boot);
         let operator = Operator::new(config.script, setup.bounds.designation_confidence, now);

@@ -38,6 +38,8 @@ pub struct Desk {
     pub bounds: Bounds,
     /// Whom the operator can have struck, and whether that was asked for.
     pub revocable: Vec<(NodeId, bool)>,
+    /// Units that take part, and are silent until something of theirs is accepted.
+    pub awaited: Vec<UnitId>,
 }
 
 /// A unit as last reported.
@@ -276,7 +278,12 @@ impl Model {
             marks: self.desk.marks.clone(),
             bounds: self.desk.bounds,
             units: self.units.iter().filter_map(unit).collect(),
-            silent: self.units.iter().filter(|(_, heard)| heard.is_none()).map(|(unit, _)| *unit).collect(),
+            silent: self
+                .units
+                .iter()
+                .filter(|(unit, heard)| heard.is_none() && self.desk.awaited.contains(unit))
+                .map(|(unit, _)| *unit)
+                .collect(),
             links: self.links.iter().filter_map(|(peer, link)| self.shown_link(now, *peer, link)).collect(),
             refusals: refusals
                 .map(|((reason, peer, here), refusals)| ShownRefusals {

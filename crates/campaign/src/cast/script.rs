@@ -21,6 +21,7 @@ pub(super) fn console(
 ) -> ConsoleConfig {
     ConsoleConfig {
         units: vec![UnitId::A, UnitId::B, UnitId::C],
+        awaited: awaited(scenario),
         operator: NodeId::OPERATOR,
         operator_secret,
         role: Role::Supervise,
@@ -28,6 +29,12 @@ pub(super) fn console(
         revocations,
         text: true,
     }
+}
+
+/// The unit under test and the teammates that the scenario brings.
+fn awaited(scenario: &Scenario) -> Vec<UnitId> {
+    let brought = |unit: &UnitId| scenario.unit.iter().any(|u| u.name.as_str() == unit.node().name());
+    [UnitId::A, UnitId::B, UnitId::C].into_iter().filter(|unit| *unit == UnitId::A || brought(unit)).collect()
 }
 
 fn step(step: &scenario::Step) -> Step {

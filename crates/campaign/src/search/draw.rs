@@ -4,9 +4,9 @@
 //! *Transitions* begins everything where the unit changes mode in the run without an attack, as AVIS does (Taylor et al., "AVIS:
 //! In-Situ Model Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* deals the moves like cards, each once
 //! before any comes again, from the second deal on every other one in proportion to what it has gained (a bandit by
-//! probability matching); draws moments from changes, edges
-//! of bounds and evenly; and, as fresh words cease to show anything new, changes words that did, or that came nearest to a limit.
-//! Nothing has probability zero in any but the second. What was learned so far is `learned`'s.
+//! probability matching); draws moments from changes, edges of bounds and evenly; and, as fresh words cease to show anything
+//! new, changes words that did, or that came nearest to a limit. Nothing has probability zero in any but the second. What was
+//! learned so far is `learned`'s.
 
 use std::collections::VecDeque;
 

@@ -4,6 +4,7 @@
 //! A picture is drawn when it comes, at most [`MOST_OFTEN`]; without one the window still draws a few times a second and
 //! says so once the last is too old to be called current.
 
+use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -150,8 +151,9 @@ fn behind(now: f64, came: f64) -> Option<Span> {
 
 /// The layout of the last run, if it can be used.
 fn kept(path: &std::path::Path) -> Option<Tiling> {
-    let length = std::fs::metadata(path).ok()?.len();
-    let saved = std::fs::read_to_string(path).ok().filter(|_| length <= MAX_SAVED as u64)?;
+    let mut saved = String::new();
+    // One byte more than may be there, so that a longer one is found out without being read.
+    std::fs::File::open(path).ok()?.take(MAX_SAVED as u64 + 1).read_to_string(&mut saved).ok()?;
     Tiling::read(&saved).ok()
 }
 

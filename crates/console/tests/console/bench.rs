@@ -86,6 +86,14 @@ impl Bench {
         Self::around(console_of(units, policy, role, Vec::new(), Vec::new(), START))
     }
 
+    /// With the units A and B on the roll, of which only these take part.
+    pub(crate) fn awaiting(awaited: &[UnitId]) -> Self {
+        let (setup, config) =
+            making(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise, Vec::new(), Vec::new());
+        let config = ConsoleConfig { awaited: awaited.to_vec(), ..config };
+        Self::around(Console::new(setup, config, START).unwrap())
+    }
+
     fn around(console: Console) -> Self {
         let mut bench = Self {
             console,
@@ -286,6 +294,7 @@ fn making(
     };
     let config = ConsoleConfig {
         units: units.to_vec(),
+        awaited: units.to_vec(),
         operator: NodeId::OPERATOR,
         operator_secret: Secret([NodeId::OPERATOR.index() as u8 + 1; 32]),
         role,

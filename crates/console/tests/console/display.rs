@@ -14,6 +14,19 @@ use wire::time::{Echo, Instant, PeerStamp, Span};
 use crate::bench::{Bench, report, sign};
 
 #[test]
+fn a_unit_that_takes_no_part_is_not_called_silent_and_is_shown_all_the_same_once_it_reports() {
+    let mut bench = Bench::awaiting(&[UnitId::B]);
+    bench.pass(Span::s(1));
+    let shown = bench.console.shown(bench.now);
+    assert_eq!((shown.silent, shown.units.len()), (vec![UnitId::B], 0));
+    let report = bench.next(Mode::Ready);
+    bench.heard(&report, Span::ms(20));
+    let shown = bench.console.shown(bench.now);
+    assert_eq!(shown.silent, [UnitId::B]);
+    assert_eq!(shown.units.iter().map(|unit| unit.unit).collect::<Vec<_>>(), [UnitId::A]);
+}
+
+#[test]
 fn a_silent_unit_goes_from_fresh_to_late_to_stale_to_lost_at_its_limits() {
     let mut bench = Bench::new(Policy::default(), vec![]);
     let report = bench.next(Mode::Ready);
@@ -217,7 +230,7 @@ struct Reference {
     told: Vec<(Vec<u8>, Instant, bool)>,
 }
 
-fn label(age: Span) -> Freshness {
+pub(crate) fn label(age: Span) -> Freshness {
     match age.0 {
         0..=300_000 => Freshness::Fresh,
         300_001..=500_000 => Freshness::Late,

@@ -22,6 +22,7 @@ use wire::refusal::Reason;
 use wire::time::Span;
 
 use crate::bench::{Asked, Bench, console, retracing};
+use crate::display::label;
 use crate::world::{Does, Move, Step, Told, always};
 
 /// One test for each property, asked after every move.
@@ -378,14 +379,4 @@ fn released(asked: &[Asked]) -> Vec<IntentHash> {
         _ => None,
     };
     asked.iter().filter_map(release).collect()
-}
-
-/// The reference: the limits of the ground platform, in its documents' numbers.
-fn label(age: Span) -> Freshness {
-    match age.0 {
-        0..=300_000 => Freshness::Fresh,
-        300_001..=500_000 => Freshness::Late,
-        500_001..=2_000_000 => Freshness::Stale,
-        _ => Freshness::Lost,
-    }
 }

@@ -115,7 +115,7 @@ fn a_quiet_operator_asks_for_nothing() {
 
 #[test]
 fn a_configuration_is_read_back_from_json_and_an_unknown_key_is_refused() {
-    let json = r#"{"units": ["unit-a"], "operator": "operator-1", "operator_secret": SECRET, "text": false,
+    let json = r#"{"units": ["unit-a"], "awaited": ["unit-a"], "operator": "operator-1", "operator_secret": SECRET, "text": false,
         "script": [{"unit": "unit-a", "when": {"mode": "READY"}, "do": {"arm": "vehicle"}, "within_ms": 9}]}"#;
     let json = json.replace("SECRET", &format!("{:?}", [1u8; 32]));
     let config: ConsoleConfig = serde_json::from_str(&json).unwrap();
