@@ -1,8 +1,9 @@
 //! What must hold of every run: the link model is like the real stack, determinism, forks,
-//! replay of mouths, the probability of what is rare, that the judge sees what is broken, and that parsers keep their promises.
+//! replay of mouths, the probability of what is rare, that the judge sees what is broken, that an explanation needs nobody else, and that parsers keep their promises.
 
 mod conformance;
 mod determinism;
+mod explained;
 mod forks;
 mod fuzzing;
 mod mouths;

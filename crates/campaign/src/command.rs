@@ -15,11 +15,14 @@ mod curve;
 mod doctor;
 mod drawn;
 mod engine;
+mod explain;
 mod failure;
 mod ground;
 mod growth;
 mod hold;
 mod interrupt;
+mod intervene;
+mod judges;
 mod kept;
 mod kill;
 mod leak;
@@ -118,6 +121,8 @@ enum Verb {
     Bench(bench::Bench),
     /// Feed the recorded inputs of a live run to its cores and compare every output byte.
     Replay(replay::Args),
+    /// Say why the platform changed its mode, by what its services logged.
+    Explain(explain::Args),
     /// Check the evidence of a run: chains and seals.
     Verify(verify::Args),
     /// Scenario files.
@@ -193,6 +198,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Console(args)) => console::run(&args),
         Some(Verb::Bench(bench)) => bench::run(&context, &bench),
         Some(Verb::Replay(args)) => replay::run(&context, &args),
+        Some(Verb::Explain(args)) => explain::run(&context, &args),
         Some(Verb::Verify(args)) => verify::run(&context, &args),
         Some(Verb::Scenario(verb)) => scenario::run(&context, &verb),
         Some(Verb::Matrix(args)) => matrix::run(&context, &args),

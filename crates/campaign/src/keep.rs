@@ -1,18 +1,21 @@
 //! What a trial leaves in its run directory: the log as MCAP and as JSON lines.
 
-use std::io::Write;
+use std::io::{BufRead, Read, Write};
 use std::path::Path;
 
 use console::process::player::READING;
 use link::instrument::Frame;
 use link::recorder::Recording;
 use serde_json::json;
+use wire::audit::Entry;
+use wire::bounds::Bounds;
 
 use crate::cast::Cast;
 use crate::custody::Held;
 use crate::evidence::Logged;
 use crate::live::{self, mouths::CoreReplay};
-use crate::oracle::Witnessed;
+use crate::oracle::Evidence;
+use crate::report::SCHEMA_VERSION;
 
 /// Writes the log of a twin run as a recording, as a live run's recorder would.
 pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {
@@ -24,6 +27,11 @@ pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {
     let whole = recording.finish().lost == 0;
     whole.then_some(()).ok_or_else(|| std::io::Error::other("the recording cannot be written"))
 }
+
+/// The file with the log as JSON lines.
+const EVENTS: &str = "events.jsonl";
+/// The longest first line of it that is read.
+const MAX_HEAD_BYTES: u64 = 1 << 20;
 
 /// The file with public keys and heads.
 pub const HELD: &str = "held.json";
@@ -57,18 +65,43 @@ pub fn replays(directory: &Path, replays: &[CoreReplay]) -> std::io::Result<()> 
     std::fs::write(directory.join("replay.json"), serde_json::to_vec_pretty(replays)?)
 }
 
-/// Writes the events, one JSON object a line, in (time, node, counter) order.
-pub fn events(directory: &Path, entries: &[Witnessed]) -> std::io::Result<()> {
-    let mut out = std::io::BufWriter::new(std::fs::File::create(directory.join("events.jsonl"))?);
-    for w in entries {
+/// Writes the log as JSON lines, for other programs.
+pub fn events(directory: &Path, evidence: &Evidence) -> std::io::Result<()> {
+    let mut out = std::io::BufWriter::new(std::fs::File::create(directory.join(EVENTS))?);
+    lines(&mut out, evidence)?;
+    out.flush()
+}
+
+/// The bounds that were in force, by the log's first line.
+pub fn bounds(directory: &Path) -> Option<Bounds> {
+    let mut head = String::new();
+    let log = std::fs::File::open(directory.join(EVENTS)).ok()?;
+    std::io::BufReader::new(log.take(MAX_HEAD_BYTES)).read_line(&mut head).ok()?;
+    serde_json::from_value(serde_json::from_str::<serde_json::Value>(&head).ok()?.get("bounds")?.clone()).ok()
+}
+
+/// What a judge gets to see, as JSON lines (`docs/evidence.md`): first what holds for the whole run, then the events in
+/// (time, node, counter) order. What this program makes of them is not in it.
+pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
+    let custody: Vec<String> = evidence.custody.iter().map(ToString::to_string).collect();
+    let head = json!({
+        "schema_version": SCHEMA_VERSION,
+        "bounds": evidence.bounds,
+        "duration_us": evidence.duration,
+        "stall_limit_us": evidence.stall_limit,
+        "planned": evidence.planned,
+        "operators": evidence.operators,
+        "killed": evidence.killed,
+        "broken_log": evidence.broken_log,
+        "custody": custody,
+    });
+    writeln!(out, "{head}")?;
+    for w in &evidence.entries {
+        let Entry { node, boot, counter, at, event, previous: _ } = w.entry;
         let line = json!({
-            "t_us": w.at,
-            "node": w.entry.node,
-            "counter": w.entry.counter,
-            "local_us": w.entry.at.0,
-            "event": format!("{:?}", w.entry.event),
+            "t_us": w.at, "node": node, "boot": boot, "counter": counter, "local_us": at, "event": event,
         });
         writeln!(out, "{line}")?;
     }
-    out.flush()
+    Ok(())
 }

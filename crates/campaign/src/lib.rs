@@ -2,7 +2,7 @@
 //!
 //! `catalogue` lists the threats, `scenario` reads what is to happen, `campaign` plans many trials of it, `cast` decides who takes part, `twin` and `live` carry
 //! it out with the same cores, `stack` on the real DTLS and TLS libraries in memory; `oracle` judges, `report` and `stats`
-//! put numbers on many trials, `ablation` on what a check is worth, `leak` on what an observer sees of the links, `search` looks for what nobody wrote down, `rare` at what almost never happens, `command` is the `holdsafe` program. How a service
+//! put numbers on many trials, `ablation` on what a check is worth, `explain` says why a mode changed, `leak` what an observer sees of the links, `search` looks for what nobody wrote down, `rare` at what almost never happens, `command` is the `holdsafe` program. How a service
 //! decides is none of its business.
 
 pub mod ablation;
@@ -13,6 +13,7 @@ pub mod command;
 pub mod cue;
 pub mod custody;
 pub mod evidence;
+pub mod explain;
 pub mod judged;
 pub mod keep;
 pub mod leak;

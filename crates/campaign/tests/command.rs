@@ -4,6 +4,8 @@
 
 #[path = "command/campaigns.rs"]
 mod campaigns;
+#[path = "command/evidence.rs"]
+mod evidence;
 #[path = "command/rare.rs"]
 mod rare;
 #[path = "command/searches.rs"]

@@ -16,7 +16,8 @@ use crate::settings::Settings;
 pub const MAX_ORDER: usize = 1024;
 
 /// What an operator may ask of a unit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum CommandKind {
     /// Stop and stay stopped. Towards safe: one step.
     #[n(0)]

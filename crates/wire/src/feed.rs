@@ -57,7 +57,8 @@ pub struct AcceptedReport<'b> {
 }
 
 /// How far a command has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum CommandStage {
     /// Held at the gateway until its confirmation comes.

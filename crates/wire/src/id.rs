@@ -269,7 +269,7 @@ pub struct SessionId(#[n(0)] pub u32);
 pub struct Boot(#[n(0)] pub u32);
 
 /// Sequence number within one boot, from 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 #[cbor(transparent)]
 pub struct Sequence(#[n(0)] pub u64);
 
@@ -286,7 +286,7 @@ impl Sequence {
 pub struct Nonce(#[n(0)] pub u64);
 
 /// A record, wherever it travels: (node, boot, sequence).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 pub struct RecordId {
     /// Who says it made the record.
     #[n(0)]
@@ -332,7 +332,7 @@ count_id! {
 }
 
 /// A command of one operator: (operator, boot, sequence); the idempotency key of the command plane.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 pub struct CommandId {
     /// Operator whose key signed it.
     #[n(0)]

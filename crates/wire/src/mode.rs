@@ -189,6 +189,13 @@ impl Guards {
     }
 }
 
+/// By name, for people and for other programs.
+impl serde::Serialize for Guards {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(self.iter())
+    }
+}
+
 /// Why a mode changed or authority ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
 pub enum Cause {
@@ -231,8 +238,16 @@ impl Cause {
     }
 }
 
+/// As its label.
+impl serde::Serialize for Cause {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.label())
+    }
+}
+
 /// The first link of the chain behind a transition: the record, frame, command or silence it goes back to.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Because {
     /// Nothing outside the machine itself.
     #[default]

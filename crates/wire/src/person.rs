@@ -15,7 +15,8 @@ use crate::time::Instant;
 pub const MAX_ACT: usize = 160;
 
 /// What a person may order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Order {
     /// A command to a unit.
     #[n(0)]
@@ -41,7 +42,8 @@ impl Order {
 }
 
 /// One thing that a person does at the console.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Act {
     /// Carry this out: towards safe only. What was prepared, or not yet released to the unit, is given up for it.
     #[n(0)]
@@ -72,7 +74,8 @@ pub struct Numbered {
 }
 
 /// What an operator has to take note of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Alarm {
     /// The unit is in HOLD_SAFE.
     #[n(0)]
@@ -135,7 +138,8 @@ impl Role {
 }
 
 /// Why an act was not carried out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum Unable {
     /// Not an act, or too long.

@@ -129,7 +129,7 @@ pub enum Requirement {
 }
 
 /// A set of waived checks, as events carry it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[cbor(transparent)]
 pub struct Waived(#[n(0)] pub u32);
 

@@ -69,6 +69,13 @@ impl Modalities {
     }
 }
 
+/// By name, for people and for other programs.
+impl serde::Serialize for Modalities {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(Modality::ALL.into_iter().filter(|m| self.has(*m)))
+    }
+}
+
 /// Where a product comes from; the paper's provenance hint against mode confusion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[cbor(index_only)]
@@ -157,7 +164,7 @@ pub struct Pose {
 
 /// Time as a satellite receiver gives it with a fix, microseconds of its own count. It is an input like the position
 /// beside it: no age, lease or freshness rests on it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
 #[cbor(transparent)]
 pub struct ReceiverTime(#[n(0)] pub u64);
 

@@ -13,7 +13,8 @@ use crate::event::wire_hash;
 const HEAD: usize = 128;
 
 /// What an adversary did to one direction of a byte stream.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum Deed {
     /// Held bytes back for some time.
@@ -31,7 +32,8 @@ pub enum Deed {
 }
 
 /// What an end's mouth saw of a direction that leads to it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum Sight {
     /// Bytes arrived.

@@ -70,7 +70,7 @@ impl fmt::Display for Span {
 }
 
 /// A point on this host's monotonic clock, in microseconds from its arbitrary zero.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 #[cbor(transparent)]
 pub struct Instant(#[n(0)] pub u64);
 

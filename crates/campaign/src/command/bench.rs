@@ -9,7 +9,10 @@ use serde::Serialize;
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, agreement, cost, growth, hold, kill, leak, liveness, load, out, run, stages, window, worth};
+use super::{
+    Context, agreement, cost, growth, hold, intervene, judges, kill, leak, liveness, load, out, run, stages, window,
+    worth,
+};
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
@@ -42,6 +45,10 @@ pub(super) enum Bench {
     Leak(leak::Args),
     /// How soon each way to draw words finds each weakness of a list, and what the findings shrink to.
     Search(worth::Args),
+    /// The oracle beside a second judge in another language, over logs of the twin, seeded defects among them.
+    Judges(judges::Args),
+    /// Whether explanations are right: the named cause taken away takes the loss away, in the twin.
+    Explain(intervene::Args),
     /// How far live runs agree with the twin, over words drawn at random: findings, words that break nothing, words at an edge.
     Agreement(agreement::Args),
 }
@@ -88,6 +95,8 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Twin(args) => cost::run(context, args),
         Bench::Load(args) => load::run(context, args),
         Bench::Growth(args) => growth::run(context, args),
+        Bench::Judges(args) => judges::run(context, args),
+        Bench::Explain(args) => intervene::run(context, args),
         Bench::Agreement(args) => agreement::run(context, args),
     }
 }

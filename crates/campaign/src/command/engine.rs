@@ -2,16 +2,18 @@
 
 use std::path::{Path, PathBuf};
 
+use link::instrument::Frame;
 use serde::Serialize;
+use wire::bounds::Bounds;
 
 use wire::person::Act;
 
 use crate::custody::Custodian;
-use crate::evidence::by_recorder;
+use crate::evidence::{self, Logged, by_recorder};
 use crate::live::child::Services;
 use crate::live::mouths::CoreReplay;
 use crate::live::{self, LiveError};
-use crate::oracle::Witnessed;
+use crate::oracle::{Evidence, Verdict, Witnessed};
 use crate::progress::Stop;
 use crate::report::Mode;
 use crate::sabotage::sabotage;
@@ -91,7 +93,7 @@ pub(super) fn trial(
             if let Some(directory) = &setup.run_dir {
                 keep::recording(directory, &run.log).map_err(failed)?;
                 keep::held(directory, &run.held).map_err(failed)?;
-                keep::events(directory, &run.evidence.entries).map_err(failed)?;
+                keep::events(directory, &run.evidence).map_err(failed)?;
             }
             Ok(judged::trial(seed, scenario.level(), &run.evidence, &run.verdict))
         }
@@ -144,7 +146,7 @@ fn live_trial(
 ) -> Result<Trial, EngineError> {
     let run = run_live(scenario, setup, seed, stop, view)?;
     if let Some(directory) = &setup.run_dir {
-        keep::events(directory, &run.evidence.entries)
+        keep::events(directory, &run.evidence)
             .and_then(|()| keep::replays(directory, &run.replays))
             .and_then(|()| keep::held(directory, &run.held))
             .and_then(|()| keep::console(directory, &run.cast))
@@ -243,17 +245,46 @@ pub(super) fn replay(run: &Path) -> Result<Vec<MouthReplay>, EngineError> {
     Ok(cores.into_iter().map(told).collect())
 }
 
+/// One run in the twin: what the oracle saw, and what it said.
+pub(super) fn twin_verdict(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Evidence, Verdict), EngineError> {
+    let (cast, twin) = twin::trial::start(scenario, setup, seed, false).map_err(failed)?;
+    let run = twin::trial::conclude(cast, twin, setup);
+    Ok((run.evidence, run.verdict))
+}
+
+/// The same with its receipts denied.
+pub(super) fn denied(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Evidence, Verdict), EngineError> {
+    let done = sabotage(scenario, setup, seed).map_err(failed)?;
+    Ok((done.evidence, done.verdict))
+}
+
+/// The log of the recorded run in `run`, and the first thing that does not hold of its chains.
+pub(super) fn recorded(run: &Path) -> Result<(Vec<Witnessed>, Option<String>), EngineError> {
+    let frames = frames(run)?;
+    let log: Vec<Logged> =
+        frames.into_iter().map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect();
+    Ok(evidence::read(&log))
+}
+
+/// The bounds that were in force in the run in `run`; the ground platform's where that is not told.
+pub(super) fn recorded_bounds(run: &Path) -> Bounds {
+    keep::bounds(run).unwrap_or(Bounds::GROUND)
+}
+
+fn frames(run: &Path) -> Result<Vec<Frame>, EngineError> {
+    readable(run)?;
+    link::recorded::frames(&run.join("recording")).map_err(|e| not_a_run(run.to_owned(), e.to_string()))
+}
+
+fn not_a_run(file: PathBuf, message: String) -> EngineError {
+    let remedy = "name the directory of one run, with `recording/` and `held.json` in it".to_owned();
+    EngineError::Unreadable { file, message, remedy }
+}
+
 /// Checks chains, seals, signatures and heads of the run in `run`, by the public keys and heads that are kept beside it.
 pub(super) fn verify(run: &Path) -> Result<Verified, EngineError> {
-    readable(run)?;
-    let unreadable = |file: PathBuf, message: String| EngineError::Unreadable {
-        file,
-        message,
-        remedy: "name the directory of one run, with `recording/` and `held.json` in it".to_owned(),
-    };
-    let frames =
-        link::recorded::frames(&run.join("recording")).map_err(|e| unreadable(run.to_owned(), e.to_string()))?;
-    let held = keep::read_held(run).map_err(|e| unreadable(run.join(keep::HELD), e.to_string()))?;
+    let frames = frames(run)?;
+    let held = keep::read_held(run).map_err(|e| not_a_run(run.join(keep::HELD), e.to_string()))?;
     let mut custodian = Custodian::new(&held);
     for frame in frames.iter().filter(|frame| by_recorder(frame.node)) {
         // What does not continue its chain is in the custodian's own list.

@@ -59,7 +59,8 @@ impl Asked<'_> {
     }
 }
 
-fn alphabet(context: &Context, name: &str) -> Result<Alphabet, Failure> {
+/// An alphabet by name or by path.
+pub(super) fn alphabet(context: &Context, name: &str) -> Result<Alphabet, Failure> {
     if name.ends_with(".toml") || name.contains('/') {
         return Ok(Alphabet::load(Path::new(name))?);
     }

@@ -1,6 +1,7 @@
 //! What the scenario set out to inject, one entry for each of its tables, and when. Each needs its own receipt: what another
 //! table of the same kind did is none.
 
+use serde::Serialize;
 use wire::event::{Action, Event, FaultKind, Sensor};
 use wire::id::{NodeId, PeerId};
 use wire::step::StepName;
@@ -13,7 +14,8 @@ const EARLY: Micros = 5_000;
 const LATE: Micros = 100_000;
 
 /// What was to be done.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Planned {
     /// An action of the relay, of a teammate, or of a rogue on shared memory.
     Action(Action),
@@ -46,7 +48,7 @@ pub enum Planned {
 }
 
 /// It, and when.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Plan {
     /// What.
     pub what: Planned,

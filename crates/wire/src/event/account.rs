@@ -8,7 +8,8 @@ use crate::core::{Side, Topic};
 use crate::refusal::Reason;
 
 /// Where a record was judged.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Interface {
     /// Session records from a unit, at the gateway.
     #[n(0)]
@@ -34,7 +35,8 @@ pub enum Interface {
 }
 
 /// A quantity in a service's closing account.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Account {
     /// Session records sent.
     #[n(0)]

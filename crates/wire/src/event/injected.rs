@@ -7,7 +7,8 @@ use minicbor::{Decode, Encode};
 use crate::time::Span;
 
 /// What an adversary did.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum Action {
     /// Held a datagram back for some time.
@@ -118,7 +119,8 @@ pub enum FaultKind {
 }
 
 /// How a process is kept from running while it lives.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Suspension {
     /// It does nothing at all.
     #[n(0)]

@@ -31,8 +31,9 @@ pub use account::{Account, Interface};
 pub use injected::{Action, FaultKind, Sensor, Suspension};
 pub use seen::{Freshness, GuardVerdict, Inconsistency, ShownAs};
 
-/// One event.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+/// One event. As JSON it goes without signatures and seals' heads, which are over the bytes of entries and say nothing of JSON.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, serde::Serialize)]
+#[serde(tag = "is", rename_all = "snake_case")]
 #[rustfmt::skip] // a table: each event with its number, each field with its own
 #[expect(missing_docs, reason = "fields are named for what they hold; units as in wire's types")]
 pub enum Event {
@@ -132,9 +133,9 @@ pub enum Event {
     /// A verified acknowledgement reached the console.
     #[n(21)] Acknowledged { #[n(0)] command: CommandId, #[n(1)] refused: Option<Reason> },
     /// The recorder sealed what it had.
-    #[n(22)] Sealed { #[n(0)] entries: u64, #[cbor(n(1), with = "minicbor::bytes")] head: [u8; 32] },
+    #[n(22)] Sealed { #[n(0)] entries: u64, #[cbor(n(1), with = "minicbor::bytes")] #[serde(skip)] head: [u8; 32] },
     /// A service signed the head of its own chain.
-    #[n(23)] Signed { #[cbor(n(0), with = "minicbor::bytes")] signature: [u8; 64] },
+    #[n(23)] Signed { #[cbor(n(0), with = "minicbor::bytes")] #[serde(skip)] signature: [u8; 64] },
     /// The recorder found a chain broken.
     #[n(24)] ChainBroken { #[n(0)] node: NodeId, #[n(1)] counter: u64 },
     /// The launcher or twin ended a process, or saw it end.

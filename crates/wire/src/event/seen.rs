@@ -3,7 +3,8 @@
 use minicbor::{Decode, Encode};
 
 /// What the record filter in front of a session decided.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum GuardVerdict {
     /// Passed on to the secure layer.
@@ -41,7 +42,8 @@ impl GuardVerdict {
 }
 
 /// How a shown value stands to its limits.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum Freshness {
     /// Within its limit.
@@ -59,7 +61,8 @@ pub enum Freshness {
 }
 
 /// How far the display says that a command has come.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum ShownAs {
     /// Asked of the gateway.
@@ -89,7 +92,8 @@ pub enum ShownAs {
 }
 
 /// How a teammate's claim contradicts something.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
 pub enum Inconsistency {
     /// It moved faster than it can.

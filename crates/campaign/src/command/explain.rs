@@ -1,0 +1,111 @@
+//! `holdsafe explain RUN`: why the platform changed its mode, from a recording or from a run in the twin.
+
+use std::path::{Path, PathBuf};
+
+use wire::bounds::Bounds;
+use wire::mode::Mode;
+
+use super::failure::{Exit, Failure};
+use super::plan::{self, Wanted};
+use super::{Context, engine, out};
+use crate::explain::{Explanation, Log, explain, why_not};
+use crate::oracle::{Micros, Witnessed};
+use crate::report::{ExplainObject, diagram, explained, kept_out};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Run directory of one trial, or a scenario that is run in the twin under --seed.
+    #[arg(value_name = "RUN")]
+    run: String,
+    /// The change of mode that was in force at this time; else every loss.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    at: Option<Micros>,
+    /// What keeps the unit out of this mode, at --at or at the end.
+    #[arg(long, value_name = "MODE", value_parser = mode)]
+    why_not: Option<Mode>,
+    /// Every change of mode, those that were asked for too.
+    #[arg(long, conflicts_with = "at")]
+    all: bool,
+    /// As Mermaid flow charts.
+    #[arg(long, conflicts_with = "json")]
+    diagram: bool,
+    /// Of a scenario: only this cell; else the first.
+    #[arg(long)]
+    cell: Option<String>,
+    /// Of a scenario: a policy file in place of its own.
+    #[arg(long, value_name = "FILE")]
+    policy: Option<PathBuf>,
+}
+
+/// A log that is to be explained.
+struct Found {
+    entries: Vec<Witnessed>,
+    flaw: Option<String>,
+    bounds: Bounds,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let Found { entries, flaw, bounds } = find(context, args)?;
+    if let Some(flaw) = &flaw {
+        eprintln!("the log does not verify, and what is told of it is no better than it: {flaw}");
+    }
+    let log = Log::of(&entries, bounds);
+    let end = log.entries().last().map(|w| w.at);
+    let Some(end) = end else {
+        return Err(Failure::new(Exit::NoEvidence, format!("{}: no entry of any service", args.run)));
+    };
+    let kept = args.why_not.map(|wanted| why_not(&log, wanted, args.at.unwrap_or(end)));
+    let told = if kept.is_some() { Vec::new() } else { chosen(args, explain(&entries, &bounds)) };
+    if kept.is_none() && told.is_empty() {
+        eprintln!("no loss to explain; --all tells of every change of mode");
+    }
+    if context.json {
+        out::print_json(&ExplainObject::new(&args.run, flaw, told, kept))?;
+        return Ok(Exit::Fine);
+    }
+    for explanation in &told {
+        out::say(format_args!("{}", if args.diagram { diagram(explanation) } else { explained(explanation) }));
+    }
+    kept.iter().for_each(|why| out::say(format_args!("{}", kept_out(why))));
+    Ok(Exit::Fine)
+}
+
+fn chosen(args: &Args, mut all: Vec<Explanation>) -> Vec<Explanation> {
+    match args.at {
+        Some(at) => all.into_iter().rev().find(|e| e.at_us <= at).into_iter().collect(),
+        None => {
+            all.retain(|e| args.all || e.restricts());
+            all
+        }
+    }
+}
+
+fn find(context: &Context, args: &Args) -> Result<Found, Failure> {
+    let path = Path::new(&args.run);
+    if path.is_dir() {
+        let (entries, flaw) = engine::recorded(path)?;
+        let bounds = engine::recorded_bounds(path);
+        return Ok(Found { entries, flaw, bounds });
+    }
+    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
+    let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.run)?, &wanted)?;
+    if scenario.is_of_stacks() {
+        let message = format!("`{}` runs on the real stacks, without a platform that could change its mode", args.run);
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let one = planned.first().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))?;
+    let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
+    Ok(Found { entries: evidence.entries, flaw: None, bounds: evidence.bounds })
+}
+
+fn seconds(text: &str) -> Result<Micros, String> {
+    match text.parse::<f64>() {
+        Ok(s) if (0.0..=1e6).contains(&s) => Ok((s * 1e6) as Micros),
+        Ok(_) | Err(_) => Err("a number of seconds from 0 to 1000000 is expected".to_owned()),
+    }
+}
+
+fn mode(text: &str) -> Result<Mode, String> {
+    let known = || Mode::ALL.map(Mode::name).join(", ");
+    Mode::ALL.into_iter().find(|m| m.name() == text).ok_or_else(|| format!("one of {} is expected", known()))
+}

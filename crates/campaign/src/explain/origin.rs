@@ -1,0 +1,174 @@
+//! From the cause that the unit names to the place where it began.
+
+use wire::event::{Event, Inconsistency};
+use wire::feed::CommandStage;
+use wire::id::{CommandId, NodeId, UnitId};
+use wire::mode::{Because, Cause, Guard};
+
+use super::{Change, Log, Origin, Place, Stage, Step, link, sensing};
+use crate::oracle::Micros;
+
+/// A running unit writes something at least so often: fixes a few times a second, records ten times.
+const UNIT_SPEAKS: Micros = 450_000;
+
+/// Where `change` comes from.
+pub(super) fn find(log: &Log, change: &Change) -> Origin {
+    match change.cause {
+        Cause::Operator => ordered(log, change),
+        Cause::Lost(guard) | Cause::Unrecovered(guard) => {
+            let mut origin = lost(log, change, guard);
+            let what = format!("{} fails", guard.name());
+            let also: Vec<&str> = change.failing.iter().filter(|g| *g != guard).map(Guard::name).collect();
+            let what = if also.is_empty() { what } else { format!("{what}, and with it {}", also.join(", ")) };
+            origin.steps.push(Step { stage: Stage::Guard, at_us: change.at, by: NodeId::UNIT_A, what });
+            origin
+        }
+        Cause::Start => itself(change, "the unit started"),
+        Cause::Recovered => itself(change, "every guard has held for the hysteresis time"),
+        Cause::Acted => itself(change, "the authority was used"),
+        Cause::Expired => itself(change, "the authority was not used in time"),
+    }
+}
+
+fn lost(log: &Log, change: &Change, guard: Guard) -> Origin {
+    if let Some(origin) = stood_still(log, change) {
+        return origin;
+    }
+    match guard {
+        Guard::Rgb | Guard::Depth | Guard::Thermal | Guard::Lidar | Guard::Tracks => {
+            sensing::product(log, change, guard)
+        }
+        Guard::Localisation | Guard::Drift | Guard::TimeBase => sensing::place(log, change, guard),
+        Guard::Designation => sensing::designation(log, change),
+        Guard::Geofence => of_unit(Place::Course, change.at, "the unit came to its fence's margin"),
+        Guard::Lease => link::lease(log, change),
+        Guard::Teammates => claimed(log, change),
+        Guard::SealedLog => unsealed(log, change),
+    }
+}
+
+/// A cause with its first link, by the unit's own word.
+pub(super) fn of_unit(place: Place, since: Micros, what: impl Into<String>) -> Origin {
+    from(NodeId::UNIT_A, place, since, what)
+}
+
+/// The same by the word of `by`.
+pub(super) fn from(by: NodeId, place: Place, since: Micros, what: impl Into<String>) -> Origin {
+    let what = what.into();
+    let first = Step { stage: Stage::Cause, at_us: since, by, what: what.clone() };
+    Origin { place, since_us: since, what, steps: vec![first] }
+}
+
+impl Origin {
+    /// With another link.
+    pub(super) fn with(mut self, stage: Stage, at_us: Micros, by: NodeId, what: impl Into<String>) -> Origin {
+        self.steps.push(Step { stage, at_us, by, what: what.into() });
+        self
+    }
+
+    /// With what was refused, as one link: how often, since when, and the first in its own words.
+    pub(super) fn refusing(self, by: NodeId, refused: &[(Micros, String)]) -> Origin {
+        let Some((since, first)) = refused.first() else { return self };
+        let what = match refused.len() {
+            1 => format!("refused one: {first}"),
+            n => format!("refused {n}, the first: {first}"),
+        };
+        self.with(Stage::Refusals, *since, by, what)
+    }
+}
+
+fn itself(change: &Change, what: &str) -> Origin {
+    of_unit(Place::Machine, change.at, what)
+}
+
+/// An order: who gave it, and the way that it took.
+fn ordered(log: &Log, change: &Change) -> Origin {
+    let Because::Command(id) = change.because else {
+        return of_unit(Place::Operator, change.at, "an order that the unit does not name");
+    };
+    let given = log.last(NodeId::CONSOLE, change.at, |event| match event {
+        Event::Intended { command, kind } if *command == id => Some(*kind),
+        _ => None,
+    });
+    let mut origin = match given {
+        Some((since, kind)) => {
+            from(NodeId::CONSOLE, Place::Operator, since, format!("{} asked for {}", id.operator, kind.name()))
+        }
+        None => of_unit(Place::Operator, change.at, format!("{id}, which no operator gave at this console")),
+    };
+    for (at_us, stage) in stages(log, id, change.at) {
+        let what = format!("{id} is {}", stage_name(stage));
+        origin = origin.with(Stage::Health, at_us, NodeId::GATEWAY, what);
+    }
+    origin
+}
+
+/// How far the gateway moved a command along, up to `until`.
+pub(super) fn stages(log: &Log, id: CommandId, until: Micros) -> Vec<(Micros, CommandStage)> {
+    log.by(NodeId::GATEWAY)
+        .filter(|w| w.at <= until)
+        .filter_map(|w| match w.entry.event {
+            Event::Staged { command, stage } if command == id => Some((w.at, stage)),
+            _ => None,
+        })
+        .collect()
+}
+
+fn stage_name(stage: CommandStage) -> &'static str {
+    match stage {
+        CommandStage::Staged => "staged",
+        CommandStage::Sent => "sent to the unit",
+        CommandStage::Refused => "refused by the gateway",
+        CommandStage::Expired => "expired at the gateway",
+    }
+}
+
+/// A unit that wrote nothing until it judged did not run: what it then finds lost, it did not look at.
+fn stood_still(log: &Log, change: &Change) -> Option<Origin> {
+    let before = log.by(NodeId::UNIT_A).rev().find(|w| w.at < change.at)?.at;
+    let gap = change.at - before;
+    // A unit without navigation and without a link writes nothing either; it judges all the same, and finds both lost.
+    let blind = change.failing.has(Guard::Localisation) && change.failing.has(Guard::Lease);
+    let waited = log.first(NodeId::UNIT_A, change.at, |event| {
+        matches!(event, Event::Accepted { .. } | Event::Refused { .. }).then_some(())
+    });
+    let behind = waited.is_some_and(|(at, ())| at - change.at < 50_000);
+    (gap > UNIT_SPEAKS && (behind || !blind)).then(|| {
+        let what = format!("the unit itself wrote nothing for {} ms", gap / 1000);
+        of_unit(Place::Unit, before, what)
+    })
+}
+
+/// A teammate's claim that contradicts something.
+fn claimed(log: &Log, change: &Change) -> Origin {
+    let found = log.last(NodeId::UNIT_A, change.at, |event| match *event {
+        Event::Inconsistent { unit, finding, record } => Some((unit, finding, record)),
+        _ => None,
+    });
+    let Some((since, (unit, finding, record))) = found else {
+        let unit = if let Because::Claim(unit) = change.because { unit } else { UnitId::B };
+        return of_unit(Place::Teammate(unit), change.at, "teammates' claims contradict each other");
+    };
+    let what = format!("{record} claims of {unit} what {}", contradiction(finding));
+    of_unit(Place::Teammate(unit), since, what)
+}
+
+fn contradiction(finding: Inconsistency) -> &'static str {
+    match finding {
+        Inconsistency::Kinematics => "no unit can do: it moved faster than it can",
+        Inconsistency::Exclusion => "cannot be: two units at one place",
+        Inconsistency::TimeBase => "runs against its own sequence or time",
+        Inconsistency::Residual => "does not lead where its speed and heading do",
+    }
+}
+
+/// The recorder's seals stopped coming, or were not accepted.
+fn unsealed(log: &Log, change: &Change) -> Origin {
+    let sealed = log.last(NodeId::RECORDER, change.at, |event| matches!(event, Event::Sealed { .. }).then_some(()));
+    // The unit's word, where it has one: a seal that was made and not heard of is none.
+    let heard = if let Because::Silence(stamp) = change.because { change.on_trace(stamp) } else { change.at };
+    let since = sealed.map_or(0, |(at, ())| at).min(heard);
+    let refused = sensing::refused_on(log, change, since, &[wire::core::Topic::Seals]);
+    from(NodeId::RECORDER, Place::Recorder, since, "no seal over the unit's log since then")
+        .refusing(NodeId::UNIT_A, &refused)
+}
