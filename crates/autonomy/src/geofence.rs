@@ -50,6 +50,13 @@ impl Geofence {
         if inside { nearest } else { -nearest }
     }
 
+    /// Whether [`Self::clearance`] is `least` or more, which is positive: found without a root for each edge.
+    pub fn keeps(&self, at: Point, least: f64) -> bool {
+        let mut edges = self.corners.iter().zip(self.corners.iter().cycle().skip(1));
+        let inside = edges.clone().fold(false, |inside, (a, b)| inside ^ crosses(at, *a, *b));
+        inside && edges.all(|(a, b)| !nearer(at, nearest_on(at, *a, *b), least))
+    }
+
     /// Clearance that is left at the worse of the two points, margin taken off; negative is a breach.
     pub fn spare(&self, motion: &Motion, bounds: &Bounds) -> f64 {
         let rest = ahead(motion, stopping_distance(motion.speed, bounds));
@@ -77,13 +84,24 @@ pub fn between(a: Point, b: Point) -> f64 {
     libm::hypot(a.0 - b.0, a.1 - b.1)
 }
 
+/// Whether two points are less than `distance` apart, which is not negative.
+pub fn nearer(a: Point, b: Point, distance: f64) -> bool {
+    let (dx, dy) = (a.0 - b.0, a.1 - b.1);
+    dx * dx + dy * dy < distance * distance
+}
+
 /// Distance from `p` to the segment from `a` to `b`.
 pub fn to_segment(p: Point, a: Point, b: Point) -> f64 {
+    between(p, nearest_on(p, a, b))
+}
+
+/// The point of the segment from `a` to `b` nearest to `p`.
+pub fn nearest_on(p: Point, a: Point, b: Point) -> Point {
     let (dx, dy) = (b.0 - a.0, b.1 - a.1);
     let length_squared = dx * dx + dy * dy;
-    let along = if length_squared > 0.0 { ((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_squared } else { 0.0 };
-    let along = along.clamp(0.0, 1.0);
-    between(p, (a.0 + along * dx, a.1 + along * dy))
+    let share = if length_squared > 0.0 { ((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_squared } else { 0.0 };
+    let share = share.clamp(0.0, 1.0);
+    (a.0 + share * dx, a.1 + share * dy)
 }
 
 /// Whether a ray from `p` to the east crosses the edge from `a` to `b`.
@@ -106,6 +124,20 @@ mod tests {
         assert_eq!(square().clearance((13_000.0, 14_000.0)), -5000.0);
         assert_eq!(l_shape.clearance((6000.0, 6000.0)), -3000.0);
         assert_eq!(l_shape.clearance((1000.0, 6000.0)), 1000.0);
+    }
+
+    #[test]
+    fn what_keeps_a_distance_is_what_has_the_clearance() {
+        let slanted = Geofence::new(&[(0, 0), (9000, 1000), (12_000, 9000), (4000, 6000), (-1000, 8000)]);
+        let places = (-10..140).flat_map(|x| (-10..100).map(move |y| (f64::from(x) * 100.0, f64::from(y) * 100.0)));
+        let (mut kept, mut not) = (0, 0);
+        for at in places {
+            for (fence, least) in [(&slanted, 700.0), (&slanted, 1.0), (&square(), 1500.0)] {
+                assert_eq!(fence.keeps(at, least), fence.clearance(at) >= least, "{at:?} {least}");
+                if fence.keeps(at, least) { kept += 1 } else { not += 1 }
+            }
+        }
+        assert!(kept > 5_000 && not > 5_000, "{kept} {not}");
     }
 
     #[test]

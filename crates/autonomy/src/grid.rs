@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use pathfinding::prelude::astar;
 
-use crate::geofence::{Geofence, Point, between, to_segment};
+use crate::geofence::{Geofence, Point, between, nearer, to_segment};
 
 /// Smallest cell, millimetres.
 const CELL_MM: f64 = 1000.0;
@@ -53,8 +53,7 @@ impl Grid {
         let cells = |length: f64| (libm::ceil(length / cell) as u16).clamp(1, MAX_SIDE);
         let (width, height) = (cells(high.0 - low.0), cells(high.1 - low.1));
         let mut grid = Grid { origin: low, cell, width, height, open: Arc::from([]) };
-        let drivable =
-            |at: Point| fence.clearance(at) >= clearance && map.iter().all(|k| between(k.at, at) >= k.radius);
+        let drivable = |at: Point| fence.keeps(at, clearance) && !map.iter().any(|k| nearer(k.at, at, k.radius));
         let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
         grid.open = all.map(|cell| drivable(grid.centre(cell))).collect();
         grid
@@ -68,7 +67,7 @@ impl Grid {
         }
         let goal = self.cell_of(to);
         let free =
-            |cell: &Cell| self.is_open(*cell) && moving.iter().all(|k| between(k.at, self.centre(*cell)) >= k.radius);
+            |cell: &Cell| self.is_open(*cell) && !moving.iter().any(|k| nearer(k.at, self.centre(*cell), k.radius));
         let next = |cell: &Cell| self.neighbours(*cell).filter(|(cell, _)| free(cell)).collect::<Vec<_>>();
         let (cells, _) = astar(&self.cell_of(from), next, |cell| octile(*cell, goal), |cell| *cell == goal)?;
         let mut points: Vec<Point> = cells.into_iter().map(|cell| self.centre(cell)).collect();

@@ -174,7 +174,7 @@ impl Autonomy {
             reports: Sequence(0),
             present: None,
             located: None,
-            journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
+            journal: Journal::new(setup.node, setup.boot, Some(identity.key.fork())),
             accounts: Accounts::default(),
             out: VecDeque::new(),
             next_control: now + Span::ms(bounds.control_period_ms),

@@ -6,7 +6,7 @@
 
 use wire::bounds::Bounds;
 
-use crate::geofence::{Geofence, Motion, Point, between};
+use crate::geofence::{Geofence, Motion, Point, between, nearest_on};
 use crate::grid::Keepout;
 use crate::localisation::wrap;
 use crate::mission::Way;
@@ -88,14 +88,6 @@ fn carrot(at: Point, way: &Way<'_>, lookahead: f64) -> (Point, f64) {
     }
     let beyond = way.beyond.map_or(from, |to| along(from, to, (lookahead - left).max(0.0)));
     (carrot.unwrap_or(beyond), left)
-}
-
-fn nearest_on(p: Point, a: Point, b: Point) -> Point {
-    let (dx, dy) = (b.0 - a.0, b.1 - a.1);
-    let length_squared = dx * dx + dy * dy;
-    let share = if length_squared > 0.0 { ((p.0 - a.0) * dx + (p.1 - a.1) * dy) / length_squared } else { 0.0 };
-    let share = share.clamp(0.0, 1.0);
-    (a.0 + share * dx, a.1 + share * dy)
 }
 
 /// The point `distance` from `a` towards `b`, not beyond it.
