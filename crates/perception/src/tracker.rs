@@ -201,8 +201,9 @@ impl Hypothesis {
 
     /// Squared Mahalanobis distance, thousandths.
     fn distance(&self, placed: &Placed) -> i64 {
-        let innovation = placed.at - placed.seen.predict_observation(self.state.state());
-        let spread = placed.seen.place * self.state.covariance() * placed.seen.place_t + placed.seen.noise;
+        // What is observed is the place, the first two of the state: multiplying by the observation matrix only picks them.
+        let innovation = placed.at - self.state.state().fixed_rows::<2>(0);
+        let spread = self.state.covariance().fixed_view::<2, 2>(0, 0) + placed.seen.noise;
         let Some(inverse) = spread.try_inverse() else { return IMPOSSIBLE };
         let squared = (innovation.transpose() * inverse * innovation)[(0, 0)];
         if squared.is_finite() { (squared * 1000.0).clamp(0.0, IMPOSSIBLE as f64) as i64 } else { IMPOSSIBLE }
