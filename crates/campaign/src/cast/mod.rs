@@ -87,6 +87,18 @@ pub struct Cast {
 }
 
 impl Cast {
+    /// The same with a console that says in words what it shows, for a person at the terminal of a live run. In a twin
+    /// nobody reads.
+    #[must_use]
+    pub fn in_words(mut self) -> Cast {
+        for member in &mut self.members {
+            if let Role::Console(config) = &mut member.role {
+                config.text = true;
+            }
+        }
+        self
+    }
+
     /// Whether the broker's table of rights stands: the policy's word, which is the same for everybody.
     pub fn rights(&self) -> Requirement {
         self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))

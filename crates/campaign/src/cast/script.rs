@@ -27,7 +27,7 @@ pub(super) fn console(
         role: Role::Supervise,
         script: scenario.operator.step.iter().map(step).collect(),
         revocations,
-        text: true,
+        text: false,
     }
 }
 
