@@ -16,6 +16,7 @@ use wire::codec;
 use wire::event::{Event, GuardVerdict};
 use wire::id::{Boot, NodeId, WorldId};
 use wire::policy::Waived;
+use wire::sign::Verified;
 
 use crate::custody::{Custodian, Custody, Held, HeldHead, Life};
 use crate::oracle::Witnessed;
@@ -63,12 +64,15 @@ pub fn tamper(hands: &InsiderRecorder, log: &mut Vec<Logged>) {
     log.extend(noted);
 }
 
-/// Decodes a log and follows its chains; what went by way of the recorder is set against what is `held` elsewhere. Gives the
-/// entries in (time, node, counter) order, the first problem found, and what became of the recording.
-pub fn read_against(log: &[Logged], held: &Held) -> (Vec<Witnessed>, Option<String>, Custody) {
-    let (mut custodian, mut noted) = (Custodian::new(held), Chains::default());
-    let follow =
-        |l: &Logged| if by_recorder(l.node) { custodian.take(l.at, l.node, &l.bytes) } else { noted.follow(&l.bytes) };
+/// Decodes a twin's log and follows its chains; what went by way of the recorder is set against what is `held` elsewhere, and
+/// `verified` are the signatures that its cores know to be good. Gives the entries in (time, node, counter) order, the first
+/// problem found, and what became of the recording.
+pub fn read_against(log: &[Logged], held: &Held, verified: Verified) -> (Vec<Witnessed>, Option<String>, Custody) {
+    let (mut custodian, mut noted) = (Custodian::new(held).sharing(verified), Chains::default());
+    let follow = |l: &Logged| match by_recorder(l.node) {
+        true => custodian.take(l.at, l.node, &l.bytes),
+        false => noted.follow(&l.bytes).map(|(entry, _)| entry),
+    };
     let (entries, problem) = follow_all(log, follow);
     (entries, problem, custodian.close())
 }
@@ -76,7 +80,7 @@ pub fn read_against(log: &[Logged], held: &Held) -> (Vec<Witnessed>, Option<Stri
 /// Decodes a log and follows its chains. Gives the entries in (time, node, counter) order and the first problem found.
 pub fn read(log: &[Logged]) -> (Vec<Witnessed>, Option<String>) {
     let mut chains = Chains::default();
-    follow_all(log, |l| chains.follow(&l.bytes))
+    follow_all(log, |l| chains.follow(&l.bytes).map(|(entry, _)| entry))
 }
 
 fn follow_all(

@@ -40,7 +40,6 @@ use wire::id::{NodeId, PeerId, UnitId, WorldId};
 use wire::person::Role;
 use wire::refusal::Refusal;
 use wire::setup::{NoChannel, Secret, Setup};
-use wire::sign::Key;
 use wire::time::Instant;
 
 use crate::display::{REPEAT, Witness};
@@ -132,7 +131,7 @@ impl Console {
             revocable: config.revocations.iter().map(|(who, _)| (*who, false)).collect(),
             awaited: config.awaited,
         };
-        let issuer = || Issuer::new(Key::from_bytes(&config.operator_secret.0), config.operator, setup.boot);
+        let issuer = || Issuer::new(setup.key_of(&config.operator_secret), config.operator, setup.boot);
         let operator = Operator::new(config.script, setup.bounds.designation_confidence, now);
         let mut console = Self {
             intake: Intake::new(setup.policy.clone(), setup.bounds, setup.keyring(), gate, &config.units),

@@ -162,8 +162,8 @@ pub enum ChainError {
 pub struct Chains(List<Head, NODES>);
 
 impl Chains {
-    /// Checks that `bytes` continues its node's chain, and moves on.
-    pub fn follow(&mut self, bytes: &[u8]) -> Result<Entry, ChainError> {
+    /// Checks that `bytes` continues its node's chain, and moves on. Gives the entry and its SHA-256.
+    pub fn follow(&mut self, bytes: &[u8]) -> Result<(Entry, [u8; 32]), ChainError> {
         let entry = Entry::decode(bytes)?;
         let broken = ChainError::Broken { node: entry.node, counter: entry.counter };
         let hash: [u8; 32] = Sha256::digest(bytes).into();
@@ -183,7 +183,7 @@ impl Chains {
                 (first && self.0.push(next)).then_some(()).ok_or(broken)?;
             }
         }
-        Ok(entry)
+        Ok((entry, hash))
     }
 
     /// The heads, in order of first appearance.
@@ -267,10 +267,9 @@ impl Recorder {
 
     fn take(&mut self, now: Instant, bytes: &[u8]) {
         match self.chains.follow(bytes) {
-            Ok(_) => {
+            Ok((_, hash)) => {
                 self.entries += 1;
-                let hash = Sha256::new().chain_update(self.head).chain_update(Sha256::digest(bytes)).finalize();
-                self.head = hash.into();
+                self.head = Sha256::new().chain_update(self.head).chain_update(hash).finalize().into();
             }
             Err(ChainError::Broken { node, counter }) => {
                 self.journal.write(now, Event::ChainBroken { node, counter }, &mut self.out);

@@ -77,7 +77,12 @@ pub struct NoChannel(pub Topic);
 impl Setup {
     /// The core's own signing key.
     pub fn key(&self) -> Key {
-        let key = Key::from_bytes(&self.secret.0);
+        self.key_of(&self.secret)
+    }
+
+    /// The signing key of somebody for whom the core signs.
+    pub fn key_of(&self, secret: &Secret) -> Key {
+        let key = Key::from_bytes(&secret.0);
         match &self.verified {
             Some(verified) => key.sharing(verified.clone()),
             None => key,

@@ -19,7 +19,7 @@ use sha2::{Digest, Sha256};
 use wire::audit::{ChainError, Chains, Entry, Head, SIGN_PERIOD};
 use wire::event::Event;
 use wire::id::NodeId;
-use wire::sign::{Keyring, Purpose, Signed};
+use wire::sign::{Keyring, Purpose, Signed, Verified};
 use wire::time::Instant;
 
 use crate::evidence::hex;
@@ -99,6 +99,7 @@ impl Chain {
 /// Follows a recording, entry by entry, in the order in which it was kept.
 pub struct Custodian<'a> {
     held: &'a Held,
+    keys: Keyring,
     chains: Chains,
     events: usize,
     /// The recorder's head after each sealed entry, from none on.
@@ -113,6 +114,7 @@ impl<'a> Custodian<'a> {
     pub fn new(held: &'a Held) -> Self {
         Self {
             held,
+            keys: Keyring::default(),
             chains: Chains::default(),
             events: 0,
             running: vec![[0; 32]],
@@ -122,6 +124,12 @@ impl<'a> Custodian<'a> {
         }
     }
 
+    /// The same, who need not verify what is known to be good: in the twin, of the process's own cores.
+    #[must_use]
+    pub fn sharing(self, verified: Verified) -> Self {
+        Self { keys: Keyring::sharing(verified), ..self }
+    }
+
     /// Takes the next entry: what was kept as handed over by `node` at `at`.
     ///
     /// # Errors
@@ -129,7 +137,7 @@ impl<'a> Custodian<'a> {
     pub fn take(&mut self, at: u64, node: NodeId, bytes: &[u8]) -> Result<Entry, ChainError> {
         self.events += 1;
         let here = self.events;
-        let entry = self.chains.follow(bytes).inspect_err(|error| self.flaw(here, error.to_string()))?;
+        let (entry, hash) = self.chains.follow(bytes).inspect_err(|error| self.flaw(here, error.to_string()))?;
         if entry.node != node {
             self.flaw(here, format!("{} wrote what is kept as handed over by {node}", entry.node));
         }
@@ -138,7 +146,6 @@ impl<'a> Custodian<'a> {
             Some(_) => self.flaw(here, format!("{} wrote it at another time than {at} us", entry.node)),
             None => self.flaw(here, format!("no clock is held for {}", entry.node)),
         }
-        let hash: [u8; 32] = Sha256::digest(bytes).into();
         if entry.node != NodeId::RECORDER {
             let before = self.running.last().copied().unwrap_or_default();
             self.running.push(Sha256::new().chain_update(before).chain_update(hash).finalize().into());
@@ -182,15 +189,14 @@ impl<'a> Custodian<'a> {
     }
 
     fn signatures(&mut self) {
-        let mut keys = Keyring::default();
         let mut found = Vec::new();
         for (node, key) in &self.held.keys {
-            if !unhex(key).is_some_and(|key| keys.insert(*node, &key)) {
+            if !unhex(key).is_some_and(|key| self.keys.insert(*node, &key)) {
                 found.push(Flaw { at: 0, what: format!("the key held for {node} is none") });
             }
         }
         let good = |node: NodeId, s: &Signature| {
-            keys.verify(node, Purpose::Head, &Signed::detached(&s.head, &s.signature)).is_ok()
+            self.keys.verify(node, Purpose::Head, &Signed::detached(&s.head, &s.signature)).is_ok()
         };
         let behind = self.events + 1;
         for (life, chain) in &self.lives {

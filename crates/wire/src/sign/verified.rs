@@ -1,7 +1,7 @@
 //! Signatures that are known to be good, for several cores in one process: the twin verifies what none of them made.
 //!
 //! Whether a signature is good depends on key, message and signature alone, so an answer may be remembered; and what a key
-//! signs verifies under it (RFC 8032 §5.1). What is kept is the SHA-256 of all three and nothing less, only where a core
+//! signs verifies under it (RFC 8032 §5.1). What is kept is all three, byte for byte, only where a core
 //! signed it or `verify_strict` said yes, and the newest [`KEPT`] only. Public keys are decompressed once. Live there is
 //! none of this: it does not travel in a setup.
 
@@ -10,7 +10,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use arrayvec::ArrayVec;
 use ed25519_dalek::{Signature, VerifyingKey};
-use sha2::{Digest, Sha256};
 
 use crate::id::NODES;
 
@@ -22,9 +21,11 @@ const KEPT: usize = 1024;
 #[derive(Clone, Debug, Default)]
 pub struct Verified(Arc<Mutex<Memory>>);
 
-/// How often a signature was asked about, and how often it then had to be verified.
+/// How often a core signed, how often a signature was asked about, and how often it then had to be verified.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Asked {
+    /// Signatures made.
+    pub made: u64,
     /// Questions.
     pub asked: u64,
     /// Verifications; the rest was known to be good.
@@ -34,10 +35,18 @@ pub struct Asked {
 #[derive(Clone, Debug, Default)]
 struct Memory {
     /// The newest last.
-    good: VecDeque<[u8; 32]>,
+    good: VecDeque<Good>,
     /// Points on the curve by their encoding.
     points: ArrayVec<VerifyingKey, NODES>,
     counts: Asked,
+}
+
+/// A signature that is good.
+#[derive(Clone, Debug, PartialEq, Eq)]
+struct Good {
+    signature: [u8; 64],
+    /// Key and message. The key is of fixed length, so that no two pairs run together to the same bytes.
+    over: Arc<[u8]>,
 }
 
 impl PartialEq for Verified {
@@ -62,8 +71,11 @@ impl Verified {
 
     /// A core signed this.
     pub(super) fn signed(&self, key: &VerifyingKey, message: &[u8], signature: &Signature) {
-        let triple = triple(key, message, signature);
-        self.with(|memory| memory.keep(triple));
+        let good = Good::new(key, message, signature);
+        self.with(|memory| {
+            memory.counts.made += 1;
+            memory.keep(good);
+        });
     }
 
     /// The point on the curve that these bytes stand for, if they stand for one.
@@ -87,12 +99,12 @@ impl Verified {
         signature: &Signature,
         verify: impl FnOnce() -> bool,
     ) -> bool {
-        let triple = triple(key, message, signature);
-        if self.with(|memory| memory.knows(&triple)) {
+        let asked = Good::new(key, message, signature);
+        if self.with(|memory| memory.knows(&asked)) {
             return true;
         }
         let good = verify();
-        self.with(|memory| memory.verified(triple, good));
+        self.with(|memory| memory.verified(asked, good));
         good
     }
 
@@ -102,30 +114,30 @@ impl Verified {
 }
 
 impl Memory {
-    fn knows(&mut self, triple: &[u8; 32]) -> bool {
+    fn knows(&mut self, asked: &Good) -> bool {
         self.counts.asked += 1;
-        self.good.iter().rev().any(|good| good == triple)
+        self.good.iter().rev().any(|good| good == asked)
     }
 
-    fn verified(&mut self, triple: [u8; 32], good: bool) {
+    fn verified(&mut self, asked: Good, good: bool) {
         self.counts.verified += 1;
         if good {
-            self.keep(triple);
+            self.keep(asked);
         }
     }
 
-    fn keep(&mut self, triple: [u8; 32]) {
+    fn keep(&mut self, good: Good) {
         if self.good.len() == KEPT {
             self.good.pop_front();
         }
-        self.good.push_back(triple);
+        self.good.push_back(good);
     }
 }
 
-/// Key and signature are of fixed length, so that no two triples run together to the same bytes.
-fn triple(key: &VerifyingKey, message: &[u8], signature: &Signature) -> [u8; 32] {
-    let digest = Sha256::new().chain_update(key.as_bytes()).chain_update(signature.to_bytes());
-    digest.chain_update(message).finalize().into()
+impl Good {
+    fn new(key: &VerifyingKey, message: &[u8], signature: &Signature) -> Self {
+        Good { signature: signature.to_bytes(), over: [key.as_bytes(), message].concat().into() }
+    }
 }
 
 #[cfg(test)]
@@ -157,7 +169,7 @@ mod tests {
         let ring = ring(&verified, 7);
         let bytes = Key::from_bytes(&[7; 32]).sharing(verified.clone()).sign(Purpose::Report, b"state");
         assert_eq!(verify(&ring, Purpose::Report, &bytes), Ok(()));
-        assert_eq!(verified.counts(), Asked { asked: 1, verified: 0 });
+        assert_eq!(verified.counts(), Asked { made: 1, asked: 1, verified: 0 });
         assert_eq!(verify(&Keyring { verified: None, ..ring.clone() }, Purpose::Report, &bytes), Ok(()), "and is good");
         for bit in 0..bytes.len() * 8 {
             let mut bad = bytes.clone();
@@ -174,9 +186,9 @@ mod tests {
         let bytes = signed(b"state");
         assert_eq!(verified.counts(), Asked::default());
         assert_eq!(verify(&gateway, Purpose::Report, &bytes), Ok(()));
-        assert_eq!(verified.counts(), Asked { asked: 1, verified: 1 });
+        assert_eq!(verified.counts(), Asked { made: 0, asked: 1, verified: 1 });
         assert_eq!(verify(&console, Purpose::Report, &bytes), Ok(()));
-        assert_eq!(verified.counts(), Asked { asked: 2, verified: 1 });
+        assert_eq!(verified.counts(), Asked { made: 0, asked: 2, verified: 1 });
     }
 
     #[test]
@@ -204,7 +216,7 @@ mod tests {
         bad[last] ^= 1;
         for n in 1..=3 {
             assert_eq!(verify(&ring, Purpose::Report, &bad), Err(Refusal::Signature { signer: A }));
-            assert_eq!(verified.counts(), Asked { asked: n, verified: n });
+            assert_eq!(verified.counts(), Asked { made: 0, asked: n, verified: n });
         }
     }
 
