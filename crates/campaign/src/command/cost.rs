@@ -1,7 +1,8 @@
 //! `holdsafe bench twin`: what the twin of the null attack costs by stage, beside bare rapier on the same course in the
-//! same process. It measures and prints; no test asserts its numbers.
+//! same process; and what the first trial costs again where it is known. It measures and prints; no test asserts its
+//! numbers.
 //!
-//! Rounds alternate (bare, twin, twin watched), so that all three see the same machine. CPU time is the thread's; the
+//! Rounds alternate (bare, twin, twin watched, along, forked), so that all see the same machine. CPU time is the thread's; the
 //! stages' shares are of the watched runs' elapsed time, for a thread's CPU clock costs more to read than most stages
 //! take. Shares are laid over the CPU time of the runs that nobody watched.
 
@@ -16,17 +17,19 @@ use super::plan::{self, Planned, Wanted};
 use super::{Context, batch, out};
 use crate::progress::Progress;
 use crate::report::{Mode, SCHEMA_VERSION, Spread, StageCost, TwinCost, cost_table};
-use crate::twin::cost::{Course, Watched, watched};
+use crate::twin::cost::{Course, Known, Watched, watched};
 use crate::twin::stopwatch::Stage;
 
 /// Signatures made and verified in one round to learn what one costs.
 const CALIBRATION: u32 = 200;
 /// Bytes of a calibration payload: about those of a report.
 const PAYLOAD: usize = 300;
+/// What is simulated of a forked trial, up to the end of its time, microseconds.
+const SUFFIX: u64 = 3_000_000;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Rounds of bare rapier, the twin, and the twin watched.
+    /// Rounds of bare rapier, the twin, the twin watched, and the first trial along with itself and forked.
     #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..=1_000))]
     rounds: u32,
     /// Trials a round; 10, or 2 rendered, when not given.
@@ -63,6 +66,8 @@ struct Bench<'a> {
     context: &'a Context,
     planned: &'a Planned,
     courses: Vec<Course>,
+    /// The first trial.
+    known: Known,
 }
 
 /// One round: CPU seconds, and the watched trials.
@@ -70,6 +75,8 @@ struct Round {
     bare: f64,
     twin: f64,
     watched: f64,
+    along: f64,
+    forked: f64,
     trials: Vec<Watched>,
     sign: f64,
     verify: f64,
@@ -82,7 +89,8 @@ impl<'a> Bench<'a> {
             course.map_err(failed)?.ok_or_else(|| Failure::new(Exit::Internal, "a cast without a sim"))
         };
         let courses = (0..trials).map(course).collect::<Result<_, _>>()?;
-        Ok(Self { context, planned, courses })
+        let known = Known::of(&planned.variation.scenario, &planned.setup, context.seed, SUFFIX).map_err(failed)?;
+        Ok(Self { context, planned, courses, known })
     }
 
     fn seeds(&self) -> impl Iterator<Item = u64> {
@@ -102,14 +110,21 @@ impl<'a> Bench<'a> {
         ran?;
         let one = |seed| watched(scenario, setup, seed, link::clock::trace_us);
         let (trials, watched) = timed(|| self.seeds().map(one).collect::<Result<Vec<_>, _>>());
+        let one = |_| self.known.along(scenario, setup).map(|_| ());
+        let (ran, along) = timed(|| self.seeds().try_for_each(one));
+        ran.map_err(failed)?;
+        let ((), forked) = timed(|| self.seeds().for_each(|_| drop(self.known.forked(setup))));
         let (sign, verify) = calibrate();
-        Ok(Round { bare, twin, watched, trials: trials.map_err(failed)?, sign, verify })
+        Ok(Round { bare, twin, watched, along, forked, trials: trials.map_err(failed)?, sign, verify })
     }
 
     fn sum_up(&self, rendered: bool, rounds: &[Round]) -> TwinCost {
         let sim_seconds: f64 = self.courses.iter().map(Course::seconds).sum();
         let per_second = |of: fn(&Round) -> f64| Spread::of(rounds.iter().map(|r| of(r) / sim_seconds * 1e6));
         let (bare, twin) = (per_second(|r| r.bare), per_second(|r| r.twin));
+        let times = self.courses.len() as f64;
+        let again = self.courses.first().map_or(0.0, Course::seconds) * times;
+        let suffix = SUFFIX as f64 / 1e6 * times;
         let counted = |of: fn(&Watched) -> u64| {
             let all = rounds.iter().flat_map(|r| &r.trials).map(of).sum::<u64>();
             all as f64 / (sim_seconds * rounds.len() as f64)
@@ -126,12 +141,15 @@ impl<'a> Bench<'a> {
             bare_per_cpu_second: Spread::of(rounds.iter().map(|r| sim_seconds / r.bare)),
             ratio: Spread::of(rounds.iter().map(|r| r.twin / r.bare)),
             watching: Spread::of(rounds.iter().map(|r| r.watched / r.twin)),
+            along_per_cpu_second: Spread::of(rounds.iter().map(|r| again / r.along)),
+            forked_per_cpu_second: Spread::of(rounds.iter().map(|r| again / r.forked)),
+            suffix_per_cpu_second: Spread::of(rounds.iter().map(|r| suffix / r.forked)),
             stages: stages(rounds, twin.median, bare.median),
             twin_us: twin,
             bare_us: bare,
             sign_us: Spread::of(rounds.iter().map(|r| r.sign)),
             verify_us: Spread::of(rounds.iter().map(|r| r.verify)),
-            heads_signed: counted(|w| w.heads),
+            signatures_made: counted(|w| w.signatures.made),
             signatures_asked: counted(|w| w.signatures.asked),
             signatures_verified: counted(|w| w.signatures.verified),
         }

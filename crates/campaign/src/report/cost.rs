@@ -74,6 +74,12 @@ pub struct TwinCost {
     pub ratio: Spread,
     /// CPU of the watched twin over CPU of the twin, round by round.
     pub watching: Spread,
+    /// Simulated seconds a CPU second, where the first trial is run again and every core goes along with the known run.
+    pub along_per_cpu_second: Spread,
+    /// The same where it is forked from the known run 3 s before its end: of the whole trial, which is judged whole.
+    pub forked_per_cpu_second: Spread,
+    /// The same, of these 3 s alone.
+    pub suffix_per_cpu_second: Spread,
     /// CPU microseconds of the twin.
     pub twin_us: Spread,
     /// CPU microseconds of bare rapier.
@@ -84,19 +90,18 @@ pub struct TwinCost {
     pub sign_us: Spread,
     /// CPU microseconds of one verification.
     pub verify_us: Spread,
-    /// Signed heads of audit chains.
-    pub heads_signed: f64,
+    /// Signatures that a core made.
+    pub signatures_made: f64,
     /// Signatures that a core asked about.
     pub signatures_asked: f64,
-    /// Signatures that were verified; each was made by somebody.
+    /// Signatures that were verified.
     pub signatures_verified: f64,
 }
 
 impl TwinCost {
     /// CPU microseconds of signing and of verifying, by count and unit cost: in the stages already.
     pub fn signatures_us(&self) -> (f64, f64) {
-        let made = self.heads_signed + self.signatures_verified;
-        (made * self.sign_us.median, self.signatures_verified * self.verify_us.median)
+        (self.signatures_made * self.sign_us.median, self.signatures_verified * self.verify_us.median)
     }
 }
 
@@ -114,8 +119,10 @@ pub fn cost_table(cost: &TwinCost) -> String {
     format!(
         "{} ({what}): {} rounds of {} trials, {:.0} simulated s each\n{table}\n\
          twin: {} simulated s per CPU s\nbare rapier on the same course: {}\nCPU of the twin over bare rapier: {}\n\
+         the first trial again, every core along with the known run: {}\n\
+         forked 3 s before its end and judged whole: {} of the trial, {} of these 3 s\n\
          min / median / max over the rounds. Watching costs {} and is not in the table.\n\
-         A simulated s has {:.1} signed heads and {:.1} signatures verified of {:.1} asked about; \
+         A simulated s has {:.1} signatures made and {:.1} verified of {:.1} asked about; \
          one takes {:.1} us to make, {:.1} us to verify.",
         cost.scenario,
         cost.rounds,
@@ -124,8 +131,11 @@ pub fn cost_table(cost: &TwinCost) -> String {
         cost.per_cpu_second.text(1),
         cost.bare_per_cpu_second.text(1),
         cost.ratio.text(2),
+        cost.along_per_cpu_second.text(0),
+        cost.forked_per_cpu_second.text(0),
+        cost.suffix_per_cpu_second.text(0),
         format_args!("{:+.1} %", (cost.watching.median - 1.0) * 100.0),
-        cost.heads_signed,
+        cost.signatures_made,
         cost.signatures_verified,
         cost.signatures_asked,
         cost.sign_us.median,

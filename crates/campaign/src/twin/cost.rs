@@ -1,21 +1,23 @@
-//! What one trial costs by stage, and what the physics in it costs with nobody looking. Reading a clock, repeating and
-//! putting numbers together is left to the caller.
+//! What one trial costs by stage, what the physics in it costs with nobody looking, and the same trial again where a run
+//! is known: along with it, and forked from it. Reading a clock, repeating and putting numbers together is left to the
+//! caller.
 
 use std::sync::Arc;
 
 use sim::plant::{Plant, SetPoint};
 use sim::scene::Scene;
 use sim::world::{STEP, World};
-use wire::event::Event;
-use wire::id::NodeId;
+use wire::id::{NodeId, WorldId};
 use wire::sign::Asked;
 use wire::time::Instant;
 
 use super::Twin;
 use super::assemble::AssemblyError;
 use super::part::Part;
+use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
-use super::trial::{conclude, start};
+use super::trial::{Run, conclude, start, start_along, trunk};
+use super::trunk::Trunk;
 use crate::cast::{Cast, Role};
 use crate::judged;
 use crate::scenario::{Scenario, Setup};
@@ -25,10 +27,8 @@ use crate::trial::Trial;
 pub struct Watched {
     /// Its time by stage.
     pub stopwatch: Stopwatch,
-    /// How often a core asked about a signature, and how often one was verified.
+    /// How often a core signed, asked about a signature, and had to verify one.
     pub signatures: Asked,
-    /// Heads of audit chains that were signed.
-    pub heads: u64,
     /// Its row.
     pub trial: Trial,
 }
@@ -43,12 +43,41 @@ pub fn watched(scenario: &Scenario, setup: &Setup, seed: u64, clock: fn() -> u64
         stopwatch = watched;
     }
     let trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
-    let heads = run.evidence.entries.iter().filter(|w| matches!(w.entry.event, Event::Signed { .. })).count() as u64;
     let signatures = run.signatures;
     // Giving the memory back is part of the trial.
     drop(run);
     stopwatch.enter(Stage::Setup);
-    Ok(Watched { stopwatch, signatures, heads, trial })
+    Ok(Watched { stopwatch, signatures, trial })
+}
+
+/// A trial that is known, to be run again.
+pub struct Known {
+    seed: u64,
+    trunk: Arc<Trunk>,
+    cast: Cast,
+    /// The trial a while before its end.
+    twin: Twin,
+}
+
+impl Known {
+    /// Runs the trial once as a trunk, and once up to `suffix` before its end.
+    pub fn of(scenario: &Scenario, setup: &Setup, seed: u64, suffix: Micros) -> Result<Known, AssemblyError> {
+        let trunk = Arc::new(trunk(scenario, setup, seed)?);
+        let (cast, mut twin) = start(scenario, setup, seed, false)?;
+        twin.run_until(cast.duration.saturating_sub(suffix));
+        Ok(Known { seed, trunk, cast, twin })
+    }
+
+    /// Runs and judges it with every core going along with the trunk: casting, the engine and the judge are left.
+    pub fn along(&self, scenario: &Scenario, setup: &Setup) -> Result<Run, AssemblyError> {
+        let (cast, twin) = start_along(scenario, setup, self.seed, &self.trunk)?;
+        Ok(conclude(cast, twin, setup))
+    }
+
+    /// Forks it, runs the fork to its end and judges the whole.
+    pub fn forked(&self, setup: &Setup) -> Run {
+        conclude(self.cast.clone(), self.twin.fork(WorldId(1)), setup)
+    }
 }
 
 /// The course of the unit under test in one trial: its scene, and what its plant was asked at each step.
@@ -152,8 +181,18 @@ mod tests {
     fn in_the_twin_what_its_own_cores_signed_is_known_to_be_good() {
         let (scenario, setup) = nominal();
         let signatures = watched(&scenario, &setup, 1, || 0).unwrap().signatures;
-        // An operator's statements are signed with a key that is no core's own.
-        assert!(signatures.asked > 100 && signatures.verified < 10, "{signatures:?}");
+        assert!(signatures.made > 100 && signatures.asked > 100 && signatures.verified == 0, "{signatures:?}");
+    }
+
+    #[test]
+    fn what_is_known_is_run_again_to_the_same_log() {
+        let (scenario, setup) = nominal();
+        let known = Known::of(&scenario, &setup, 1, 3_000_000).unwrap();
+        let (cast, twin) = start(&scenario, &setup, 1, false).unwrap();
+        let plain = conclude(cast, twin, &setup);
+        assert_eq!(known.along(&scenario, &setup).unwrap().log, plain.log);
+        let hash = |run: &Run| judged::trial(1, scenario.level(), &run.evidence, &run.verdict).log_hash;
+        assert_eq!(hash(&known.forked(&setup)), hash(&plain));
     }
 
     #[test]
