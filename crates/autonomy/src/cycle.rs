@@ -81,6 +81,7 @@ impl Autonomy {
             return;
         }
         self.health = self.assess(now);
+        self.tell(now);
         let held = self.machine.authority().map(|authority| authority.track());
         let designation = self.designation(held, now);
         let refused = self.step(now, Stimulus::Judged, &designation);
@@ -120,7 +121,19 @@ impl Autonomy {
             self.teammates.restore(acquitted);
             self.health = self.assess(now);
         }
+        self.tell(now);
         refused
+    }
+
+    /// Writes what the unit goes by, when that has changed: what a display may show as fresh is held against it.
+    fn tell(&mut self, now: Instant) {
+        let fresh = self.identity.bounds.freshness();
+        let placed = self.localisation.reported(now).is_some_and(|(_, age)| age <= fresh);
+        let tracks = self.picture.tracks().iter().filter(|track| now.since(track.updated) <= fresh).count() as u8;
+        let judged = Event::Judged { failing: self.health.failing(), placed, tracks };
+        if self.judged.replace(judged) != Some(judged) {
+            self.write(now, judged);
+        }
     }
 
     fn give(&mut self, now: Instant, order: &Ordered, track: Option<TrackId>) -> Option<Refusal> {

@@ -115,6 +115,8 @@ pub struct Autonomy {
     present: Option<(bool, bool)>,
     /// When a fix was last written down, and whether fixes were distrusted then.
     located: Option<(Instant, bool)>,
+    /// What was written last of what the unit goes by.
+    judged: Option<Event>,
     journal: Journal,
     accounts: Accounts,
     out: VecDeque<Output>,
@@ -174,6 +176,7 @@ impl Autonomy {
             reports: Sequence(0),
             present: None,
             located: None,
+            judged: None,
             journal: Journal::new(setup.node, setup.boot, Some(identity.key.fork())),
             accounts: Accounts::default(),
             out: VecDeque::new(),
@@ -225,6 +228,7 @@ impl Autonomy {
             reports: self.reports,
             present: self.present,
             located: self.located,
+            judged: self.judged,
             journal: self.journal.fork(),
             accounts: self.accounts.clone(),
             out: self.out.clone(),

@@ -2,7 +2,7 @@
 
 use wire::event::{Event, Freshness, ShownAs};
 use wire::id::{CommandId, PeerId, UnitId};
-use wire::mode::Mode;
+use wire::mode::{Guards, Mode};
 use wire::time::{Instant, Span};
 
 use crate::shown::{Shown, ShownUnit};
@@ -18,6 +18,8 @@ struct Face {
     freshness: Freshness,
     tracks_fresh: u8,
     tracks_stale: u8,
+    failing: Guards,
+    placed: bool,
 }
 
 /// What was told last of each unit, of each command that is still shown, and of sessions lost.
@@ -58,6 +60,8 @@ impl Witness {
             tracks_fresh: face.tracks_fresh,
             tracks_stale: face.tracks_stale,
             report: shown.report,
+            failing: face.failing,
+            placed: face.placed,
         })
     }
 }
@@ -70,5 +74,7 @@ fn face(shown: &ShownUnit) -> Face {
         freshness,
         tracks_fresh: shown.tracks_labelled(&[Freshness::Fresh]),
         tracks_stale: shown.tracks_labelled(&[Freshness::Stale, Freshness::Lost]),
+        failing: state.failing,
+        placed: shown.pose.freshness() == Freshness::Fresh,
     }
 }

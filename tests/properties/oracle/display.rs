@@ -4,7 +4,7 @@ use campaign::oracle::{Planned, Property};
 use wire::core::Side;
 use wire::event::{Action, Event, ShownAs};
 use wire::id::NodeId;
-use wire::mode::Mode;
+use wire::mode::{Guard, Guards, Mode};
 use wire::time::Span;
 
 use super::log::{Log, command};
@@ -43,6 +43,36 @@ fn p7_a_mode_shown_fresh_that_the_unit_has_left() {
     let mut log = Log::whole();
     log.displayed(5005, Mode::Idle, 5000);
     assert_eq!(log.breaks(), [Property::P7]);
+}
+
+#[test]
+fn p7_authority_shown_fresh_that_the_unit_does_not_hold_or_hidden_while_it_does() {
+    let shown = |ms: u64| {
+        let mut log = Log::whole();
+        for w in log.entries.iter_mut().filter(|w| w.at == ms * 1000) {
+            if let Event::Displayed { authority, .. } = &mut w.entry.event {
+                *authority = !*authority;
+            }
+        }
+        log.breaks()
+    };
+    assert_eq!(shown(1505), [Property::P7], "shown");
+    assert_eq!(shown(5005), [Property::P7], "hidden");
+    assert_eq!(shown(2105), [], "it had none just before");
+}
+
+#[test]
+fn p7_what_ready_stands_on_is_shown_fresh_for_no_longer_than_the_unit_goes_by_it() {
+    let (none, thermal) = (Guards::default(), Guards::default().with(Guard::Thermal));
+    for (what, (failing, placed, tracks)) in
+        [("guards", (thermal, true, 1)), ("place", (none, false, 1)), ("tracks", (none, true, 0))]
+    {
+        let mut log = Log::whole();
+        assert_eq!(log.judged(5000, failing, placed, tracks).breaks(), [Property::P7], "{what}");
+        assert_eq!(log.judged(5400, none, true, 1).breaks(), [], "{what}, for a moment");
+    }
+    let mut more = Log::whole();
+    assert_eq!(more.judged(5000, none, true, 2).breaks(), [], "of its tracks the display may say less");
 }
 
 #[test]

@@ -37,7 +37,7 @@ impl Log {
             waived: Waived::default(),
         };
         log.add(2000, NodeId::UNIT_A, minted);
-        log.associated(50, 1, PeerId::UNIT_A);
+        log.associated(50, 1, PeerId::UNIT_A).judged(50, Guards::default(), true, 1);
         for t in (100..10_000).step_by(100) {
             let mode = log.mode(t);
             log.report(t).displayed(t + 5, mode, t).heard(t).truth(t, 1000, 5000);
@@ -84,14 +84,21 @@ impl Log {
         let event = Event::Displayed {
             unit: UnitId::A,
             mode,
-            authority: false,
+            authority: mode == Mode::PrepareToAct,
             freshness: Freshness::Fresh,
             age: Span::ms(5),
-            tracks_fresh: 0,
+            tracks_fresh: 1,
             tracks_stale: 0,
             report: record(report),
+            failing: Guards::default(),
+            placed: true,
         };
         self.add(ms, NodeId::CONSOLE, event)
+    }
+
+    /// From `ms` on the unit goes by this.
+    pub(crate) fn judged(&mut self, ms: u64, failing: Guards, placed: bool, tracks: u8) -> &mut Log {
+        self.add(ms, NodeId::UNIT_A, Event::Judged { failing, placed, tracks })
     }
 
     /// The unit has its association with the gateway, and `peer` this one at the gateway.

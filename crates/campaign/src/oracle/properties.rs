@@ -1,17 +1,17 @@
-//! P1 to P5 and P7 to P11, one function each. Every one has been seen to fail on a log in which it is broken
+//! P1 to P4 and P8 to P11, one function each. Every one has been seen to fail on a log in which it is broken
 //! (`tests/properties/oracle`).
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use wire::command::CommandKind;
-use wire::event::{Event, FaultKind, Freshness, Sensor};
-use wire::id::{NodeId, RecordId, UnitId};
+use wire::event::{Event, FaultKind, Sensor};
+use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
 use super::receipt::{Befallen, Receipt};
 use super::timeline::{Change, Timeline};
-use super::{Evidence, Finding, Micros, Plan, Planned, Property, content, demise, finding, link, planes};
+use super::{Evidence, Finding, Micros, Plan, Planned, Property, content, demise, display, finding, link, planes};
 
 /// What one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.
@@ -30,7 +30,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(plant_obeys_hold(evidence, line));
     found.extend(geofence(line));
     found.extend(content::check(evidence, line));
-    found.extend(display(evidence, line));
+    found.extend(display::check(evidence, line));
     found.extend(planes::commands_shown(evidence, line));
     found.extend(planes::operators_hold(evidence, line));
     found.extend(commands(evidence, line));
@@ -150,28 +150,6 @@ fn geofence(line: &Timeline) -> Vec<Finding> {
         .map(|t| finding(Property::P4, t.at, format!("driving {} mm outside the fence", -t.fence)))
         .into_iter()
         .collect()
-}
-
-/// P7: nothing of the unit under test is shown fresh beyond its limit, and the mode shown fresh was the unit's own at
-/// some instant within the last telemetry period + *Tf*.
-fn display(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let limit = (evidence.bounds.freshness_ms + evidence.bounds.telemetry_period_ms) * 1000 + SLACK;
-    let accepted: BTreeMap<RecordId, Micros> = line.accepted.iter().map(|(at, record)| (*record, *at)).collect();
-    let mut found = Vec::new();
-    for w in &evidence.entries {
-        let Event::Displayed { unit: UnitId::A, mode, freshness: Freshness::Fresh, report, .. } = w.entry.event else {
-            continue;
-        };
-        if let Some(at) = accepted.get(&report).filter(|at| w.at.saturating_sub(**at) > limit) {
-            let what = format!("{report} shown fresh {} ms after it was accepted", (w.at - at) / 1000);
-            found.push(finding(Property::P7, w.at, what));
-        }
-        if !line.was_in(mode, w.at.saturating_sub(limit), w.at) {
-            let was = line.mode_at(w.at).name();
-            found.push(finding(Property::P7, w.at, format!("{} shown fresh while the unit is {was}", mode.name())));
-        }
-    }
-    found
 }
 
 /// P8: at most once, never late.

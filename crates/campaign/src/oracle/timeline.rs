@@ -3,7 +3,7 @@
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{CommandId, NodeId, RecordId, UnitId};
-use wire::mode::{Cause, Mode};
+use wire::mode::{Cause, Guards, Mode};
 
 use super::{Evidence, Micros};
 use crate::trial::TransitionRow;
@@ -36,11 +36,24 @@ pub struct Truth {
     pub fence: i32,
 }
 
+/// What unit A went by, in its own words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Judged {
+    /// Guards that failed.
+    pub failing: Guards,
+    /// Its place was no older than *Tf*.
+    pub placed: bool,
+    /// Tracks that were no older than that.
+    pub tracks: u8,
+}
+
 /// The sorted events.
 #[derive(Clone, Debug, Default)]
 pub struct Timeline {
     /// Mode changes of unit A.
     pub changes: Vec<Change>,
+    /// What unit A went by, and from when.
+    pub judged: Vec<(Micros, Judged)>,
     /// Truth of unit A.
     pub truth: Vec<Truth>,
     /// Authority minted: (when, serial).
@@ -77,6 +90,9 @@ impl Timeline {
             Event::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, leased, fence_mm, .. } => {
                 self.truth.push(Truth { at, speed: speed_mm_s, set_speed: set_speed_mm_s, leased, fence: fence_mm });
             }
+            Event::Judged { failing, placed, tracks } if unit_a => {
+                self.judged.push((at, Judged { failing, placed, tracks }));
+            }
             Event::Minted { authority, .. } if unit_a => self.minted.push((at, authority)),
             Event::Revoked { authority, .. } if unit_a => self.revoked.push((at, authority)),
             Event::Intended { command, kind } if node == NodeId::CONSOLE => self.intended.push((at, command, kind)),
@@ -102,6 +118,12 @@ impl Timeline {
     /// Whether unit A was in `mode` at some instant of `[from, to]`.
     pub fn was_in(&self, mode: Mode, from: Micros, to: Micros) -> bool {
         self.mode_at(from) == mode || self.changes.iter().any(|c| c.at >= from && c.at <= to && c.to == mode)
+    }
+
+    /// Whether unit A went by something that satisfies `test` at some instant of `[from, to]`.
+    pub fn went_by(&self, from: Micros, to: Micros, test: impl Fn(&Judged) -> bool) -> bool {
+        let first = self.judged.partition_point(|(at, _)| *at <= from).saturating_sub(1);
+        self.judged[first..].iter().take_while(|(at, _)| *at <= to).any(|(_, judged)| test(judged))
     }
 
     /// Whether unit A held authority at `at`.

@@ -103,6 +103,10 @@ pub enum Event {
         #[n(6)] tracks_stale: u8,
         /// The report behind it.
         #[n(7)] report: RecordId,
+        /// Guards shown as failing.
+        #[n(8)] failing: Guards,
+        /// Its place is shown as fresh.
+        #[n(9)] placed: bool,
     },
     /// Part of a closing account.
     #[n(14)] Count { #[n(0)] account: Account, #[n(1)] n: u64 },
@@ -237,6 +241,15 @@ pub enum Event {
     },
     /// Console: an order that a person had prepared came to nothing by itself.
     #[n(81)] Lapsed { #[n(0)] by: NodeId, #[n(1)] order: Order, #[n(2)] why: Unable },
+    /// Autonomy: what the unit goes by, when that changed.
+    #[n(82)] Judged {
+        /// Guards that fail, waived ones too.
+        #[n(0)] failing: Guards,
+        /// The fix behind its place is no older than *Tf*.
+        #[n(1)] placed: bool,
+        /// Tracks whose last update is no older than *Tf*.
+        #[n(2)] tracks: u8,
+    },
     /// An insider sends the report with this identity: which of a session's records are its deeds.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,

@@ -412,7 +412,7 @@ fn outputs() -> Vec<Named> {
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(56..59).chain(60..62).chain(65..71).chain(80..82)
+    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(56..59).chain(60..62).chain(65..71).chain(80..83)
 }
 
 fn entries() -> Vec<Named> {
@@ -555,8 +555,11 @@ fn witnesses() -> Vec<(&'static str, Event)> {
                 tracks_fresh: 2,
                 tracks_stale: 1,
                 report: RECORD,
+                failing: Guards(0b100),
+                placed: true,
             },
         ),
+        ("judged", Event::Judged { failing: Guards(0b100), placed: false, tracks: 3 }),
         (
             "attack",
             Event::Attack {
