@@ -1,14 +1,16 @@
 //! `holdsafe bench hold`: how long an operator's HOLD takes, live, from the hand to the unit and back to the display.
 //!
 //! A person without a window holds and resumes, over and over, in one long null attack. Each stage's time is the recording's.
-//! It measures and prints; no test asserts its numbers.
+//! With `--cut` the unit's connection to the broker is cut before the first and stays so: then it is how long until the
+//! display says that nobody answers. It measures and prints; no test asserts its numbers.
 
 use comfy_table::Table;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use serde::Serialize;
+use serde_json::json;
 use wire::codec::Text;
 use wire::command::CommandKind;
-use wire::event::{Event, Freshness};
+use wire::event::{Event, Freshness, ShownAs};
 use wire::feed::CommandStage;
 use wire::id::{CommandId, NodeId, UnitId};
 use wire::mode::Mode;
@@ -16,10 +18,10 @@ use wire::person::{Act, Order};
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
-use super::{Context, engine, out};
+use super::{Context, campaign, engine, out};
 use crate::oracle::Witnessed;
 use crate::report::SCHEMA_VERSION;
-use crate::scenario;
+use crate::scenario::{self, Settings};
 use crate::stats::Sample;
 
 /// When the first HOLD is given: by then the script has the unit driving. Microseconds.
@@ -34,14 +36,18 @@ pub(super) struct Args {
     /// How many times; 59 for a bound on the 95th percentile.
     #[arg(long, default_value_t = 60, value_parser = clap::value_parser!(u64).range(1..=1_000))]
     holds: u64,
+    /// Cut the link that they go over.
+    #[arg(long)]
+    cut: bool,
 }
 
 #[derive(Serialize)]
 struct Measured {
     schema_version: u32,
     seed: u64,
+    cut: bool,
     given: u64,
-    /// Of those given while the unit was driving.
+    /// Of those given while the unit was driving; with the link cut, of all.
     stages: Vec<Stage>,
 }
 
@@ -55,27 +61,26 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let nominal = scenario::load(&plan::file_of(context, "nominal")?)?;
     let seconds = (FIRST_US + args.holds * CYCLE_US) as f64 / 1e6;
     let wanted = Wanted { rendered: true, ..Wanted::default() };
-    let planned = plan::of_scenario(context, &nominal.soak(seconds, 0.0), &wanted)?;
-    let Some(one) = planned.first() else {
+    let mut planned = plan::of_scenario(context, &nominal.soak(seconds, 0.0), &wanted)?;
+    let Some(mut one) = planned.pop() else {
         return Err(Failure::new(Exit::NoEvidence, "nothing to run"));
     };
+    if args.cut {
+        let variation = &one.variation;
+        one.variation.scenario = variation.with(&cut(seconds)).map_err(|why| campaign::space::unfit(variation, why))?;
+    }
     let hands: Vec<u64> = (0..args.holds).map(|n| FIRST_US + n * CYCLE_US).collect();
-    let acts = hands.iter().flat_map(|at| cycle(*at)).collect();
+    let acts = hands.iter().flat_map(|at| cycle(*at, args.cut)).collect();
     let log = engine::live_acts(&one.variation.scenario, &one.setup, context.seed, &context.stop, acts)?;
     let holds: Vec<Hold> = hands.iter().filter_map(|hand| Hold::find(&log, *hand)).collect();
-    let stage = |stage: &'static str, at: fn(&Hold) -> Option<u64>| {
-        let taken = holds.iter().filter_map(|hold| Some((at(hold)?.saturating_sub(hold.hand)) as f64 / 1000.0));
+    let stage = |(stage, at): (&'static str, fn(&Hold) -> Option<u64>)| {
+        let counted = holds.iter().filter(|hold| args.cut || hold.held.is_some());
+        let taken = counted.filter_map(|hold| Some((at(hold)?.saturating_sub(hold.hand)) as f64 / 1000.0));
         Stage { stage, from_the_hand_ms: Sample::of(taken) }
     };
-    let stages = vec![
-        stage("the console's core has it", |hold| Some(hold.core)),
-        stage("the gateway has sent it", |hold| hold.sent),
-        stage("the unit has executed it", |hold| hold.executed),
-        stage("the unit is in HOLD_SAFE", |hold| hold.held),
-        stage("the console has the acknowledgement", |hold| hold.acknowledged),
-        stage("the display shows HOLD_SAFE, fresh", |hold| hold.shown),
-    ];
-    let measured = Measured { schema_version: SCHEMA_VERSION, seed: context.seed, given: args.holds, stages };
+    let stages = if args.cut { UNANSWERED.map(stage).into() } else { ANSWERED.map(stage).into() };
+    let measured =
+        Measured { schema_version: SCHEMA_VERSION, seed: context.seed, cut: args.cut, given: args.holds, stages };
     if context.json {
         out::print_json(&measured)?;
     } else {
@@ -84,14 +89,38 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-/// A HOLD at this time, and the two steps that end it.
-fn cycle(at: u64) -> [(u64, Act); 3] {
+/// When a HOLD came to a stage.
+type At = (&'static str, fn(&Hold) -> Option<u64>);
+
+/// The stages of one that is answered.
+const ANSWERED: [At; 6] = [
+    ("the console's core has it", |hold| Some(hold.core)),
+    ("the gateway has sent it", |hold| hold.sent),
+    ("the unit has executed it", |hold| hold.executed),
+    ("the unit is in HOLD_SAFE", |hold| hold.held),
+    ("the console has the acknowledgement", |hold| hold.acknowledged),
+    ("the display shows HOLD_SAFE, fresh", |hold| hold.shown),
+];
+/// And of one that is not.
+const UNANSWERED: [At; 3] = [
+    ("the console's core has it", |hold| Some(hold.core)),
+    ("the gateway has sent it", |hold| hold.sent),
+    ("the display says NOT ACKNOWLEDGED", |hold| hold.unanswered),
+];
+
+/// The link of commands, cut from a second before the first HOLD to the end.
+fn cut(seconds: f64) -> Settings {
+    let at_s = FIRST_US as f64 / 1e6 - 1.0;
+    Settings::one("cut", json!([{ "at_s": at_s, "duration_s": seconds - at_s, "direction": "both" }]))
+}
+
+/// A HOLD at this time, and the two steps that end it, where they can.
+fn cycle(at: u64, cut: bool) -> Vec<(u64, Act)> {
+    let hold = (at, Act::Now(Order::Command(UnitId::A, CommandKind::Hold)));
     let resume = Order::Command(UnitId::A, CommandKind::Resume);
-    [
-        (at, Act::Now(Order::Command(UnitId::A, CommandKind::Hold))),
-        (at + RESUME_US[0], Act::Prepare(resume)),
-        (at + RESUME_US[1], Act::Confirm(resume, Text::new("measured"))),
-    ]
+    let ends =
+        [(at + RESUME_US[0], Act::Prepare(resume)), (at + RESUME_US[1], Act::Confirm(resume, Text::new("measured")))];
+    std::iter::once(hold).chain(ends.into_iter().filter(|_| !cut)).collect()
 }
 
 /// When a HOLD came to each stage, microseconds of the run.
@@ -104,12 +133,14 @@ struct Hold {
     held: Option<u64>,
     acknowledged: Option<u64>,
     shown: Option<u64>,
+    /// When the display said that it is not acknowledged.
+    unanswered: Option<u64>,
 }
 
 impl Hold {
-    /// The one that was given at `hand`, if it found the unit driving.
+    /// The one that was given at `hand`.
     fn find(log: &[Witnessed], hand: u64) -> Option<Self> {
-        let of_cycle = || log.iter().filter(move |w| (hand..hand + RESUME_US[0]).contains(&w.at));
+        let of_cycle = || log.iter().filter(move |w| (hand..hand + CYCLE_US).contains(&w.at));
         let (core, id) = of_cycle().find_map(|w| {
             let Event::Act { act: Some(Act::Now(_)), command: Some(id), .. } = w.entry.event else { return None };
             Some((w.at, id))
@@ -129,11 +160,15 @@ impl Hold {
             executed: first(
                 &|_, event, id| matches!(event, Event::Executed { command, refused: None, .. } if *command == id),
             ),
-            held: Some(held?),
+            held,
             acknowledged: first(&|_, event, id| matches!(event, Event::Acknowledged { command, .. } if *command == id)),
             shown: first(&|_, event, _| {
                 let shown = (UnitId::A, Mode::HoldSafe, Freshness::Fresh);
                 matches!(event, Event::Displayed { unit, mode, freshness, .. } if (*unit, *mode, *freshness) == shown)
+            }),
+            unanswered: first(&|_, event, id| {
+                let shown = Event::CommandShown { command: id, shown: ShownAs::NotAcknowledged };
+                *event == shown
             }),
         })
     }
@@ -148,5 +183,6 @@ fn table(measured: &Measured) -> String {
         let (mean, p95, bound) = (number(sample.mean), number(sample.p95), number(sample.p95_upper_95));
         table.add_row([(*stage).to_owned(), sample.n.to_string(), mean, p95, bound]);
     }
-    format!("{table}\n{} given in one live null attack, rendered, seed {}", measured.given, measured.seed)
+    let run = if measured.cut { "run whose command link is cut" } else { "null attack" };
+    format!("{table}\n{} given in one live {run}, rendered, seed {}", measured.given, measured.seed)
 }
