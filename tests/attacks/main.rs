@@ -9,6 +9,7 @@ mod commands;
 mod compounds;
 mod controls;
 mod evidence;
+mod floods;
 mod handshake;
 mod host;
 mod link;

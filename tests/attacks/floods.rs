@@ -1,0 +1,162 @@
+//! A flood of refusals at the gateway, from its core to the console's: what comes of it on the display.
+//!
+//! The two cores that are really there, joined by the channels that they share; time is virtual, so the rate is exact.
+
+use console::shown::Shown;
+use console::{Console, ConsoleConfig};
+use gateway::{Gateway, GatewayConfig};
+use wire::bounds::Bounds;
+use wire::bus::{ChannelKey, HEADER_LEN, TAG_LEN};
+use wire::codec;
+use wire::core::{Core, Input, Output, Topic};
+use wire::event::{Account, Interface};
+use wire::feed::Feed;
+use wire::id::{Boot, NodeId, PeerId, SessionId, UnitId, WorldId};
+use wire::person::Role;
+use wire::policy::Policy;
+use wire::refusal::Reason;
+use wire::setup::{Channel, Secret, Setup};
+use wire::time::{Instant, Span};
+
+/// Refusals in a second of the flood.
+const RATE: u64 = 50_000;
+/// Refusals that the gateway tells of in a second, at most.
+const TOLD: usize = 20;
+
+/// A gateway and a console before it.
+struct Pair {
+    gateway: Gateway,
+    console: Console,
+    now: Instant,
+    /// Refusals that the console was told of.
+    told: usize,
+    /// Everything else that came out of the console.
+    said: usize,
+}
+
+fn setup(node: NodeId) -> Setup {
+    Setup {
+        node,
+        boot: Boot(1),
+        world: WorldId(0),
+        seed: 1,
+        policy: Policy::default(),
+        bounds: Bounds::GROUND,
+        secret: Secret([node.index() as u8 + 1; 32]),
+        public_keys: Vec::new(),
+        channels: vec![
+            Channel { topic: Topic::Feed, producer: NodeId::GATEWAY, key: ChannelKey([1; 32]) },
+            Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: ChannelKey([2; 32]) },
+        ],
+        ablation: None,
+        verified: None,
+    }
+}
+
+impl Pair {
+    fn new() -> Self {
+        let (units, now) = (vec![UnitId::A, UnitId::B], Instant(1_000_000));
+        let operators = vec![NodeId::OPERATOR];
+        let of_gateway = GatewayConfig { units: units.clone(), fanout: Vec::new(), operators, mandates: Vec::new() };
+        let of_console = ConsoleConfig {
+            units,
+            awaited: Vec::new(),
+            operator: NodeId::OPERATOR,
+            operator_secret: Secret([9; 32]),
+            role: Role::View,
+            script: Vec::new(),
+            revocations: Vec::new(),
+            text: true,
+        };
+        let gateway = Gateway::new(setup(NodeId::GATEWAY), of_gateway, now).expect("a gateway");
+        let console = Console::new(setup(NodeId::CONSOLE), of_console, now).expect("a console");
+        Self { gateway, console, now, told: 0, said: 0 }
+    }
+
+    fn at_gateway(&mut self, input: &Input) {
+        self.gateway.handle(self.now, input);
+        while let Some(output) = self.gateway.output() {
+            if let Output::Bus { topic: Topic::Feed, bytes } = output {
+                let body = &bytes[HEADER_LEN..bytes.len() - TAG_LEN];
+                self.told += usize::from(matches!(codec::decode(body, body.len()), Ok(Feed::Refused(..))));
+                self.at_console(&Input::Bus { topic: Topic::Feed, bytes });
+            }
+        }
+    }
+
+    fn at_console(&mut self, input: &Input) {
+        self.console.handle(self.now, input);
+        while let Some(output) = self.console.output() {
+            self.said += 1;
+            if let Output::Bus { topic: Topic::Intents, bytes } = output {
+                self.at_gateway(&Input::Bus { topic: Topic::Intents, bytes });
+            }
+        }
+    }
+
+    /// Lets `span` go by, with every deadline in it.
+    fn pass(&mut self, span: Span) {
+        let until = self.now + span;
+        loop {
+            let due = |at: Option<Instant>| at.filter(|at| *at <= until);
+            match (due(self.gateway.deadline()), due(self.console.deadline())) {
+                (Some(at), other) if other.is_none_or(|other| at <= other) => {
+                    self.now = self.now.max(at);
+                    self.at_gateway(&Input::Timeout);
+                }
+                (_, Some(at)) => {
+                    self.now = self.now.max(at);
+                    self.at_console(&Input::Timeout);
+                }
+                (_, None) => break,
+            }
+        }
+        self.now = until;
+    }
+
+    fn shown(&self) -> Shown {
+        self.console.shown(self.now)
+    }
+}
+
+/// Of this reason, from whomever.
+fn times(shown: &Shown, reason: Reason) -> u64 {
+    shown.refusals.iter().filter(|refused| refused.reason == reason && !refused.here).map(|refused| refused.n).sum()
+}
+
+#[test]
+fn of_fifty_thousand_refusals_a_second_the_display_has_every_one_within_two_seconds_from_twenty_messages_a_second() {
+    let mut pair = Pair::new();
+    for (session, peer) in [(1, PeerId::UNIT_A), (2, PeerId::UNIT_B)] {
+        pair.at_gateway(&Input::Opened { session: SessionId(session), peer });
+    }
+    pair.pass(Span::s(1));
+    let (broken, long) = (vec![0xff; 40], vec![0; 2000]);
+    let seconds: u64 = 4;
+    let before = (pair.told, pair.said);
+    for second in 0..seconds {
+        for n in 0..RATE {
+            // One in a hundred is of another kind and from another peer.
+            let (session, bytes) = if n % 100 == 99 { (2, long.clone()) } else { (1, broken.clone()) };
+            pair.at_gateway(&Input::Record { session: SessionId(session), bytes });
+            pair.pass(Span(1_000_000 / RATE));
+        }
+        let told = Reason::ALL.iter().map(|reason| times(&pair.shown(), *reason)).sum::<u64>();
+        assert!(told >= second.saturating_sub(1) * RATE, "{told} in second {second}");
+    }
+    pair.pass(Span::s(2));
+    let shown = pair.shown();
+    for (reason, peer, sent) in [
+        (Reason::Schema, PeerId::UNIT_A, seconds * RATE / 100 * 99),
+        (Reason::Length, PeerId::UNIT_B, seconds * RATE / 100),
+    ] {
+        assert_eq!(pair.gateway.accounts().of(Account::Refused(Interface::Uplink, reason)), sent);
+        let of = shown.refusals.iter().find(|of| of.reason == reason);
+        assert_eq!(of.map(|of| (of.peer, of.here, of.n)), Some((Some(peer), false, sent)));
+    }
+    assert_eq!(shown.refusals.len(), 2, "one line a kind, however many there are");
+    let passed = seconds as usize + 2;
+    assert!(pair.told - before.0 <= TOLD * (passed + 1), "{} told", pair.told - before.0);
+    // Five texts a second, a challenge a second, and what little else is told of.
+    assert!(pair.said - before.1 <= 10 * passed, "{} said", pair.said - before.1);
+}
