@@ -20,6 +20,7 @@ pub mod operator;
 mod orders;
 #[cfg(feature = "process")]
 pub mod process;
+mod picture;
 mod retrace;
 pub mod shown;
 pub mod site;
@@ -279,7 +280,7 @@ impl Console {
     fn draw(&mut self, shown: &Shown) {
         if self.text && self.drawn.is_none_or(|at| shown.at.since(at) >= REPEAT) {
             self.drawn = Some(shown.at);
-            self.out.push_back(Output::Text { text: text::lines(shown) });
+            self.out.push_back(Output::Text { text: text::lines(shown), picture: picture::line(shown) });
         }
     }
 

@@ -130,7 +130,16 @@ fn track_line(text: &mut String, labelled: &Labelled<ReportedTrack>) {
 }
 
 fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {
-    let life = match command.life {
+    let life = life(command.life);
+    let ago = at.since(command.since).as_ms() / 1000.0;
+    line(
+        text,
+        format_args!("command  {} {} to {}: {life}, {ago:.1} s ago", command.id, command.kind.name(), command.unit),
+    );
+}
+
+pub(crate) fn life(life: Life) -> String {
+    match life {
         Life::Requested => "requested".to_owned(),
         Life::Staged => "staged".to_owned(),
         Life::Released => "confirmed".to_owned(),
@@ -140,12 +149,7 @@ fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {
         Life::RefusedByGateway => "REFUSED by the gateway".to_owned(),
         Life::Expired => "EXPIRED".to_owned(),
         Life::NotAcknowledged => "NOT ACKNOWLEDGED".to_owned(),
-    };
-    let ago = at.since(command.since).as_ms() / 1000.0;
-    line(
-        text,
-        format_args!("command  {} {} to {}: {life}, {ago:.1} s ago", command.id, command.kind.name(), command.unit),
-    );
+    }
 }
 
 fn line(text: &mut String, content: core::fmt::Arguments<'_>) {
@@ -165,7 +169,7 @@ fn age(span: Span) -> String {
     if span == Span(u64::MAX) { "of unknown age".to_owned() } else { format!("{:.0} ms", span.as_ms()) }
 }
 
-fn word(freshness: Freshness) -> &'static str {
+pub(crate) fn word(freshness: Freshness) -> &'static str {
     match freshness {
         Freshness::Fresh => "fresh",
         Freshness::Late => "LATE",

@@ -339,12 +339,15 @@ pub enum Output {
         #[cbor(n(0), with = "minicbor::bytes")]
         bytes: Vec<u8>,
     },
-    /// Words for a person at a terminal (the console's text view); never read by another core.
+    /// What the console shows, for a person at a terminal and for a program; never read by another core.
     #[n(7)]
     Text {
         /// UTF-8 without control characters other than newline.
         #[n(0)]
         text: String,
+        /// The same as one JSON object in one line.
+        #[n(1)]
+        picture: String,
     },
     /// End a secure session; whoever dialled it dials again.
     #[n(55)]

@@ -1,4 +1,5 @@
-//! `holdsafe watch RUN`: what the console of a run shows, as text, from another terminal: over ssh, or in a script.
+//! `holdsafe watch RUN`: what the console of a run shows, as text, from another terminal: over ssh, or in a script; with
+//! `--json` as one object a line.
 //!
 //! It reads the console's mouth log while it grows, and prints the words that the console itself gave: no second model, no
 //! key and no hand in the run, so it may be called as often as one likes. A console that says nothing more is not shown as
@@ -12,6 +13,7 @@ use std::time::Duration;
 
 use link::clock::trace_us;
 use link::mouth::{Entry, MouthError, Reader};
+use serde_json::json;
 use wire::core::{Input, Output};
 use wire::id::NodeId;
 
@@ -41,9 +43,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (mut heard, mut said) = (trace_us(), false);
     while !context.stop.asked() {
         let news = log.news().map_err(unread)?;
-        if let Some(text) = news.text {
+        if let Some((text, picture)) = news.newest {
             (heard, said) = (trace_us(), false);
-            out::say(format_args!("{text}"));
+            out::say(format_args!("{}", if context.json { picture } else { text }));
         }
         if news.finished || args.once {
             return Ok(Exit::Fine);
@@ -51,7 +53,12 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let silent = trace_us().saturating_sub(heard);
         if silent > CURRENT_US && !said {
             said = true;
-            out::say(format_args!("NOT CURRENT: the console has said nothing more for {} s", silent / 1_000_000));
+            let seconds = silent / 1_000_000;
+            if context.json {
+                out::say(format_args!("{}", json!({ "not_current_s": seconds })));
+            } else {
+                out::say(format_args!("NOT CURRENT: the console has said nothing more for {seconds} s"));
+            }
         }
         // Nobody sends: this waits for its time.
         let _ = pause.recv_timeout(LOOK);
@@ -69,8 +76,8 @@ struct Follow {
 
 /// What has come into it since the last look.
 struct News {
-    /// The newest words.
-    text: Option<String>,
+    /// The newest picture, in words and as an object.
+    newest: Option<(String, String)>,
     /// The console has written its closing account.
     finished: bool,
 }
@@ -86,10 +93,10 @@ impl Follow {
     fn news(&mut self) -> Result<News, MouthError> {
         self.file.seek(SeekFrom::Start(self.at))?;
         let mut log = Reader::resume(BufReader::new(&self.file), self.header, self.at);
-        let mut news = News { text: None, finished: false };
+        let mut news = News { newest: None, finished: false };
         for entry in log.by_ref() {
             match entry {
-                Ok(Entry::Output(Output::Text { text })) => news.text = Some(text),
+                Ok(Entry::Output(Output::Text { text, picture })) => news.newest = Some((text, picture)),
                 Ok(Entry::Input { input: Input::Finish, .. }) => news.finished = true,
                 Ok(Entry::Input { .. } | Entry::Output(_)) => {}
                 // The rest of the entry is still to be written.
@@ -118,7 +125,7 @@ mod tests {
         let mut whole = Vec::new();
         let mut log = Writer::new(&mut whole, header, 1 << 20).unwrap();
         for text in ["one", "two"] {
-            log.output(&Output::Text { text: text.into() }).unwrap();
+            log.output(&Output::Text { text: text.into(), picture: "{}".into() }).unwrap();
         }
         log.input(Instant(5), &Input::Finish).unwrap();
         let mut file = tempfile::NamedTempFile::new().unwrap();
@@ -127,7 +134,7 @@ mod tests {
         let mut follow = Follow::open(file.path()).unwrap();
         for byte in &whole[whole.len() / 2..] {
             let news = follow.news().unwrap();
-            seen.extend(news.text);
+            seen.extend(news.newest.map(|(text, _)| text));
             assert!(!news.finished);
             file.write_all(&[*byte]).unwrap();
         }

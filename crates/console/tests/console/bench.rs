@@ -50,6 +50,7 @@ pub(crate) struct Bench {
     pub(crate) asked: Vec<Asked>,
     pub(crate) texts: Vec<String>,
     /// The display's challenge as a unit at the console's side first saw it; a unit's clock is the console's here.
+    pub(crate) pictures: Vec<serde_json::Value>,
     pub(crate) watched: Option<Echo>,
     /// Every input so far, and what came out for each.
     pub(crate) mouth: Vec<(Instant, Input, Vec<Output>)>,
@@ -104,6 +105,7 @@ impl Bench {
             texts: Vec::new(),
             watched: None,
             mouth: Vec::new(),
+            pictures: Vec::new(),
             sequence: 0,
             serial: 0,
         };
@@ -121,7 +123,10 @@ impl Bench {
                     Asked::Watch(nonce) => self.watched = Some(Echo { nonce, seen: self.now.stamp() }),
                     asked => self.asked.push(asked),
                 },
-                Output::Text { text } => self.texts.push(text.clone()),
+                Output::Text { text, picture } => {
+                    self.texts.push(text.clone());
+                    self.pictures.push(serde_json::from_str(picture).unwrap());
+                }
                 other => panic!("unexpected {other:?}"),
             }
         }

@@ -6,6 +6,7 @@ use wire::event::{Event, Freshness};
 use wire::feed::Feed;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::mode::Mode;
+use wire::person::Role;
 use wire::policy::{DisplayRule, Policy, Requirement};
 use wire::refusal::Reason;
 use wire::report::Report;
@@ -184,6 +185,24 @@ fn the_text_has_no_control_characters_and_comes_at_most_five_times_a_second() {
     for word in ["unit-a   READY", "stale 1", "unit-a up", "unit-b   nothing received", "vehicle"] {
         assert!(last.contains(word), "no `{word}` in\n{last}");
     }
+}
+
+#[test]
+fn the_object_for_programs_says_each_value_with_its_freshness_and_its_age() {
+    let mut bench = Bench::seating(Role::View);
+    bench.reports(Mode::Ready, Span::s(1));
+    let unit = |bench: &Bench| bench.pictures.last().unwrap()["units"][0].clone();
+    let of = unit(&bench);
+    for part in ["state", "place"] {
+        assert_eq!(of[part]["freshness"], "fresh", "{part}");
+    }
+    assert_eq!((&of["state"]["value"]["mode"], &of["tracks"][0]["value"]["id"]), (&"READY".into(), &4.into()));
+    bench.pass(Span::s(5));
+    let of = unit(&bench);
+    for part in [&of["state"], &of["place"], &of["tracks"][0]] {
+        assert!(part["freshness"] == "LOST" && part["age_ms"].as_u64() >= Some(4_800), "{part}");
+    }
+    assert_eq!(bench.pictures.len(), bench.texts.len());
 }
 
 #[test]

@@ -299,7 +299,7 @@ impl Outlets {
                 Some(relay) => relay.emit_stranger(&bytes),
                 None => self.undeliverable += 1,
             },
-            Output::Text { text } => say("text", &json!(text)),
+            Output::Text { text, .. } => say("text", &json!(text)),
         }
     }
 

@@ -403,7 +403,7 @@ fn outputs() -> Vec<Named> {
         named!("stream", Output, stream),
         named!("reset", Output, Output::Reset { connection: session }),
         named!("audit", Output, Output::Audit { bytes: bytes.clone() }),
-        named!("text", Output, Output::Text { text: "HOLD_SAFE\n".into() }),
+        named!("text", Output, Output::Text { text: "HOLD_SAFE\n".into(), picture: "{}".into() }),
         named!("stranger", Output, Output::Stranger { bytes }),
         named!("join", Output, Output::Join),
         named!("leave", Output, Output::Leave),

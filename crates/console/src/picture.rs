@@ -1,0 +1,110 @@
+//! What is shown as one JSON object, for programs: `holdsafe watch RUN --json`.
+//!
+//! A view, as [`text`](crate::text) is: it decides nothing and computes no age. Each value that ages stands in an object with
+//! its freshness and its age. The lists are those of [`Shown`], with its bounds.
+
+use serde_json::{Value, json};
+use wire::report::ReportedTrack;
+use wire::time::{Instant, Span};
+
+use crate::age::Labelled;
+use crate::alarm;
+use crate::shown::{Shown, ShownUnit};
+use crate::text::{class_name, life, word};
+
+/// Raised when a field changes its meaning or goes.
+const VERSION: u32 = 1;
+
+/// The object, in one line.
+pub(crate) fn line(shown: &Shown) -> String {
+    let ago = |at: Instant| ms(shown.at.since(at));
+    json!({
+        "version": VERSION,
+        "at_us": shown.at.0,
+        "operator": shown.operator,
+        "role": shown.role.name(),
+        "replay": shown.marks.replay,
+        "ablation": shown.marks.ablation,
+        "units": shown.units.iter().map(|of| unit(shown.at, of)).collect::<Value>(),
+        "silent": shown.silent.iter().map(|unit| unit.name()).collect::<Value>(),
+        "links": shown.links.iter().map(|link| json!({
+            "peer": link.peer.name(),
+            "open": labelled(&link.open, json!(link.open.get().0)),
+            "heard_ms": link.heard.map(ms),
+        })).collect::<Value>(),
+        "refusals": shown.refusals.iter().map(|of| json!({
+            "reason": of.reason.name(),
+            "peer": of.peer.map(|peer| peer.name()),
+            "by": if of.here { "console" } else { "gateway" },
+            "times": of.n,
+            "last_ms": ago(of.last),
+        })).collect::<Value>(),
+        "sessions_lost": shown.losses.iter().map(|(peer, times)| json!({ "peer": peer.name(), "times": times }))
+            .collect::<Value>(),
+        "commands": shown.commands.iter().map(|of| json!({
+            "id": of.id.to_string(),
+            "unit": of.unit.name(),
+            "kind": of.kind.name(),
+            "life": life(of.life),
+            "since_ms": ago(of.since),
+        })).collect::<Value>(),
+        "alarms": shown.alarms.iter().map(|of| json!({
+            "priority": of.priority.name(),
+            "says": alarm::words(&of.alarm),
+            "since_ms": ago(of.since),
+            "standing": of.standing,
+            "acknowledged": of.acknowledged,
+        })).collect::<Value>(),
+        "alarms_more": shown.alarms_more,
+        "prepared": shown.prepared.map(|of| json!({
+            "order": of.order.name(),
+            "left_ms": ms(of.until.since(shown.at)),
+        })),
+    })
+    .to_string()
+}
+
+fn unit(at: Instant, of: &ShownUnit) -> Value {
+    let ((state, _), (pose, _)) = (of.state.get(), of.pose.get());
+    json!({
+        "unit": of.unit.name(),
+        "via": of.via.name(),
+        "checks_waived": !of.waived.is_empty(),
+        "since_ms": ms(at.since(of.since)),
+        "state": labelled(&of.state, json!({
+            "mode": state.mode.name(),
+            "cause": state.cause.label(),
+            "failing": state.failing.iter().map(|guard| guard.name()).collect::<Value>(),
+            "authority": state.authority.map(|held| json!({ "track": held.track.0, "left_ms": ms(held.left) })),
+            "speed_mm_s": state.speed_mm_s,
+            "progress_permille": state.progress,
+        })),
+        "place": labelled(&of.pose, json!({ "x_mm": pose.x_mm, "y_mm": pose.y_mm, "yaw_mrad": pose.yaw_mrad })),
+        "tracks": of.tracks.iter().chain(of.lost.iter().map(|lost| &lost.track)).map(track).collect::<Value>(),
+        "lost_more": of.lost_more,
+    })
+}
+
+fn track(of: &Labelled<ReportedTrack>) -> Value {
+    let (track, _) = of.get();
+    labelled(
+        of,
+        json!({
+            "id": track.id.0,
+            "class": class_name(track.class),
+            "x_mm": track.x_mm,
+            "y_mm": track.y_mm,
+            "confidence_permille": track.confidence,
+        }),
+    )
+}
+
+/// A value with its freshness and its age.
+fn labelled<T>(of: &Labelled<T>, value: Value) -> Value {
+    json!({ "freshness": word(of.freshness()), "age_ms": ms(of.age()), "value": value })
+}
+
+/// Whole milliseconds; null where there is no bound.
+fn ms(span: Span) -> Option<u64> {
+    (span != Span(u64::MAX)).then_some(span.0 / 1000)
+}
