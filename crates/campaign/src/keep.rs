@@ -3,7 +3,7 @@
 use std::io::{BufRead, Read, Write};
 use std::path::Path;
 
-use console::process::player::READING;
+use console::process::player::{READING, TRUTH};
 use link::instrument::Frame;
 use link::recorder::Recording;
 use serde_json::json;
@@ -14,8 +14,9 @@ use crate::cast::Cast;
 use crate::custody::Held;
 use crate::evidence::Logged;
 use crate::live::{self, mouths::CoreReplay};
-use crate::oracle::Evidence;
+use crate::oracle::{Evidence, Witnessed};
 use crate::report::SCHEMA_VERSION;
+use crate::truth;
 
 /// Writes the log of a twin run as a recording, as a live run's recorder would.
 pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {
@@ -54,10 +55,11 @@ pub fn held_in(from: impl std::io::Read) -> std::io::Result<Held> {
 }
 
 /// Writes what it takes to look at the console's mouth log again: no secret but the key of its feed, to which nobody answers
-/// any more.
-pub fn console(directory: &Path, cast: &Cast) -> std::io::Result<()> {
+/// any more. Beside it what really happened.
+pub fn console(directory: &Path, cast: &Cast, entries: &[Witnessed]) -> std::io::Result<()> {
     let Some(console) = live::console(cast) else { return Ok(()) };
-    std::fs::write(directory.join(READING), serde_json::to_vec(&console.to_read())?)
+    std::fs::write(directory.join(READING), serde_json::to_vec(&console.to_read())?)?;
+    std::fs::write(directory.join(TRUTH), serde_json::to_vec(&truth::of(entries))?)
 }
 
 /// Writes what came of replaying the mouth logs.

@@ -32,4 +32,5 @@ pub mod stack;
 pub mod stages;
 pub mod stats;
 pub mod trial;
+pub mod truth;
 pub mod twin;

@@ -16,11 +16,13 @@ pub mod intent;
 pub mod interlock;
 pub mod life;
 pub mod model;
+#[cfg(feature = "process")]
+pub mod moment;
 pub mod operator;
 mod orders;
+mod picture;
 #[cfg(feature = "process")]
 pub mod process;
-mod picture;
 mod retrace;
 pub mod shown;
 pub mod site;

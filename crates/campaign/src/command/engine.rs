@@ -149,7 +149,7 @@ fn live_trial(
         keep::events(directory, &run.evidence)
             .and_then(|()| keep::replays(directory, &run.replays))
             .and_then(|()| keep::held(directory, &run.held))
-            .and_then(|()| keep::console(directory, &run.cast))
+            .and_then(|()| keep::console(directory, &run.cast, &run.evidence.entries))
             .map_err(failed)?;
     }
     let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);

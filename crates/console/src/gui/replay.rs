@@ -1,14 +1,15 @@
 //! The bar under a recording: where it stands, and ways to go elsewhere. It is there in a replay only.
 
-use eframe::egui::{Button, Key, RichText, Slider, Ui};
+use eframe::egui::{Button, Color32, Key, RichText, Role, Sense, Slider, Stroke, Ui, WidgetInfo, pos2, vec2};
 use wire::time::Span;
 
 use super::Wish;
 use super::theme::Palette;
 use super::words::seconds;
+use crate::moment::Moment;
 
-/// Moments that are listed, at most.
-pub const MAX_MOMENTS: usize = 256;
+/// Height of the line of moments, points.
+const LINE: f32 = 14.0;
 
 /// Where a recording stands.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -17,8 +18,8 @@ pub struct Tape {
     pub at: Span,
     /// Its length.
     pub length: Span,
-    /// When something changed, and what; in order, at most [`MAX_MOMENTS`].
-    pub moments: Vec<(Span, String)>,
+    /// What one may want to jump to, in order.
+    pub moments: Vec<Moment>,
     /// Whether it runs by itself.
     pub playing: bool,
 }
@@ -42,10 +43,10 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, wishes: &mut Vec<Wish>) {
         if ui.button(if tape.playing { "Pause" } else { "Play" }).clicked() {
             seek(Seek::Play(!tape.playing));
         }
-        let earlier = tape.moments.iter().rev().find(|(at, _)| *at < tape.at);
-        let later = tape.moments.iter().find(|(at, _)| *at > tape.at);
+        let earlier = tape.moments.iter().rev().find(|moment| moment.at < tape.at);
+        let later = tape.moments.iter().find(|moment| moment.at > tape.at);
         if ui.add_enabled(earlier.is_some(), Button::new("Change before")).clicked() {
-            seek(Seek::To(earlier.map_or(Span::ZERO, |(at, _)| *at)));
+            seek(Seek::To(earlier.map_or(Span::ZERO, |moment| moment.at)));
         }
         if ui.button("Step back").clicked() || arrow(ui, Key::ArrowLeft) {
             seek(Seek::Step(-1));
@@ -54,7 +55,7 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, wishes: &mut Vec<Wish>) {
             seek(Seek::Step(1));
         }
         if ui.add_enabled(later.is_some(), Button::new("Next change")).clicked() {
-            seek(Seek::To(later.map_or(tape.length, |(at, _)| *at)));
+            seek(Seek::To(later.map_or(tape.length, |moment| moment.at)));
         }
         ui.label(RichText::new(format!("{} of {}", seconds(tape.at), seconds(tape.length))).monospace());
         let label = ui.label(RichText::new("time").weak());
@@ -66,9 +67,38 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, wishes: &mut Vec<Wish>) {
             seek(Seek::To(Span((at.max(0.0) * 1e6) as u64)));
         }
     });
-    let last = tape.moments.iter().rev().find(|(at, _)| *at <= tape.at);
-    let text = last.map_or("no change yet".to_owned(), |(at, what)| format!("last change at {}: {what}", seconds(*at)));
-    ui.label(RichText::new(text).color(Palette::of(ui).text));
+    line(ui, tape);
+    for truth in [false, true] {
+        let last = tape.moments.iter().rev().find(|moment| moment.truth == truth && moment.at <= tape.at);
+        let (begin, none) = if truth { ("what really happened", "nothing") } else { ("last change", "none yet") };
+        let text = last.map_or(none.to_owned(), |moment| format!("{} at {}", moment.what, seconds(moment.at)));
+        if !truth || tape.moments.iter().any(|moment| moment.truth) {
+            ui.label(RichText::new(format!("{begin}: {text}")).color(Palette::of(ui).text));
+        }
+    }
+}
+
+/// The whole recording as a line: a stroke above it for each change of what was shown, one below for each thing that really
+/// happened, and where we are.
+fn line(ui: &mut Ui, tape: &Tape) {
+    let (area, response) = ui.allocate_exact_size(vec2(ui.available_width(), LINE), Sense::hover());
+    let really = tape.moments.iter().filter(|moment| moment.truth).count();
+    let says = format!("timeline: {} changes shown, {really} things that happened", tape.moments.len() - really);
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, &says));
+    let palette = Palette::of(ui);
+    let x = |at: Span| area.left() + area.width() * (at.0 as f32 / tape.length.0.max(1) as f32);
+    let stroke = |at: Span, from: f32, to: f32, color: Color32| {
+        ui.painter().line_segment([pos2(x(at), from), pos2(x(at), to)], Stroke::new(1.5, color));
+    };
+    ui.painter().hline(area.x_range(), area.center().y, Stroke::new(1.0, palette.weak));
+    for moment in &tape.moments {
+        if moment.truth {
+            stroke(moment.at, area.center().y, area.bottom(), palette.caution);
+        } else {
+            stroke(moment.at, area.top(), area.center().y, palette.text);
+        }
+    }
+    stroke(tape.at, area.top(), area.bottom(), palette.advice);
 }
 
 /// Whether an arrow went down while no control has the focus, which it would move in.

@@ -11,12 +11,11 @@ use std::path::Path;
 use link::mouth::{self, Entry, MouthError};
 use wire::core::{Core, Input, Output, Topic};
 use wire::id::{Boot, NodeId, UnitId, WorldId};
-use wire::person::Alarm;
 use wire::setup::{Secret, Setup};
 use wire::time::{Instant, Span};
 
 use super::ProcessConfig;
-use crate::alarm;
+use crate::moment::{self, Happened, MAX_MOMENTS, Moment};
 use crate::shown::Shown;
 use crate::{Console, ConsoleConfig, ConsoleError};
 
@@ -28,8 +27,8 @@ const MAX_READING: u64 = 1 << 20;
 const MAX_TURNS: usize = 1 << 20;
 /// Inputs between two copies of the core.
 const APART: usize = 512;
-/// Changes that can be jumped to.
-pub const MAX_MOMENTS: usize = 256;
+/// The file with what really happened, beside it: for whoever looks at the recording, never for a live console.
+pub const TRUTH: &str = "truth.json";
 
 /// A recording that cannot be opened.
 #[derive(Debug, thiserror::Error)]
@@ -75,11 +74,19 @@ impl ProcessConfig {
     }
 }
 
-/// An input, and what the console asked of the gateway after it.
+/// An input, and what the console said after it.
 struct Turn {
     now: Instant,
     input: Input,
     said: Vec<Output>,
+}
+
+impl Turn {
+    /// Whether this is needed to show again what was shown: what was asked of the gateway, and the answer to an act.
+    fn needs(&self, output: &Output) -> bool {
+        let act = matches!(self.input, Input::Act { .. });
+        matches!(output, Output::Bus { .. }) || (act && matches!(output, Output::Audit { .. }))
+    }
 }
 
 /// A recording and where in it we are.
@@ -91,7 +98,7 @@ pub struct Player {
     /// Turns that `console` has taken.
     taken: usize,
     at: Instant,
-    moments: Vec<(Span, String)>,
+    moments: Vec<Moment>,
 }
 
 impl Player {
@@ -106,7 +113,9 @@ impl Player {
         let log = run_dir.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
         let log = mouth::Reader::new(BufReader::new(File::open(log).map_err(MouthError::from)?))?;
         let header = log.header();
-        Ok((Self::of(&config, header.boot, header.started, turns(log)?)?, config))
+        let mut player = Self::of(&config, header.boot, header.started, turns(log)?)?;
+        player.learn(truth(run_dir));
+        Ok((player, config))
     }
 
     fn of(config: &ProcessConfig, boot: Boot, started: Instant, turns: Vec<Turn>) -> Result<Self, PlayerError> {
@@ -143,8 +152,8 @@ impl Player {
         self.at.since(self.begins())
     }
 
-    /// When something changed that one may want to jump to, and what; in order, at most [`MAX_MOMENTS`].
-    pub fn moments(&self) -> &[(Span, String)] {
+    /// What one may want to jump to, in order; at most twice [`MAX_MOMENTS`].
+    pub fn moments(&self) -> &[Moment] {
         &self.moments
     }
 
@@ -197,32 +206,27 @@ impl Player {
     fn mark(&mut self, before: &Shown, after: &Shown) {
         let at = after.at.since(self.begins());
         let room = MAX_MOMENTS.saturating_sub(self.moments.len());
-        self.moments.extend(changes(before, after).into_iter().take(room).map(|what| (at, what)));
+        let new = moment::changes(before, after).into_iter().take(room);
+        self.moments.extend(new.map(|what| Moment { at, what, truth: false }));
+    }
+
+    /// Puts what really happened between what was shown.
+    fn learn(&mut self, truth: Vec<Happened>) {
+        let (begins, length) = (self.begins(), self.length());
+        let moment =
+            |of: Happened| Moment { at: Instant(of.at_us).since(begins).min(length), what: of.what, truth: true };
+        self.moments.extend(truth.into_iter().take(MAX_MOMENTS).map(moment));
+        self.moments.sort_by_key(|moment| moment.at);
     }
 }
 
-/// What a person may want to jump to: another mode with its cause, a new alarm, an answered command.
-fn changes(before: &Shown, after: &Shown) -> Vec<String> {
-    let mut changes = Vec::new();
-    for unit in &after.units {
-        let (state, _) = unit.state.get();
-        let was = before.unit(unit.unit).map(|unit| unit.state.get().0.mode);
-        if was != Some(state.mode) {
-            let failing: Vec<&str> = state.failing.iter().map(|guard| guard.name()).collect();
-            let failing = if failing.is_empty() { String::new() } else { format!(", failing {}", failing.join(", ")) };
-            changes.push(format!("{} {} ({}{failing})", unit.unit, state.mode.name(), state.cause.label()));
-        }
-    }
-    let known = |alarm: &Alarm| before.alarms.iter().any(|shown| shown.alarm == *alarm);
-    let told = |alarm: &Alarm| matches!(alarm, Alarm::HoldSafe(_) | Alarm::Degraded(_));
-    let raised = after.alarms.iter().filter(|shown| !known(&shown.alarm) && !told(&shown.alarm));
-    changes.extend(raised.map(|shown| alarm::words(&shown.alarm)));
-    let new = after.commands.iter().filter(|command| before.command(&command.intent).is_none());
-    changes.extend(new.map(|command| format!("{} to {} given", command.kind.name(), command.unit)));
-    changes
+/// What really happened, where that was kept: a recording can be looked at without.
+fn truth(run_dir: &Path) -> Vec<Happened> {
+    let Ok(file) = File::open(run_dir.join(TRUTH)) else { return Vec::new() };
+    serde_json::from_reader(file.take(MAX_READING)).unwrap_or_default()
 }
 
-/// The inputs with what was asked of the gateway after each; what else came out is of no use here.
+/// The inputs, each with what of its outputs is needed.
 fn turns<R: Read>(log: mouth::Reader<R>) -> Result<Vec<Turn>, MouthError> {
     let mut turns: Vec<Turn> = Vec::new();
     for entry in log {
@@ -231,12 +235,11 @@ fn turns<R: Read>(log: mouth::Reader<R>) -> Result<Vec<Turn>, MouthError> {
                 turns.push(Turn { now, input, said: Vec::new() });
             }
             Ok(Entry::Input { .. }) | Err(MouthError::Truncated { .. }) => break,
-            Ok(Entry::Output(output @ Output::Bus { .. })) => {
-                if let Some(last) = turns.last_mut() {
+            Ok(Entry::Output(output)) => {
+                if let Some(last) = turns.last_mut().filter(|last| last.needs(&output)) {
                     last.said.push(output);
                 }
             }
-            Ok(Entry::Output(_)) => {}
             Err(error) => return Err(error),
         }
     }

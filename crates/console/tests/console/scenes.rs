@@ -2,6 +2,7 @@
 
 use console::act::{Act, Order};
 use console::gui::replay::Tape;
+use console::moment::Moment;
 use console::shown::Shown;
 use wire::command::CommandKind;
 use wire::feed::Feed;
@@ -168,10 +169,12 @@ fn scattered(like: ReportedTrack, unit: u32, n: u32) -> ReportedTrack {
 /// The same picture as of a recording.
 pub(crate) fn replayed(mut shown: Shown) -> (Shown, Tape) {
     shown.marks.replay = true;
+    let moment = |ms, what: &str, truth| Moment { at: Span::ms(ms), what: what.to_owned(), truth };
     let moments = vec![
-        (Span::ms(1_020), "unit-a READY: operator".to_owned()),
-        (Span::ms(5_300), "unit-a PREPARE_TO_ACT: operator".to_owned()),
-        (Span::ms(6_900), "unit-a HOLD_SAFE: lost:teammates".to_owned()),
+        moment(1_020, "unit-a READY: operator", false),
+        moment(5_300, "unit-a PREPARE_TO_ACT: operator", false),
+        moment(6_700, "insider-b: sends a report of unit-b that is a lie", true),
+        moment(6_900, "unit-a HOLD_SAFE: lost:teammates", false),
     ];
     (shown, Tape { at: Span::ms(8_100), length: Span::s(9), moments, playing: false })
 }

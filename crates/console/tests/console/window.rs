@@ -380,9 +380,11 @@ fn a_recording_is_moved_in_and_never_looks_live() {
     click(&mut seated, Kind::Button, "Step back");
     click(&mut seated, Kind::Button, "Change before");
     click(&mut seated, Kind::Button, "Play");
-    let before = tape.moments[2].0;
+    let before = tape.moments[3].at;
     assert_eq!(seated.state().seeks, [Seek::Step(1), Seek::Step(-1), Seek::To(before), Seek::Play(true)]);
-    assert!(says(&seated, "last change at 6.90 s: unit-a HOLD_SAFE: lost:teammates"));
+    assert!(says(&seated, "last change: unit-a HOLD_SAFE: lost:teammates at 6.90 s"));
+    assert!(says(&seated, "what really happened: insider-b: sends a report of unit-b that is a lie at 6.70 s"));
+    assert!(says(&seated, "timeline: 3 changes shown, 1 things that happened"));
 }
 
 #[test]

@@ -1,0 +1,55 @@
+//! What one may want to jump to in a recording: changes of what was shown, and what really happened.
+//!
+//! The second is the instrument's knowledge. It reaches whoever looks at a recording, and no console that runs.
+
+use serde::{Deserialize, Serialize};
+use wire::person::Alarm;
+use wire::time::Span;
+
+use crate::alarm;
+use crate::shown::Shown;
+
+/// Moments of either kind that are kept, at most.
+pub const MAX_MOMENTS: usize = 256;
+
+/// One of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Moment {
+    /// From the recording's beginning.
+    pub at: Span,
+    /// What changed, or happened.
+    pub what: String,
+    /// It really happened; else it was shown.
+    pub truth: bool,
+}
+
+/// Something that really happened, as it is kept beside a recording.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Happened {
+    /// On the console's clock, microseconds.
+    pub at_us: u64,
+    /// What.
+    pub what: String,
+}
+
+/// What a person may want to jump to: another mode with its cause, a new alarm, an answered command.
+pub(crate) fn changes(before: &Shown, after: &Shown) -> Vec<String> {
+    let mut changes = Vec::new();
+    for unit in &after.units {
+        let (state, _) = unit.state.get();
+        let was = before.unit(unit.unit).map(|unit| unit.state.get().0.mode);
+        if was != Some(state.mode) {
+            let failing: Vec<&str> = state.failing.iter().map(|guard| guard.name()).collect();
+            let failing = if failing.is_empty() { String::new() } else { format!(", failing {}", failing.join(", ")) };
+            changes.push(format!("{} {} ({}{failing})", unit.unit, state.mode.name(), state.cause.label()));
+        }
+    }
+    let known = |alarm: &Alarm| before.alarms.iter().any(|shown| shown.alarm == *alarm);
+    let told = |alarm: &Alarm| matches!(alarm, Alarm::HoldSafe(_) | Alarm::Degraded(_));
+    let raised = after.alarms.iter().filter(|shown| !known(&shown.alarm) && !told(&shown.alarm));
+    changes.extend(raised.map(|shown| alarm::words(&shown.alarm)));
+    let new = after.commands.iter().filter(|command| before.command(&command.intent).is_none());
+    changes.extend(new.map(|command| format!("{} to {} given", command.kind.name(), command.unit)));
+    changes
+}
