@@ -169,6 +169,13 @@ impl Hand {
         self.answers.push_back(answer);
     }
 
+    /// The last act gave this command.
+    pub fn gave(&mut self, command: CommandId) {
+        if let Some(Answer { outcome: Ok(given), .. }) = self.answers.back_mut() {
+            *given = Some(command);
+        }
+    }
+
     /// What is prepared.
     pub fn prepared(&self) -> Option<Prepared> {
         self.prepared

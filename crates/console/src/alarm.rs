@@ -1,7 +1,8 @@
 //! Alarms: what an operator has to take note of, until it is over *and* was taken note of.
 //!
 //! Whether an alarm's condition stands follows from what is shown and from nothing else. One that ends by itself stays
-//! listed until it is acknowledged, and one that begins again has to be acknowledged again.
+//! listed until it is acknowledged, and one that begins again has to be acknowledged again. An alarm about something that
+//! happened once (an order, a lost session) has no end of its own: to take note of it is its end.
 
 use wire::event::Freshness;
 use wire::mode::Mode;
@@ -13,6 +14,19 @@ use crate::shown::{Shown, ShownUnit};
 
 /// Alarms that are kept. There is room for every unit with every lost track, every link and every command at once.
 pub const MAX_ALARMS: usize = 320;
+
+/// Whether it is about something that happened, not about something that is so.
+fn once(alarm: &Alarm) -> bool {
+    match alarm {
+        Alarm::SessionLost(_) | Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_) => true,
+        Alarm::HoldSafe(_)
+        | Alarm::Silent(_)
+        | Alarm::Degraded(_)
+        | Alarm::Stale(_)
+        | Alarm::LinkDown(_)
+        | Alarm::TrackLost(..) => false,
+    }
+}
 
 /// How urgent it is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -84,6 +98,14 @@ struct Raised {
     occurrence: u64,
 }
 
+impl Raised {
+    /// Whether there is nothing left to say of it. It is kept while what it was about is shown, so that it is not raised
+    /// anew.
+    fn done(&self) -> bool {
+        self.shown.acknowledged && once(&self.shown.alarm)
+    }
+}
+
 /// The alarms of one display, at most [`MAX_ALARMS`].
 #[derive(Clone, Debug, Default)]
 pub struct Alarms {
@@ -134,7 +156,8 @@ impl Alarms {
 
     /// As drawn: the most urgent first, of these the newest; and for how many there was no room.
     pub fn shown(&self) -> (Vec<ShownAlarm>, u32) {
-        let mut shown: Vec<ShownAlarm> = self.raised.iter().map(|raised| raised.shown).collect();
+        let listed = self.raised.iter().filter(|raised| !raised.done());
+        let mut shown: Vec<ShownAlarm> = listed.map(|raised| raised.shown).collect();
         shown.sort_by_key(|alarm| (alarm.priority, core::cmp::Reverse(alarm.since)));
         (shown, self.more)
     }

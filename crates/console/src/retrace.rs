@@ -1,13 +1,15 @@
 //! Following a recording: the same core, fed what it was fed, with neither script, pen nor challenges of its own.
 //!
-//! What it said then it is told ([`Console::said`]): which challenges it made, so that ages come out as they were, and which
-//! commands it gave. So no secret is needed to look at a run again, and nothing can be signed while doing so.
+//! What it said then it is told ([`Console::said`]): which challenges it made, so that ages come out as they were, which
+//! commands it gave and to which act each answered. So no secret is needed to look at a run again, and nothing can be signed while doing so.
 
 use sha2::{Digest, Sha256};
+use wire::audit::Entry;
 use wire::bus::{HEADER_LEN, TAG_LEN};
 use wire::codec;
 use wire::command::{Confirmation, Intent, MAX_ORDER, Request};
 use wire::core::{Output, Topic};
+use wire::event::Event;
 use wire::setup::Setup;
 use wire::sign::Signed;
 use wire::time::Instant;
@@ -26,7 +28,21 @@ impl Console {
 
     /// What the console said at `now` when it was recorded, after what it was fed then.
     pub fn said(&mut self, now: Instant, output: &Output) {
-        let Output::Bus { topic: Topic::Intents, bytes } = output else { return };
+        if let Output::Bus { topic: Topic::Intents, bytes } = output {
+            self.asked(now, bytes);
+        } else if let Output::Audit { bytes } = output {
+            self.told(bytes);
+        }
+    }
+
+    /// It told the instrument plane this. Of an act it names the command, which it alone could sign.
+    fn told(&mut self, bytes: &[u8]) {
+        if let Ok(Event::Act { command: Some(id), .. }) = Entry::decode(bytes).map(|entry| entry.event) {
+            self.model.hand().gave(id);
+        }
+    }
+
+    fn asked(&mut self, now: Instant, bytes: &[u8]) {
         let tags = TAG_LEN * Topic::Intents.readers();
         let body = bytes.len().checked_sub(tags).and_then(|end| bytes.get(HEADER_LEN..end));
         let Some(Ok(request)) = body.map(|body| codec::decode(body, Topic::Intents.max_len())) else { return };

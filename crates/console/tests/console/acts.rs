@@ -155,7 +155,7 @@ fn a_revocation_takes_two_acts_too_and_is_asked_for_once() {
     assert_eq!(bench.act(Act::Now(strike)), Err(Unable::TwoSteps));
     bench.act(Act::Prepare(strike)).unwrap();
     bench.act(confirm(strike)).unwrap();
-    assert_eq!(bench.asked, [Asked::Revoke(b"revocation".to_vec())]);
+    assert_eq!(bench.asked, [Asked::Revoke(Bench::revocations()[0].1.clone())]);
     assert_eq!(bench.act(Act::Prepare(strike)), Err(Unable::Pending));
 }
 
@@ -301,6 +301,31 @@ fn an_alarm_stays_until_it_is_over_and_noted_and_one_that_begins_again_has_to_be
     bench.act(Act::Acknowledge(over.alarm, over.since)).unwrap();
     bench.pass(Span::ms(1));
     assert_eq!(alarms(&bench).iter().filter(|shown| shown.alarm == over.alarm).count(), 0);
+}
+
+#[test]
+fn an_alarm_about_what_happened_once_is_over_when_it_was_noted_and_comes_back_when_it_happens_again() {
+    let mut bench = Bench::seating(Role::Operate);
+    let listed = |bench: &Bench, wanted: Alarm| {
+        bench.console.shown(bench.now).alarms.into_iter().find(|shown| shown.alarm == wanted)
+    };
+    let command = bench.act(HOLD).unwrap().expect("a command");
+    bench.pass(Span::s(1));
+    bench.feed(&Feed::SessionsLost(1));
+    for alarm in [Alarm::NotAcknowledged(command), Alarm::SessionLost(PeerId::GATEWAY)] {
+        let raised = listed(&bench, alarm).expect("raised");
+        bench.act(Act::Acknowledge(alarm, raised.since)).unwrap();
+        bench.pass(Span::s(1));
+        assert_eq!(listed(&bench, alarm), None);
+    }
+    bench.feed(&Feed::SessionsLost(2));
+    assert!(listed(&bench, Alarm::SessionLost(PeerId::GATEWAY)).is_some_and(|shown| !shown.acknowledged));
+    let again = bench.act(HOLD).unwrap().expect("a command");
+    bench.pass(Span::s(1));
+    assert!(
+        listed(&bench, Alarm::NotAcknowledged(again)).is_some()
+            && listed(&bench, Alarm::NotAcknowledged(command)).is_none()
+    );
 }
 
 #[test]

@@ -21,6 +21,7 @@ use wire::sensor::{Class, Modalities, Pose, ProductMode};
 use wire::setup::{Channel, Secret, Setup};
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Echo, Instant, PeerStamp, Span};
+use wire::trust::Revocation;
 
 const FEED: ChannelKey = ChannelKey([1; 32]);
 const INTENTS: ChannelKey = ChannelKey([2; 32]);
@@ -49,8 +50,8 @@ pub(crate) struct Bench {
     pub(crate) events: Vec<(Instant, Event)>,
     pub(crate) asked: Vec<Asked>,
     pub(crate) texts: Vec<String>,
-    /// The display's challenge as a unit at the console's side first saw it; a unit's clock is the console's here.
     pub(crate) pictures: Vec<serde_json::Value>,
+    /// The display's challenge as a unit at the console's side first saw it; a unit's clock is the console's here.
     pub(crate) watched: Option<Echo>,
     /// Every input so far, and what came out for each.
     pub(crate) mouth: Vec<(Instant, Input, Vec<Output>)>,
@@ -65,7 +66,8 @@ impl Bench {
 
     /// The revocation that [`Bench::seating`] has at hand.
     pub(crate) fn revocations() -> Vec<(NodeId, Vec<u8>)> {
-        vec![(NodeId::OPERATOR_2, b"revocation".to_vec())]
+        let of = NodeId::OPERATOR_2;
+        vec![(of, Revocation { of }.sign(&key_of(NodeId::AUTHORITY)))]
     }
 
     /// With a person in this role and nothing scripted.
@@ -103,9 +105,9 @@ impl Bench {
             events: Vec::new(),
             asked: Vec::new(),
             texts: Vec::new(),
+            pictures: Vec::new(),
             watched: None,
             mouth: Vec::new(),
-            pictures: Vec::new(),
             sequence: 0,
             serial: 0,
         };

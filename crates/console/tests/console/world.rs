@@ -1,7 +1,7 @@
 //! Whatever can happen to a console, in one sequence of moves: arrivals, gaps, replays, forgeries, jumps of clocks and
 //! boots, words of the gateway, answers, and a person's hand. What has to hold after each move is `properties`.
 
-use console::act::{Act, Order, Role};
+use console::act::{Act, Alarm, Order, Role};
 use console::shown::Shown;
 use proptest::prelude::*;
 use sha2::{Digest, Sha256};
@@ -27,6 +27,8 @@ pub(crate) struct Says {
     tracks: u8,
     failing: bool,
     authority: bool,
+    /// It has eight tracks that no report had before.
+    others: bool,
     /// It repeats the last command given.
     heard: bool,
     /// The unit has started again.
@@ -41,6 +43,8 @@ pub(crate) struct Says {
 pub(crate) enum Does {
     Now(CommandKind),
     Prepare(CommandKind),
+    /// In one step what the mode that is shown allows.
+    NowFitting,
     /// What the mode that is shown allows.
     PrepareFitting,
     /// Confirms what is prepared, with or without a reason.
@@ -62,6 +66,10 @@ pub(crate) enum Move {
     Report(Says),
     /// An earlier report comes again, as if it were young.
     Replay(usize),
+    /// A report that is made now and kept on its way.
+    Kept(Says),
+    /// The last one that was kept comes after all, said to be as old as it is.
+    Late,
     /// A report under another unit's key.
     Forged(Says),
     Session(bool),
@@ -73,7 +81,8 @@ pub(crate) enum Move {
     Person(Does),
 }
 
-/// A report as it was fed.
+/// A report as it was made.
+#[derive(Clone)]
 pub(crate) struct Told {
     pub(crate) signed: Vec<u8>,
     pub(crate) report: Report,
@@ -87,9 +96,13 @@ pub(crate) struct World {
     pub(crate) bench: Bench,
     pub(crate) role: Role,
     pub(crate) told: Vec<Told>,
+    /// Reports that are still on their way.
+    kept: Vec<Told>,
     /// Acknowledgements under the unit's own key, by intent: whether it executed the command.
     pub(crate) answered: Vec<(IntentHash, bool)>,
     pub(crate) staged: Vec<IntentHash>,
+    /// Intents away from safe that were given up again, by a person's word or by a step towards safe.
+    pub(crate) withdrawn: Vec<IntentHash>,
     /// Refusals as the gateway counts them: from nobody known, and from B.
     pub(crate) counted: [u64; 2],
     /// The gateway's last word.
@@ -124,13 +137,14 @@ const KINDS: [CommandKind; 6] = [
 fn says() -> impl Strategy<Value = Says> {
     let small = prop_oneof![4 => Just(0i64), 1 => -3_000_000i64..3_000_000];
     let rare = prop::bool::weighted(0.1);
-    let flags = (prop::bool::weighted(0.2), any::<bool>(), any::<bool>(), rare);
+    let flags = (prop::bool::weighted(0.2), any::<bool>(), prop::bool::weighted(0.15), any::<bool>(), rare);
     let given = (0usize..5, 0u8..16, flags, prop_oneof![3 => 0u64..100, 1 => 0u64..2_500], small);
-    given.prop_map(|(mode, tracks, (failing, authority, heard, reboot), age, stamp)| Says {
+    given.prop_map(|(mode, tracks, (failing, authority, others, heard, reboot), age, stamp)| Says {
         mode,
         tracks,
         failing,
         authority,
+        others,
         heard,
         reboot,
         age,
@@ -162,6 +176,8 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
         4 => prop_oneof![6 => 0u64..200, 1 => 0u64..12_000].prop_map(Move::Gap),
         8 => says().prop_map(Move::Report),
         1 => (0usize..6).prop_map(Move::Replay),
+        1 => says().prop_map(Move::Kept),
+        1 => Just(Move::Late),
         1 => says().prop_map(Move::Forged),
         1 => any::<bool>().prop_map(Move::Session),
         1 => any::<bool>().prop_map(Move::Refused),
@@ -169,7 +185,42 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
         3 => (0usize..3, prop::bool::weighted(0.8), any::<bool>()).prop_map(|(b, own, no)| Move::Ack(b, own, no)),
         9 => does().prop_map(Move::Person),
     ];
-    prop::collection::vec(one, 1..100)
+    let hold = || [Move::Person(Does::Now(CommandKind::Hold)), Move::Gap(1_100)];
+    let holds: Vec<Move> = std::iter::repeat_with(hold).take(20).flatten().collect();
+    let some = prop_oneof![60 => one.prop_map(|one| vec![one]), 6 => order(), 1 => Just(holds), 1 => Just(crowd())];
+    prop::collection::vec(some, 1..80).prop_map(|some| some.concat())
+}
+
+/// An order away from safe on its whole way to where it is released, and now and then withdrawn on it: by itself that much
+/// hardly ever comes together.
+fn order() -> impl Strategy<Value = Vec<Move>> {
+    let given = prop_oneof![
+        6 => Just(vec![Does::PrepareFitting, Does::Confirm(true)]),
+        2 => Just(vec![Does::PrepareFitting, Does::Confirm(true), Does::Withdraw]),
+        1 => Just(vec![Does::PrepareFitting, Does::Confirm(false)]),
+        1 => Just(vec![Does::NowFitting]),
+    ];
+    (says(), given).prop_map(|(says, given)| {
+        let says = Says { tracks: 1, failing: false, others: false, reboot: false, age: 20, stamp: 0, ..says };
+        let given = given.into_iter().map(Move::Person);
+        std::iter::once(Move::Report(says)).chain(given).chain([Move::Stage(0, CommandStage::Staged)]).collect()
+    })
+}
+
+/// More tracks than are kept once they are lost.
+fn crowd() -> Vec<Move> {
+    let says = Says {
+        mode: 1,
+        tracks: 0,
+        failing: false,
+        authority: false,
+        others: true,
+        heard: false,
+        reboot: false,
+        age: 20,
+        stamp: 0,
+    };
+    vec![Move::Report(says); 9]
 }
 
 /// Runs many sequences in every role, and asks after each move of each whether `holds`.
@@ -209,8 +260,10 @@ impl World {
             bench: Bench::seating(role),
             role,
             told: Vec::new(),
+            kept: Vec::new(),
             answered: Vec::new(),
             staged: Vec::new(),
+            withdrawn: Vec::new(),
             counted: [0; 2],
             fed: None,
             boot: 1,
@@ -224,8 +277,24 @@ impl World {
     fn happens(&mut self, moved: &Move) -> Option<Act> {
         match moved {
             Move::Gap(ms) => self.bench.pass(Span::ms(*ms)),
-            Move::Report(says) => self.report(says, NodeId::UNIT_A),
-            Move::Forged(says) => self.report(says, NodeId::UNIT_B),
+            Move::Report(says) => {
+                let told = self.made(says, NodeId::UNIT_A);
+                self.comes(told, Span::ms(says.age));
+            }
+            Move::Forged(says) => {
+                let told = self.made(says, NodeId::UNIT_B);
+                self.comes(told, Span::ms(says.age));
+            }
+            Move::Kept(says) => {
+                let told = self.made(says, NodeId::UNIT_A);
+                self.kept.push(told);
+            }
+            Move::Late => {
+                if let Some(told) = self.kept.pop() {
+                    let age = self.bench.now.since(told.made);
+                    self.comes(told, age);
+                }
+            }
             Move::Replay(back) => {
                 if let Some(told) = self.told.iter().rev().nth(*back) {
                     let signed = told.signed.clone();
@@ -253,7 +322,8 @@ impl World {
         self.bench.feed(message);
     }
 
-    fn report(&mut self, says: &Says, by: NodeId) {
+    /// A report that says this, made now or as long ago as it says.
+    fn made(&mut self, says: &Says, by: NodeId) -> Told {
         if says.reboot {
             (self.boot, self.sequence) = (self.boot + 1, 0);
         }
@@ -262,18 +332,25 @@ impl World {
         let stamp = (now.0 as i64 + says.stamp).max(1) as u64;
         let made = (now - Span::ms(says.age)).max(Instant(stamp));
         let report = self.bench.told(self.reported(says, stamp));
-        let signed = sign(by, &report);
-        self.bench.heard_as(&signed, UnitId::A, Some(Span::ms(says.age)), now);
-        self.fed = Some(now);
-        self.told.push(Told { signed, report, made, forged: by != NodeId::UNIT_A });
+        Told { signed: sign(by, &report), report, made, forged: by != NodeId::UNIT_A }
+    }
+
+    /// The gateway passes it on as so old.
+    fn comes(&mut self, told: Told, age: Span) {
+        self.bench.heard_as(&told.signed, UnitId::A, Some(age), self.bench.now);
+        self.fed = Some(self.bench.now);
+        self.told.push(told);
     }
 
     fn reported(&self, says: &Says, stamp: u64) -> Report {
         let bare = report(self.sequence, stamp, Mode::ALL[says.mode]);
         let track = bare.tracks.0[0];
         // Each report has every track at a place of its own.
-        let place = |id: u32| (self.told.len() * 16) as i32 + id as i32;
+        let place = |id: u32| ((self.told.len() + self.kept.len()) * 16) as i32 + id as i32;
         let track = |id: u32| ReportedTrack { id: TrackId(id), x_mm: place(id), ..track };
+        let new = 100 + (self.told.len() + self.kept.len()) as u32 * 8;
+        let few = (1..5u32).filter(|id| says.tracks & 1 << (id - 1) != 0);
+        let ids: Vec<u32> = if says.others { (new..new + 8).collect() } else { few.collect() };
         let last = self.bench.intents().last().map(|(intent, _)| (intent.id, None));
         Report {
             boot: Boot(self.boot),
@@ -282,7 +359,7 @@ impl World {
             failing: if says.failing { Guards(1) } else { Guards::default() },
             authority: says.authority.then_some(ReportedAuthority { track: TrackId(1), left: Span::s(3) }),
             last_command: last.filter(|_| says.heard),
-            tracks: (0..4).filter(|n| says.tracks & 1 << n != 0).map(|n| track(n + 1)).collect::<List<_, 8>>(),
+            tracks: ids.into_iter().map(track).collect::<List<_, 8>>(),
             ..bare
         }
     }
@@ -314,6 +391,7 @@ impl World {
         let reason = Text::new("as planned");
         let act = match does {
             Does::Now(kind) => Act::Now(command(kind)),
+            Does::NowFitting => Act::Now(command(&fitting(shown.units.first()?.state.get().0.mode))),
             Does::Prepare(kind) => Act::Prepare(command(kind)),
             Does::PrepareFitting => Act::Prepare(command(&fitting(shown.units.first()?.state.get().0.mode))),
             Does::Confirm(with) => Act::Confirm(shown.prepared?.order, if *with { reason } else { Text::new("") }),
@@ -339,6 +417,18 @@ impl World {
 
     fn give(&mut self, act: Act) {
         self.bench.give(&Input::Act { bytes: codec::encode(&Numbered { serial: self.serial, act }) });
+        let done = self.bench.console.shown(self.bench.now).answers.last().is_some_and(|answer| answer.outcome.is_ok());
+        if done && matches!(act, Act::Withdraw | Act::Now(_)) {
+            let away = self.bench.intents().into_iter().filter(|(intent, _)| !intent.kind.towards_safe());
+            self.withdrawn.extend(away.map(|(_, bytes)| IntentHash::from(Sha256::digest(&bytes))));
+        }
+    }
+
+    /// Whether somebody took note of this alarm.
+    pub(crate) fn noted(&self, wanted: &Alarm) -> bool {
+        self.bench.events.iter().any(|(_, event)| {
+            matches!(event, Event::Act { act: Some(Act::Acknowledge(alarm, _)), refused: None, .. } if alarm == wanted)
+        })
     }
 
     /// Who confirmed an intent's command, by the events so far: the act that gave it.
