@@ -54,3 +54,44 @@ fn words(w: &Witnessed) -> Option<String> {
         _ => return None,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use wire::audit::Entry;
+    use wire::core::Side;
+    use wire::event::{Action, FaultKind, Sensor};
+    use wire::id::{Boot, FrameId};
+    use wire::time::{Instant, Span};
+
+    use super::*;
+
+    fn seen(at: Micros, node: NodeId, local: u64, event: Event) -> Witnessed {
+        let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(local), event, previous: [0; 32] };
+        Witnessed { at, entry }
+    }
+
+    #[test]
+    fn what_happened_is_told_on_the_consoles_clock_and_what_goes_on_is_told_once() {
+        let attack = |at| {
+            let event =
+                Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 1, delay: Span::ZERO };
+            seen(at, NodeId::RELAY_TELEMETRY, 0, event)
+        };
+        let fault = Event::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active: true, frame: FrameId(1) };
+        let log = [
+            seen(1_000_000, NodeId::CONSOLE, 71_000_000, Event::Started),
+            attack(1_200_000),
+            attack(1_900_000),
+            attack(2_800_000),
+            // The console's clock is slower than the trace's.
+            seen(3_000_000, NodeId::CONSOLE, 72_900_000, Event::Started),
+            seen(3_100_000, NodeId::SIM, 0, fault),
+            attack(5_000_000),
+        ];
+        let told: Vec<(u64, String)> = of(&log).into_iter().map(|of| (of.at_us, of.what)).collect();
+        let dropped = "relay-telemetry: Drop".to_owned();
+        let failed = "fault of Thermal: Dropout begins".to_owned();
+        assert_eq!(told, [(71_200_000, dropped.clone()), (73_000_000, failed), (74_900_000, dropped)]);
+        assert_eq!(of(&log[1..2]), []);
+    }
+}

@@ -188,7 +188,7 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
     let hold = || [Move::Person(Does::Now(CommandKind::Hold)), Move::Gap(1_100)];
     let holds: Vec<Move> = std::iter::repeat_with(hold).take(20).flatten().collect();
     let some = prop_oneof![60 => one.prop_map(|one| vec![one]), 6 => order(), 1 => Just(holds), 1 => Just(crowd())];
-    prop::collection::vec(some, 1..80).prop_map(|some| some.concat())
+    prop::collection::vec(some, 1..40).prop_map(|some| some.concat())
 }
 
 /// An order away from safe on its whole way to where it is released, and now and then withdrawn on it: by itself that much
