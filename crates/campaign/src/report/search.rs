@@ -115,7 +115,7 @@ impl SearchObject {
             seed: ground.seed,
             draws,
             exhausted,
-            hunt: hunted.row(strategy),
+            hunt: hunted.row(&ground.alphabet, strategy),
             findings,
         }
     }
@@ -161,7 +161,7 @@ pub fn search_table(object: &SearchObject) -> String {
             }
             None => "None found. That is no proof that there is none.\n".to_owned(),
         };
-        return text + &none;
+        return text + &none + &nearest_told(hunt);
     }
     let mut table =
         new_table(&["finding", "class", "word, shrunk", "edge", "trial", "CPU-s", "shrunk in", "stopped by"]);
@@ -177,6 +177,17 @@ pub fn search_table(object: &SearchObject) -> String {
         }
     }
     text + "Edges are the twin's: live they lie within its jitter of these.\n"
+}
+
+/// How near words came that broke nothing: what somebody who found nothing wants to know next.
+fn nearest_told(hunt: &HuntRow) -> String {
+    let mut table = new_table(&["limit of", "came to", "with the word"]);
+    for row in &hunt.nearest {
+        let percent = format!("{:.1} %", f64::from(row.thousandths) / 10.0);
+        let word = if row.word.is_empty() { "none" } else { &row.word };
+        table.add_row(vec![format!("{:?}", row.property), percent, word.to_owned()]);
+    }
+    format!("{table}\nBeyond 100 % the oracle still allows for clocks and periods, which its verdict has in it.\n")
 }
 
 fn row(finding: &FindingRow) -> Vec<String> {

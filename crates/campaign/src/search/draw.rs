@@ -13,8 +13,9 @@ use std::collections::VecDeque;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
+use wire::bounds::Bounds;
 
-use super::learned::{Known, Learned, Lesson, NEWEST};
+use super::learned::{Known, Learned, Lesson, NEWEST, Near};
 use super::moments::Moments;
 use super::nearness::Nearness;
 use super::word::{Letter, Word, move_of};
@@ -24,8 +25,6 @@ use crate::scenario::{Alphabet, Range};
 const FROM_KNOWN: u32 = 7;
 /// Out of ten of these, how many are made from one that came nearest to a limit, and not from one that was new.
 const FROM_NEAREST: u32 = 3;
-/// The farthest that a nudge moves a letter, ticks; a number it moves by at most this part of its range.
-const NUDGE: u32 = 32;
 /// Of ten guided moments, how many are a change of mode and a little after; how many of the others the edge of a bound. The
 /// rest are drawn evenly.
 const AT_CHANGES: u32 = 4;
@@ -62,6 +61,7 @@ impl Strategy {
 #[derive(Debug)]
 pub(super) struct Drawer<'a> {
     alphabet: &'a Alphabet,
+    bounds: &'a Bounds,
     strategy: Strategy,
     rng: ChaCha8Rng,
     nominal: Moments,
@@ -78,6 +78,7 @@ impl<'a> Drawer<'a> {
     /// Of the words over `alphabet`; `nominal` are the moments of the run without any, and `learned` knows how near it came.
     pub(super) fn new(
         alphabet: &'a Alphabet,
+        bounds: &'a Bounds,
         strategy: Strategy,
         seed: u64,
         nominal: Moments,
@@ -85,6 +86,7 @@ impl<'a> Drawer<'a> {
     ) -> Self {
         Self {
             alphabet,
+            bounds,
             strategy,
             rng: ChaCha8Rng::seed_from_u64(seed),
             nominal,
@@ -93,6 +95,16 @@ impl<'a> Drawer<'a> {
             deck: (0..alphabet.moves.len()).collect(),
             all_dealt: false,
         }
+    }
+
+    /// The alphabet of its words.
+    pub(super) fn alphabet(&self) -> &'a Alphabet {
+        self.alphabet
+    }
+
+    /// The platform's bounds.
+    pub(super) fn bounds(&self) -> &'a Bounds {
+        self.bounds
     }
 
     /// What came of the first word of which nothing was learned yet.
@@ -108,8 +120,7 @@ impl<'a> Drawer<'a> {
         if !fresh {
             let nearest = self.below(10) < FROM_NEAREST;
             return match self.nearest().filter(|_| nearest) {
-                Some(known) if self.below(2) == 0 => self.nudged(&known),
-                Some(known) => self.changed(&known),
+                Some(near) => self.nearer(&near),
                 None => {
                     let known = self.known();
                     self.changed(&known)
@@ -136,61 +147,13 @@ impl<'a> Drawer<'a> {
     }
 
     /// The word that came nearest to the limit of one property.
-    fn nearest(&mut self) -> Option<Known> {
+    fn nearest(&mut self) -> Option<Near> {
         let n = self.learned.nearest().len() as u32;
         let i = self.below(n) as usize;
-        self.learned.nearest().get(i).map(|known| (*known).clone())
+        self.learned.nearest().get(i).map(|near| (*near).clone())
     }
 
-    /// The same word with one number or moment moved a little, at every scale alike.
-    fn nudged(&mut self, known: &Known) -> Word {
-        let mut letters = known.word.letters().to_vec();
-        let some = self.below(letters.len() as u32) as usize;
-        let letter = letters[some].clone();
-        let ranges: Vec<Range> = move_of(self.alphabet, &letter).ranges().copied().collect();
-        let which = self.below(1 + ranges.len() as u32) as usize;
-        letters[some] = match which.checked_sub(1) {
-            None => {
-                let (first, last) = self.alphabet.begins();
-                let begins = self.moved(letter.begins, NUDGE).clamp(first, last);
-                Letter { begins, ..letter }
-            }
-            Some(n) => {
-                let mut places = letter.places.clone();
-                let last = ranges[n].last();
-                places[n] = self.moved(places[n], (last / NUDGE).max(1)).min(last);
-                Letter { places, ..letter }
-            }
-        };
-        Word::new(letters)
-    }
-
-    /// Up or down by 1, 2, 4 and so on, at most by `most`.
-    fn moved(&mut self, from: u32, most: u32) -> u32 {
-        let scales = most.ilog2() + 1;
-        let by = 1_u32 << self.below(scales);
-        if self.below(2) == 0 { from.saturating_add(by) } else { from.saturating_sub(by) }
-    }
-
-    /// The same word with one thing changed.
-    fn changed(&mut self, known: &Known) -> Word {
-        let mut letters = known.word.letters().to_vec();
-        let some = self.below(letters.len() as u32) as usize;
-        match (self.below(5), letters.get(some).cloned()) {
-            (0, _) if (letters.len() as u32) < self.longest() => letters.push(self.letter(&known.moments)),
-            (1, Some(_)) if letters.len() > 1 => drop(letters.remove(some)),
-            (2 | 0, Some(letter)) => letters[some] = Letter { begins: self.moment(&known.moments), ..letter },
-            (3 | 1, Some(letter)) => {
-                let places = self.places(letter.kind, &known.moments);
-                letters[some] = Letter { places, ..letter };
-            }
-            (_, Some(letter)) => letters[some] = Letter { begins: letter.begins, ..self.letter(&known.moments) },
-            (_, None) => letters.push(self.letter(&known.moments)),
-        }
-        Word::new(letters)
-    }
-
-    fn letter(&mut self, moments: &Moments) -> Letter {
+    pub(super) fn letter(&mut self, moments: &Moments) -> Letter {
         let kind = match self.strategy {
             Strategy::Uniform | Strategy::Transitions => self.below(self.alphabet.moves.len() as u32) as usize,
             Strategy::Guided => self.dealt(),
@@ -222,7 +185,7 @@ impl<'a> Drawer<'a> {
         at.unwrap_or(0)
     }
 
-    fn moment(&mut self, moments: &Moments) -> u32 {
+    pub(super) fn moment(&mut self, moments: &Moments) -> u32 {
         let (first, last) = self.alphabet.begins();
         let even = |drawer: &mut Self| first + drawer.below(last - first + 1);
         match self.strategy {
@@ -243,7 +206,7 @@ impl<'a> Drawer<'a> {
         }
     }
 
-    fn places(&mut self, of: usize, moments: &Moments) -> Vec<u32> {
+    pub(super) fn places(&mut self, of: usize, moments: &Moments) -> Vec<u32> {
         let letter = Letter { begins: 0, kind: of, places: Vec::new() };
         let ranges: Vec<Range> = move_of(self.alphabet, &letter).ranges().copied().collect();
         ranges.iter().map(|range| self.place(range, moments)).collect()
@@ -261,7 +224,7 @@ impl<'a> Drawer<'a> {
         }
     }
 
-    fn longest(&self) -> u32 {
+    pub(super) fn longest(&self) -> u32 {
         self.alphabet.longest.unsigned() as u32
     }
 
@@ -271,7 +234,7 @@ impl<'a> Drawer<'a> {
     }
 
     /// Even below `n`, to within 2^-32; 0 where `n` is 0.
-    fn below(&mut self, n: u32) -> u32 {
+    pub(super) fn below(&mut self, n: u32) -> u32 {
         ((u64::from(self.rng.next_u32()) * u64::from(n)) >> 32) as u32
     }
 }
@@ -290,7 +253,7 @@ mod tests {
     }
 
     fn guided(alphabet: &Alphabet) -> Drawer<'_> {
-        Drawer::new(alphabet, Strategy::Guided, 1, Moments::default(), &Nearness::new())
+        Drawer::new(alphabet, &Bounds::GROUND, Strategy::Guided, 1, Moments::default(), &Nearness::new())
     }
 
     fn lesson(word: &Word, new: bool, nearness: Nearness) -> Lesson {
@@ -362,7 +325,8 @@ mod tests {
             1_000_u32.saturating_sub(off)
         };
         let found = |seed: u64, climbs: bool| {
-            let mut drawer = Drawer::new(&alphabet, Strategy::Guided, seed, Moments::default(), &Nearness::new());
+            let mut drawer =
+                Drawer::new(&alphabet, &Bounds::GROUND, Strategy::Guided, seed, Moments::default(), &Nearness::new());
             let mut new = true;
             let at = (1..=2_000_u32).find(|_| {
                 let word = drawer.word();

@@ -8,11 +8,12 @@ use super::coverage::Coverage;
 use super::draw::{Drawer, Strategy};
 use super::learned::{Known, Lesson};
 use super::moments::Moments;
-use super::nearness::Nearness;
 use super::tried::{Cause, Ground, Test, Tried};
 use super::word::Word;
+use crate::oracle::Property;
 use crate::parallel;
 use crate::progress::{Progress, Stop};
+use crate::scenario::Alphabet;
 use crate::trial::Outcome;
 
 /// Words drawn at a time.
@@ -53,6 +54,8 @@ pub struct Hunted {
     pub outcomes: BTreeMap<Outcome, u64>,
     /// Points and steps of coverage seen.
     pub covered: Coverage,
+    /// Of each property with a way to its limit, how far words that arrived came, in thousandths, and the first that did.
+    pub nearest: BTreeMap<Property, (u32, Word)>,
     /// Of each cause the first finding.
     pub found: BTreeMap<Cause, Found>,
 }
@@ -70,6 +73,19 @@ pub struct HuntRow {
     pub outcomes: BTreeMap<&'static str, u64>,
     /// Points and steps of coverage seen.
     pub covered: usize,
+    /// How near it came to the limit of each property that has a way to it.
+    pub nearest: Vec<NearestRow>,
+}
+
+/// The nearest that any word came to the limit of a property.
+#[derive(Clone, Debug, Serialize)]
+pub struct NearestRow {
+    /// Which.
+    pub property: Property,
+    /// In thousandths of the way to the limit that the platform's bounds state; the oracle allows for a little more.
+    pub thousandths: u32,
+    /// The word.
+    pub word: String,
 }
 
 impl Ground {
@@ -87,7 +103,14 @@ impl Ground {
     ) -> Result<Hunted, String> {
         let nominal = self.try_word(&Word::default())?;
         let moments = |run: &Tried| Moments::of(run, &self.alphabet, &self.setup.bounds);
-        let mut drawer = Drawer::new(&self.alphabet, quest.strategy, quest.seed, moments(&nominal), &nominal.nearness);
+        let mut drawer = Drawer::new(
+            &self.alphabet,
+            &self.setup.bounds,
+            quest.strategy,
+            quest.seed,
+            moments(&nominal),
+            &nominal.nearness,
+        );
         let mut hunted = Hunted { covered: nominal.coverage.clone(), ..Hunted::default() };
         if quest.strategy.reads_moments() {
             hunted.cpu_seconds = nominal.trial.cpu_seconds;
@@ -99,9 +122,7 @@ impl Ground {
             for words in round.chunks(at_once) {
                 for one in self.round(words, threads, progress, stop)? {
                     let known = Known { word: one.word.clone(), moments: moments(&one) };
-                    // What did not arrive brought nothing nearer, whatever else was near in that trial.
-                    let arrived = one.trial.outcome != Outcome::Invalid;
-                    let nearness = if arrived { one.nearness.clone() } else { Nearness::new() };
+                    let nearness = one.brought_near();
                     let new = hunted.take(one, test);
                     drawer.learn(Lesson { known, new, nearness });
                     if quest.first && !hunted.found.is_empty() {
@@ -157,6 +178,11 @@ impl Hunted {
         let before = self.covered.len();
         self.covered.extend(&tried.coverage);
         let new = self.covered.len() > before;
+        for (property, way) in tried.brought_near() {
+            if self.nearest.get(&property).is_none_or(|(before, _)| way > *before) {
+                self.nearest.insert(property, (way, tried.word.clone()));
+            }
+        }
         if let Some(cause) = test(&tried) {
             let (trial, cpu_seconds) = (self.trials, self.cpu_seconds);
             self.found.entry(cause).or_insert(Found { tried, trial, cpu_seconds });
@@ -165,13 +191,19 @@ impl Hunted {
     }
 
     /// As a row of a report.
-    pub fn row(&self, strategy: Strategy) -> HuntRow {
+    pub fn row(&self, alphabet: &Alphabet, strategy: Strategy) -> HuntRow {
+        let nearest = self.nearest.iter().map(|(property, (thousandths, word))| NearestRow {
+            property: *property,
+            thousandths: *thousandths,
+            word: word.told(alphabet),
+        });
         HuntRow {
             strategy,
             trials: self.trials,
             cpu_seconds: self.cpu_seconds,
             outcomes: self.outcomes.iter().map(|(outcome, n)| (outcome.name(), *n)).collect(),
             covered: self.covered.len(),
+            nearest: nearest.collect(),
         }
     }
 }

@@ -24,6 +24,15 @@ pub(super) struct Known {
     pub(super) moments: Moments,
 }
 
+/// The word that came nearest to a limit.
+#[derive(Clone, Debug)]
+pub(super) struct Near {
+    pub(super) property: Property,
+    /// How far it came, in thousandths of the way.
+    pub(super) way: u32,
+    pub(super) known: Known,
+}
+
 /// What one trial taught.
 #[derive(Clone, Debug)]
 pub(super) struct Lesson {
@@ -45,7 +54,7 @@ struct Worth {
 #[derive(Debug)]
 pub(super) struct Learned {
     known: VecDeque<Known>,
-    nearest: BTreeMap<Property, (u32, Known)>,
+    nearest: BTreeMap<Property, Near>,
     /// Of each of the newest fresh words: whether it showed something new.
     fresh: VecDeque<bool>,
     moves: Vec<Worth>,
@@ -55,7 +64,8 @@ impl Learned {
     /// Nothing yet, of an alphabet of so many moves; `nominal` is how near the run without a word came.
     pub(super) fn new(moves: usize, nominal: &Nearness) -> Self {
         let nothing = Known { word: Word::default(), moments: Moments::default() };
-        let nearest = nominal.iter().map(|(property, way)| (*property, (*way, nothing.clone()))).collect();
+        let none = |property, way| Near { property, way, known: nothing.clone() };
+        let nearest = nominal.iter().map(|(property, way)| (*property, none(*property, *way))).collect();
         Self { known: VecDeque::new(), nearest, fresh: VecDeque::new(), moves: vec![Worth::default(); moves] }
     }
 
@@ -86,8 +96,9 @@ impl Learned {
         let mut any = false;
         for (property, way) in &lesson.nearness {
             let way = (*way).min(FARTHEST);
-            if self.nearest.get(property).is_none_or(|(before, _)| way > *before) {
-                self.nearest.insert(*property, (way, lesson.known.clone()));
+            if self.nearest.get(property).is_none_or(|before| way > before.way) {
+                let near = Near { property: *property, way, known: lesson.known.clone() };
+                self.nearest.insert(*property, near);
                 any = true;
             }
         }
@@ -105,9 +116,9 @@ impl Learned {
     }
 
     /// The word that came nearest, of each property to which any came nearer than the run without a word.
-    pub(super) fn nearest(&self) -> Vec<&Known> {
-        let came = |known: &&Known| !known.word.letters().is_empty();
-        self.nearest.values().map(|(_, known)| known).filter(came).collect()
+    pub(super) fn nearest(&self) -> Vec<&Near> {
+        let came = |near: &&Near| !near.known.word.letters().is_empty();
+        self.nearest.values().filter(came).collect()
     }
 
     /// What each move is worth, by its place in the alphabet: in proportion to how often it gained, never nothing.

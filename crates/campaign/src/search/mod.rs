@@ -19,11 +19,12 @@ mod nearness;
 mod sample;
 mod shrink;
 mod tried;
+mod vary;
 mod word;
 
 pub use coverage::Coverage;
 pub use draw::Strategy;
-pub use hunt::{Found, HuntRow, Hunted, Quest};
+pub use hunt::{Found, HuntRow, Hunted, NearestRow, Quest};
 pub use moments::Moments;
 pub use nearness::Nearness;
 pub use sample::{Drawn, Stratum};

@@ -8,6 +8,7 @@
 
 use std::collections::BTreeMap;
 
+use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::event::{Event, Freshness, Interface};
 use wire::id::{NodeId, UnitId};
@@ -21,6 +22,19 @@ pub type Nearness = BTreeMap<Property, u32>;
 
 /// At a limit.
 pub(super) const AT_LIMIT: u32 = 1000;
+
+/// The limit of time that a property has, milliseconds, where it has one. What is missing of the way to it is a length of time,
+/// by which a word can be moved.
+pub(super) fn limit_ms(property: Property, bounds: &Bounds) -> Option<u64> {
+    match property {
+        Property::P1 | Property::P8 => Some(bounds.command_limit_ms),
+        Property::P2 => Some(bounds.to_degraded_ms),
+        Property::P3 => Some(bounds.to_hold_safe_ms),
+        Property::P5 => Some(bounds.freshness_ms),
+        Property::P7 => Some(bounds.freshness_ms + bounds.telemetry_period_ms),
+        Property::P4 | Property::P6 | Property::P9 | Property::P10 | Property::P11 => None,
+    }
+}
 
 /// That of a trial.
 pub(super) fn of(evidence: &Evidence) -> Nearness {

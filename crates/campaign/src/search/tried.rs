@@ -69,6 +69,13 @@ pub struct Tried {
     pub changes_ms: Vec<u32>,
 }
 
+impl Tried {
+    /// How near its word brought it to each limit: nothing where that did not arrive, whatever else was near in that trial.
+    pub(super) fn brought_near(&self) -> Nearness {
+        if self.trial.outcome == Outcome::Invalid { Nearness::new() } else { self.nearness.clone() }
+    }
+}
+
 impl Ground {
     /// Of `scenario`, which is run once without any word.
     ///
