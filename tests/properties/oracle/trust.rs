@@ -4,8 +4,8 @@ use campaign::oracle::{Planned, Property};
 use campaign::trial::Outcome;
 use wire::command::CommandKind;
 use wire::core::Side;
-use wire::event::{Action, Event, GuardVerdict};
-use wire::id::{NodeId, PeerId};
+use wire::event::{Action, Event, FaultKind, GuardVerdict, Sensor};
+use wire::id::{FrameId, NodeId, PeerId};
 use wire::mode::{Cause, Guard, Mode};
 use wire::sensor::ReceiverTime;
 use wire::settings::Settings;
@@ -19,6 +19,21 @@ fn p2_a_lost_subsystem_without_restriction() {
     log.thermal_fault(4000, 9000);
     assert_eq!(log.breaks(), [Property::P2]);
     assert_eq!(log.judge().outcome, Outcome::Late);
+}
+
+#[test]
+fn p3_a_unit_that_lost_its_localisation_goes_on_for_longer_than_the_bound() {
+    let lost = |until_ms: u64| {
+        let mut log = Log::whole();
+        let fault =
+            |active| Event::Fault { sensor: Sensor::Localisation, kind: FaultKind::Dropout, active, frame: FrameId(1) };
+        log.add(4000, NodeId::SIM, fault(true)).add(until_ms, NodeId::SIM, fault(false));
+        log.add(4020, NodeId::UNIT_A, Event::NavigationSeen { fix: false, odometry: true });
+        let findings = log.judge().findings;
+        findings.iter().any(|f| f.property == Property::P3 && f.what.starts_with("localisation lost"))
+    };
+    assert!(lost(6000));
+    assert!(!lost(4900), "one that came back in time was not lost for good");
 }
 
 #[test]

@@ -55,29 +55,11 @@ fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
 /// more than *Tf*: all from the relay's and the guards' logs. A dead unit changes no mode, and what a dead end owes is
 /// `demise`'s to judge: from the end of either to its next start, nothing is asked here.
 pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
-    let (th, tf) = (evidence.bounds.to_hold_safe_ms * 1000, evidence.bounds.freshness_ms * 1000);
+    let th = evidence.bounds.to_hold_safe_ms * 1000;
     let mut found = Vec::new();
     for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
-        let mut firsts = BTreeSet::new();
-        let timely = arrivals(evidence, node).into_iter().filter(|a| {
-            let held = receipt.delayed.get(&a.hash).copied().unwrap_or(0);
-            let passed = a.verdict == GuardVerdict::Passed;
-            passed && firsts.insert(a.hash) && held <= tf && !receipt.forged.contains_key(&a.hash)
-        });
-        let mut times: Vec<Micros> = timely.map(|a| a.at).filter(|at| *at < evidence.duration).collect();
-        let dead: BTreeSet<(Micros, Micros)> =
-            [node, NodeId::UNIT_A].into_iter().flat_map(|n| life::dead(evidence, n)).collect();
-        for (from, to) in &dead {
-            times.retain(|at| at < from || at > to);
-            times.extend([*from, *to].into_iter().filter(|at| *at < evidence.duration));
-        }
-        times.extend([0, evidence.duration]);
-        times.sort_unstable();
-        for pair in times.windows(2) {
-            let (before, at) = (pair[0], pair[1]);
-            if at - before <= th || dead.iter().any(|(from, to)| before >= *from && at <= *to) {
-                continue;
-            }
+        let silences = silences(evidence, receipt, node).into_iter();
+        for (before, _) in silences.filter(|(before, at)| at - before > th) {
             // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
             let mode = line.mode_at(demise::can_judge(evidence, NodeId::UNIT_A, before + th));
             if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
@@ -87,6 +69,29 @@ pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
         }
     }
     found
+}
+
+/// The times between which nothing timely came to the guard of `node`, one after the other; without those in which either end
+/// was dead.
+pub(super) fn silences(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<(Micros, Micros)> {
+    let tf = evidence.bounds.freshness_ms * 1000;
+    let mut firsts = BTreeSet::new();
+    let timely = arrivals(evidence, node).into_iter().filter(|a| {
+        let held = receipt.delayed.get(&a.hash).copied().unwrap_or(0);
+        let passed = a.verdict == GuardVerdict::Passed;
+        passed && firsts.insert(a.hash) && held <= tf && !receipt.forged.contains_key(&a.hash)
+    });
+    let mut times: Vec<Micros> = timely.map(|a| a.at).filter(|at| *at < evidence.duration).collect();
+    let dead: BTreeSet<(Micros, Micros)> =
+        [node, NodeId::UNIT_A].into_iter().flat_map(|n| life::dead(evidence, n)).collect();
+    for (from, to) in &dead {
+        times.retain(|at| at < from || at > to);
+        times.extend([*from, *to].into_iter().filter(|at| *at < evidence.duration));
+    }
+    times.extend([0, evidence.duration]);
+    times.sort_unstable();
+    let lived = |(before, at): &(Micros, Micros)| !dead.iter().any(|(from, to)| before >= from && at <= to);
+    times.windows(2).map(|pair| (pair[0], pair[1])).filter(lived).collect()
 }
 
 /// Whether something is missing at the guard of whoever `from` talks to, at about `at`: a gap in the record numbers, or

@@ -8,7 +8,8 @@
 //! `timeline` sorts the events by what they are about, `plan` is what was set out to be done and when, `receipt`, `stream`,
 //! `planes`, `view`, `mouth`, `life` and `place` decide whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
 //! where the unit takes itself to be, `takeover` for sessions that somebody else took, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
-//! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class.
+//! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class. `nearness` says how near
+//! a trial came to what would have been judged, and judges nothing.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -19,6 +20,7 @@ mod display;
 mod life;
 mod link;
 mod mouth;
+mod nearness;
 mod orders;
 mod outcome;
 pub mod peers;
@@ -40,6 +42,7 @@ use wire::bounds::Bounds;
 use crate::custody::Flaw;
 use crate::trial::{Latency, Outcome, TransitionRow};
 
+pub use nearness::{AT_LIMIT, Limit, Nearness, nearness};
 pub use plan::{Plan, Planned};
 pub use timeline::Timeline;
 

@@ -26,6 +26,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(acts(evidence, line));
     found.extend(authority(evidence, line));
     found.extend(subsystem_loss(evidence, line, receipt));
+    found.extend(lost_place(evidence, line, receipt));
     found.extend(link::trust(evidence, line, receipt));
     found.extend(plant_obeys_hold(evidence, line));
     found.extend(geofence(line));
@@ -125,6 +126,21 @@ fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Ve
     late.map(|Befallen { sensor, start, .. }| {
         let mode = line.mode_at(start + td).name();
         finding(Property::P2, start + td, format!("{sensor:?} lost for {} ms and still {mode}", td / 1000))
+    })
+    .collect()
+}
+
+/// P3: after localisation is lost for good, which driving depends on, the unit holds within *Th*.
+fn lost_place(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
+    let th = evidence.bounds.to_hold_safe_ms * 1000;
+    let owed = receipt.faults.iter().filter(|f| {
+        let lost = f.kind == FaultKind::Dropout && f.sensor == Sensor::Localisation;
+        lost && f.end.saturating_sub(f.start) > th && f.start + th <= evidence.duration
+    });
+    owed.filter_map(|f| {
+        let mode = line.mode_at(demise::can_judge(evidence, NodeId::UNIT_A, f.start + th));
+        let what = format!("localisation lost for {} ms and still {}", th / 1000, mode.name());
+        (!matches!(mode, Mode::HoldSafe | Mode::Idle)).then(|| finding(Property::P3, f.start + th, what))
     })
     .collect()
 }

@@ -181,11 +181,11 @@ pub fn search_table(object: &SearchObject) -> String {
 
 /// How near words came that broke nothing: what somebody who found nothing wants to know next.
 fn nearest_told(hunt: &HuntRow) -> String {
-    let mut table = new_table(&["limit of", "came to", "with the word"]);
+    let mut table = new_table(&["limit", "came to", "with the word"]);
     for row in &hunt.nearest {
         let percent = format!("{:.1} %", f64::from(row.thousandths) / 10.0);
         let word = if row.word.is_empty() { "none" } else { &row.word };
-        table.add_row(vec![format!("{:?}", row.property), percent, word.to_owned()]);
+        table.add_row(vec![row.limit.told().to_owned(), percent, word.to_owned()]);
     }
     format!("{table}\nBeyond 100 % the oracle still allows for clocks and periods, which its verdict has in it.\n")
 }

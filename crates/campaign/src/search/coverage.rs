@@ -2,7 +2,7 @@
 //!
 //! A *point* of coverage is a situation of the platform at a decision: mode × authority × modalities that last came × what was
 //! decided (accepted in which bucket of age, refused for which reason, changed for which cause, shown how old). Beside these
-//! there are *steps*: how near a trial came to the limit of a property, in tenths of the way, so that a trial that comes nearer
+//! there are *steps*: how near a trial came to the limit, in tenths of the way, so that a trial that comes nearer
 //! than any before is as new as one that sees something new. Whether anything is broken is the oracle's to say.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
@@ -14,8 +14,7 @@ use wire::event::Event;
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 
-use super::nearness::{AT_LIMIT, Nearness};
-use crate::oracle::{Evidence, Witnessed};
+use crate::oracle::{AT_LIMIT, Evidence, Nearness, Witnessed};
 
 /// Points and steps, by a digest of what they are.
 pub type Coverage = BTreeSet<u64>;
@@ -34,10 +33,10 @@ struct Situation {
 /// Everything that a trial covered, which came so near to each limit.
 pub(super) fn of(evidence: &Evidence, nearness: &Nearness) -> Coverage {
     let mut covered = Coverage::new();
-    for (property, way) in nearness {
+    for (limit, way) in nearness {
         // Who came near came by what is less near.
         let steps = (way * STEPS / AT_LIMIT).min(STEPS);
-        covered.extend((0..=steps).map(|step| point(&format!("{property:?} {step}"))));
+        covered.extend((0..=steps).map(|step| point(&format!("{limit:?} {step}"))));
     }
     let mut now = Situation { mode: Mode::Idle, authority: false, live: String::new() };
     for w in evidence.entries.iter().filter(|w| w.at <= evidence.duration) {

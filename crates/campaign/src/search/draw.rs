@@ -17,14 +17,14 @@ use wire::bounds::Bounds;
 
 use super::learned::{Known, Learned, Lesson, NEWEST, Near};
 use super::moments::Moments;
-use super::nearness::Nearness;
 use super::word::{Letter, Word, move_of};
+use crate::oracle::Nearness;
 use crate::scenario::{Alphabet, Range};
 
 /// Out of ten guided words, how many are made from one that showed something new, when none of the newest fresh ones did.
 const FROM_KNOWN: u32 = 7;
 /// Out of ten of these, how many are made from one that came nearest to a limit, and not from one that was new.
-const FROM_NEAREST: u32 = 3;
+const FROM_NEAREST: u32 = 5;
 /// Of ten guided moments, how many are a change of mode and a little after; how many of the others the edge of a bound. The
 /// rest are drawn evenly.
 const AT_CHANGES: u32 = 4;
@@ -118,8 +118,8 @@ impl<'a> Drawer<'a> {
         let fresh = self.strategy != Strategy::Guided || self.learned.known().is_empty() || !self.fresh_is_stale();
         self.drawn.push_back(fresh);
         if !fresh {
-            let nearest = self.below(10) < FROM_NEAREST;
-            return match self.nearest().filter(|_| nearest) {
+            let nearest = if self.below(10) < FROM_NEAREST { self.nearest() } else { None };
+            return match nearest {
                 Some(near) => self.nearer(&near),
                 None => {
                     let known = self.known();
@@ -146,11 +146,11 @@ impl<'a> Drawer<'a> {
         self.learned.known()[i as usize].clone()
     }
 
-    /// The word that came nearest to the limit of one property.
+    /// A word that came nearest to a limit, by its worth.
     fn nearest(&mut self) -> Option<Near> {
-        let n = self.learned.nearest().len() as u32;
-        let i = self.below(n) as usize;
-        self.learned.nearest().get(i).map(|near| (*near).clone())
+        let (limits, weights): (Vec<_>, Vec<u64>) = self.learned.nearest().unzip();
+        let limit = *limits.get(self.by_weight(&weights))?;
+        self.learned.take_nearest(limit)
     }
 
     pub(super) fn letter(&mut self, moments: &Moments) -> Letter {
@@ -174,6 +174,11 @@ impl<'a> Drawer<'a> {
             return dealt;
         }
         let weights: Vec<u64> = self.learned.weights().collect();
+        self.by_weight(&weights)
+    }
+
+    /// The place of one of `weights`, each in proportion to what it is.
+    fn by_weight(&mut self, weights: &[u64]) -> usize {
         let mut left = ((u128::from(self.rng.next_u32()) * u128::from(weights.iter().sum::<u64>())) >> 32) as u64;
         let at = weights.iter().position(|weight| match left.checked_sub(*weight) {
             Some(rest) => {
@@ -244,7 +249,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::oracle::Property;
+    use crate::oracle::Limit;
     use crate::scenario::find_root;
 
     fn alphabet() -> Alphabet {
@@ -331,7 +336,7 @@ mod tests {
             let at = (1..=2_000_u32).find(|_| {
                 let word = drawer.word();
                 let way = near(&word);
-                let nearness = Nearness::from([(Property::P3, if climbs { way } else { 0 })]);
+                let nearness = Nearness::from([(Limit::Uplink, if climbs { way } else { 0 })]);
                 drawer.learn(lesson(&word, std::mem::take(&mut new), nearness));
                 way == 1_000
             });

@@ -10,7 +10,7 @@ use super::learned::{Known, Lesson};
 use super::moments::Moments;
 use super::tried::{Cause, Ground, Test, Tried};
 use super::word::Word;
-use crate::oracle::Property;
+use crate::oracle::Limit;
 use crate::parallel;
 use crate::progress::{Progress, Stop};
 use crate::scenario::Alphabet;
@@ -54,8 +54,8 @@ pub struct Hunted {
     pub outcomes: BTreeMap<Outcome, u64>,
     /// Points and steps of coverage seen.
     pub covered: Coverage,
-    /// Of each property with a way to its limit, how far words that arrived came, in thousandths, and the first that did.
-    pub nearest: BTreeMap<Property, (u32, Word)>,
+    /// Of each limit with a way to it, how far words that arrived came, in thousandths, and the first that did.
+    pub nearest: BTreeMap<Limit, (u32, Word)>,
     /// Of each cause the first finding.
     pub found: BTreeMap<Cause, Found>,
 }
@@ -73,15 +73,15 @@ pub struct HuntRow {
     pub outcomes: BTreeMap<&'static str, u64>,
     /// Points and steps of coverage seen.
     pub covered: usize,
-    /// How near it came to the limit of each property that has a way to it.
+    /// How near it came to each limit that has a way to it.
     pub nearest: Vec<NearestRow>,
 }
 
-/// The nearest that any word came to the limit of a property.
+/// The nearest that any word came to a limit.
 #[derive(Clone, Debug, Serialize)]
 pub struct NearestRow {
     /// Which.
-    pub property: Property,
+    pub limit: Limit,
     /// In thousandths of the way to the limit that the platform's bounds state; the oracle allows for a little more.
     pub thousandths: u32,
     /// The word.
@@ -178,9 +178,9 @@ impl Hunted {
         let before = self.covered.len();
         self.covered.extend(&tried.coverage);
         let new = self.covered.len() > before;
-        for (property, way) in tried.brought_near() {
-            if self.nearest.get(&property).is_none_or(|(before, _)| way > *before) {
-                self.nearest.insert(property, (way, tried.word.clone()));
+        for (limit, way) in tried.brought_near() {
+            if self.nearest.get(&limit).is_none_or(|(before, _)| way > *before) {
+                self.nearest.insert(limit, (way, tried.word.clone()));
             }
         }
         if let Some(cause) = test(&tried) {
@@ -192,8 +192,8 @@ impl Hunted {
 
     /// As a row of a report.
     pub fn row(&self, alphabet: &Alphabet, strategy: Strategy) -> HuntRow {
-        let nearest = self.nearest.iter().map(|(property, (thousandths, word))| NearestRow {
-            property: *property,
+        let nearest = self.nearest.iter().map(|(limit, (thousandths, word))| NearestRow {
+            limit: *limit,
             thousandths: *thousandths,
             word: word.told(alphabet),
         });

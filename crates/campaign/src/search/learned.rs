@@ -5,9 +5,8 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use super::moments::Moments;
-use super::nearness::{AT_LIMIT, Nearness};
 use super::word::Word;
-use crate::oracle::Property;
+use crate::oracle::{AT_LIMIT, Limit, Nearness};
 
 /// So many of the newest fresh words say how often a fresh word still shows something new.
 pub(super) const NEWEST: usize = 16;
@@ -27,10 +26,12 @@ pub(super) struct Known {
 /// The word that came nearest to a limit.
 #[derive(Clone, Debug)]
 pub(super) struct Near {
-    pub(super) property: Property,
+    pub(super) limit: Limit,
     /// How far it came, in thousandths of the way.
     pub(super) way: u32,
     pub(super) known: Known,
+    /// Words that were made from it.
+    pub(super) tried: u32,
 }
 
 /// What one trial taught.
@@ -54,7 +55,7 @@ struct Worth {
 #[derive(Debug)]
 pub(super) struct Learned {
     known: VecDeque<Known>,
-    nearest: BTreeMap<Property, Near>,
+    nearest: BTreeMap<Limit, Near>,
     /// Of each of the newest fresh words: whether it showed something new.
     fresh: VecDeque<bool>,
     moves: Vec<Worth>,
@@ -64,8 +65,8 @@ impl Learned {
     /// Nothing yet, of an alphabet of so many moves; `nominal` is how near the run without a word came.
     pub(super) fn new(moves: usize, nominal: &Nearness) -> Self {
         let nothing = Known { word: Word::default(), moments: Moments::default() };
-        let none = |property, way| Near { property, way, known: nothing.clone() };
-        let nearest = nominal.iter().map(|(property, way)| (*property, none(*property, *way))).collect();
+        let none = |limit, way| Near { limit, way, known: nothing.clone(), tried: 0 };
+        let nearest = nominal.iter().map(|(limit, way)| (*limit, none(*limit, *way))).collect();
         Self { known: VecDeque::new(), nearest, fresh: VecDeque::new(), moves: vec![Worth::default(); moves] }
     }
 
@@ -91,14 +92,14 @@ impl Learned {
         }
     }
 
-    /// Keeps the word for each property to whose limit it came nearer than any; whether there is one.
+    /// Keeps the word for each limit to which it came nearer than any; whether there is one.
     fn nearer(&mut self, lesson: &Lesson) -> bool {
         let mut any = false;
-        for (property, way) in &lesson.nearness {
+        for (limit, way) in &lesson.nearness {
             let way = (*way).min(FARTHEST);
-            if self.nearest.get(property).is_none_or(|before| way > before.way) {
-                let near = Near { property: *property, way, known: lesson.known.clone() };
-                self.nearest.insert(*property, near);
+            if self.nearest.get(limit).is_none_or(|before| way > before.way) {
+                let near = Near { limit: *limit, way, known: lesson.known.clone(), tried: 0 };
+                self.nearest.insert(*limit, near);
                 any = true;
             }
         }
@@ -115,10 +116,18 @@ impl Learned {
         &self.known
     }
 
-    /// The word that came nearest, of each property to which any came nearer than the run without a word.
-    pub(super) fn nearest(&self) -> Vec<&Near> {
-        let came = |near: &&Near| !near.known.word.letters().is_empty();
-        self.nearest.values().filter(came).collect()
+    /// The words that came nearest to a limit, of each to which any came nearer than the run without a word; and what each is
+    /// worth changing: the nearer the more, and the less the more often that was tried since it came so near.
+    pub(super) fn nearest(&self) -> impl Iterator<Item = (Limit, u64)> + '_ {
+        let came = self.nearest.values().filter(|near| !near.known.word.letters().is_empty());
+        came.map(|near| (near.limit, 1_000 * u64::from(near.way) / (8 + u64::from(near.tried)) + 1))
+    }
+
+    /// The word that came nearest to `limit`, to be changed.
+    pub(super) fn take_nearest(&mut self, limit: Limit) -> Option<Near> {
+        let near = self.nearest.get_mut(&limit)?;
+        near.tried = near.tried.saturating_add(1);
+        Some(near.clone())
     }
 
     /// What each move is worth, by its place in the alphabet: in proportion to how often it gained, never nothing.

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use super::coverage::{self, Coverage};
-use super::nearness::{self, Nearness};
 use super::word::{Letter, Word};
-use crate::oracle::Property;
+use crate::oracle::{Nearness, Property};
 use crate::scenario::{Alphabet, Scenario, Setup};
 use crate::trial::{Outcome, Trial};
 use crate::twin::trial::{conclude, start, start_along, trunk};
@@ -138,7 +137,7 @@ impl Ground {
         let (cast, twin) = started.map_err(|e| e.to_string())?;
         let run = conclude(cast, twin, &self.setup);
         let mut trial = judged::trial(self.seed, scenario.level(), &run.evidence, &run.verdict);
-        let nearness = nearness::of(&run.evidence);
+        let nearness = oracle::nearness(&run.evidence);
         let coverage = coverage::of(&run.evidence, &nearness);
         trial.cpu_seconds = link::clock::thread_cpu_us().saturating_sub(before) as f64 / 1e6;
         let changes_ms = trial.transitions.iter().map(|row| row.t_ms as u32).collect();

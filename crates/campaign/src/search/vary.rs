@@ -2,8 +2,8 @@
 
 use super::draw::Drawer;
 use super::learned::{Known, Near};
-use super::nearness::{self, AT_LIMIT};
 use super::word::{Letter, Word, move_of};
+use crate::oracle::AT_LIMIT;
 
 /// The farthest that a nudge moves a letter, ticks; a number it moves by at most this part of its range.
 const NUDGE: u32 = 32;
@@ -24,7 +24,7 @@ impl Drawer<'_> {
 
     /// The same word with one of its times moved by what was missing to the limit, earlier or later, or a little more.
     fn aimed(&mut self, near: &Near) -> Option<Word> {
-        let limit = nearness::limit_ms(near.property, self.bounds())?;
+        let limit = near.limit.ms(self.bounds())?;
         let missing = limit * u64::from(AT_LIMIT.saturating_sub(near.way)) / u64::from(AT_LIMIT);
         let tick = self.alphabet().tick_ms.unsigned();
         let beyond = BEYOND[self.below(BEYOND.len() as u32) as usize];
@@ -100,11 +100,10 @@ mod tests {
     use wire::bounds::Bounds;
 
     use super::*;
-    use crate::oracle::Property;
+    use crate::oracle::{Limit, Nearness};
     use crate::scenario::{Alphabet, find_root};
     use crate::search::draw::Strategy;
     use crate::search::moments::Moments;
-    use crate::search::nearness::Nearness;
 
     #[test]
     fn a_word_short_of_a_limit_of_time_is_moved_by_what_was_missing_or_a_little_more() {
@@ -117,10 +116,11 @@ mod tests {
         let letter = Letter { begins: 250, kind, places: vec![95, 49] };
         let word = Word::new(vec![letter.clone()]);
         let way = AT_LIMIT - 100 * AT_LIMIT / bounds.to_hold_safe_ms as u32;
-        let near = |property| Near { property, way, known: Known { word: word.clone(), moments: Moments::default() } };
+        let known = Known { word: word.clone(), moments: Moments::default() };
+        let near = |limit| Near { limit, way, known: known.clone(), tried: 0 };
         let mut moved = std::collections::BTreeSet::new();
         for _ in 0..200 {
-            let aimed = drawer.aimed(&near(Property::P3)).unwrap();
+            let aimed = drawer.aimed(&near(Limit::Uplink)).unwrap();
             let now = &aimed.letters()[0];
             let by = [now.begins.abs_diff(letter.begins), now.places[0].abs_diff(95), now.places[1].abs_diff(49)];
             assert_eq!(by.iter().filter(|by| **by > 0).count(), 1, "{aimed:?}");
@@ -129,6 +129,6 @@ mod tests {
             moved.insert((now.begins != letter.begins, now.places[0] != 95, now > &letter, by));
         }
         assert_eq!(moved.len(), 2 * 3 * BEYOND.len(), "every time, both ways, each a little more: {moved:?}");
-        assert!(drawer.aimed(&near(Property::P4)).is_none(), "a distance is not a time to move by");
+        assert!(drawer.aimed(&near(Limit::Fence)).is_none(), "a distance is not a time to move by");
     }
 }
