@@ -148,9 +148,9 @@ impl<'a> Drawer<'a> {
 
     /// A word that came nearest to a limit, by its worth.
     fn nearest(&mut self) -> Option<Near> {
-        let (limits, weights): (Vec<_>, Vec<u64>) = self.learned.nearest().unzip();
-        let limit = *limits.get(self.by_weight(&weights))?;
-        self.learned.take_nearest(limit)
+        let weights: Vec<u64> = self.learned.nearest().collect();
+        let n = self.by_weight(&weights);
+        self.learned.take_nearest(n)
     }
 
     pub(super) fn letter(&mut self, moments: &Moments) -> Letter {

@@ -12,6 +12,8 @@ use crate::oracle::{AT_LIMIT, Limit, Nearness};
 pub(super) const NEWEST: usize = 16;
 /// Most words that are kept because they were new; the oldest goes.
 const MOST_KNOWN: usize = 4_096;
+/// Most words that are kept because they came nearest; no others are kept beside them then.
+const MOST_NEAREST: usize = 1_024;
 /// Beyond so far over a limit nothing is nearer: the oracle has seen it and did not mind.
 const FARTHEST: u32 = 2 * AT_LIMIT;
 
@@ -55,7 +57,12 @@ struct Worth {
 #[derive(Debug)]
 pub(super) struct Learned {
     known: VecDeque<Known>,
-    nearest: BTreeMap<Limit, Near>,
+    /// How far the run without a word came to each limit, and how far anything.
+    nominal: Nearness,
+    furthest: Nearness,
+    /// The word that came nearest to each limit, of those that are made of the same moves: what cannot get any nearer does not
+    /// stand in the way of what can.
+    nearest: BTreeMap<(Limit, Vec<usize>), Near>,
     /// Of each of the newest fresh words: whether it showed something new.
     fresh: VecDeque<bool>,
     moves: Vec<Worth>,
@@ -64,10 +71,14 @@ pub(super) struct Learned {
 impl Learned {
     /// Nothing yet, of an alphabet of so many moves; `nominal` is how near the run without a word came.
     pub(super) fn new(moves: usize, nominal: &Nearness) -> Self {
-        let nothing = Known { word: Word::default(), moments: Moments::default() };
-        let none = |limit, way| Near { limit, way, known: nothing.clone(), tried: 0 };
-        let nearest = nominal.iter().map(|(limit, way)| (*limit, none(*limit, *way))).collect();
-        Self { known: VecDeque::new(), nearest, fresh: VecDeque::new(), moves: vec![Worth::default(); moves] }
+        Self {
+            known: VecDeque::new(),
+            nominal: nominal.clone(),
+            furthest: nominal.clone(),
+            nearest: BTreeMap::new(),
+            fresh: VecDeque::new(),
+            moves: vec![Worth::default(); moves],
+        }
     }
 
     /// Learns from a trial; `fresh` where its word was made from no other.
@@ -92,15 +103,24 @@ impl Learned {
         }
     }
 
-    /// Keeps the word for each limit to which it came nearer than any; whether there is one.
+    /// Keeps the word for each limit to which it came nearer than the run without a word, and than any of the same moves;
+    /// whether it came nearer than anything.
     fn nearer(&mut self, lesson: &Lesson) -> bool {
+        let mut moves: Vec<usize> = lesson.known.word.letters().iter().map(|letter| letter.kind).collect();
+        moves.sort_unstable();
         let mut any = false;
         for (limit, way) in &lesson.nearness {
-            let way = (*way).min(FARTHEST);
-            if self.nearest.get(limit).is_none_or(|before| way > before.way) {
-                let near = Near { limit: *limit, way, known: lesson.known.clone(), tried: 0 };
-                self.nearest.insert(*limit, near);
-                any = true;
+            let (limit, way) = (*limit, (*way).min(FARTHEST));
+            if self.nominal.get(&limit).is_some_and(|nominal| way <= *nominal) {
+                continue;
+            }
+            let furthest = self.furthest.entry(limit).or_default();
+            any |= way > *furthest;
+            *furthest = way.max(*furthest);
+            let of = (limit, moves.clone());
+            let kept = self.nearest.get(&of).map(|near| near.way);
+            if kept.map_or(self.nearest.len() < MOST_NEAREST, |kept| way > kept) {
+                self.nearest.insert(of, Near { limit, way, known: lesson.known.clone(), tried: 0 });
             }
         }
         any
@@ -116,16 +136,15 @@ impl Learned {
         &self.known
     }
 
-    /// The words that came nearest to a limit, of each to which any came nearer than the run without a word; and what each is
-    /// worth changing: the nearer the more, and the less the more often that was tried since it came so near.
-    pub(super) fn nearest(&self) -> impl Iterator<Item = (Limit, u64)> + '_ {
-        let came = self.nearest.values().filter(|near| !near.known.word.letters().is_empty());
-        came.map(|near| (near.limit, 1_000 * u64::from(near.way) / (8 + u64::from(near.tried)) + 1))
+    /// What each of the words that came nearest to a limit is worth changing: the nearer the more, and the less the more often
+    /// that was tried since it came so near.
+    pub(super) fn nearest(&self) -> impl Iterator<Item = u64> + '_ {
+        self.nearest.values().map(|near| u64::from(near.way).pow(2) / (8 + u64::from(near.tried)))
     }
 
-    /// The word that came nearest to `limit`, to be changed.
-    pub(super) fn take_nearest(&mut self, limit: Limit) -> Option<Near> {
-        let near = self.nearest.get_mut(&limit)?;
+    /// The `n`th of them, to be changed.
+    pub(super) fn take_nearest(&mut self, n: usize) -> Option<Near> {
+        let near = self.nearest.values_mut().nth(n)?;
         near.tried = near.tried.saturating_add(1);
         Some(near.clone())
     }
