@@ -68,11 +68,12 @@ fn needed(mode: Mode, wanted: Mode) -> Option<&'static str> {
 
 /// What became of the newest order of this kind since then.
 fn order(log: &Log, kind: &str, since: Micros, at: Micros) -> String {
-    let given = log.by(NodeId::CONSOLE).filter(|w| w.at >= since && w.at <= at).filter_map(|w| match w.entry.event {
-        Event::Intended { command, kind: k } if k.name() == kind => Some((w.at, command)),
-        _ => None,
-    });
-    let Some((asked, id)) = given.last() else {
+    let mut given =
+        log.by(NodeId::CONSOLE).filter(|w| w.at >= since && w.at <= at).filter_map(|w| match w.entry.event {
+            Event::Intended { command, kind: k } if k.name() == kind => Some((w.at, command)),
+            _ => None,
+        });
+    let Some((asked, id)) = given.next_back() else {
         return format!("no operator asked for {kind} since {} ms", since / 1000);
     };
     let judged = log.first(NodeId::UNIT_A, asked, |event| match *event {
