@@ -154,6 +154,15 @@ def p2(log, faults):
             yield "P2", start + td, sensor + " is lost and nothing follows"
 
 
+def p3_place(log, faults):
+    """Driving depends on localisation: a unit that lost it for good holds within Th."""
+    th = log.bounds["to_hold_safe_ms"] * 1000
+    for sensor, kind, start, end in faults:
+        owed = kind == "dropout" and sensor == "localisation" and end - start > th and start + th <= log.end
+        if owed and log.mode_at(able(log, "unit-a", start + th)) not in ("HOLD_SAFE", "IDLE"):
+            yield "P3", start + th, "localisation is lost and the unit goes on"
+
+
 def p3_link(log):
     """Nothing timely at either end for Th, and the unit does not hold."""
     th, tf = log.bounds["to_hold_safe_ms"] * 1000, log.bounds["freshness_ms"] * 1000
@@ -301,14 +310,31 @@ def p7(log):
     accepted = {}
     for e in log.of("accepted", by="gateway"):
         accepted[key_of_record(e["event"]["record"])] = e["t_us"]
+    went_by = [(e["t_us"], e["event"]) for e in log.of("judged", by="unit-a")]
+    times = [t for t, _ in went_by]
     for e in log.of("displayed"):
         ev, t = e["event"], e["t_us"]
-        if ev["unit"] != "unit-a" or ev["freshness"] != "fresh":
+        if ev["freshness"] != "fresh":
             continue
         if t - accepted.get(key_of_record(ev["report"]), t) > limit:
             yield "P7", t, "old and shown fresh"
-        if not log.was_in(ev["mode"], max(0, t - limit), t):
+        if ev["unit"] != "unit-a":
+            continue
+        since = max(0, t - limit)
+        if not log.was_in(ev["mode"], since, t):
             yield "P7", t, "a mode shown fresh that the unit was not in"
+        held = log.was_in("PREPARE_TO_ACT", since, t)
+        other = any(log.was_in(m, since, t) for m in ("IDLE", "READY", "DEGRADED", "HOLD_SAFE"))
+        if ev["authority"] and not held or not ev["authority"] and not other:
+            yield "P7", t, "authority shown fresh that was not so"
+        # What the unit went by at the beginning of that time, and every change within it.
+        lately = [ev for _, ev in went_by[max(0, bisect_right(times, since) - 1) : bisect_right(times, t)]]
+        if not any(sorted(was["failing"]) == sorted(ev["failing"]) for was in lately):
+            yield "P7", t, "guards shown fresh as failing that were not so"
+        if ev["placed"] and not any(was["placed"] for was in lately):
+            yield "P7", t, "a place shown fresh that was older at the unit"
+        if ev["tracks_fresh"] > max((was["tracks"] for was in lately), default=0):
+            yield "P7", t, "more tracks shown fresh than the unit had"
 
 
 def p8(log):
@@ -587,6 +613,7 @@ def judge(log):
     for part in (p1_p11_acts, p1_lifetime, p3_link, p3_plant, p3_operator, p4, p5, p6, p7, p8, p9):
         found.extend(part(log))
     found.extend(p2(log, seen))
+    found.extend(p3_place(log, seen))
     broken = {p for p, _, _ in found}
     trips = false_trips(log, zero)
     if log.head["custody"]:
