@@ -109,6 +109,6 @@ mod tests {
 
     #[test]
     fn a_quoted_refusal_cannot_end_a_label_of_the_diagram() {
-        assert_eq!(plain("a\"] --> evil[\"<b>"), "a   -- evil   b ");
+        assert_eq!(plain("a\"] --> evil[\"<b>"), "a   --  evil   b ");
     }
 }
