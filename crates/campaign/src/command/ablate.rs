@@ -95,9 +95,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         screened: args.screen.min(args.trials),
     };
     let ablation = Ablation::new(compared, rows, overlaps);
-    out::write_json(&dir, "ablation.json", &ablation)?;
+    out::write_result(&dir, "ablation.json", "ablation", &ablation)?;
     if context.json {
-        out::print_json(&ablation)?;
+        out::print_json("ablation", &ablation)?;
     } else {
         out::say(format_args!("{}", ablation_table(&ablation)));
     }

@@ -47,9 +47,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let runs = cases.iter().zip(&planned).zip(twin.iter().zip(&live));
     let words = runs.map(|((case, planned), trials)| row(context, case, planned, trials)).collect();
     let object = AgreementObject::new(context.seed, args.draws, kept.build().to_owned(), words);
-    out::write_json(&dir, "result.json", &object)?;
+    out::write_result(&dir, "result.json", "bench-agreement", &object)?;
     if context.json {
-        out::print_json(&object)?;
+        out::print_json("bench-agreement", &object)?;
     } else {
         out::say(format_args!("{}", agreement_table(&object)));
     }

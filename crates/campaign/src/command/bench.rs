@@ -134,7 +134,7 @@ fn live(context: &Context, args: &LiveArgs) -> Result<Exit, Failure> {
         twin_null_attack_at_2_percent_loss: soak,
     };
     if let Some(dir) = &bench.out {
-        out::write_json(dir, "result.json", &measured)?;
+        out::write_result(dir, "result.json", "bench-live", &measured)?;
     }
     show(context, &measured)?;
     Ok(bench.exit)
@@ -174,7 +174,7 @@ impl Measuring<'_> {
 
 fn show(context: &Context, measured: &Measured) -> Result<(), Failure> {
     if context.json {
-        return out::print_json(measured);
+        return out::print_json("bench-live", measured);
     }
     for run in &measured.losses {
         out::say(format_args!("{}", run_table(run)));

@@ -158,7 +158,7 @@ pub(super) fn conclude(dir: &Path, plan: &Plan, journal: &Journal) -> Result<Cam
     table.finish().map_err(broken)?;
     fs::rename(dir.join("trials.parquet.new"), dir.join("trials.parquet"))?;
     let campaign = CampaignObject::new(plan, hex(&digest.finalize()), rows);
-    out::write_json(dir, "campaign.json", &campaign)?;
+    out::write_result(dir, "campaign.json", "campaign", &campaign)?;
     Ok(campaign)
 }
 
@@ -172,7 +172,7 @@ fn line(plan: &Plan, v: usize, i: u64, row: &Row) -> Result<String, Failure> {
 /// Prints the result.
 pub(super) fn tell(context: &Context, dir: &Path, campaign: &CampaignObject) -> Result<(), Failure> {
     if context.json {
-        return out::print_json(campaign);
+        return out::print_json("campaign", campaign);
     }
     out::say(format_args!("{}{}", campaign_table(campaign), dir.display()));
     Ok(())

@@ -26,7 +26,7 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     if context.json {
         let named = |row: &Row| row.of(&scenarios).into_iter().map(|s| s.name.as_str()).collect();
         let rows = catalogue.row.iter().map(|row| ListedRow { row, scenarios: named(row) }).collect();
-        out::print_json(&Listed { schema_version: SCHEMA_VERSION, rows })?;
+        out::print_json("catalogue", &Listed { schema_version: SCHEMA_VERSION, rows })?;
     } else {
         out::say(format_args!("{}", catalogue.page(&scenarios).trim_end()));
     }

@@ -54,7 +54,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     progress.finish();
     let cost = bench.sum_up(args.rendered, &rounds);
     if context.json {
-        out::print_json(&cost)?;
+        out::print_json("bench-twin", &cost)?;
     } else {
         out::say(format_args!("{}", cost_table(&cost)));
     }

@@ -68,11 +68,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let object = CurveObject::new(scenario.name.as_str(), curve, seed, watermarks, lines);
     if let Some(dir) = &out {
         out::write_trials(dir, &format!("{}.jsonl", object.scenario), &trials)?;
-        out::write_json(dir, "result.json", &object)?;
+        out::write_result(dir, "result.json", "curve", &object)?;
         out::write_text(dir, &format!("{}.svg", object.scenario), &svg(&object))?;
     }
     if context.json {
-        out::print_json(&object)?;
+        out::print_json("curve", &object)?;
     } else {
         out::say(format_args!("{}", curve_table(&object)));
     }

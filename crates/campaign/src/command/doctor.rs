@@ -46,7 +46,7 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
         }
     }
     if context.json {
-        out::print_json(&Told { schema_version: SCHEMA_VERSION, ready, needs })?;
+        out::print_json("doctor", &Told { schema_version: SCHEMA_VERSION, ready, needs })?;
     }
     Ok(if ready { Exit::Fine } else { Exit::Environment })
 }

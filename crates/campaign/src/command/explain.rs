@@ -60,7 +60,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         eprintln!("no loss to explain; --all tells of every change of mode");
     }
     if context.json {
-        out::print_json(&ExplainObject::new(&args.run, flaw, told, kept))?;
+        out::print_json("explain", &ExplainObject::new(&args.run, flaw, told, kept))?;
         return Ok(Exit::Fine);
     }
     for explanation in &told {

@@ -59,7 +59,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let rows = places.iter().zip(costs).map(row).collect::<Result<_, Failure>>()?;
     let growth = Growth::new(context.seed, args.trials, rows);
     if context.json {
-        out::print_json(&growth)?;
+        out::print_json("bench-growth", &growth)?;
     } else {
         out::say(format_args!("{}", growth_table(&growth)));
     }

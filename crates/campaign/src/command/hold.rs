@@ -82,7 +82,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let measured =
         Measured { schema_version: SCHEMA_VERSION, seed: context.seed, cut: args.cut, given: args.holds, stages };
     if context.json {
-        out::print_json(&measured)?;
+        out::print_json("bench-hold", &measured)?;
     } else {
         out::say(format_args!("{}", table(&measured)));
     }

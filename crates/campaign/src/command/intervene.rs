@@ -95,7 +95,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let misses: Vec<Row> = rows.into_iter().filter(|row| !row.right).collect();
     let measured = Measured { schema_version: SCHEMA_VERSION, seed: context.seed, drawn, single, double, misses };
     if context.json {
-        out::print_json(&measured)?;
+        out::print_json("bench-explain", &measured)?;
     } else {
         show(&measured);
     }

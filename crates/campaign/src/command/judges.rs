@@ -113,7 +113,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     compared.disagreements.sort_by(|a, b| (&a.case, a.seed).cmp(&(&b.case, b.seed)));
     compared.disagreements.truncate(MAX_TOLD);
     if context.json {
-        out::print_json(&compared)?;
+        out::print_json("bench-judges", &compared)?;
     } else {
         show(&compared);
     }

@@ -92,10 +92,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let measured = Measured { schema_version: SCHEMA_VERSION, seed: context.seed, rows, trials };
     if let Some(dir) = &out {
-        out::write_json(dir, "result.json", &measured)?;
+        out::write_result(dir, "result.json", "bench-kill", &measured)?;
     }
     if context.json {
-        out::print_json(&measured)?;
+        out::print_json("bench-kill", &measured)?;
     } else {
         out::say(format_args!("{}", kill_table(&measured.rows)));
     }

@@ -70,7 +70,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         leaks,
     };
     if context.json {
-        out::print_json(&measured)?;
+        out::print_json("bench-leak", &measured)?;
     } else {
         measured.leaks.iter().for_each(|leak| out::say(format_args!("{}\n", shown(leak))));
     }

@@ -56,7 +56,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         .map_err(|e| Failure::from(e).reproduced_by(batch::reproduce(Mode::Live, one, context.seed)))?;
     trial.cell = one.variation.cell.clone();
     if context.json {
-        out::print_json(&trial)?;
+        out::print_json("trial", &trial)?;
     } else {
         out::say(format_args!("{}", trial.outcome.name()));
     }

@@ -37,11 +37,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     progress.finish();
     let curve = LivenessObject::new(SCHEMA_VERSION, context.seed, outcomes);
     if let Some(dir) = &out {
-        out::write_json(dir, "result.json", &curve)?;
+        out::write_result(dir, "result.json", "bench-liveness", &curve)?;
         out::write_text(dir, "liveness.svg", &liveness_svg(&curve))?;
     }
     if context.json {
-        out::print_json(&curve)?;
+        out::print_json("bench-liveness", &curve)?;
     } else {
         out::say(format_args!("{}", liveness_table(&curve)));
     }

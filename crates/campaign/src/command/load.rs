@@ -49,7 +49,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         flood: measure(Asked { sessions: 1, rate: BESIDE, flood: args.flood, seconds: args.flood_seconds })?,
     };
     if context.json {
-        out::print_json(&told)?;
+        out::print_json("bench-load", &told)?;
     } else {
         told.sessions.iter().for_each(|m| out::say(format_args!("{}", text("sessions", m))));
         told.flood.iter().for_each(|m| out::say(format_args!("{}", text("flood", m))));

@@ -60,9 +60,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (mut exit, runs) = all(context, args, &kept, &parts)?;
     let rows = wanted.iter().map(|row| MatrixRow::new(row, of(row, &parts, &runs))).collect();
     let matrix = Matrix::new(context.seed, kept.build(), rows);
-    out::write_json(&dir, "matrix.json", &matrix)?;
+    out::write_result(&dir, "matrix.json", "matrix", &matrix)?;
     if context.json {
-        out::print_json(&matrix)?;
+        out::print_json("matrix", &matrix)?;
     } else {
         out::say(format_args!("{}", matrix_table(&matrix)));
     }

@@ -25,7 +25,7 @@ pub(super) fn run(bench: &Bench<'_>, grounds: &[(Weakness, Ground)], seeds: u64)
     let (seed, budget) = (bench.context.seed, bench.budget);
     let object = MinimaObject { schema_version: SCHEMA_VERSION, seed, seeds, budget, rows };
     if bench.context.json {
-        out::print_json(&object)?;
+        out::print_json("minima", &object)?;
     } else {
         out::say(format_args!("{}", minima_table(&object)));
     }

@@ -101,6 +101,19 @@ pub(super) fn directory(root: &Path, wanted: Option<&Path>, label: &str) -> Resu
     Err(Failure::new(Exit::Environment, format!("{} is full; remove old runs or use --out DIR", runs.display())))
 }
 
+/// A result as it is written: what kind of object it is, and the object.
+#[derive(Serialize)]
+struct Named<'a, T> {
+    kind: &'static str,
+    #[serde(flatten)]
+    of: &'a T,
+}
+
+/// Writes a result as JSON into the run directory, with the name of its kind.
+pub(super) fn write_result(dir: &Path, name: &str, kind: &'static str, of: &impl Serialize) -> Result<(), Failure> {
+    write_json(dir, name, &Named { kind, of })
+}
+
 /// Writes a value as JSON into the run directory.
 pub(super) fn write_json(dir: &Path, name: &str, value: &impl Serialize) -> Result<(), Failure> {
     let text = serde_json::to_string_pretty(value).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
@@ -131,9 +144,9 @@ pub(super) fn say(line: std::fmt::Arguments<'_>) {
     }
 }
 
-/// Prints a value as one JSON object on stdout.
-pub(super) fn print_json(value: &impl Serialize) -> Result<(), Failure> {
-    let text = serde_json::to_string(value).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+/// Prints a result as one JSON object on stdout, with the name of its kind.
+pub(super) fn print_json(kind: &'static str, of: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string(&Named { kind, of }).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
     say(format_args!("{text}"));
     Ok(())
 }

@@ -67,7 +67,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let asked = Asked { question: &question, set: args.set.iter().cloned().collect(), levels: &args.levels };
     let object = RareObject::new(asked, &plan, &repetitions);
     if context.json {
-        out::print_json(&object)?;
+        out::print_json("rare", &object)?;
     } else {
         out::say(format_args!("{}", rare_table(&object)));
     }

@@ -77,9 +77,9 @@ fn one(
 }
 
 fn finish(context: &Context, reference: &Reference, dir: &Path) -> Result<(), Failure> {
-    out::write_json(dir, "reference.json", reference)?;
+    out::write_result(dir, "reference.json", "reference", reference)?;
     if context.json {
-        out::print_json(reference)?;
+        out::print_json("reference", reference)?;
     } else {
         out::say(format_args!("{}", reference_table(reference)));
         out::say(format_args!("{}", latency_table(&reference.live_latency_ms)));

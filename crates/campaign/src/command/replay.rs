@@ -36,7 +36,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
     }
     if context.json {
-        out::print_json(&Replayed { schema_version: SCHEMA_VERSION, identical, cores })?;
+        out::print_json("replay", &Replayed { schema_version: SCHEMA_VERSION, identical, cores })?;
     }
     if !identical {
         eprintln!("reproduce: holdsafe replay {}", args.run.display());

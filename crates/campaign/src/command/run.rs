@@ -123,14 +123,19 @@ fn finish(
     if runs.len() == 1
         && let Some(run) = runs.pop()
     {
-        return give(context, &run, out);
+        return give(context, "run", &run, out);
     }
-    give(context, &Several { schema_version: SCHEMA_VERSION, mode, seed: context.seed, runs }, out)
+    give(context, "runs", &Several { schema_version: SCHEMA_VERSION, mode, seed: context.seed, runs }, out)
 }
 
-fn give(context: &Context, value: &impl Serialize, out: Option<&std::path::Path>) -> Result<(), Failure> {
+fn give(
+    context: &Context,
+    kind: &'static str,
+    value: &impl Serialize,
+    out: Option<&std::path::Path>,
+) -> Result<(), Failure> {
     if let Some(dir) = out {
-        out::write_json(dir, "result.json", value)?;
+        out::write_result(dir, "result.json", kind, value)?;
     }
-    if context.json { out::print_json(value) } else { Ok(()) }
+    if context.json { out::print_json(kind, value) } else { Ok(()) }
 }

@@ -71,7 +71,7 @@ fn check(context: &Context, files: &[PathBuf]) -> Result<Exit, Failure> {
     }
     let fine = rows.iter().all(|row| row.fine);
     if context.json {
-        out::print_json(&Checked { schema_version: SCHEMA_VERSION, files: rows })?;
+        out::print_json("scenario-check", &Checked { schema_version: SCHEMA_VERSION, files: rows })?;
     }
     Ok(if fine { Exit::Fine } else { Exit::Usage })
 }

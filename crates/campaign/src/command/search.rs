@@ -94,9 +94,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         findings.push(row);
     }
     let object = SearchObject::new(&ground, args.draws, &hunted, args.strategy, args.exhaust, findings);
-    out::write_json(&dir, "result.json", &object)?;
+    out::write_result(&dir, "result.json", "search", &object)?;
     if context.json {
-        out::print_json(&object)?;
+        out::print_json("search", &object)?;
     } else {
         out::say(format_args!("{}", search_table(&object)));
     }

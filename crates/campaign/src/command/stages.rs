@@ -49,7 +49,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let measured =
         Measured { schema_version: SCHEMA_VERSION, scenario: "nominal", seed: context.seed, runs: args.runs, stages };
     if context.json {
-        out::print_json(&measured)?;
+        out::print_json("bench-stages", &measured)?;
     } else {
         out::say(format_args!("{}", table(&measured)));
     }

@@ -54,10 +54,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let measured = Measured { schema_version: SCHEMA_VERSION, seed, rows };
     if let Some(dir) = &out {
         out::write_trials(dir, "transitions.jsonl", &trials)?;
-        out::write_json(dir, "result.json", &measured)?;
+        out::write_result(dir, "result.json", "bench-transitions", &measured)?;
     }
     if context.json {
-        out::print_json(&measured)?;
+        out::print_json("bench-transitions", &measured)?;
     } else {
         out::say(format_args!("{}", transition_table(&measured.rows)));
     }

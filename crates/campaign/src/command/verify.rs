@@ -36,7 +36,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
         out::say(format_args!("{}", if holds { "the evidence holds" } else { "INVALID" }));
     } else {
-        out::print_json(&Told { schema_version: SCHEMA_VERSION, holds, verified })?;
+        out::print_json("verify", &Told { schema_version: SCHEMA_VERSION, holds, verified })?;
     }
     Ok(if holds { Exit::Fine } else { Exit::NoEvidence })
 }

@@ -68,7 +68,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let leaks = rows.iter().any(|row| row.replays_accepted > 0);
     let swept = Swept { schema_version: SCHEMA_VERSION, seed: context.seed, records: args.records, rows };
     if context.json {
-        out::print_json(&swept)?;
+        out::print_json("bench-window", &swept)?;
     } else {
         out::say(format_args!("{}", table(&swept.rows)));
     }

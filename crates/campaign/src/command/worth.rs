@@ -64,7 +64,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         weaknesses,
     };
     if context.json {
-        out::print_json(&object)?;
+        out::print_json("bench-search", &object)?;
     } else {
         out::say(format_args!("{}", worth_table(&object)));
     }
