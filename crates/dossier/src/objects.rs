@@ -1,0 +1,418 @@
+//! The objects that `holdsafe … --json` prints, with the fields that are read here and no others.
+//!
+//! What a field says is told where it is written, in the instrument's reports. Fields that are not read may come and go.
+
+use std::collections::BTreeMap;
+
+use serde::Deserialize;
+
+/// How a trial ended, the worst class first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+pub enum Outcome {
+    /// A safety property was broken.
+    Unsafe,
+    /// The evidence does not hold.
+    Invalid,
+    /// Only a time bound was missed.
+    Late,
+    /// Authority or freedom was lost without a fault or a true hazard.
+    FalseTrip,
+    /// Ended in HOLD_SAFE.
+    HoldSafe,
+    /// Ended in DEGRADED.
+    Degraded,
+    /// Refused, or shown as an alarm; no change of mode.
+    Rejected,
+    /// Accepted, no response, nothing broken.
+    Undetected,
+    /// Nothing was done and nothing happened.
+    Nominal,
+}
+
+impl Outcome {
+    /// The name in every file and table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Outcome::Unsafe => "UNSAFE",
+            Outcome::Invalid => "INVALID",
+            Outcome::Late => "LATE",
+            Outcome::FalseTrip => "FALSE_TRIP",
+            Outcome::HoldSafe => "HOLD_SAFE",
+            Outcome::Degraded => "DEGRADED",
+            Outcome::Rejected => "REJECTED",
+            Outcome::Undetected => "UNDETECTED",
+            Outcome::Nominal => "NOMINAL",
+        }
+    }
+}
+
+/// How often each class came out; classes that did not are left out.
+pub type Outcomes = BTreeMap<Outcome, u64>;
+
+/// Where the evidence of a trial comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Evidence {
+    /// The twin's model.
+    #[serde(alias = "twin")]
+    Model,
+    /// The real DTLS and TLS libraries in memory.
+    Stack,
+    /// Processes, sockets, real clocks.
+    Live,
+}
+
+impl Evidence {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Evidence::Model => "model",
+            Evidence::Stack => "stack",
+            Evidence::Live => "live",
+        }
+    }
+}
+
+/// Values of one kind, folded.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+pub struct Sample {
+    /// How many.
+    pub n: u64,
+    /// Mean.
+    pub mean: Option<f64>,
+    /// 95th percentile.
+    pub p95: Option<f64>,
+    /// Upper bound on the true one; there is none of fewer than 59 values.
+    pub p95_upper_95: Option<f64>,
+}
+
+/// Times from the receipt of an injection, milliseconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+pub struct Latencies {
+    /// To DEGRADED.
+    pub to_degraded: Sample,
+    /// To HOLD_SAFE.
+    pub to_hold_safe: Sample,
+    /// To the loss of authority.
+    pub to_authority_revoked: Sample,
+}
+
+/// Trials folded together.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Summary {
+    /// Trials.
+    pub n: u64,
+    /// Outcomes.
+    pub outcomes: Outcomes,
+    /// Exact one-sided upper 95 % bound on the unsafe rate, over the valid trials.
+    pub unsafe_upper_95: f64,
+    /// The same with INVALID counted as unsafe.
+    pub unsafe_upper_95_invalid_counted: f64,
+    /// Different decision hashes.
+    pub distinct_decisions: u64,
+    /// Latencies.
+    pub latency_ms: Latencies,
+    /// CPU time of all trials, seconds.
+    pub cpu_seconds: f64,
+    /// Simulated (twin) or real (live) seconds of all trials.
+    pub sim_seconds: f64,
+}
+
+/// `holdsafe matrix`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Matrix {
+    /// The base seed; trial i of every run has seed + i.
+    pub seed: u64,
+    /// SHA-256 of the program that ran it, hexadecimal.
+    pub build: String,
+    /// One row a threat.
+    pub rows: Vec<MatrixRow>,
+    /// How many bounds hold together.
+    pub bounds: u64,
+    /// Whether every trial lies within its expected classes.
+    pub as_expected: bool,
+}
+
+/// One threat.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct MatrixRow {
+    /// Its id in the catalogue.
+    pub id: String,
+    /// What is done.
+    pub threat: String,
+    /// What it puts to the test.
+    pub requirement: String,
+    /// The boundary that is attacked.
+    pub interface: String,
+    /// STRIDE by letter.
+    pub stride: String,
+    /// Ids of ATT&CK and ATLAS.
+    pub techniques: Vec<String>,
+    /// What must come of it.
+    pub containment: String,
+    /// Tests named after it.
+    pub tests: Vec<String>,
+    /// What it lacks, and why.
+    pub open: Option<String>,
+    /// Outcomes by kind of evidence.
+    pub kinds: Vec<Kind>,
+    /// Every run.
+    pub runs: Vec<MatrixRun>,
+}
+
+/// All runs of a row whose n may be added.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Kind {
+    /// Where the evidence comes from.
+    pub evidence: Evidence,
+    /// Whether the mechanism really runs there.
+    pub counts: bool,
+    /// Whether a policy waived something.
+    pub ablation: bool,
+    /// Trials.
+    pub n: u64,
+    /// Outcomes.
+    pub outcomes: Outcomes,
+    /// Trials outside their expected classes.
+    pub unexpected: u64,
+    /// Upper 95 % bound on the unsafe rate of the worst run.
+    pub unsafe_upper_95: f64,
+    /// The one that holds together with all others of the matrix.
+    pub unsafe_upper_95_simultaneous: f64,
+    /// Latencies.
+    pub latency_ms: Latencies,
+}
+
+/// One variation of one scenario in one mode.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct MatrixRun {
+    /// Scenario.
+    pub scenario: String,
+    /// Cell, where it has any.
+    pub cell: Option<String>,
+    /// Policy.
+    pub policy: String,
+    /// Why this is an ablation, where it is one.
+    pub watermark: Option<String>,
+    /// Where its evidence comes from.
+    pub evidence: Evidence,
+    /// Whether the scenario's mechanism really runs there.
+    pub counts: bool,
+    /// The classes that were expected.
+    pub expected: Vec<Outcome>,
+    /// Trials outside them.
+    pub unexpected: u64,
+    /// The trials.
+    pub summary: Summary,
+}
+
+/// `holdsafe run` of one scenario.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Run {
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Twin, live or stack.
+    pub mode: Evidence,
+    /// The base seed.
+    pub seed: u64,
+    /// Why this is an ablation, where it is one.
+    pub watermark: Option<String>,
+    /// Every trial.
+    pub trials: Vec<Trial>,
+    /// All trials together.
+    pub summary: Summary,
+    /// The same by cell, where the scenario has cells.
+    #[serde(default)]
+    pub cells: Vec<Cell>,
+}
+
+/// One trial.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Trial {
+    /// The seed that runs it again.
+    pub seed: u64,
+    /// The cell it belongs to, where the scenario has cells.
+    pub cell: Option<String>,
+    /// Its class.
+    pub outcome: Outcome,
+    /// Why that class.
+    #[serde(default)]
+    pub findings: Vec<String>,
+    /// SHA-256 over modes, verdicts, reasons and ticks, hexadecimal.
+    pub decision_hash: String,
+    /// Changes of mode.
+    #[serde(default)]
+    pub transitions: Vec<Transition>,
+    /// Simulated (twin) or real (live) seconds.
+    pub sim_seconds: f64,
+}
+
+/// A change of mode.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Transition {
+    /// Milliseconds from the start of the trial.
+    pub t_ms: f64,
+    /// Mode before.
+    pub from: String,
+    /// Mode after.
+    pub to: String,
+    /// The named cause.
+    pub cause: String,
+}
+
+/// One cell of a scenario that has them.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Cell {
+    /// Which.
+    pub cell: String,
+    /// The classes that were expected.
+    pub expected: Vec<Outcome>,
+    /// Its trials.
+    pub summary: Summary,
+}
+
+/// `holdsafe` without a command.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Reference {
+    /// The base seed.
+    pub seed: u64,
+    /// Every row.
+    pub rows: Vec<ReferenceRow>,
+    /// Whether every trial lies within its expected classes.
+    pub as_expected: bool,
+}
+
+/// One scenario, or one cell of it, in one mode.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct ReferenceRow {
+    /// Scenario.
+    pub scenario: String,
+    /// Cell, where it has any.
+    pub cell: Option<String>,
+    /// Where its evidence comes from.
+    pub evidence: Evidence,
+    /// Whether the scenario's mechanism really runs there.
+    pub counts: bool,
+    /// The classes that were expected.
+    pub expected: Vec<Outcome>,
+    /// Trials outside them.
+    pub unexpected: u64,
+    /// The trials.
+    pub summary: Summary,
+    /// The bound that holds together with those of all other rows.
+    pub unsafe_upper_95_simultaneous: f64,
+}
+
+/// `holdsafe campaign` and `merge`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Campaign {
+    /// SHA-256 over the plan and what each trial drew and came to, hexadecimal.
+    pub hash: String,
+    /// Whether every trial that belongs to it is in it.
+    pub complete: bool,
+    /// Trials in it.
+    pub trials: u64,
+    /// Trials that belong to it.
+    pub planned: u64,
+    /// A row a variation.
+    pub rows: Vec<CampaignRow>,
+}
+
+/// One variation of a campaign.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct CampaignRow {
+    /// Its number, from 0.
+    pub variation: u64,
+    /// Scenario.
+    pub scenario: String,
+    /// Cell, where it has any.
+    pub cell: Option<String>,
+    /// What the grid sets, by key.
+    #[serde(default)]
+    pub set: BTreeMap<String, serde_json::Value>,
+    /// Policy.
+    pub policy: String,
+    /// Why this is an ablation, where it is one.
+    pub watermark: Option<String>,
+    /// Where its evidence comes from.
+    pub evidence: Evidence,
+    /// Whether the scenario's mechanism really runs there.
+    pub counts: bool,
+    /// The classes that were expected.
+    pub expected: Vec<Outcome>,
+    /// Trials in it.
+    pub n: u64,
+    /// Outcomes.
+    pub outcomes: Outcomes,
+    /// Trials outside the expected classes.
+    pub unexpected: u64,
+    /// The line that runs the first of these again.
+    pub reproduce: Option<String>,
+    /// Bounds; a campaign that is not complete, or that looked often, has none.
+    pub bounds: Option<RateBounds>,
+    /// Latencies.
+    pub latency_ms: Latencies,
+    /// Simulated seconds.
+    pub sim_seconds: f64,
+}
+
+/// Exact bounds on rates.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+pub struct RateBounds {
+    /// One-sided upper 95 % bound on the unsafe rate, over the valid trials.
+    pub unsafe_upper_95: f64,
+    /// The one that holds together with that of every other variation.
+    pub unsafe_upper_95_simultaneous: f64,
+}
+
+/// `holdsafe search`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Search {
+    /// What went on meanwhile.
+    pub scenario: String,
+    /// Under which policy.
+    pub policy: String,
+    /// Why this is an ablation, where it is one.
+    pub watermark: Option<String>,
+    /// What could be done.
+    pub alphabet: String,
+    /// Seed of each trial.
+    pub seed: u64,
+    /// Seed of the drawing.
+    pub draws: u64,
+    /// The search in numbers.
+    pub hunt: Hunt,
+    /// Of each cause one.
+    pub findings: Vec<Finding>,
+}
+
+/// A search in numbers.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Hunt {
+    /// How words were drawn.
+    pub strategy: String,
+    /// Trials made.
+    pub trials: u64,
+    /// Outcomes.
+    pub outcomes: Outcomes,
+}
+
+/// One finding of a search, shrunk.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Finding {
+    /// Name; its file's too.
+    pub name: String,
+    /// Class.
+    pub outcome: Outcome,
+    /// The first property that was found broken.
+    pub broken: String,
+    /// The oracle's first finding about it.
+    pub finding: Option<String>,
+    /// What is done, in few words.
+    pub word: String,
+    /// Waived checks of which each alone would have stopped it.
+    pub stopped_by: Vec<String>,
+    /// The line that shows it again.
+    pub reproduce: String,
+}

@@ -1,0 +1,202 @@
+//! What was given: result files, read within bounds, or refused with file, place and remedy.
+//!
+//! Whoever reads the files off a disk stops reading at [`MAX_FILE_BYTES`] + 1; what is longer is refused here.
+
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use sha2::{Digest, Sha256};
+
+use crate::objects::{Campaign, Matrix, Reference, Run, Search};
+
+/// The longest result that is read. The matrix of 299 trials is below half a megabyte; a run carries its trials, at about 1 kB each.
+pub const MAX_FILE_BYTES: usize = 64 << 20;
+
+/// The most files that one dossier is made of.
+pub const MAX_FILES: usize = 256;
+
+/// The version of the objects that is read.
+const SCHEMA_VERSION: u64 = 1;
+
+/// Everything that was given, in the order in which it was.
+#[derive(Clone, Debug, Default)]
+pub struct Results {
+    given: Vec<Given>,
+}
+
+/// One file and what is in it.
+#[derive(Clone, Debug)]
+pub struct Given {
+    /// Its name, as it was given.
+    pub file: String,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+    /// The result.
+    pub found: Found,
+}
+
+/// A result, by its kind.
+#[derive(Clone, Debug)]
+pub enum Found {
+    /// `matrix`.
+    Matrix(Matrix),
+    /// `run`, or `runs`: one for each scenario.
+    Runs(Vec<Run>),
+    /// `reference`.
+    Reference(Reference),
+    /// `campaign`.
+    Campaign(Campaign),
+    /// `search`.
+    Search(Search),
+}
+
+/// The kinds that are read.
+const KINDS: &str = "matrix, run, runs, reference, campaign, search";
+
+/// Why a file is refused.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{file}: {why}")]
+pub struct Refused {
+    /// Its name, as it was given.
+    pub file: String,
+    /// What is wrong with it.
+    #[source]
+    pub why: Reason,
+}
+
+/// What is wrong with a file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Reason {
+    /// It is longer than is read.
+    #[error("longer than {} MiB; give fewer trials a file, or the result without its trials", MAX_FILE_BYTES >> 20)]
+    TooLong,
+    /// More files than one dossier is made of.
+    #[error("more than {MAX_FILES} files; make several dossiers")]
+    TooMany,
+    /// It is not JSON, or not the object that its kind promises.
+    #[error("{0}; give the file that `holdsafe … --json` printed, whole and unchanged")]
+    Unreadable(String),
+    /// It does not say what it is.
+    #[error("no `kind`; print it again with this version of holdsafe (`--json`)")]
+    NoKind,
+    /// It is none of the kinds that are read.
+    #[error("kind `{0}` has no place in a dossier, which takes {KINDS}")]
+    OtherKind(String),
+    /// It was written by another version.
+    #[error("schema_version {}, and {SCHEMA_VERSION} is read; print it again with this version of holdsafe", told(.0))]
+    OtherVersion(Option<u64>),
+}
+
+fn told(version: &Option<u64>) -> String {
+    version.map_or_else(|| "missing".to_owned(), |version| version.to_string())
+}
+
+#[derive(Deserialize)]
+struct Head {
+    kind: Option<String>,
+    schema_version: Option<u64>,
+}
+
+#[derive(Deserialize)]
+struct Several {
+    runs: Vec<Run>,
+}
+
+impl Results {
+    /// Takes a file in.
+    ///
+    /// # Errors
+    /// Why it is refused; what was given before stands.
+    pub fn read(&mut self, file: &str, bytes: &[u8]) -> Result<(), Refused> {
+        let refused = |why| Refused { file: file.to_owned(), why };
+        if self.given.len() >= MAX_FILES {
+            return Err(refused(Reason::TooMany));
+        }
+        let found = found(bytes).map_err(refused)?;
+        let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        self.given.push(Given { file: file.to_owned(), sha256, found });
+        Ok(())
+    }
+
+    /// What was given, in order.
+    pub fn given(&self) -> &[Given] {
+        &self.given
+    }
+}
+
+fn found(bytes: &[u8]) -> Result<Found, Reason> {
+    if bytes.len() > MAX_FILE_BYTES {
+        return Err(Reason::TooLong);
+    }
+    let head: Head = object(bytes)?;
+    let kind = head.kind.ok_or(Reason::NoKind)?;
+    if head.schema_version != Some(SCHEMA_VERSION) {
+        return Err(Reason::OtherVersion(head.schema_version));
+    }
+    Ok(match kind.as_str() {
+        "matrix" => Found::Matrix(object(bytes)?),
+        "run" => Found::Runs(vec![object(bytes)?]),
+        "runs" => Found::Runs(object::<Several>(bytes)?.runs),
+        "reference" => Found::Reference(object(bytes)?),
+        "campaign" => Found::Campaign(object(bytes)?),
+        "search" => Found::Search(object(bytes)?),
+        _ => return Err(Reason::OtherKind(kind)),
+    })
+}
+
+fn object<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Reason> {
+    serde_json::from_slice(bytes).map_err(|e| Reason::Unreadable(e.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::objects::Outcome;
+
+    fn refusal(text: &str) -> String {
+        Results::default().read("x.json", text.as_bytes()).expect_err("a refusal").to_string()
+    }
+
+    #[test]
+    fn a_result_is_read_by_its_kind() {
+        let text = r#"{"kind":"search","schema_version":1,"scenario":"nominal","policy":"default","alphabet":"path","seed":1,
+            "draws":1,"hunt":{"strategy":"guided","trials":9,"outcomes":{"NOMINAL":8,"HOLD_SAFE":1}},"findings":[],"later":7}"#;
+        let mut results = Results::default();
+        results.read("x.json", text.as_bytes()).expect("a search");
+        let [given] = results.given() else { panic!("one file") };
+        let Found::Search(search) = &given.found else { panic!("a search") };
+        assert_eq!((search.hunt.trials, search.hunt.outcomes[&Outcome::HoldSafe]), (9, 1));
+        assert_eq!((given.file.as_str(), given.sha256.len()), ("x.json", 64));
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_refused_with_file_place_and_remedy() {
+        let cut = refusal(r#"{"kind":"matrix","schema_version":1,"#);
+        assert!(
+            cut.contains("x.json") && cut.contains("line 1 column") && cut.contains("whole and unchanged"),
+            "{cut}"
+        );
+        assert!(refusal(r#"{"schema_version":1}"#).contains("no `kind`"));
+        assert!(refusal(r#"{"kind":"doctor","schema_version":1}"#).contains("takes matrix"));
+        assert!(refusal(r#"{"kind":"matrix","schema_version":2}"#).contains("schema_version 2"));
+        assert!(refusal(r#"{"kind":"matrix"}"#).contains("schema_version missing"));
+        let other = refusal(r#"{"kind":"matrix","schema_version":1,"seed":1,"build":"","rows":[{"id":7}]}"#);
+        assert!(other.contains("invalid type") && other.contains("column"), "{other}");
+    }
+
+    #[test]
+    fn lengths_numbers_and_depths_are_bounded() {
+        assert!(refusal(&" ".repeat(MAX_FILE_BYTES + 1)).contains("longer than 64 MiB"));
+        let deep = |key: &str, n: usize| {
+            let (open, close) = ("[".repeat(n), "]".repeat(n));
+            refusal(&format!(r#"{{"kind":"campaign","schema_version":1,"rows":[{{"{key}":{{"x":{open}{close}}}}}]}}"#))
+        };
+        assert!(deep("set", 1 << 20).contains("recursion limit"));
+        assert!(deep("later", 1 << 20).contains("missing field"), "what is not read is passed over without recursion");
+        let mut results = Results::default();
+        let text = br#"{"kind":"reference","schema_version":1,"seed":1,"rows":[],"as_expected":true}"#;
+        for _ in 0..MAX_FILES {
+            results.read("x.json", text).expect("room");
+        }
+        assert_eq!(results.read("x.json", text).expect_err("full").why, Reason::TooMany);
+    }
+}
