@@ -26,7 +26,9 @@ const MADE_OF: [&str; 14] = [
 ];
 
 fn main() -> std::io::Result<()> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    // Asked when it runs: a cache may bring this very script from another clone.
+    let here = std::env::var_os("CARGO_MANIFEST_DIR").ok_or_else(|| std::io::Error::other("not run by cargo"))?;
+    let root = Path::new(&here).join("../..");
     let mut digest = Sha256::new();
     for name in MADE_OF {
         println!("cargo::rerun-if-changed={}", root.join(name).display());

@@ -12,6 +12,7 @@ mod catalogue;
 mod console;
 mod cost;
 mod curve;
+mod diff;
 mod doctor;
 mod drawn;
 mod engine;
@@ -36,8 +37,10 @@ mod minima;
 mod out;
 mod plan;
 mod rare;
+mod refeed;
 mod reference;
 mod replay;
+mod report;
 mod run;
 mod scenario;
 mod search;
@@ -119,10 +122,14 @@ enum Verb {
     /// Measure.
     #[command(subcommand)]
     Bench(bench::Bench),
-    /// Feed the recorded inputs of a live run to its cores and compare every output byte.
+    /// Feed the cores of a run what they were fed: every byte has to come out again, or what would another policy have changed?
     Replay(replay::Args),
+    /// Set two runs side by side: where did each service first decide otherwise?
+    Diff(diff::Args),
     /// Say why the platform changed its mode, by what its services logged.
     Explain(explain::Args),
+    /// Make one HTML page of results and recorded runs, for a reviewer, and its figures as files.
+    Report(report::Args),
     /// Check the evidence of a run: chains and seals.
     Verify(verify::Args),
     /// Scenario files.
@@ -198,7 +205,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Console(args)) => console::run(&args),
         Some(Verb::Bench(bench)) => bench::run(&context, &bench),
         Some(Verb::Replay(args)) => replay::run(&context, &args),
+        Some(Verb::Diff(args)) => diff::run(&context, &args),
         Some(Verb::Explain(args)) => explain::run(&context, &args),
+        Some(Verb::Report(args)) => report::run(&context, &args),
         Some(Verb::Verify(args)) => verify::run(&context, &args),
         Some(Verb::Scenario(verb)) => scenario::run(&context, &verb),
         Some(Verb::Matrix(args)) => matrix::run(&context, &args),

@@ -126,8 +126,7 @@ pub fn hashes(entries: &[Witnessed]) -> (String, String) {
         let Some(event) = canonical(w.entry.event) else { continue };
         let bytes = codec::encode(&Canonical { at: w.at, node: w.entry.node, event });
         log.update(&bytes);
-        if is_decision(&event) {
-            let event = unwaived(event);
+        if let Some(event) = decision(event) {
             decisions.update(codec::encode(&Canonical { at: w.at, node: w.entry.node, event }));
         }
     }
@@ -174,6 +173,23 @@ fn unwaived(event: Event) -> Event {
             Event::Minted { world, authority, track, command, waived: Waived::default() }
         }
         other => other,
+    }
+}
+
+/// The event as a decision, whatever the policy waives and in whichever world; nothing where it is none.
+pub fn decision(event: Event) -> Option<Event> {
+    canonical(event).filter(is_decision).map(unwaived)
+}
+
+/// The kind of a decision in a word or two: refusals by their reason, changes of mode by where they lead.
+pub fn kind_of(decision: &Event) -> String {
+    match decision {
+        Event::Refused { reason, .. } => format!("refused: {}", reason.name()),
+        Event::Transition { to, .. } => format!("to {}", to.name()),
+        other => {
+            let named = serde_json::to_value(other).ok();
+            named.and_then(|v| v.get("is")?.as_str().map(str::to_owned)).unwrap_or_default()
+        }
     }
 }
 

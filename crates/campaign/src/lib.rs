@@ -2,7 +2,7 @@
 //!
 //! `catalogue` lists the threats, `scenario` reads what is to happen, `campaign` plans many trials of it, `cast` decides who takes part, `twin` and `live` carry
 //! it out with the same cores, `stack` on the real DTLS and TLS libraries in memory; `oracle` judges, `report` and `stats`
-//! put numbers on many trials, `ablation` on what a check is worth, `explain` says why a mode changed, `leak` what an observer sees of the links, `search` looks for what nobody wrote down, `rare` at what almost never happens, `command` is the `holdsafe` program. How a service
+//! put numbers on many trials, `ablation` on what a check is worth, `explain` says why a mode changed, `story` tells one run, `refeed` feeds its cores again, `diff` sets two side by side, `leak` what an observer sees of the links, `search` looks for what nobody wrote down, `rare` at what almost never happens, `command` is the `holdsafe` program. How a service
 //! decides is none of its business.
 
 pub mod ablation;
@@ -12,6 +12,7 @@ pub mod catalogue;
 pub mod command;
 pub mod cue;
 pub mod custody;
+pub mod diff;
 pub mod evidence;
 pub mod explain;
 pub mod judged;
@@ -23,6 +24,7 @@ pub mod oracle;
 pub mod parallel;
 pub mod progress;
 pub mod rare;
+pub mod refeed;
 pub mod report;
 pub mod sabotage;
 pub mod scenario;
@@ -31,6 +33,7 @@ pub mod sights;
 pub mod stack;
 pub mod stages;
 pub mod stats;
+pub mod story;
 pub mod trial;
 pub mod truth;
 pub mod twin;

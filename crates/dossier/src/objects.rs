@@ -98,6 +98,15 @@ pub struct Latencies {
     pub to_authority_revoked: Sample,
 }
 
+/// Times of one trial from the receipt of the injection, milliseconds; nothing where it did not happen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+pub struct Latency {
+    /// To DEGRADED, or straight to HOLD_SAFE.
+    pub to_degraded: Option<f64>,
+    /// To HOLD_SAFE.
+    pub to_hold_safe: Option<f64>,
+}
+
 /// Trials folded together.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Summary {
@@ -244,6 +253,9 @@ pub struct Trial {
     /// Changes of mode.
     #[serde(default)]
     pub transitions: Vec<Transition>,
+    /// Times from the injection.
+    #[serde(default)]
+    pub latency_ms: Latency,
     /// Simulated (twin) or real (live) seconds.
     pub sim_seconds: f64,
 }

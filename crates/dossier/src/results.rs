@@ -6,6 +6,7 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
+use crate::measured::{Ablation, BenchLive, Curve, TwinCost};
 use crate::objects::{Campaign, Matrix, Reference, Run, Search};
 
 /// The longest result that is read. The matrix of 299 trials is below half a megabyte; a run carries its trials, at about 1 kB each.
@@ -35,7 +36,7 @@ pub struct Given {
 }
 
 /// A result, by its kind.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Found {
     /// `matrix`.
     Matrix(Matrix),
@@ -47,10 +48,35 @@ pub enum Found {
     Campaign(Campaign),
     /// `search`.
     Search(Search),
+    /// `bench-live`.
+    BenchLive(BenchLive),
+    /// `curve`.
+    Curve(Curve),
+    /// `ablation`.
+    Ablation(Ablation),
+    /// `bench-twin`.
+    TwinCost(TwinCost),
+}
+
+impl Found {
+    /// The name of its kind.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Found::Matrix(_) => "matrix",
+            Found::Runs(_) => "run",
+            Found::Reference(_) => "reference",
+            Found::Campaign(_) => "campaign",
+            Found::Search(_) => "search",
+            Found::BenchLive(_) => "bench-live",
+            Found::Curve(_) => "curve",
+            Found::Ablation(_) => "ablation",
+            Found::TwinCost(_) => "bench-twin",
+        }
+    }
 }
 
 /// The kinds that are read.
-const KINDS: &str = "matrix, run, runs, reference, campaign, search";
+const KINDS: &str = "matrix, run, runs, reference, campaign, search, bench-live, curve, ablation, bench-twin";
 
 /// Why a file is refused.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -72,6 +98,9 @@ pub enum Reason {
     /// More files than one dossier is made of.
     #[error("more than {MAX_FILES} files; make several dossiers")]
     TooMany,
+    /// It is there already, and its trials would count twice.
+    #[error("the same result as {0}; give each once")]
+    Twice(String),
     /// It is not JSON, or not the object that its kind promises.
     #[error("{0}; give the file that `holdsafe … --json` printed, whole and unchanged")]
     Unreadable(String),
@@ -112,6 +141,9 @@ impl Results {
             return Err(refused(Reason::TooMany));
         }
         let found = found(bytes).map_err(refused)?;
+        if let Some(before) = self.given.iter().find(|given| given.found == found) {
+            return Err(refused(Reason::Twice(before.file.clone())));
+        }
         let sha256 = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
         self.given.push(Given { file: file.to_owned(), sha256, found });
         Ok(())
@@ -139,6 +171,10 @@ fn found(bytes: &[u8]) -> Result<Found, Reason> {
         "reference" => Found::Reference(object(bytes)?),
         "campaign" => Found::Campaign(object(bytes)?),
         "search" => Found::Search(object(bytes)?),
+        "bench-live" => Found::BenchLive(object(bytes)?),
+        "curve" => Found::Curve(object(bytes)?),
+        "ablation" => Found::Ablation(object(bytes)?),
+        "bench-twin" => Found::TwinCost(object(bytes)?),
         _ => return Err(Reason::OtherKind(kind)),
     })
 }
@@ -193,10 +229,20 @@ mod tests {
         assert!(deep("set", 1 << 20).contains("recursion limit"));
         assert!(deep("later", 1 << 20).contains("missing field"), "what is not read is passed over without recursion");
         let mut results = Results::default();
-        let text = br#"{"kind":"reference","schema_version":1,"seed":1,"rows":[],"as_expected":true}"#;
-        for _ in 0..MAX_FILES {
-            results.read("x.json", text).expect("room");
+        let text =
+            |seed| format!(r#"{{"kind":"reference","schema_version":1,"seed":{seed},"rows":[],"as_expected":true}}"#);
+        for seed in 0..MAX_FILES {
+            results.read("x.json", text(seed).as_bytes()).expect("room");
         }
-        assert_eq!(results.read("x.json", text).expect_err("full").why, Reason::TooMany);
+        assert_eq!(results.read("x.json", text(0).as_bytes()).expect_err("full").why, Reason::TooMany);
+    }
+
+    #[test]
+    fn no_result_counts_twice_however_it_is_written() {
+        let mut results = Results::default();
+        let text = r#"{"kind":"reference","schema_version":1,"seed":1,"rows":[],"as_expected":true}"#;
+        results.read("a.json", text.as_bytes()).expect("room");
+        let again = results.read("b.json", text.replace(',', ", ").as_bytes()).expect_err("the same again");
+        assert!(again.to_string().contains("the same result as a.json"), "{again}");
     }
 }

@@ -10,8 +10,8 @@ use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{
-    Context, agreement, cost, growth, hold, intervene, judges, kill, leak, liveness, load, out, run, stages, window,
-    worth,
+    Context, agreement, cost, growth, hold, intervene, judges, kill, leak, liveness, load, out, refeed, run, stages,
+    window, worth,
 };
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
@@ -49,6 +49,8 @@ pub(super) enum Bench {
     Judges(judges::Args),
     /// Whether explanations are right: the named cause taken away takes the loss away, in the twin.
     Explain(intervene::Args),
+    /// Runs in the twin whose cores are fed again: whether every byte comes out again, and how fast.
+    Replay(refeed::Args),
     /// How far live runs agree with the twin, over words drawn at random: findings, words that break nothing, words at an edge.
     Agreement(agreement::Args),
 }
@@ -97,6 +99,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Growth(args) => growth::run(context, args),
         Bench::Judges(args) => judges::run(context, args),
         Bench::Explain(args) => intervene::run(context, args),
+        Bench::Replay(args) => refeed::run(context, args),
         Bench::Agreement(args) => agreement::run(context, args),
     }
 }

@@ -8,6 +8,8 @@ use wire::bounds::Bounds;
 
 use wire::person::Act;
 
+use super::plan::Planned;
+use crate::cast::{RunSecret, cast};
 use crate::custody::Custodian;
 use crate::evidence::{self, Logged, by_recorder};
 use crate::live::child::Services;
@@ -15,6 +17,7 @@ use crate::live::mouths::CoreReplay;
 use crate::live::{self, LiveError};
 use crate::oracle::{Evidence, Verdict, Witnessed};
 use crate::progress::Stop;
+use crate::refeed::{Fed, Refed, Same, fed};
 use crate::report::Mode;
 use crate::sabotage::sabotage;
 use crate::scenario::{Scenario, Setup};
@@ -243,6 +246,22 @@ pub(super) fn replay(run: &Path) -> Result<Vec<MouthReplay>, EngineError> {
         difference: r.difference,
     };
     Ok(cores.into_iter().map(told).collect())
+}
+
+/// Feeds it to cores that are set up otherwise, and compares what they decide.
+pub(super) fn otherwise(eaten: &Fed, other: &Planned, seed: u64) -> Result<Vec<Refed>, EngineError> {
+    let cast = cast(&other.variation.scenario, &other.setup, seed, &RunSecret::seeded(seed));
+    eaten.again(&cast, Same::Decisions).map_err(failed)
+}
+
+/// A run in the twin with what its cores were fed.
+pub(super) fn eaten(planned: &Planned, seed: u64) -> Result<Fed, EngineError> {
+    fed(&planned.variation.scenario, &planned.setup, seed).map_err(failed)
+}
+
+/// Feeds it to its own cores again.
+pub(super) fn again(eaten: &Fed) -> Result<Vec<Refed>, EngineError> {
+    eaten.again(eaten.cast(), Same::Bytes).map_err(failed)
 }
 
 /// One run in the twin: what the oracle saw, and what it said.

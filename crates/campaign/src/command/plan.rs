@@ -111,6 +111,12 @@ pub(super) fn prepare(context: &Context, variation: Variation, wanted: &Wanted) 
     Ok(Planned { variation, setup, options, command: None, sabotage: wanted.sabotage })
 }
 
+/// The same variation under this policy in place of its own, whichever its cell is for.
+pub(super) fn under(context: &Context, planned: &Planned, policy: &Path) -> Result<Planned, Failure> {
+    let wanted = Wanted { policy: Some(policy.to_owned()), ..Wanted::default() };
+    prepare(context, planned.variation.clone(), &wanted)
+}
+
 fn options(wanted: &Wanted, cell: Option<&str>) -> String {
     let mut options = String::new();
     if let Some(policy) = &wanted.policy {

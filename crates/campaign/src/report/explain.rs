@@ -85,7 +85,8 @@ fn ms(us: Micros) -> String {
     format!("{}.{:01}", us / 1000, us % 1000 / 100)
 }
 
-fn stage_name(stage: Stage) -> &'static str {
+/// The name of a kind of link.
+pub(crate) fn stage_name(stage: Stage) -> &'static str {
     match stage {
         Stage::Cause => "cause",
         Stage::Refusals => "refusals",

@@ -16,7 +16,7 @@ use wire::sign::{Asked, Verified};
 
 /// How long what is under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the
 /// shipped scenarios; what is still held by a relay then is in its own account.
-const GRACE: Micros = 1_500_000;
+pub const GRACE: Micros = 1_500_000;
 
 /// A finished run.
 pub struct Run {

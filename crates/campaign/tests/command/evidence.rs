@@ -80,3 +80,81 @@ fn the_second_judge_comes_to_the_class_of_the_first_and_notices_what_was_changed
         assert_eq!((output.status.code(), said.lines().count()), (Some(2), 1), "{said}");
     }
 }
+
+#[test]
+fn a_report_is_made_of_results_and_runs_with_the_verdict_first() {
+    let dir = tempfile::tempdir().unwrap();
+    let (run, page, figures) =
+        (recorded(dir.path(), "thermal_loss"), dir.path().join("r.html"), dir.path().join("figures"));
+    let result = dir.path().join("thermal_loss");
+    let given = [result.to_str().unwrap(), run.to_str().unwrap(), "--out", page.to_str().unwrap()];
+    let output = holdsafe(&[&["report"], &given[..], &["--figures", figures.to_str().unwrap()]].concat());
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let text = fs::read_to_string(&page).unwrap();
+    let (head, body) = text.split_once("<main>").expect("a body");
+    assert!(head.contains("class=\"verdict\"") && body.contains("PREPARE_TO_ACT to DEGRADED"), "{head}");
+    assert!(body.contains("fault of Thermal: Dropout"), "the attack is drawn");
+    let drawn: Vec<String> =
+        fs::read_dir(&figures).unwrap().map(|f| f.unwrap().file_name().into_string().unwrap()).collect();
+    assert!(
+        ["svg", "csv", "tex", "txt"]
+            .iter()
+            .all(|kind| drawn.iter().any(|f| f.starts_with("run-") && f.ends_with(kind)))
+    );
+}
+
+#[test]
+fn a_report_refuses_what_it_does_not_know_and_what_it_has_already() {
+    let dir = tempfile::tempdir().unwrap();
+    recorded(dir.path(), "loss");
+    let (result, page) = (dir.path().join("loss"), dir.path().join("r.html"));
+    let refused = |given: &[&str]| {
+        let output = holdsafe(&[&["report"], given, &["--out", page.to_str().unwrap()]].concat());
+        assert_eq!((output.status.code(), page.exists()), (Some(2), false), "{output:?}");
+        String::from_utf8_lossy(&output.stderr).into_owned()
+    };
+    let file = result.join("result.json");
+    assert!(refused(&[result.to_str().unwrap(), file.to_str().unwrap()]).contains("give each once"));
+    assert!(refused(&[result.join("manifest.json").to_str().unwrap()]).contains("no `kind`"));
+    assert!(refused(&[dir.path().to_str().unwrap()]).contains("neither a recorded run"));
+}
+
+#[test]
+fn cores_fed_again_give_every_byte_and_another_policy_is_asked_of_the_same_inputs() {
+    let same = object(&holdsafe(&["replay", "replay", "--json"]));
+    assert_eq!(same["identical"], true, "{same}");
+    let policy = root().join("policies/freshness-waived.toml");
+    let asked = object(&holdsafe(&["replay", "replay", "--policy", policy.to_str().unwrap(), "--json"]));
+    assert!(asked["watermark"].as_str().is_some_and(|mark| mark.starts_with("ABLATION")), "{asked}");
+    let core = |name: &str| asked["cores"].as_array().unwrap().iter().find(|c| c["core"] == name).cloned().unwrap();
+    assert_eq!(core("sim").get("first"), None, "{asked}");
+    let first = &core("gateway")["first"];
+    assert_eq!(
+        (&first["then"][0]["reason"], &first["now"][0]["reason"]),
+        (&"no_echo".into(), &"session".into()),
+        "{first}"
+    );
+    let output = holdsafe(&["replay", root().join("policies").to_str().unwrap(), "--policy", policy.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+}
+
+#[test]
+fn two_runs_are_set_side_by_side() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "replay");
+    let same = object(&holdsafe(&["diff", run.to_str().unwrap(), "replay", "--json"]));
+    assert_eq!(same["same_log"], true, "{same}");
+    let policy = root().join("policies/session-only.toml");
+    let cell = ["--cell", "verbatim/present/origin-signed", "--policy", policy.to_str().unwrap()];
+    let output = holdsafe(&[&["diff", "teammate", "--json"], &cell[..]].concat());
+    assert_eq!(output.status.code(), Some(3), "{output:?}");
+    let other = object(&output);
+    let gateway =
+        other["first"].as_array().unwrap().iter().find(|f| f["node"] == "gateway").expect("the boundary differs");
+    assert_eq!(
+        (&gateway["a"]["event"]["reason"], &gateway["b"]["event"]["is"]),
+        (&"origin".into(), &"accepted".into()),
+        "{gateway}"
+    );
+    assert_eq!(holdsafe(&["diff", "replay"]).status.code(), Some(2));
+}

@@ -1,0 +1,112 @@
+//! A figure: a drawing, the same as a table, and the words below it.
+//!
+//! Everything that can be seen in a drawing stands in its table too, so that nobody needs eyes, colours or a plotting program to get at
+//! the numbers. What is drawn is decided by the modules below; how lines and words become SVG, by `drawing`.
+
+mod bars;
+mod curve;
+mod drawing;
+mod ecdf;
+mod palette;
+mod timeline;
+
+pub(crate) use bars::table as bar_table;
+pub use bars::{Bar, Segment, bars};
+pub(crate) use curve::table as series_table;
+pub use curve::{Point, Series, series};
+pub use drawing::Drawing;
+pub(crate) use ecdf::table as ecdf_table;
+pub use ecdf::{Mark, Steps, ecdf};
+pub(crate) use palette::sheet as palette_sheet;
+pub use palette::{class_of_mode, class_of_outcome};
+pub use timeline::{Lane, Span, lanes};
+
+/// A table of words.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Table {
+    /// Its columns.
+    pub head: Vec<String>,
+    /// Its rows, each as long as the head.
+    pub rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table with these columns and no rows.
+    pub fn new(head: &[&str]) -> Self {
+        Self { head: head.iter().map(|&h| h.to_owned()).collect(), rows: Vec::new() }
+    }
+
+    /// As comma-separated values (RFC 4180).
+    pub fn csv(&self) -> String {
+        let line = |cells: &[String]| cells.iter().map(|c| quoted(c)).collect::<Vec<_>>().join(",") + "\r\n";
+        std::iter::once(&self.head).chain(&self.rows).map(|cells| line(cells)).collect()
+    }
+
+    /// As a LaTeX table with the rules of the package `booktabs`.
+    pub fn latex(&self) -> String {
+        let line = |cells: &[String]| cells.iter().map(|c| escaped(c)).collect::<Vec<_>>().join(" & ") + " \\\\\n";
+        let rows: String = self.rows.iter().map(|cells| line(cells)).collect();
+        let columns = "l".repeat(self.head.len());
+        let head = line(&self.head);
+        format!("\\begin{{tabular}}{{{columns}}}\n\\toprule\n{head}\\midrule\n{rows}\\bottomrule\n\\end{{tabular}}\n")
+    }
+}
+
+/// A figure.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// Name of its files and its anchor: lower case, digits and hyphens.
+    pub name: String,
+    /// What it shows, in a few words.
+    pub title: String,
+    /// What is to be known beside: n, bounds, seeds.
+    pub caption: String,
+    /// The picture.
+    pub drawing: Drawing,
+    /// The same in numbers.
+    pub table: Table,
+}
+
+fn quoted(cell: &str) -> String {
+    if cell.contains(['"', ',', '\r', '\n']) { format!("\"{}\"", cell.replace('"', "\"\"")) } else { cell.to_owned() }
+}
+
+fn escaped(cell: &str) -> String {
+    let mut text = String::with_capacity(cell.len());
+    for c in cell.chars() {
+        match c {
+            '&' | '%' | '$' | '#' | '_' | '{' | '}' => text.extend(['\\', c]),
+            '\\' => text.push_str("\\textbackslash{}"),
+            '~' => text.push_str("\\textasciitilde{}"),
+            '^' => text.push_str("\\textasciicircum{}"),
+            '<' => text.push_str("\\textless{}"),
+            '>' => text.push_str("\\textgreater{}"),
+            _ => text.push(c),
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn table() -> Table {
+        Table {
+            head: vec!["a_b".to_owned(), "c".to_owned()],
+            rows: vec![vec!["50 %".to_owned(), "x, \"y\"".to_owned()]],
+        }
+    }
+
+    #[test]
+    fn a_cell_with_a_comma_or_a_quote_stays_one_cell() {
+        assert_eq!(table().csv(), "a_b,c\r\n50 %,\"x, \"\"y\"\"\"\r\n");
+    }
+
+    #[test]
+    fn what_latex_would_read_as_a_command_is_escaped() {
+        let text = table().latex();
+        assert!(text.contains("a\\_b & c \\\\") && text.contains("50 \\% &"), "{text}");
+        assert!(text.starts_with("\\begin{tabular}{ll}\n\\toprule\n") && text.ends_with("\\end{tabular}\n"), "{text}");
+    }
+}

@@ -1,0 +1,212 @@
+//! The page that a reviewer is handed: one HTML file, nothing from elsewhere, no script, dark and light, printable.
+//!
+//! Verdict first. Every drawing has its table. A section stands here for each kind of result; what a result says is not judged again.
+
+mod ablation;
+mod claims;
+mod cost;
+mod curves;
+mod latency;
+mod matrix;
+mod provenance;
+mod story;
+mod verdict;
+
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+
+use crate::Dossier;
+use crate::figure::{Figure, Table, palette_sheet};
+
+/// Background of the page, light.
+pub(crate) const PAPER_LIGHT: &str = "#ffffff";
+/// Background of the page, dark.
+pub(crate) const PAPER_DARK: &str = "#161412";
+
+/// The whole page.
+pub fn page(dossier: &Dossier) -> String {
+    let (rules, light, dark) = palette_sheet();
+    let style = format!(
+        ":root{{--paper:{PAPER_LIGHT};{light}}}\
+         @media (prefers-color-scheme:dark){{:root{{--paper:{PAPER_DARK};{dark}}}}}\
+         @media print{{:root{{--paper:{PAPER_LIGHT};{light}}}}}{rules}{}",
+        include_str!("page/style.css")
+    );
+    let sections: Vec<Section> = sections(dossier).into_iter().filter(|s| !s.body.is_empty()).collect();
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { (dossier.title) }
+                style { (PreEscaped(style)) }
+            }
+            body {
+                header {
+                    h1 { (dossier.title) }
+                    p class="quiet" {
+                        "A simulation on one machine's loopback; the adversary attacks the twin and nothing else. Each figure and table names its n; "
+                        "n of the twin, of the real stacks and of live runs are never added."
+                    }
+                    (verdict::verdict(dossier))
+                }
+                nav aria-label="Sections" { ul { @for s in &sections { li { a href={ "#" (s.id) } { (s.title) } } } } }
+                main {
+                    @for s in &sections { section id=(s.id) aria-labelledby={ (s.id) "-title" } {
+                        h2 id={ (s.id) "-title" } { (s.title) }
+                        (PreEscaped(&s.body))
+                    } }
+                }
+                footer { p { "Made by holdsafe " (dossier.version) " from the files listed under “Where it comes from”." } }
+            }
+        }
+    };
+    page.into_string()
+}
+
+struct Section {
+    id: &'static str,
+    title: &'static str,
+    body: String,
+}
+
+fn sections(dossier: &Dossier) -> Vec<Section> {
+    let section = |id, title, body: Markup| Section { id, title, body: body.into_string() };
+    vec![
+        section("matrix", "The threat matrix", matrix::section(dossier)),
+        section("runs", "Runs over time", html! { @for story in &dossier.stories { (story::section(story)) } }),
+        section("latency", "How soon", latency::section(dossier)),
+        section("curves", "How strong an attack may be", curves::section(dossier)),
+        section("ablation", "What each check is worth", ablation::section(dossier)),
+        section("cost", "What it costs", cost::section(dossier)),
+        section("claims", "What is claimed, and on what", claims::section(dossier)),
+        section("provenance", "Where it comes from", provenance::section(dossier)),
+    ]
+}
+
+/// Every figure of the page, in its order.
+pub fn figures(dossier: &Dossier) -> Vec<Figure> {
+    let mut all = matrix::figures(dossier);
+    all.extend(dossier.stories.iter().map(story::drawn));
+    all.extend(latency::figures(dossier));
+    all.extend(curves::figures(dossier));
+    all.extend(cost::figures(dossier));
+    all
+}
+
+/// A figure: the drawing, its caption, and the numbers for whoever asks.
+fn figure(figure: &Figure) -> Markup {
+    html! {
+        figure id=(figure.name) {
+            div class="scroll" tabindex="0" role="region" aria-label={ (figure.title) ", drawing" } {
+                (PreEscaped(figure.drawing.inline(&figure.title)))
+            }
+            figcaption { strong { (figure.title) "." } " " (figure.caption) }
+            details { summary { "The same in numbers" } (table(&figure.table, &figure.title)) }
+        }
+    }
+}
+
+/// A table that scrolls by itself where the page is narrow.
+fn table(table: &Table, label: &str) -> Markup {
+    html! {
+        div class="scroll" tabindex="0" role="region" aria-label={ (label) ", table" } {
+            table {
+                thead { tr { @for cell in &table.head { th scope="col" { (cell) } } } }
+                tbody { @for row in &table.rows { tr { @for cell in row { td { (cell) } } } } }
+            }
+        }
+    }
+}
+
+/// Colours and their words.
+fn key(classes: &[(&str, &str)]) -> Markup {
+    html! {
+        ul class="key" { @for (class, word) in classes { li {
+            svg width="12" height="12" aria-hidden="true" { rect class=(class) width="12" height="12" {} }
+            (word)
+        } } }
+    }
+}
+
+/// Lower case, digits and hyphens: for anchors and names of files.
+fn slug(name: &str) -> String {
+    let mut slug = String::new();
+    for c in name.chars() {
+        if c.is_ascii_alphanumeric() {
+            slug.push(c.to_ascii_lowercase());
+        } else if !slug.is_empty() && !slug.ends_with('-') {
+            slug.push('-');
+        }
+    }
+    slug.trim_end_matches('-').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::results::Results;
+    use crate::story::{Lasted, Refusals, Story};
+
+    fn dossier() -> Dossier {
+        let mut results = Results::default();
+        let search = r#"{"kind":"search","schema_version":1,"scenario":"nominal","policy":"default","alphabet":"path","seed":1,"draws":1,
+            "hunt":{"strategy":"guided","trials":9,"outcomes":{"NOMINAL":8,"UNSAFE":1}},"findings":[{"name":"x","outcome":"UNSAFE",
+            "broken":"P1","word":"<img src=//a.b/c onerror=alert(1)>","stopped_by":[],"reproduce":"holdsafe run x"}]}"#;
+        results.read("search.json", search.as_bytes()).expect("a search");
+        let lasted = |what: &str| Lasted { what: what.to_owned(), from: 1.0, to: 2.0 };
+        let refused =
+            Refusals { by: "gateway".to_owned(), reason: "stale".to_owned(), n: 3, at: vec![lasted("stale")] };
+        let story = Story {
+            name: "</style><script>alert(1)</script>".to_owned(),
+            seconds: 9.0,
+            flaw: Some("cut".to_owned()),
+            modes: vec![lasted("READY")],
+            authority: Vec::new(),
+            done: vec![lasted("<script>")],
+            refused: vec![refused],
+            why: Vec::new(),
+        };
+        let (title, version) = ("a & b".to_owned(), "0".to_owned());
+        Dossier { title, version, results, stories: vec![story] }
+    }
+
+    #[test]
+    fn the_page_asks_nothing_of_anybody_and_runs_nothing() {
+        let page = page(&dossier());
+        assert!(!page.contains("<script") && !page.contains("<img") && !page.contains("<link"), "{page}");
+        assert!(!page.contains("url(") && !page.contains("@import"), "{page}");
+        let addresses = page.matches("http").count();
+        assert_eq!(addresses, page.matches("xmlns=\"http://www.w3.org/2000/svg\"").count());
+    }
+
+    #[test]
+    fn a_finding_and_a_broken_log_are_in_the_verdict_before_anything_else() {
+        let page = page(&dossier());
+        let (head, rest) = page.split_once("<main>").expect("a body");
+        assert!(
+            head.contains("verdict bad") && head.contains("1 smallest word") && head.contains("does not verify"),
+            "{head}"
+        );
+        assert!(rest.contains("&lt;img src=//a.b/c"), "{rest}");
+    }
+
+    #[test]
+    fn every_drawing_has_its_numbers_and_every_anchor_its_section() {
+        let page = page(&dossier());
+        assert_eq!(page.matches("<figure").count(), page.matches("The same in numbers").count());
+        for anchor in page.split("href=\"#").skip(1).filter_map(|rest| rest.split('"').next()) {
+            assert!(page.contains(&format!("<section id=\"{anchor}\"")), "{anchor}");
+        }
+    }
+
+    #[test]
+    fn the_same_results_give_the_same_page() {
+        assert_eq!(page(&dossier()), page(&dossier()));
+    }
+
+    #[test]
+    fn a_slug_is_an_anchor() {
+        assert_eq!(slug("a/b C--d."), "a-b-c-d");
+    }
+}

@@ -1,0 +1,56 @@
+//! What each check keeps out, and what it costs when nothing is attacked.
+
+use maud::{Markup, html};
+
+use super::table;
+use super::verdict::told;
+use crate::Dossier;
+use crate::figure::Table;
+use crate::measured::{Ablation, Check};
+use crate::results::Found;
+
+pub(super) fn section(dossier: &Dossier) -> Markup {
+    let all =
+        dossier.results.given().iter().filter_map(|g| if let Found::Ablation(a) = &g.found { Some(a) } else { None });
+    html! { @for ablation in all {
+        p class="watermark" { (ablation.watermark) }
+        p { (ablation.defects.found) " of " (ablation.defects.n) " checks are missed when each is waived alone, over " (ablation.attacks)
+            " attacks with up to " (ablation.trials) " pairs each, seed " (ablation.seed) ". Trials with and without a check have the same seeds." }
+        (table(&rows(ablation), "Checks"))
+    } }
+}
+
+fn rows(ablation: &Ablation) -> Table {
+    let mut rows = Table::new(&[
+        "check",
+        "keeps out",
+        "attacks that differ without it",
+        "false trips an hour, with and without",
+        "CPU s an hour, with and without",
+    ]);
+    for check in &ablation.checks {
+        let [trips, cpu] = check.quiet.map_or_else(Default::default, |q| {
+            let pair = |[with, without]: [f64; 2]| format!("{with:.2}, {without:.2}");
+            [pair(q.false_trips_per_hour), pair(q.cpu_seconds_per_hour)]
+        });
+        rows.rows.push(vec![check.check.clone(), worth(check), attacks(check), trips, cpu]);
+    }
+    rows
+}
+
+fn worth(check: &Check) -> String {
+    match check.worth.as_str() {
+        "alone" => "by itself",
+        "pair" => "together with another",
+        _ => "nothing that was seen",
+    }
+    .to_owned()
+}
+
+fn attacks(check: &Check) -> String {
+    let one = |a: &crate::measured::Attacked| {
+        let name = a.cell.as_ref().map_or_else(|| a.scenario.clone(), |cell| format!("{} ({cell})", a.scenario));
+        format!("{name}: {} → {}", told(&a.with), told(&a.without))
+    };
+    check.attacks.iter().map(one).collect::<Vec<_>>().join("; ")
+}

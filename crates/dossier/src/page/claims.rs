@@ -1,0 +1,75 @@
+//! Claims with what they stand on: a row a threat and place of evidence, each with n, its bound, and the result that it is from.
+
+use maud::{Markup, html};
+
+use super::matrix::unmarked;
+use super::table;
+use super::verdict::percent;
+use crate::Dossier;
+use crate::figure::Table;
+use crate::objects::{Campaign, Matrix};
+use crate::results::Found;
+
+pub(super) fn section(dossier: &Dossier) -> Markup {
+    let mut rows = Table::new(&[
+        "claim",
+        "evidence",
+        "n",
+        "not as claimed",
+        "unsafe below (95 %)",
+        "together with all others",
+        "from",
+    ]);
+    for given in dossier.results.given() {
+        match &given.found {
+            Found::Matrix(matrix) => of_matrix(&mut rows, matrix, &given.file),
+            Found::Campaign(campaign) => of_campaign(&mut rows, campaign, &given.file),
+            Found::Runs(_)
+            | Found::Reference(_)
+            | Found::Search(_)
+            | Found::BenchLive(_)
+            | Found::Curve(_)
+            | Found::Ablation(_)
+            | Found::TwinCost(_) => {}
+        }
+    }
+    html! { @if !rows.rows.is_empty() {
+        p { "Only rows under a full policy, and only where the mechanism that is claimed about really runs." }
+        (table(&rows, "Claims"))
+    } }
+}
+
+fn of_matrix(rows: &mut Table, matrix: &Matrix, file: &str) {
+    for row in &matrix.rows {
+        for kind in row.kinds.iter().filter(|k| k.counts && !k.ablation) {
+            rows.rows.push(vec![
+                format!("{}: {}", row.id, unmarked(&row.containment)),
+                kind.evidence.name().to_owned(),
+                kind.n.to_string(),
+                kind.unexpected.to_string(),
+                percent(kind.unsafe_upper_95),
+                percent(kind.unsafe_upper_95_simultaneous),
+                file.to_owned(),
+            ]);
+        }
+    }
+}
+
+fn of_campaign(rows: &mut Table, campaign: &Campaign, file: &str) {
+    for row in campaign.rows.iter().filter(|r| r.counts && r.watermark.is_none()) {
+        let name = row.cell.as_ref().map_or_else(|| row.scenario.clone(), |cell| format!("{} ({cell})", row.scenario));
+        let classes: Vec<&str> = row.expected.iter().map(|class| class.name()).collect();
+        let bound = |of: fn(&crate::objects::RateBounds) -> f64| {
+            row.bounds.as_ref().map_or_else(|| "none (not complete, or looked at often)".to_owned(), |b| percent(of(b)))
+        };
+        rows.rows.push(vec![
+            format!("{name} ends in {}", classes.join(" or ")),
+            row.evidence.name().to_owned(),
+            row.n.to_string(),
+            row.unexpected.to_string(),
+            bound(|b| b.unsafe_upper_95),
+            bound(|b| b.unsafe_upper_95_simultaneous),
+            file.to_owned(),
+        ]);
+    }
+}

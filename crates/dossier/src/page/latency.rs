@@ -1,0 +1,88 @@
+//! How soon a fault or an attack led to DEGRADED, from its receipt: live beside what the paper reports.
+
+use maud::{Markup, html};
+
+use super::{figure, table};
+use crate::Dossier;
+use crate::figure::{Figure, Mark, Steps, Table, ecdf, ecdf_table};
+use crate::measured::BenchLive;
+use crate::objects::{Run, Sample};
+use crate::results::Found;
+
+pub(super) fn section(dossier: &Dossier) -> Markup {
+    let rows = rows(dossier);
+    html! {
+        @for f in figures(dossier) { (figure(&f)) }
+        @if !rows.rows.is_empty() {
+            p { "p95 is the value that 95 % of the sample do not exceed; its bound needs at least 59 values. Where nothing stands, there were fewer." }
+            (table(&rows, "Latencies"))
+        }
+    }
+}
+
+pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
+    let given = dossier.results.given().iter();
+    given.filter_map(|g| if let Found::BenchLive(bench) = &g.found { drawn(bench) } else { None }).collect()
+}
+
+fn drawn(bench: &BenchLive) -> Option<Figure> {
+    let values = |run: &Run| run.trials.iter().filter_map(|t| t.latency_ms.to_degraded).collect();
+    let samples: Vec<Steps> =
+        bench.losses.iter().map(|run| Steps { name: run.scenario.clone(), values: values(run) }).collect();
+    let mark = |l: &crate::measured::LiveLatency| Mark {
+        name: format!("paper: {}, mean of {}", l.paper.loss, l.paper.n),
+        at: l.paper.mean_ms,
+        bound: false,
+    };
+    let marks: Vec<Mark> = bench.live_latency_ms.iter().map(mark).collect();
+    let n: Vec<String> = samples.iter().map(|s| format!("{} n = {}", s.name, s.values.len())).collect();
+    Some(Figure {
+        name: "latency".to_owned(),
+        title: "From loss to DEGRADED, live".to_owned(),
+        caption: format!(
+            "Share of the live runs in which DEGRADED came no later; upright lines are the paper's means, on other hardware. {}.",
+            n.join(", ")
+        ),
+        drawing: ecdf(&samples, &marks)?,
+        table: ecdf_table(&samples, &marks),
+    })
+}
+
+fn rows(dossier: &Dossier) -> Table {
+    let mut rows = Table::new(&["scenario", "evidence", "to", "n", "mean (ms)", "p95 (ms)", "p95 at most (95 %)"]);
+    let mut put = |scenario: &str, cell: Option<&str>, place: &str, to: &str, s: &Sample| {
+        let ms = |v: Option<f64>| v.map_or_else(String::new, |v| format!("{v:.1}"));
+        let name = cell.map_or_else(|| scenario.to_owned(), |cell| format!("{scenario}: {cell}"));
+        if s.n > 0 {
+            let cells =
+                [name, place.to_owned(), to.to_owned(), s.n.to_string(), ms(s.mean), ms(s.p95), ms(s.p95_upper_95)];
+            rows.rows.push(cells.to_vec());
+        }
+    };
+    for given in dossier.results.given() {
+        let runs = match &given.found {
+            Found::Runs(runs) => runs.as_slice(),
+            Found::BenchLive(bench) => bench.losses.as_slice(),
+            Found::Reference(reference) => {
+                for row in &reference.rows {
+                    let (cell, place, l) = (row.cell.as_deref(), row.evidence.name(), &row.summary.latency_ms);
+                    put(&row.scenario, cell, place, "DEGRADED", &l.to_degraded);
+                    put(&row.scenario, cell, place, "HOLD_SAFE", &l.to_hold_safe);
+                }
+                continue;
+            }
+            Found::Matrix(_)
+            | Found::Campaign(_)
+            | Found::Search(_)
+            | Found::Curve(_)
+            | Found::Ablation(_)
+            | Found::TwinCost(_) => continue,
+        };
+        for run in runs {
+            let (place, l) = (run.mode.name(), &run.summary.latency_ms);
+            put(&run.scenario, None, place, "DEGRADED", &l.to_degraded);
+            put(&run.scenario, None, place, "HOLD_SAFE", &l.to_hold_safe);
+        }
+    }
+    rows
+}

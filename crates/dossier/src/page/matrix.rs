@@ -1,0 +1,117 @@
+//! The threat matrix: a bar a threat and kind of evidence, and what its rows say.
+
+use maud::{Markup, html};
+
+use super::verdict::{percent, told};
+use super::{figure, table};
+use crate::Dossier;
+use crate::figure::{Bar, Figure, Segment, Table, bar_table, bars, class_of_outcome};
+use crate::objects::{Evidence, Kind, Matrix, MatrixRow, Outcomes};
+use crate::results::Found;
+
+pub(super) fn section(dossier: &Dossier) -> Markup {
+    html! { @for (i, matrix) in matrices(dossier).enumerate() {
+        p { "Seed " (matrix.seed) ", program " code { (matrix.build.get(..12).unwrap_or(&matrix.build)) } ". " (matrix.bounds)
+            " bounds hold together (Bonferroni). A row's n is added up over runs of the same kind alone; its bound is that of its worst run." }
+        @for f in drawn(i, matrix) { (figure(&f)) }
+        details { summary { "Every threat in words" } (table(&rows(matrix), "Threats")) }
+    } }
+}
+
+pub(super) fn figures(dossier: &Dossier) -> Vec<Figure> {
+    matrices(dossier).enumerate().flat_map(|(i, matrix)| drawn(i, matrix)).collect()
+}
+
+fn matrices(dossier: &Dossier) -> impl Iterator<Item = &Matrix> {
+    dossier.results.given().iter().filter_map(|g| if let Found::Matrix(m) = &g.found { Some(m) } else { None })
+}
+
+/// One figure for the rows under a full policy, one for those with a check waived.
+fn drawn(i: usize, matrix: &Matrix) -> Vec<Figure> {
+    let figure = |ablation: bool| {
+        let kinds = matrix.rows.iter().flat_map(|row| row.kinds.iter().map(move |kind| (row, kind)));
+        let all: Vec<Bar> = kinds.filter(|(_, k)| k.ablation == ablation).map(|(row, kind)| bar(row, kind)).collect();
+        let of = |place: Evidence| -> u64 {
+            let kinds = matrix.rows.iter().flat_map(|r| &r.kinds);
+            kinds.filter(|k| k.ablation == ablation && k.evidence == place).map(|k| k.n).sum()
+        };
+        let places = [Evidence::Model, Evidence::Stack, Evidence::Live].map(|place| (place.name(), of(place)));
+        let n: Vec<String> =
+            places.iter().filter(|(_, n)| *n > 0).map(|(place, n)| format!("{place} n = {n}")).collect();
+        let (name, title) = if ablation {
+            ("matrix-ablation", "Threats with a check waived (ABLATION)")
+        } else {
+            ("matrix", "Threats")
+        };
+        (!all.is_empty()).then(|| Figure {
+            name: if i == 0 { name.to_owned() } else { format!("{name}-{}", i + 1) },
+            title: format!("{title}: how trials ended"),
+            caption: format!(
+                "Shares of the nine classes by threat and place of evidence; at the right n, trials outside the classes that were expected, and the \
+                 exact upper 95 % bound on the unsafe rate of the worst run. {}, seed {}.",
+                n.join(", "),
+                matrix.seed
+            ),
+            drawing: bars(&all, None),
+            table: bar_table(&all, "threat, evidence", "n, not expected, bound"),
+        })
+    };
+    [figure(false), figure(true)].into_iter().flatten().collect()
+}
+
+fn bar(row: &MatrixRow, kind: &Kind) -> Bar {
+    let place =
+        if kind.counts { kind.evidence.name().to_owned() } else { format!("{}, no mechanism", kind.evidence.name()) };
+    let off = if kind.unexpected > 0 { format!(", {} NOT EXPECTED", kind.unexpected) } else { String::new() };
+    Bar {
+        name: format!("{} {place}", row.id),
+        parts: parts(&kind.outcomes),
+        said: format!("n {}{off}, < {}", kind.n, percent(kind.unsafe_upper_95)),
+    }
+}
+
+/// The parts of a bar of outcomes.
+pub(super) fn parts(outcomes: &Outcomes) -> Vec<Segment> {
+    let part = |(class, n): (&crate::objects::Outcome, &u64)| Segment {
+        name: class.name().to_owned(),
+        class: class_of_outcome(class.name()),
+        amount: *n as f64,
+    };
+    outcomes.iter().map(part).collect()
+}
+
+fn rows(matrix: &Matrix) -> Table {
+    let mut rows = Table::new(&[
+        "id",
+        "threat",
+        "boundary",
+        "STRIDE",
+        "techniques",
+        "must come of it",
+        "evidence: n, outcomes",
+        "open",
+    ]);
+    for row in &matrix.rows {
+        let of = |k: &Kind| {
+            let ablation = if k.ablation { " ABLATION" } else { "" };
+            format!("{}{ablation}: {}, {}", k.evidence.name(), k.n, told(&k.outcomes))
+        };
+        let kinds: Vec<String> = row.kinds.iter().map(of).collect();
+        rows.rows.push(vec![
+            row.id.clone(),
+            unmarked(&row.threat),
+            row.interface.clone(),
+            row.stride.clone(),
+            row.techniques.join(", "),
+            unmarked(&row.containment),
+            kinds.join("; "),
+            row.open.clone().unwrap_or_default(),
+        ]);
+    }
+    rows
+}
+
+/// The catalogue's words without their marks of emphasis, which a cell has no use for.
+pub(super) fn unmarked(words: &str) -> String {
+    words.replace('*', "")
+}

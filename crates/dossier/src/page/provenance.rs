@@ -1,0 +1,41 @@
+//! The files that the page was made from, by digest, and what searches found in them.
+
+use maud::{Markup, html};
+
+use super::table;
+use crate::Dossier;
+use crate::figure::Table;
+use crate::objects::Search;
+use crate::results::Found;
+
+pub(super) fn section(dossier: &Dossier) -> Markup {
+    let mut rows = Table::new(&["file", "kind", "SHA-256"]);
+    for given in dossier.results.given() {
+        rows.rows.push(vec![given.file.clone(), given.found.kind().to_owned(), given.sha256.clone()]);
+    }
+    html! {
+        @for given in dossier.results.given() { @if let Found::Search(search) = &given.found { (searched(search)) } }
+        @if !rows.rows.is_empty() { (table(&rows, "Files")) }
+        p { "The page holds nothing that is not in these files and, for runs over time, in the recordings named there. "
+            "A recording is checked with " code { "holdsafe verify DIR" } "." }
+    }
+}
+
+fn searched(search: &Search) -> Markup {
+    let mut rows = Table::new(&["class", "broken", "smallest word", "stopped by", "again"]);
+    for f in &search.findings {
+        let cells = [
+            f.outcome.name().to_owned(),
+            f.broken.clone(),
+            f.word.clone(),
+            f.stopped_by.join(", "),
+            f.reproduce.clone(),
+        ];
+        rows.rows.push(cells.to_vec());
+    }
+    html! {
+        h3 { "A search of " (search.hunt.trials) " trials over the alphabet " (search.alphabet) " during " (search.scenario) }
+        @if let Some(mark) = &search.watermark { p class="watermark" { (mark) } }
+        @if search.findings.is_empty() { p { "Nothing was found; that is no proof that there is nothing." } } @else { (table(&rows, "Findings")) }
+    }
+}

@@ -1,0 +1,81 @@
+//! A run on the page: its lanes over time, and the chain of each loss.
+
+use maud::{Markup, html};
+
+use super::{figure, table};
+use crate::figure::{Figure, Lane, Span, Table, class_of_mode, lanes};
+use crate::story::{Lasted, Refusals, Story, Why};
+
+/// The lanes of refusals that are drawn; more are in the table alone.
+const LANES: usize = 6;
+
+/// The section of one run.
+pub(super) fn section(story: &Story) -> Markup {
+    html! {
+        h3 { "Run " (story.name) }
+        @if let Some(flaw) = &story.flaw {
+            p { strong class="bad-word" { "The log does not verify" } ", and what is told of it is no better than it: " (flaw) }
+        }
+        (figure(&drawn(story)))
+        @for why in &story.why { (told(why)) }
+    }
+}
+
+fn told(why: &Why) -> Markup {
+    let mut chain = Table::new(&["stage", "at (s)", "log of", "what"]);
+    let row = |l: &crate::story::Link| vec![l.stage.clone(), format!("{:.3}", l.at), l.by.clone(), l.what.clone()];
+    chain.rows = why.chain.iter().map(row).collect();
+    let title = format!("Why {} at {:.3} s ({})", why.change, why.at, why.cause);
+    html! {
+        h4 { (title) }
+        p class="quiet" { "From what the services logged alone; no receipt and no word of the adversary." }
+        (table(&chain, &title))
+    }
+}
+
+/// The figure of one run.
+pub(crate) fn drawn(story: &Story) -> Figure {
+    let plain = |class: &'static str| move |l: &Lasted| Span { name: l.what.clone(), class, from: l.from, to: l.to };
+    let modes = story.modes.iter().map(|l| Span { class: class_of_mode(&l.what), ..plain("other")(l) }).collect();
+    let mut all = vec![
+        Lane { name: "done to it".to_owned(), spans: story.done.iter().map(plain("attack")).collect(), named: true },
+        Lane { name: "mode".to_owned(), spans: modes, named: true },
+        Lane {
+            name: "authority".to_owned(),
+            spans: story.authority.iter().map(plain("authority")).collect(),
+            named: false,
+        },
+    ];
+    let lane =
+        |r: &Refusals| Lane { name: r.by.clone(), spans: r.at.iter().map(plain("refusal")).collect(), named: true };
+    all.extend(story.refused.iter().take(LANES).map(lane));
+    let more = story.refused.len().saturating_sub(LANES);
+    let more =
+        if more > 0 { format!(" {more} more kinds of refusals stand in the table alone.") } else { String::new() };
+    Figure {
+        name: format!("run-{}", super::slug(&story.name)),
+        title: format!("Run {}", story.name),
+        caption: format!(
+            "What was done to the run (ground truth, which no service knew), the mode and the authority of the unit under test, and \
+             what boundaries refused, by who refused it. n = 1 run of {:.1} s.{more}",
+            story.seconds
+        ),
+        drawing: lanes(&all, story.seconds),
+        table: rows(story),
+    }
+}
+
+fn rows(story: &Story) -> Table {
+    let mut table = Table::new(&["kind", "what", "from (s)", "to (s)"]);
+    let mut put = |kind: &str, what: &str, l: &Lasted| {
+        table.rows.push(vec![kind.to_owned(), what.to_owned(), format!("{:.3}", l.from), format!("{:.3}", l.to)]);
+    };
+    story.done.iter().for_each(|l| put("done to it", &l.what, l));
+    story.modes.iter().for_each(|l| put("mode", &l.what, l));
+    story.authority.iter().for_each(|l| put("authority", &l.what, l));
+    for refused in &story.refused {
+        let what = format!("{} (n {})", refused.reason, refused.n);
+        refused.at.iter().for_each(|l| put(&refused.by, &what, l));
+    }
+    table
+}
