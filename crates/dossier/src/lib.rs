@@ -1,18 +1,30 @@
 //! What a reviewer is handed, made from results as `holdsafe … --json` prints them and from nothing else.
 //!
-//! Every output is a pure function of a [`Dossier`]: no clock, no chance and no other file reaches it, so the same results
-//! give the same bytes. Nothing here judges a trial or computes a bound; what a result does not say is not said.
+//! Every output is a pure function of a [`Dossier`] or of its results, the bill of materials one of the lock that was built with: no clock,
+//! no chance and no other file reaches it, so the same results give the same bytes. Nothing here judges a trial or computes a bound; what
+//! a result does not say is not said.
 //!
 //! `results` reads, `objects` and `measured` are what is read; `story` is one run as whoever has its recording tells it. `page` makes the
-//! HTML file, `figure` its drawings, `files` the same as files.
+//! HTML file, `figure` its drawings, `files` the same as files. For other tools are `junit`, `sarif`, `navigator` and `sbom`, from `tried`,
+//! one view of what results say of a variation.
 
 pub mod figure;
 pub mod files;
+mod junit;
 pub mod measured;
+mod navigator;
 pub mod objects;
 pub mod page;
 pub mod results;
+mod sarif;
+mod sbom;
 pub mod story;
+pub mod tried;
+
+pub use junit::junit;
+pub use navigator::layers;
+pub use sarif::sarif;
+pub use sbom::sbom;
 
 /// Everything that a dossier is made of.
 #[derive(Clone, Debug, Default)]

@@ -45,6 +45,21 @@ impl Outcome {
             Outcome::Nominal => "NOMINAL",
         }
     }
+
+    /// What it means, for those who have nothing else at hand.
+    pub fn meaning(self) -> &'static str {
+        match self {
+            Outcome::Unsafe => "A safety property was broken",
+            Outcome::Invalid => "The evidence does not hold, so nothing is shown",
+            Outcome::Late => "Only a bound on time was missed",
+            Outcome::FalseTrip => "Authority or freedom was lost without a fault or a true hazard",
+            Outcome::HoldSafe => "Ended in HOLD_SAFE",
+            Outcome::Degraded => "Ended in DEGRADED",
+            Outcome::Rejected => "Refused, or shown as an alarm; no change of mode",
+            Outcome::Undetected => "Accepted, no response, nothing broken",
+            Outcome::Nominal => "Nothing was done and nothing happened",
+        }
+    }
 }
 
 /// How often each class came out; classes that did not are left out.
@@ -187,6 +202,8 @@ pub struct Kind {
     pub unexpected: u64,
     /// Upper 95 % bound on the unsafe rate of the worst run.
     pub unsafe_upper_95: f64,
+    /// The same with INVALID counted as unsafe.
+    pub unsafe_upper_95_invalid_counted: f64,
     /// The one that holds together with all others of the matrix.
     pub unsafe_upper_95_simultaneous: f64,
     /// Latencies.
@@ -227,6 +244,9 @@ pub struct Run {
     pub seed: u64,
     /// Why this is an ablation, where it is one.
     pub watermark: Option<String>,
+    /// The classes that were expected; nothing where its cells have their own.
+    #[serde(default)]
+    pub expected: Vec<Outcome>,
     /// Every trial.
     pub trials: Vec<Trial>,
     /// All trials together.
@@ -365,6 +385,8 @@ pub struct CampaignRow {
     pub bounds: Option<RateBounds>,
     /// Latencies.
     pub latency_ms: Latencies,
+    /// Different decision hashes.
+    pub distinct_decisions: u64,
     /// Simulated seconds.
     pub sim_seconds: f64,
 }

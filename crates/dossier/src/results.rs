@@ -2,6 +2,8 @@
 //!
 //! Whoever reads the files off a disk stops reading at [`MAX_FILE_BYTES`] + 1; what is longer is refused here.
 
+use std::collections::BTreeMap;
+
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
@@ -155,10 +157,35 @@ impl Results {
     }
 }
 
-fn found(bytes: &[u8]) -> Result<Found, Reason> {
-    if bytes.len() > MAX_FILE_BYTES {
-        return Err(Reason::TooLong);
+/// `manifest.json` of a run: what its results depend on.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Manifest {
+    /// SHA-256 of each file, hexadecimal, by its path below the repository's root.
+    pub files: BTreeMap<String, String>,
+}
+
+impl Manifest {
+    /// Reads it.
+    ///
+    /// # Errors
+    /// Why it is refused.
+    pub fn read(file: &str, bytes: &[u8]) -> Result<Self, Refused> {
+        let refused = |why| Refused { file: file.to_owned(), why };
+        let manifest: Self = bounded(bytes).and_then(object).map_err(refused)?;
+        let is_digest = |text: &str| text.len() == 64 && text.bytes().all(|b| b.is_ascii_hexdigit());
+        match manifest.files.iter().find(|(_, digest)| !is_digest(digest)) {
+            Some((path, _)) => Err(refused(Reason::Unreadable(format!("`{path}` has no SHA-256")))),
+            None => Ok(manifest),
+        }
     }
+}
+
+fn bounded(bytes: &[u8]) -> Result<&[u8], Reason> {
+    if bytes.len() > MAX_FILE_BYTES { Err(Reason::TooLong) } else { Ok(bytes) }
+}
+
+fn found(bytes: &[u8]) -> Result<Found, Reason> {
+    let bytes = bounded(bytes)?;
     let head: Head = object(bytes)?;
     let kind = head.kind.ok_or(Reason::NoKind)?;
     if head.schema_version != Some(SCHEMA_VERSION) {

@@ -1,0 +1,173 @@
+//! SARIF 2.1.0, as code scanners show it: a run for each file, a rule for each threat, property and class, a result for each class that
+//! was not expected and each finding of a search.
+//!
+//! What was expected is no result, and what a search found under a waived check is a note: it shows what the check is worth. A result
+//! lies at the scenario's file, relative to `SRCROOT`.
+
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+use sha2::{Digest, Sha256};
+
+use crate::objects::{Finding, MatrixRow, Outcome, Search};
+use crate::results::{Found, Given, Results};
+use crate::tried::{Tried, tried};
+
+/// Where the schema is published.
+const SCHEMA: &str = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json";
+
+/// The properties that a run is judged by, in few words; the oracle's documentation has them in full.
+const PROPERTIES: [(&str, &str); 11] = [
+    ("P1", "No act without authority, a fresh confirmation and all guards"),
+    ("P2", "The loss of a subsystem revokes authority and degrades in time"),
+    ("P3", "The loss or inconsistency of trust reaches HOLD_SAFE in time"),
+    ("P4", "Never driving outside the geofence"),
+    ("P5", "No content of a record that was not accepted influences state"),
+    ("P6", "The accounts balance: every record is accounted for once"),
+    ("P7", "Nothing is shown fresh beyond its limit"),
+    ("P8", "A command is executed at most once, and never late"),
+    ("P9", "Nothing recovers without the consent that it takes"),
+    ("P10", "The log verifies"),
+    ("P11", "No authority and no act on an object that was not designated"),
+];
+
+/// Rules by their id.
+type Rules = BTreeMap<String, Value>;
+
+/// The file.
+pub fn sarif(results: &Results) -> String {
+    let runs: Vec<Value> = results.given().iter().map(run).collect();
+    format!("{:#}\n", json!({ "$schema": SCHEMA, "version": "2.1.0", "runs": runs }))
+}
+
+fn run(given: &Given) -> Value {
+    let mut rules = Rules::new();
+    let mut results = Vec::new();
+    if let Found::Matrix(matrix) = &given.found {
+        rules.extend(matrix.rows.iter().map(|row| (row.id.clone(), threat(row))));
+    }
+    for one in tried(given) {
+        results.extend(one.unexpected().map(|(class, n)| unexpected(&mut rules, &one, class, n)));
+    }
+    if let Found::Search(search) = &given.found {
+        results.extend(search.findings.iter().map(|finding| found(&mut rules, search, finding)));
+    }
+    let place: BTreeMap<&str, usize> = rules.keys().map(String::as_str).zip(0..).collect();
+    for result in &mut results {
+        result["ruleIndex"] = result["ruleId"].as_str().and_then(|id| place.get(id)).copied().into();
+    }
+    let rules: Vec<&Value> = rules.values().collect();
+    json!({
+        "tool": { "driver": { "name": "holdsafe", "version": env!("CARGO_PKG_VERSION"), "rules": rules } },
+        "automationDetails": { "id": given.file },
+        "originalUriBaseIds": { "SRCROOT": { "description": { "text": "The root of the holdsafe repository." } } },
+        "invocations": [{ "executionSuccessful": true }],
+        "results": results,
+        "properties": { "sha256": given.sha256 },
+    })
+}
+
+fn threat(row: &MatrixRow) -> Value {
+    let tags: Vec<&str> = ["security"].into_iter().chain(row.techniques.iter().map(String::as_str)).collect();
+    json!({
+        "id": row.id,
+        "shortDescription": { "text": row.threat },
+        "fullDescription": { "text": format!("Must come of it: {}", row.containment) },
+        "help": { "text": format!("{}, {}. STRIDE {}.", row.interface, row.requirement, row.stride) },
+        "properties": { "tags": tags },
+    })
+}
+
+/// The rule of a property, or of a class where no property is named.
+fn rule(rules: &mut Rules, finding: Option<&str>, class: Outcome) -> String {
+    let named = finding.and_then(|text| text.split(|c: char| !c.is_ascii_alphanumeric()).next());
+    let property = PROPERTIES.iter().find(|(id, _)| named == Some(id));
+    let (id, text) = property.copied().unwrap_or((class.name(), class.meaning()));
+    rules.entry(id.to_owned()).or_insert_with(|| json!({ "id": id, "shortDescription": { "text": text } }));
+    id.to_owned()
+}
+
+fn unexpected(rules: &mut Rules, one: &Tried, class: Outcome, n: u64) -> Value {
+    let id = match one.row {
+        Some(row) => row.id.clone(),
+        None => rule(rules, one.findings.first().copied(), class),
+    };
+    let mut text =
+        format!("{} in {n} of {} trials of {}; expected {}.", class.name(), one.n, one.name(), one.expected_told());
+    for part in one.findings.iter().chain([&one.reproduce.as_str()]).filter(|part| !part.is_empty()) {
+        text = format!("{text}\n{part}");
+    }
+    let seen = [&id, one.scenario, one.cell.unwrap_or(""), &one.set.join(" "), one.policy.unwrap_or(""), class.name()];
+    let properties = json!({
+        "n": one.n,
+        "outcomes": one.outcomes.iter().map(|(class, n)| (class.name(), n)).collect::<BTreeMap<_, _>>(),
+        "unsafe_upper_95": one.unsafe_upper_95,
+        "evidence": one.evidence.name(),
+        "counts": one.counts,
+        "watermark": one.watermark,
+        "seed": one.seed,
+        "reproduce": one.reproduce,
+    });
+    result(&id, level(class), &text, one.scenario, &seen, &properties)
+}
+
+fn found(rules: &mut Rules, search: &Search, finding: &Finding) -> Value {
+    let id = rule(rules, Some(&finding.broken), finding.outcome);
+    let level = if search.watermark.is_some() { "note" } else { level(finding.outcome) };
+    let parts = [finding.finding.as_deref(), search.watermark.as_deref(), Some(&finding.reproduce)];
+    let text = parts.into_iter().flatten().fold(
+        format!("{} while {} goes on: {}", finding.outcome.name(), search.scenario, finding.word),
+        |text, part| format!("{text}\n{part}"),
+    );
+    let seen = [&id, &search.scenario, &search.policy, &search.alphabet, &finding.word, finding.outcome.name()];
+    let properties = json!({
+        "alphabet": search.alphabet,
+        "stopped_by": finding.stopped_by,
+        "watermark": search.watermark,
+        "seed": search.seed,
+        "draws": search.draws,
+        "reproduce": finding.reproduce,
+    });
+    result(&id, level, &text, &search.scenario, &seen, &properties)
+}
+
+/// What broke, or would have gone unnoticed, is an error; what was only other than expected, a warning.
+fn level(class: Outcome) -> &'static str {
+    match class {
+        Outcome::Unsafe | Outcome::Late | Outcome::Undetected => "error",
+        Outcome::Invalid
+        | Outcome::FalseTrip
+        | Outcome::HoldSafe
+        | Outcome::Degraded
+        | Outcome::Rejected
+        | Outcome::Nominal => "warning",
+    }
+}
+
+/// One result; `seen` tells it from every other, whatever the number of trials and the seed.
+fn result(id: &str, level: &str, text: &str, scenario: &str, seen: &[&str], properties: &Value) -> Value {
+    let mut digest = Sha256::new();
+    for part in seen {
+        digest.update((part.len() as u64).to_le_bytes());
+        digest.update(part);
+    }
+    let print: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    let uri = format!("scenarios/{}.toml", escaped(scenario));
+    json!({
+        "ruleId": id,
+        "level": level,
+        "message": { "text": text },
+        "locations": [{ "physicalLocation": {
+            "artifactLocation": { "uri": uri, "uriBaseId": "SRCROOT" },
+            "region": { "startLine": 1 },
+        } }],
+        "partialFingerprints": { "holdsafe/v1": print },
+        "properties": properties,
+    })
+}
+
+/// A name as part of a URI (RFC 3986, unreserved characters as they are).
+fn escaped(name: &str) -> String {
+    let plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-._~".contains(&byte);
+    name.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}

@@ -1,0 +1,203 @@
+//! One view of what was tried, whatever kind of result tells of it: one variation of one scenario in one mode, all its trials.
+//!
+//! Matrix, runs, reference evaluation and campaign say the same things of a variation in different places. What a result does not say
+//! is `None` here.
+
+use crate::objects::{
+    CampaignRow, Evidence, MatrixRow, MatrixRun, Outcome, Outcomes, ReferenceRow, Run, Summary, Trial,
+};
+use crate::results::{Found, Given};
+
+/// The most findings of a trial that are passed on: a broken chain has one for each entry behind it.
+pub const MAX_FINDINGS: usize = 5;
+
+/// One variation.
+#[derive(Clone, Debug)]
+pub struct Tried<'a> {
+    /// The row of the threat catalogue that it was run for.
+    pub row: Option<&'a MatrixRow>,
+    /// Scenario.
+    pub scenario: &'a str,
+    /// Cell, where it has any.
+    pub cell: Option<&'a str>,
+    /// What a campaign's grid sets, as `key=value`.
+    pub set: Vec<String>,
+    /// Policy.
+    pub policy: Option<&'a str>,
+    /// Why this is an ablation, where it is one.
+    pub watermark: Option<&'a str>,
+    /// Where its evidence comes from.
+    pub evidence: Evidence,
+    /// Whether the scenario's mechanism really runs there.
+    pub counts: Option<bool>,
+    /// The classes that were expected; nothing where only UNSAFE and INVALID are not.
+    pub expected: &'a [Outcome],
+    /// Trials.
+    pub n: u64,
+    /// Their classes.
+    pub outcomes: Outcomes,
+    /// Different decision hashes.
+    pub distinct_decisions: Option<u64>,
+    /// Exact one-sided upper 95 % bound on the unsafe rate.
+    pub unsafe_upper_95: Option<f64>,
+    /// The one that holds together with all others of the result.
+    pub unsafe_upper_95_simultaneous: Option<f64>,
+    /// The base seed; trial i has seed + i.
+    pub seed: Option<u64>,
+    /// What the oracle said of the first trial that was not expected, [`MAX_FINDINGS`] at most.
+    pub findings: Vec<&'a str>,
+    /// The line that runs it, or the first trial that was not expected, again.
+    pub reproduce: String,
+}
+
+impl Tried<'_> {
+    /// Classes outside the expected, and how often.
+    pub fn unexpected(&self) -> impl Iterator<Item = (Outcome, u64)> + '_ {
+        self.outcomes.iter().filter(|(class, _)| is_unexpected(**class, self.expected)).map(|(class, n)| (*class, *n))
+    }
+
+    /// What tells it apart within its scenario: cell, what is set, policy, evidence.
+    pub fn name(&self) -> String {
+        let mut name = self.scenario.to_owned();
+        for part in self.cell.into_iter().chain(self.set.iter().map(String::as_str)) {
+            name = format!("{name} {part}");
+        }
+        if let Some(policy) = self.policy {
+            name = format!("{name}, {policy}");
+        }
+        format!("{name}, {}", self.evidence.name())
+    }
+
+    /// The expected classes in words.
+    pub fn expected_told(&self) -> String {
+        match self.expected {
+            [] => "anything but UNSAFE and INVALID".to_owned(),
+            some => some.iter().map(|class| class.name()).collect::<Vec<_>>().join(" or "),
+        }
+    }
+}
+
+/// Classes and how often, as `REJECTED 298, LATE 1`.
+pub fn told(outcomes: impl IntoIterator<Item = (Outcome, u64)>) -> String {
+    outcomes.into_iter().map(|(class, n)| format!("{} {n}", class.name())).collect::<Vec<_>>().join(", ")
+}
+
+fn is_unexpected(class: Outcome, expected: &[Outcome]) -> bool {
+    if expected.is_empty() { matches!(class, Outcome::Unsafe | Outcome::Invalid) } else { !expected.contains(&class) }
+}
+
+/// The variations that a file tells of, in its order. A search has none: its words are no sample of anything.
+pub fn tried(given: &Given) -> Vec<Tried<'_>> {
+    match &given.found {
+        Found::Matrix(matrix) => {
+            let runs = matrix.rows.iter().flat_map(|row| row.runs.iter().map(move |run| (row, run)));
+            runs.map(|(row, run)| of_matrix(matrix.seed, row, run)).collect()
+        }
+        Found::Runs(runs) => runs.iter().flat_map(of_run).collect(),
+        Found::Reference(reference) => reference.rows.iter().map(|row| of_reference(reference.seed, row)).collect(),
+        Found::Campaign(campaign) => campaign.rows.iter().map(of_campaign).collect(),
+        Found::Search(_) => Vec::new(),
+    }
+}
+
+fn of_matrix<'a>(seed: u64, row: &'a MatrixRow, run: &'a MatrixRun) -> Tried<'a> {
+    let cell = run.cell.as_deref();
+    Tried {
+        row: Some(row),
+        policy: Some(&run.policy),
+        watermark: run.watermark.as_deref(),
+        counts: Some(run.counts),
+        expected: &run.expected,
+        reproduce: command(&run.scenario, cell, run.evidence, run.summary.n, seed),
+        ..of_summary(&run.scenario, cell, run.evidence, &run.summary, seed)
+    }
+}
+
+fn of_reference(seed: u64, row: &ReferenceRow) -> Tried<'_> {
+    let cell = row.cell.as_deref();
+    Tried {
+        counts: Some(row.counts),
+        expected: &row.expected,
+        unsafe_upper_95_simultaneous: Some(row.unsafe_upper_95_simultaneous),
+        reproduce: command(&row.scenario, cell, row.evidence, row.summary.n, seed),
+        ..of_summary(&row.scenario, cell, row.evidence, &row.summary, seed)
+    }
+}
+
+fn of_campaign(row: &CampaignRow) -> Tried<'_> {
+    Tried {
+        row: None,
+        scenario: &row.scenario,
+        cell: row.cell.as_deref(),
+        set: row.set.iter().map(|(key, value)| format!("{key}={value}")).collect(),
+        policy: Some(&row.policy),
+        watermark: row.watermark.as_deref(),
+        evidence: row.evidence,
+        counts: Some(row.counts),
+        expected: &row.expected,
+        n: row.n,
+        outcomes: row.outcomes.clone(),
+        distinct_decisions: Some(row.distinct_decisions),
+        unsafe_upper_95: row.bounds.map(|bounds| bounds.unsafe_upper_95),
+        unsafe_upper_95_simultaneous: row.bounds.map(|bounds| bounds.unsafe_upper_95_simultaneous),
+        seed: None,
+        findings: Vec::new(),
+        reproduce: row.reproduce.clone().unwrap_or_default(),
+    }
+}
+
+fn of_run(run: &Run) -> Vec<Tried<'_>> {
+    if run.cells.is_empty() {
+        return vec![of_cell(run, None, &run.expected, &run.summary)];
+    }
+    run.cells.iter().map(|cell| of_cell(run, Some(&cell.cell), &cell.expected, &cell.summary)).collect()
+}
+
+fn of_cell<'a>(run: &'a Run, cell: Option<&'a str>, expected: &'a [Outcome], summary: &'a Summary) -> Tried<'a> {
+    let own = run.trials.iter().filter(|trial| cell.is_none() || trial.cell.as_deref() == cell);
+    let odd: Option<&Trial> = own.into_iter().find(|trial| is_unexpected(trial.outcome, expected));
+    let (n, seed) = odd.map_or((summary.n, run.seed), |trial| (1, trial.seed));
+    let findings = odd.into_iter().flat_map(|trial| &trial.findings).map(String::as_str);
+    Tried {
+        watermark: run.watermark.as_deref(),
+        expected,
+        findings: findings.take(MAX_FINDINGS).collect(),
+        reproduce: command(&run.scenario, cell, run.mode, n, seed),
+        ..of_summary(&run.scenario, cell, run.mode, summary, run.seed)
+    }
+}
+
+fn of_summary<'a>(
+    scenario: &'a str,
+    cell: Option<&'a str>,
+    evidence: Evidence,
+    summary: &'a Summary,
+    seed: u64,
+) -> Tried<'a> {
+    Tried {
+        row: None,
+        scenario,
+        cell,
+        set: Vec::new(),
+        policy: None,
+        watermark: None,
+        evidence,
+        counts: None,
+        expected: &[],
+        n: summary.n,
+        outcomes: summary.outcomes.clone(),
+        distinct_decisions: Some(summary.distinct_decisions),
+        unsafe_upper_95: Some(summary.unsafe_upper_95),
+        unsafe_upper_95_simultaneous: None,
+        seed: Some(seed),
+        findings: Vec::new(),
+        reproduce: String::new(),
+    }
+}
+
+/// The line that runs a variation again. A scenario of the stacks runs there by itself.
+fn command(scenario: &str, cell: Option<&str>, evidence: Evidence, n: u64, seed: u64) -> String {
+    let cell = cell.map(|cell| format!(" --cell {cell}")).unwrap_or_default();
+    let live = if evidence == Evidence::Live { " --live" } else { "" };
+    format!("holdsafe run {scenario}{cell} --trials {n} --seed {seed}{live}")
+}

@@ -1,0 +1,160 @@
+//! JUnit XML. What its XSD asks for that could be missed here is which elements lie where and which attributes they have: there is no
+//! order in it and no type but text. So that is read off the XSD and checked; a whole validator is run by hand (`schemas/README.md`).
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dossier::junit;
+use quick_xml::Reader;
+use quick_xml::events::{BytesStart, Event};
+
+use super::{everything, given, hostile, read};
+
+/// What the XSD lets an element have.
+#[derive(Debug, Default)]
+struct Allowed {
+    children: BTreeSet<String>,
+    attributes: BTreeSet<String>,
+    required: BTreeSet<String>,
+}
+
+/// An element of a file.
+#[derive(Debug)]
+struct Element {
+    name: String,
+    parent: Option<String>,
+    attributes: BTreeMap<String, String>,
+    text: String,
+}
+
+fn attributes(start: &BytesStart) -> BTreeMap<String, String> {
+    let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).expect("UTF-8");
+    let of = |a: quick_xml::events::attributes::Attribute| {
+        (
+            text(a.key.as_ref()),
+            a.normalized_value(quick_xml::XmlVersion::Implicit1_0).expect("well-formed").into_owned(),
+        )
+    };
+    start.attributes().map(|a| of(a.expect("well-formed"))).collect()
+}
+
+/// Every element, in order; panics where the text is not well-formed.
+fn elements(text: &str) -> Vec<Element> {
+    let mut reader = Reader::from_str(text);
+    let (mut open, mut all): (Vec<usize>, Vec<Element>) = (Vec::new(), Vec::new());
+    loop {
+        let event = reader.read_event().expect("well-formed");
+        let is_empty = matches!(event, Event::Empty(_));
+        match event {
+            Event::Start(start) | Event::Empty(start) => {
+                let name = String::from_utf8(start.name().as_ref().to_vec()).expect("UTF-8");
+                let parent = open.last().map(|i| all[*i].name.clone());
+                all.push(Element { name, parent, attributes: attributes(&start), text: String::new() });
+                if !is_empty {
+                    open.push(all.len() - 1);
+                }
+            }
+            Event::Text(text) => {
+                if let Some(i) = open.last() {
+                    all[*i].text.push_str(&text.decode().expect("UTF-8"));
+                }
+            }
+            Event::End(_) => drop(open.pop()),
+            Event::Eof => return all,
+            _ => {}
+        }
+    }
+}
+
+/// The elements that the XSD declares at its top, which are all that it has.
+fn schema() -> BTreeMap<String, Allowed> {
+    let mut allowed: BTreeMap<String, Allowed> = BTreeMap::new();
+    let mut current = String::new();
+    for element in elements(&read("schemas/junit-10.xsd")) {
+        let named = |key: &str| element.attributes.get(key).cloned();
+        match element.name.as_str() {
+            "xs:element" if element.parent.as_deref() == Some("xs:schema") => {
+                current = named("name").expect("a name");
+                allowed.entry(current.clone()).or_default();
+            }
+            "xs:complexType" if element.parent.as_deref() == Some("xs:schema") => current.clear(),
+            "xs:element" => {
+                let Some(of) = allowed.get_mut(&current) else { continue };
+                of.children.extend(named("ref"));
+            }
+            "xs:attribute" => {
+                let Some(of) = allowed.get_mut(&current) else { continue };
+                of.attributes.extend(named("name"));
+                of.required.extend(named("name").filter(|_| named("use").as_deref() == Some("required")));
+            }
+            _ => {}
+        }
+    }
+    allowed
+}
+
+/// What the XSD has against a file.
+fn against_schema(text: &str) -> Vec<String> {
+    let schema = schema();
+    let mut wrong = Vec::new();
+    for element in elements(text) {
+        let Some(allowed) = schema.get(&element.name) else {
+            wrong.push(format!("no element {}", element.name));
+            continue;
+        };
+        let has: BTreeSet<String> = element.attributes.keys().cloned().collect();
+        wrong.extend(has.difference(&allowed.attributes).map(|a| format!("{} has no {a}", element.name)));
+        wrong.extend(allowed.required.difference(&has).map(|a| format!("{} lacks {a}", element.name)));
+        if let Some(parent) = &element.parent
+            && !schema.get(parent).is_some_and(|p| p.children.contains(&element.name))
+        {
+            wrong.push(format!("{} in {parent}", element.name));
+        }
+    }
+    wrong
+}
+
+fn kept(name: &str, text: String) -> String {
+    std::fs::write(std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(name), &text).expect("a file below target/");
+    text
+}
+
+#[test]
+fn the_file_is_what_the_xsd_asks_for_and_a_wrong_one_is_noticed() {
+    let text = kept("holdsafe.junit.xml", junit(&everything()));
+    assert_eq!(against_schema(&text), Vec::<String>::new());
+    let wrong = text.replacen("testcase name", "testcase title", 1).replacen("system-out", "skipped-out", 2);
+    assert_eq!(against_schema(&wrong).len(), 3, "{:?}", against_schema(&wrong));
+}
+
+#[test]
+fn a_suite_counts_the_cases_that_failed_and_those_without_evidence() {
+    let all = elements(&kept("matrix.junit.xml", junit(&given(&["matrix.json"]))));
+    let suite =
+        |id: &str| all.iter().find(|e| e.name == "testsuite" && e.attributes["name"].starts_with(id)).expect("a suite");
+    let counts = |of: &Element| ["tests", "failures", "errors"].map(|key| of.attributes[key].clone()).join(" ");
+    assert_eq!(counts(suite("A01")), "4 0 0");
+    assert_eq!(counts(suite("A04")), "9 1 0");
+    assert_eq!(counts(suite("A40")), "1 0 1");
+    let whole = all.iter().find(|e| e.name == "testsuites").expect("the whole");
+    let count = |name: &str| all.iter().filter(|e| e.name == name).count();
+    assert_eq!(counts(whole), format!("{} {} {}", count("testcase"), count("failure"), count("error")));
+}
+
+#[test]
+fn a_failure_says_what_was_expected_and_how_to_run_it_again() {
+    let all = elements(&kept("runs.junit.xml", junit(&given(&["runs.json"]))));
+    let failure = all.iter().find(|e| e.name == "failure").expect("a failure");
+    assert_eq!(failure.attributes["message"], "2 of 2 trials not as expected (HOLD_SAFE 2); expected DEGRADED");
+    assert_eq!(failure.text, "holdsafe run loss --trials 1 --seed 1");
+    let error = all.iter().find(|e| e.name == "error").expect("an error");
+    assert!(error.attributes["type"] == "INVALID" && error.text.starts_with("P10 at "), "{error:?}");
+    let out = all.iter().find(|e| e.name == "system-out").expect("an output");
+    assert!(out.text.contains("n: 3\n") && out.text.contains("unsafe below (95 %): 63.16 %\n"), "{}", out.text);
+}
+
+#[test]
+fn no_text_of_a_result_makes_it_ill_formed() {
+    let text = kept("hostile.junit.xml", junit(&hostile("\"></testcase>&amp;]]>\u{0}\u{1b}\u{ffff}\r é")));
+    assert_eq!(against_schema(&text), Vec::<String>::new());
+    assert!(!text.contains(['\u{0}', '\u{1b}', '\u{ffff}']));
+}

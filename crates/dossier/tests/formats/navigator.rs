@@ -1,0 +1,92 @@
+//! Layers of the ATT&CK Navigator.
+
+use dossier::layers;
+use serde_json::Value;
+
+use super::{against, everything, given, hostile, kept};
+
+const SCHEMA: &str = "layer-4.5.schema.json";
+
+fn layer(results: &dossier::results::Results, name: &str) -> Value {
+    let layers = layers(results);
+    let (_, text) = layers.iter().find(|(file, _)| *file == name).expect("a layer");
+    kept(name, text)
+}
+
+fn technique<'a>(layer: &'a Value, id: &str) -> &'a Value {
+    layer["techniques"].as_array().unwrap().iter().find(|t| t["techniqueID"] == id).expect("a technique")
+}
+
+#[test]
+fn each_layer_is_valid_and_the_schema_notices_when_it_is_not() {
+    let results = everything();
+    assert_eq!(layers(&results).len(), 3);
+    for (name, text) in layers(&results) {
+        let mut layer = kept(name, &text);
+        assert_eq!(against(SCHEMA, &layer), Vec::<String>::new(), "{name}");
+        layer["techniques"][0]["techniqueID"] = "replay".into();
+        assert_eq!(against(SCHEMA, &layer).len(), 1, "{name}");
+    }
+}
+
+#[test]
+fn each_technique_is_in_one_layer() {
+    let (ics, enterprise) = (layer(&everything(), "attack-ics.json"), layer(&everything(), "attack-enterprise.json"));
+    assert_eq!(technique(&ics, "T0830")["techniqueID"], "T0830");
+    assert_eq!(technique(&enterprise, "T1557")["techniqueID"], "T1557");
+    let atlas = layer(&everything(), "atlas.json");
+    let ids: Vec<&str> =
+        atlas["techniques"].as_array().unwrap().iter().map(|t| t["techniqueID"].as_str().unwrap()).collect();
+    assert_eq!(ids, ["AML.T0015", "AML.T0029"]);
+}
+
+#[test]
+fn few_trials_give_a_low_score_and_the_worst_class_the_colour() {
+    let ics = layer(&everything(), "attack-ics.json");
+    let relay = technique(&ics, "T0830");
+    // Two clean trials: unsafe below 77.6 %.
+    assert_eq!((&relay["score"], &relay["color"]), (&22.into(), &"#57534e".into()), "UNDETECTED came out");
+    assert!(relay["metadata"][0]["value"].as_str().unwrap().contains("n 4: HOLD_SAFE 2, REJECTED 2"), "{relay}");
+    let blocked = technique(&ics, "T0804");
+    assert!(blocked["metadata"][0]["value"].as_str().unwrap().contains("; 2 not as expected;"), "{blocked}");
+}
+
+#[test]
+fn an_invalid_trial_is_no_evidence_of_safety() {
+    let tampered = layer(&everything(), "attack-enterprise.json");
+    let tampered = technique(&tampered, "T1070");
+    assert_eq!((&tampered["score"], &tampered["color"]), (&0.into(), &"#6d28d9".into()));
+}
+
+#[test]
+fn what_was_not_run_has_no_score() {
+    let atlas = layer(&everything(), "atlas.json");
+    let frozen = technique(&atlas, "AML.T0015");
+    assert!(frozen.get("score").is_none() && frozen.get("color").is_none());
+    assert!(frozen["metadata"][0]["value"].as_str().unwrap().starts_with("not run: "), "{frozen}");
+}
+
+#[test]
+fn a_run_under_a_waived_check_lends_its_technique_no_score() {
+    let mut matrix: Value = serde_json::from_str(&super::read("results/matrix.json")).unwrap();
+    for run in matrix["rows"][0]["runs"].as_array_mut().unwrap() {
+        run["watermark"] = "ABLATION".into();
+    }
+    let mut results = dossier::results::Results::default();
+    results.read("waived.json", matrix.to_string().as_bytes()).unwrap();
+    let ics = layer(&results, "attack-ics.json");
+    assert!(technique(&ics, "T0830").get("score").is_none());
+}
+
+#[test]
+fn without_a_matrix_there_are_no_layers() {
+    assert!(layers(&given(&["runs.json", "campaign.json", "search.json"])).is_empty());
+}
+
+#[test]
+fn no_text_of_a_result_makes_a_layer_invalid() {
+    for (name, text) in layers(&hostile("\"></x> \u{0}\u{1b}\u{ffff} é")) {
+        let layer: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(against(SCHEMA, &layer), Vec::<String>::new(), "{name}");
+    }
+}

@@ -1,0 +1,75 @@
+//! SARIF.
+
+use dossier::sarif;
+use serde_json::Value;
+
+use super::{against, everything, given, hostile, kept};
+
+const SCHEMA: &str = "sarif-schema-2.1.0.json";
+
+fn results_of(run: &Value) -> &Vec<Value> {
+    run["results"].as_array().expect("results")
+}
+
+#[test]
+fn the_file_is_valid_and_the_schema_notices_when_it_is_not() {
+    let mut file = kept("holdsafe.sarif", &sarif(&everything()));
+    assert_eq!(against(SCHEMA, &file), Vec::<String>::new());
+    file["runs"][0]["results"][0]["level"] = "grave".into();
+    file["runs"][0]["results"][0]["message"] = Value::Null;
+    assert_eq!(against(SCHEMA, &file).len(), 2);
+}
+
+#[test]
+fn what_was_expected_is_no_result_and_what_was_not_names_its_threat() {
+    let file = kept("matrix.sarif", &sarif(&given(&["matrix.json"])));
+    let run = &file["runs"][0];
+    let told = |r: &Value| {
+        format!("{} {} {}", r["ruleId"].as_str().unwrap(), r["level"].as_str().unwrap(), r["properties"]["n"])
+    };
+    assert_eq!(results_of(run).iter().map(told).collect::<Vec<_>>(), ["A04 warning 2", "A40 warning 2"]);
+    let loss = &results_of(run)[0];
+    let text = loss["message"]["text"].as_str().unwrap();
+    assert!(text.contains("HOLD_SAFE in 2 of 2 trials") && text.contains("expected DEGRADED"), "{text}");
+    assert!(text.contains("holdsafe run loss --trials 2 --seed 1"), "{text}");
+    let place = &loss["locations"][0]["physicalLocation"]["artifactLocation"];
+    assert_eq!((&place["uri"], &place["uriBaseId"]), (&"scenarios/loss.toml".into(), &"SRCROOT".into()));
+    let rule = &run["tool"]["driver"]["rules"][loss["ruleIndex"].as_u64().unwrap() as usize];
+    assert_eq!(rule["id"], "A04");
+}
+
+#[test]
+fn a_trial_of_a_run_is_laid_to_the_property_that_the_oracle_names() {
+    let file = kept("runs.sarif", &sarif(&given(&["runs.json"])));
+    let rules: Vec<&str> = results_of(&file["runs"][0]).iter().map(|r| r["ruleId"].as_str().unwrap()).collect();
+    assert_eq!(rules, ["HOLD_SAFE", "P10"]);
+}
+
+#[test]
+fn what_gets_through_without_a_check_is_a_note() {
+    let file = kept("search.sarif", &sarif(&given(&["search.json"])));
+    let [finding] = results_of(&file["runs"][0]).as_slice() else { panic!("one finding") };
+    assert_eq!((&finding["ruleId"], &finding["level"]), (&"P3".into(), &"note".into()));
+    assert_eq!(finding["properties"]["stopped_by"][0], "guards.lease");
+}
+
+#[test]
+fn a_finding_keeps_its_fingerprint_when_seed_and_number_of_trials_change() {
+    let mut other: Value = serde_json::from_str(&super::read("results/matrix.json")).unwrap();
+    other["seed"] = 1000.into();
+    let mut results = dossier::results::Results::default();
+    results.read("other.json", other.to_string().as_bytes()).unwrap();
+    let prints = |text: String| {
+        let file: Value = serde_json::from_str(&text).unwrap();
+        results_of(&file["runs"][0]).iter().map(|r| r["partialFingerprints"].to_string()).collect::<Vec<_>>()
+    };
+    let (one, two) = (prints(sarif(&given(&["matrix.json"]))), prints(sarif(&results)));
+    assert_eq!(one, two);
+    assert_ne!(one[0], one[1]);
+}
+
+#[test]
+fn no_text_of_a_result_makes_it_invalid() {
+    let file = kept("hostile.sarif", &sarif(&hostile("\"></x> ../%zz \u{0}\u{1b}\u{ffff} \u{202e} é")));
+    assert_eq!(against(SCHEMA, &file), Vec::<String>::new());
+}

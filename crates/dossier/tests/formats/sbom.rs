@@ -1,0 +1,75 @@
+//! The bill of materials.
+
+use std::collections::BTreeSet;
+
+use dossier::results::Manifest;
+use dossier::sbom;
+use serde_json::Value;
+
+use super::{against, kept, read};
+
+const SCHEMA: &str = "bom-1.6.schema.json";
+
+fn manifest() -> Manifest {
+    Manifest::read("manifest.json", read("results/manifest.json").as_bytes()).expect("a manifest")
+}
+
+#[test]
+fn the_bill_is_valid_and_the_schema_notices_when_it_is_not() {
+    let mut bom = kept("holdsafe.cdx.json", &sbom(Some(&manifest())));
+    assert_eq!(against(SCHEMA, &bom), Vec::<String>::new());
+    bom["components"][0]["hashes"][0]["content"] = "none".into();
+    bom["components"][1]["licenses"] = serde_json::json!([{ "license": { "id": "no such licence" } }]);
+    assert_eq!(against(SCHEMA, &bom).len(), 2);
+}
+
+#[test]
+fn it_names_every_package_of_the_lock_once_and_each_dependency_is_one_of_them() {
+    let bom = kept("program.cdx.json", &sbom(None));
+    let lock = read("../../../Cargo.lock");
+    let components = bom["components"].as_array().unwrap();
+    assert_eq!(components.len(), lock.lines().filter(|line| *line == "[[package]]").count());
+    let references: BTreeSet<&str> = components.iter().map(|c| c["bom-ref"].as_str().unwrap()).collect();
+    assert_eq!(references.len(), components.len());
+    let needed: Vec<&Value> =
+        bom["dependencies"].as_array().unwrap().iter().flat_map(|d| d["dependsOn"].as_array().unwrap()).collect();
+    assert!(needed.iter().all(|reference| references.contains(reference.as_str().unwrap())));
+    let listed = lock.lines().filter(|line| line.starts_with(" \"")).count();
+    let own = components.iter().filter(|c| c.get("purl").is_none()).count();
+    assert_eq!(needed.len(), listed + own, "every dependency of the lock, and our own packages of the whole");
+}
+
+#[test]
+fn a_package_has_the_hash_of_the_lock_and_ours_have_a_licence() {
+    let bom = kept("program.cdx.json", &sbom(None));
+    let of = |name: &str| bom["components"].as_array().unwrap().iter().find(|c| c["name"] == name).unwrap().clone();
+    let serde = of("serde_json");
+    assert!(serde["purl"].as_str().unwrap().starts_with("pkg:cargo/serde_json@"), "{serde}");
+    let checksum = serde["hashes"][0]["content"].as_str().unwrap();
+    assert!(read("../../../Cargo.lock").contains(&format!("name = \"serde_json\"\nversion = {}", serde["version"])));
+    assert!(read("../../../Cargo.lock").contains(&format!("checksum = \"{checksum}\"")));
+    assert_eq!(of("wire")["licenses"][0]["expression"], "MIT OR Apache-2.0");
+    assert!(read("../../../Cargo.toml").contains("license = \"MIT OR Apache-2.0\""));
+}
+
+#[test]
+fn the_files_of_a_run_are_in_its_bill_with_their_digests() {
+    let bom = kept("run.cdx.json", &sbom(Some(&manifest())));
+    let of = |name: &str| bom["components"].as_array().unwrap().iter().find(|c| c["name"] == name).unwrap().clone();
+    let (model, scenario) = (of("crates/perception/models/detector.onnx"), of("scenarios/replay.toml"));
+    assert_eq!((&model["type"], &scenario["type"]), (&"machine-learning-model".into(), &"file".into()));
+    assert_eq!(scenario["hashes"][0]["content"], manifest().files["scenarios/replay.toml"].as_str());
+}
+
+#[test]
+fn the_same_gives_the_same_bytes_and_other_files_another_serial_number() {
+    assert_eq!(sbom(Some(&manifest())), sbom(Some(&manifest())));
+    let serial = |text: String| serde_json::from_str::<Value>(&text).unwrap()["serialNumber"].to_string();
+    assert_ne!(serial(sbom(Some(&manifest()))), serial(sbom(None)));
+}
+
+#[test]
+fn a_manifest_without_digests_is_refused() {
+    let refused = Manifest::read("m.json", br#"{"files":{"scenarios/x.toml":"none"}}"#).expect_err("a refusal");
+    assert!(refused.to_string().contains("m.json: `scenarios/x.toml` has no SHA-256"), "{refused}");
+}
