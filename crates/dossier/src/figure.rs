@@ -17,8 +17,8 @@ pub use curve::{Point, Series, series};
 pub use drawing::Drawing;
 pub(crate) use ecdf::table as ecdf_table;
 pub use ecdf::{Mark, Steps, ecdf};
-pub(crate) use palette::sheet as palette_sheet;
 pub use palette::{class_of_mode, class_of_outcome};
+pub(crate) use palette::{colour_of_outcome, sheet as palette_sheet};
 pub use timeline::{Lane, Span, lanes};
 
 /// A table of words.

@@ -11,6 +11,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Map, Value, json};
 
+use crate::figure::colour_of_outcome;
 use crate::objects::{Kind, MatrixRow, MatrixRun, Outcome};
 use crate::results::{Found, Results};
 use crate::tried::told;
@@ -21,17 +22,17 @@ const ATTACK: &str = "18";
 /// The ATLAS release that they were checked against.
 const ATLAS: &str = "5.6.0";
 
-/// Classes from the worst for whoever relies on the platform to the best, with a colour that Navigator shows.
-const WORST_FIRST: [(Outcome, &str); 9] = [
-    (Outcome::Unsafe, "#b3001b"),
-    (Outcome::Late, "#c2410c"),
-    (Outcome::Invalid, "#6d28d9"),
-    (Outcome::Undetected, "#57534e"),
-    (Outcome::FalseTrip, "#a16207"),
-    (Outcome::HoldSafe, "#1d4ed8"),
-    (Outcome::Degraded, "#0e7490"),
-    (Outcome::Rejected, "#15803d"),
-    (Outcome::Nominal, "#a8a29e"),
+/// Classes from the worst for whoever relies on the platform to the best.
+const WORST_FIRST: [Outcome; 9] = [
+    Outcome::Unsafe,
+    Outcome::Late,
+    Outcome::Invalid,
+    Outcome::Undetected,
+    Outcome::FalseTrip,
+    Outcome::HoldSafe,
+    Outcome::Degraded,
+    Outcome::Rejected,
+    Outcome::Nominal,
 ];
 
 /// A collection of techniques that has a layer of its own.
@@ -90,9 +91,10 @@ pub fn layers(results: &Results) -> Vec<(&'static str, String)> {
 fn layer(domain: Domain, techniques: &Techniques, sources: &[Value]) -> Value {
     let [_, id, name] = domain.names();
     let of_domain = techniques.iter().filter(|(id, _)| Domain::of(id) == Some(domain));
-    let legend = WORST_FIRST.map(
-        |(class, colour)| json!({ "label": format!("worst: {} ({})", class.name(), class.meaning()), "color": colour }),
-    );
+    let legend = WORST_FIRST.map(|class| {
+        let label = format!("worst: {} ({})", class.name(), class.meaning());
+        json!({ "label": label, "color": colour_of_outcome(class.name()) })
+    });
     let mut versions = json!({ "navigator": "5.1.0", "layer": "4.5" });
     let mut metadata = sources.to_vec();
     match domain {
@@ -127,8 +129,8 @@ fn technique(id: &str, rows: &[&MatrixRow]) -> Value {
     if !runs.is_empty() {
         object.insert("score".to_owned(), score(&runs).into());
     }
-    if let Some((_, colour)) = WORST_FIRST.iter().find(|(class, _)| came(class)) {
-        object.insert("color".to_owned(), (*colour).into());
+    if let Some(class) = WORST_FIRST.iter().find(|class| came(class)) {
+        object.insert("color".to_owned(), colour_of_outcome(class.name()).into());
     }
     object.into()
 }

@@ -86,7 +86,8 @@ fn is_unexpected(class: Outcome, expected: &[Outcome]) -> bool {
     if expected.is_empty() { matches!(class, Outcome::Unsafe | Outcome::Invalid) } else { !expected.contains(&class) }
 }
 
-/// The variations that a file tells of, in its order. A search has none: its words are no sample of anything.
+/// The variations that a file tells of, in its order. A search has none: its words are no sample of anything. Nor have what compares
+/// or measures.
 pub fn tried(given: &Given) -> Vec<Tried<'_>> {
     match &given.found {
         Found::Matrix(matrix) => {
@@ -96,7 +97,8 @@ pub fn tried(given: &Given) -> Vec<Tried<'_>> {
         Found::Runs(runs) => runs.iter().flat_map(of_run).collect(),
         Found::Reference(reference) => reference.rows.iter().map(|row| of_reference(reference.seed, row)).collect(),
         Found::Campaign(campaign) => campaign.rows.iter().map(of_campaign).collect(),
-        Found::Search(_) => Vec::new(),
+        Found::BenchLive(bench) => bench.losses.iter().flat_map(of_run).collect(),
+        Found::Search(_) | Found::Curve(_) | Found::Ablation(_) | Found::TwinCost(_) => Vec::new(),
     }
 }
 

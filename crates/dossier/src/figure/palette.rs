@@ -71,6 +71,12 @@ fn rules(colour: impl Fn(&(&str, Paint, &str, &str)) -> String) -> String {
     all
 }
 
+/// The colour of an outcome on white, by its name in results.
+pub(crate) fn colour_of_outcome(name: &str) -> &'static str {
+    let class = class_of_outcome(name);
+    COLOURS.iter().find(|row| row.0 == class).map_or("#d6d3d1", |row| row.2)
+}
+
 /// The class of an outcome by its name in results.
 pub fn class_of_outcome(name: &str) -> &'static str {
     match name {

@@ -60,7 +60,13 @@ fn elements(text: &str) -> Vec<Element> {
             }
             Event::End(_) => drop(open.pop()),
             Event::Eof => return all,
-            _ => {}
+            // What is escaped in a text is not asked for.
+            Event::CData(_)
+            | Event::Comment(_)
+            | Event::Decl(_)
+            | Event::PI(_)
+            | Event::DocType(_)
+            | Event::GeneralRef(_) => {}
         }
     }
 }

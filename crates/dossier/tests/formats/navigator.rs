@@ -14,7 +14,8 @@ fn layer(results: &dossier::results::Results, name: &str) -> Value {
 }
 
 fn technique<'a>(layer: &'a Value, id: &str) -> &'a Value {
-    layer["techniques"].as_array().unwrap().iter().find(|t| t["techniqueID"] == id).expect("a technique")
+    let all = layer["techniques"].as_array().expect("techniques");
+    all.iter().find(|t| t["techniqueID"] == id).expect("a technique")
 }
 
 #[test]
