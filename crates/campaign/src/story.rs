@@ -105,29 +105,40 @@ fn authority(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
     all.into_iter().map(|(serial, from, to)| clock.lasted(format!("authority {serial}"), from, to)).collect()
 }
 
-/// By who refused and why, the most frequent first.
-fn refused(entries: &[Witnessed], clock: Clock) -> Vec<Refusals> {
-    let mut kinds: BTreeMap<(NodeId, &'static str), (u64, Vec<(Micros, Micros)>)> = BTreeMap::new();
-    for w in entries {
-        let Event::Refused { reason, .. } = w.entry.event else { continue };
-        let (n, stretches) = kinds.entry((w.entry.node, reason.name())).or_default();
-        *n += 1;
-        if let Some(last) = stretches.last_mut()
-            && w.at.saturating_sub(last.1) < TOGETHER
+/// Refusals of one boundary for one reason, trace time.
+#[derive(Default)]
+struct Tally {
+    n: u64,
+    stretches: Vec<(Micros, Micros)>,
+}
+
+impl Tally {
+    fn take(&mut self, at: Micros) {
+        self.n += 1;
+        if let Some(last) = self.stretches.last_mut()
+            && at.saturating_sub(last.1) < TOGETHER
         {
-            last.1 = w.at;
-        } else if stretches.len() < MAX_STRETCHES {
-            stretches.push((w.at, w.at));
+            last.1 = at;
+        } else if self.stretches.len() < MAX_STRETCHES {
+            self.stretches.push((at, at));
         }
     }
-    let told = |((by, reason), (n, stretches)): ((NodeId, &str), (u64, Vec<(Micros, Micros)>))| Refusals {
-        by: by.name().to_owned(),
-        reason: reason.to_owned(),
-        n,
-        at: stretches.into_iter().map(|(from, to)| clock.lasted(reason.to_owned(), from, to)).collect(),
-    };
-    let mut all: Vec<Refusals> = kinds.into_iter().map(told).collect();
-    all.sort_by(|a, b| b.n.cmp(&a.n));
+}
+
+/// By who refused and why, the most frequent first.
+fn refused(entries: &[Witnessed], clock: Clock) -> Vec<Refusals> {
+    let mut kinds: BTreeMap<(NodeId, &'static str), Tally> = BTreeMap::new();
+    for w in entries {
+        if let Event::Refused { reason, .. } = w.entry.event {
+            kinds.entry((w.entry.node, reason.name())).or_default().take(w.at);
+        }
+    }
+    let mut all: Vec<Refusals> = Vec::new();
+    for ((by, reason), Tally { n, stretches }) in kinds {
+        let at = stretches.into_iter().map(|(from, to)| clock.lasted(reason.to_owned(), from, to)).collect();
+        all.push(Refusals { by: by.name().to_owned(), reason: reason.to_owned(), n, at });
+    }
+    all.sort_by_key(|refusals| std::cmp::Reverse(refusals.n));
     all
 }
 

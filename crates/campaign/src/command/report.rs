@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use dossier::Dossier;
-use dossier::results::{MAX_FILE_BYTES, Results};
+use dossier::results::{MAX_FILE_BYTES, Manifest, Results};
 use dossier::story::Story;
 
 use super::failure::{Exit, Failure};
@@ -14,6 +14,8 @@ use crate::story;
 
 /// The file in a folder of a command's results that holds the result.
 const RESULTS: [&str; 5] = ["matrix.json", "reference.json", "campaign.json", "ablation.json", "result.json"];
+/// The file beside a result that names what it was made with.
+const MANIFEST: &str = "manifest.json";
 /// The most runs that are told one by one.
 const MAX_STORIES: usize = 32;
 
@@ -31,23 +33,55 @@ pub(super) struct Args {
     /// Every figure as SVG, its numbers as CSV and LaTeX, and its caption, into this folder.
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
+    /// The results as JUnit XML, for build servers.
+    #[arg(long, value_name = "FILE")]
+    junit: Option<PathBuf>,
+    /// What was not expected and what was found, as SARIF, for code scanners.
+    #[arg(long, value_name = "FILE")]
+    sarif: Option<PathBuf>,
+    /// Layers for the ATT&CK Navigator, scored by outcome, into this folder.
+    #[arg(long, value_name = "DIR")]
+    navigator: Option<PathBuf>,
+    /// A CycloneDX bill of materials, with the inputs of the runs that `manifest.json` beside the first result names.
+    #[arg(long, value_name = "FILE")]
+    sbom: Option<PathBuf>,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let dossier = gather(args)?;
-    let page = dossier::page::page(&dossier);
-    fs::write(&args.out, &page).map_err(|e| unwritable(&args.out, &e))?;
+    let mut files = vec![(args.out.clone(), dossier::page::page(&dossier))];
     if let Some(dir) = &args.figures {
-        fs::create_dir_all(dir).map_err(|e| unwritable(dir, &e))?;
-        for file in dossier::files::files(&dossier::page::figures(&dossier)) {
-            let path = dir.join(file.name);
-            fs::write(&path, file.text).map_err(|e| unwritable(&path, &e))?;
+        let figures = dossier::files::files(&dossier::page::figures(&dossier));
+        files.extend(figures.into_iter().map(|file| (dir.join(file.name), file.text)));
+    }
+    files.extend(args.junit.clone().map(|file| (file, dossier::junit(&dossier.results))));
+    files.extend(args.sarif.clone().map(|file| (file, dossier::sarif(&dossier.results))));
+    if let Some(dir) = &args.navigator {
+        files.extend(dossier::layers(&dossier.results).into_iter().map(|(name, text)| (dir.join(name), text)));
+    }
+    if let Some(file) = &args.sbom {
+        files.push((file.clone(), dossier::sbom(manifest(args)?.as_ref())));
+    }
+    for (path, text) in &files {
+        write(path, text)?;
+        if !context.json {
+            out::say(format_args!("{}", path.display()));
         }
     }
-    if !context.json {
-        out::say(format_args!("{}", args.out.display()));
-    }
     Ok(Exit::Fine)
+}
+
+/// The manifest beside the first result that has one.
+fn manifest(args: &Args) -> Result<Option<Manifest>, Failure> {
+    let beside = |path: &PathBuf| if path.is_dir() { path.join(MANIFEST) } else { path.with_file_name(MANIFEST) };
+    let Some(file) = args.given.iter().map(beside).find(|file| file.is_file()) else { return Ok(None) };
+    let read = Manifest::read(&file.display().to_string(), &bounded(&file)?);
+    read.map(Some).map_err(|e| Failure::new(Exit::Usage, e.to_string()))
+}
+
+fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    let parent = path.parent().filter(|dir| !dir.as_os_str().is_empty());
+    parent.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, text)).map_err(|e| unwritable(path, &e))
 }
 
 fn gather(args: &Args) -> Result<Dossier, Failure> {

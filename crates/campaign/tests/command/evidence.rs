@@ -88,8 +88,14 @@ fn a_report_is_made_of_results_and_runs_with_the_verdict_first() {
         (recorded(dir.path(), "thermal_loss"), dir.path().join("r.html"), dir.path().join("figures"));
     let result = dir.path().join("thermal_loss");
     let given = [result.to_str().unwrap(), run.to_str().unwrap(), "--out", page.to_str().unwrap()];
-    let output = holdsafe(&[&["report"], &given[..], &["--figures", figures.to_str().unwrap()]].concat());
+    let (junit, sarif, sbom) = (dir.path().join("j.xml"), dir.path().join("s.json"), dir.path().join("b.json"));
+    let [junit, sarif, sbom] = [&junit, &sarif, &sbom].map(|file| file.to_str().unwrap());
+    let other = ["--junit", junit, "--sarif", sarif, "--sbom", sbom, "--figures", figures.to_str().unwrap()];
+    let output = holdsafe(&[&["report"], &given[..], &other].concat());
     assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(fs::read_to_string(junit).unwrap().contains("thermal_loss"));
+    assert!(fs::read_to_string(sarif).unwrap().contains("\"2.1.0\""));
+    assert!(fs::read_to_string(sbom).unwrap().contains("scenarios/thermal_loss.toml"), "the run's inputs are in it");
     let text = fs::read_to_string(&page).unwrap();
     let (head, body) = text.split_once("<main>").expect("a body");
     assert!(head.contains("class=\"verdict\"") && body.contains("PREPARE_TO_ACT to DEGRADED"), "{head}");
