@@ -106,6 +106,9 @@ pub(super) fn fold(
         .collect();
     let mut run = RunObject::new(scenario.name.as_str(), mode, seed, trials, &cells);
     run.watermark = planned.iter().find_map(|p| p.setup.watermark());
+    if cells.is_empty() {
+        run.expected = planned.iter().flat_map(|p| p.variation.scenario.expected.to_vec()).collect();
+    }
     run
 }
 

@@ -60,6 +60,9 @@ pub struct RunObject {
     /// Why this is an ablation, where it is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub watermark: Option<String>,
+    /// The classes that were expected; nothing where the cells have their own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub expected: Vec<Outcome>,
     /// Every trial, in order of cell and seed.
     pub trials: Vec<Trial>,
     /// All trials together.
@@ -132,7 +135,17 @@ impl RunObject {
         let cells = expected.iter().map(cell).collect();
         let summary = Summary::of(&trials.iter().collect::<Vec<_>>());
         let scenario = scenario.to_owned();
-        Self { schema_version: SCHEMA_VERSION, scenario, mode, seed, watermark: None, trials, summary, cells }
+        Self {
+            schema_version: SCHEMA_VERSION,
+            scenario,
+            mode,
+            seed,
+            watermark: None,
+            expected: Vec::new(),
+            trials,
+            summary,
+            cells,
+        }
     }
 }
 
