@@ -203,3 +203,23 @@ fn command(scenario: &str, cell: Option<&str>, evidence: Evidence, n: u64, seed:
     let live = if evidence == Evidence::Live { " --live" } else { "" };
     format!("holdsafe run {scenario}{cell} --trials {n} --seed {seed}{live}")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_an_expectation_only_unsafe_and_invalid_are_unexpected() {
+        assert!(is_unexpected(Outcome::Unsafe, &[]) && is_unexpected(Outcome::Invalid, &[]));
+        assert!(!is_unexpected(Outcome::Late, &[]));
+        assert!(is_unexpected(Outcome::Late, &[Outcome::HoldSafe]));
+        assert!(!is_unexpected(Outcome::Unsafe, &[Outcome::Unsafe]));
+    }
+
+    #[test]
+    fn the_line_names_cell_number_seed_and_that_it_is_live() {
+        let line = command("teammate", Some("verbatim/silent"), Evidence::Live, 3, 7);
+        assert_eq!(line, "holdsafe run teammate --cell verbatim/silent --trials 3 --seed 7 --live");
+        assert_eq!(command("loss", None, Evidence::Stack, 59, 1), "holdsafe run loss --trials 59 --seed 1");
+    }
+}

@@ -53,6 +53,16 @@ fn few_trials_give_a_low_score_and_the_worst_class_the_colour() {
 }
 
 #[test]
+fn the_score_is_that_of_the_worst_run_with_what_is_invalid_counted() {
+    let mut matrix: Value = serde_json::from_str(&super::read("results/matrix.json")).unwrap();
+    matrix["rows"][0]["runs"][0]["summary"]["unsafe_upper_95_invalid_counted"] = 0.01.into();
+    matrix["rows"][0]["runs"][1]["summary"]["unsafe_upper_95_invalid_counted"] = 0.9.into();
+    let mut results = dossier::results::Results::default();
+    results.read("other.json", matrix.to_string().as_bytes()).unwrap();
+    assert_eq!(technique(&layer(&results, "attack-ics.json"), "T0830")["score"], 9);
+}
+
+#[test]
 fn an_invalid_trial_is_no_evidence_of_safety() {
     let tampered = layer(&everything(), "attack-enterprise.json");
     let tampered = technique(&tampered, "T1070");
@@ -68,15 +78,21 @@ fn what_was_not_run_has_no_score() {
 }
 
 #[test]
-fn a_run_under_a_waived_check_lends_its_technique_no_score() {
-    let mut matrix: Value = serde_json::from_str(&super::read("results/matrix.json")).unwrap();
-    for run in matrix["rows"][0]["runs"].as_array_mut().unwrap() {
-        run["watermark"] = "ABLATION".into();
-    }
-    let mut results = dossier::results::Results::default();
-    results.read("waived.json", matrix.to_string().as_bytes()).unwrap();
-    let ics = layer(&results, "attack-ics.json");
-    assert!(technique(&ics, "T0830").get("score").is_none());
+fn a_waived_check_a_missing_mechanism_and_a_control_lend_no_score() {
+    let score_with = |key: &str, value: Value| {
+        let mut matrix: Value = serde_json::from_str(&super::read("results/matrix.json")).unwrap();
+        for run in matrix["rows"][0]["runs"].as_array_mut().unwrap() {
+            run[key] = value.clone();
+        }
+        let mut results = dossier::results::Results::default();
+        results.read("other.json", matrix.to_string().as_bytes()).unwrap();
+        let ics = layer(&results, "attack-ics.json");
+        technique(&ics, "T0830").get("score").cloned()
+    };
+    assert_eq!(score_with("policy", "default".into()), Some(22.into()));
+    assert_eq!(score_with("watermark", "ABLATION".into()), None);
+    assert_eq!(score_with("counts", false.into()), None);
+    assert_eq!(score_with("expected", serde_json::json!(["UNSAFE"])), None);
 }
 
 #[test]

@@ -65,11 +65,20 @@ fn a_finding_keeps_its_fingerprint_when_seed_and_number_of_trials_change() {
     };
     let (one, two) = (prints(sarif(&given(&["matrix.json"]))), prints(sarif(&results)));
     assert_eq!(one, two);
-    assert_ne!(one[0], one[1]);
+    // Another scenario of a name as long is another result.
+    let renamed = super::read("results/matrix.json").replace("\"loss\"", "\"lost\"");
+    let mut results = dossier::results::Results::default();
+    results.read("renamed.json", renamed.as_bytes()).unwrap();
+    assert_ne!(one[0], prints(sarif(&results))[0]);
 }
 
 #[test]
 fn no_text_of_a_result_makes_it_invalid() {
     let file = kept("hostile.sarif", &sarif(&hostile("\"></x> ../%zz \u{0}\u{1b}\u{ffff} \u{202e} é")));
     assert_eq!(against(SCHEMA, &file), Vec::<String>::new());
+    // The schema does not say of a URI what may be in it.
+    let uri = results_of(&file["runs"][0])[0]["locations"][0]["physicalLocation"]["artifactLocation"]["uri"].clone();
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-._~%/".contains(c);
+    assert!(uri.as_str().unwrap().chars().all(plain), "{uri}");
+    assert!(uri.as_str().unwrap().starts_with("scenarios/%22%3E%3C%2Fx%3E"), "{uri}");
 }

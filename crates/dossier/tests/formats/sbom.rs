@@ -53,6 +53,21 @@ fn a_package_has_the_hash_of_the_lock_and_ours_have_a_licence() {
 }
 
 #[test]
+fn of_several_versions_of_a_package_the_one_that_is_needed_is_named() {
+    let bom = kept("program.cdx.json", &sbom(None));
+    let versions = |name: &str| bom["components"].as_array().unwrap().iter().filter(|c| c["name"] == name).count();
+    assert!(versions("thiserror") > 1 && versions("toml") > 1, "another package has to be the example");
+    let needs = bom["dependencies"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|d| d["ref"].as_str().unwrap().starts_with("holdsafe/dossier@"));
+    let needs = needs.unwrap()["dependsOn"].to_string();
+    assert!(needs.contains("pkg:cargo/thiserror@2.") && !needs.contains("pkg:cargo/thiserror@1."), "{needs}");
+    assert!(needs.contains("pkg:cargo/toml@1.") && needs.contains("%2Bspec"), "a plus sign is escaped: {needs}");
+}
+
+#[test]
 fn the_files_of_a_run_are_in_its_bill_with_their_digests() {
     let bom = kept("run.cdx.json", &sbom(Some(&manifest())));
     let of = |name: &str| bom["components"].as_array().unwrap().iter().find(|c| c["name"] == name).unwrap().clone();
