@@ -174,8 +174,10 @@ fn conditions(shown: &Shown) -> Vec<Condition> {
     for command in &shown.commands {
         match command.life {
             Life::NotAcknowledged => standing.push((Alarm::NotAcknowledged(command.id), command.since.0)),
+            // Who is refused by the gateway and then by the unit is refused once.
             Life::RefusedByUnit(_) | Life::RefusedByGateway => {
-                standing.push((Alarm::CommandRefused(command.id), command.since.0));
+                let first = command.times.answered.unwrap_or(command.since);
+                standing.push((Alarm::CommandRefused(command.id), first.0));
             }
             Life::Requested | Life::Staged | Life::Released | Life::Sent | Life::Executed | Life::Expired => {}
         }

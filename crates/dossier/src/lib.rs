@@ -6,8 +6,9 @@
 //!
 //! `results` reads, `objects` and `measured` are what is read; `story` is one run as whoever has its recording tells it. `page` makes the
 //! HTML file, `figure` its drawings, `files` the same as files. For other tools are `junit`, `sarif`, `navigator` and `sbom`, from `tried`,
-//! one view of what results say of a variation.
+//! one view of what results say of a variation. `evaluation` sets the paper's claims against results.
 
+mod evaluation;
 pub mod figure;
 pub mod files;
 mod junit;
@@ -21,6 +22,7 @@ mod sbom;
 pub mod story;
 pub mod tried;
 
+pub use evaluation::evaluation;
 pub use junit::junit;
 pub use navigator::layers;
 pub use sarif::sarif;

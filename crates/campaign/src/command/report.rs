@@ -42,6 +42,9 @@ pub(super) struct Args {
     /// Layers for the ATT&CK Navigator, scored by outcome, into this folder.
     #[arg(long, value_name = "DIR")]
     navigator: Option<PathBuf>,
+    /// The paper's claims one by one, as Markdown.
+    #[arg(long, value_name = "FILE")]
+    evaluation: Option<PathBuf>,
     /// A CycloneDX bill of materials, with the inputs of the runs that `manifest.json` beside the first result names.
     #[arg(long, value_name = "FILE")]
     sbom: Option<PathBuf>,
@@ -59,6 +62,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if let Some(dir) = &args.navigator {
         files.extend(dossier::layers(&dossier.results).into_iter().map(|(name, text)| (dir.join(name), text)));
     }
+    files.extend(args.evaluation.clone().map(|file| (file, dossier::evaluation(&dossier.results))));
     if let Some(file) = &args.sbom {
         files.push((file.clone(), dossier::sbom(manifest(args)?.as_ref())));
     }

@@ -21,7 +21,7 @@ use wire::refusal::Reason;
 
 use crate::bench::{Asked, Bench, console, retracing};
 use crate::display::label;
-use crate::world::{Does, Move, Step, Told, always};
+use crate::world::{Does, Move, Step, Told, always, refused_by_both, through};
 
 /// One test for each property, asked after every move.
 macro_rules! after_every_move {
@@ -34,6 +34,19 @@ macro_rules! after_every_move {
             });
         }
     )*};
+}
+
+fn noted_once(step: &Step<'_>) -> Result<(), TestCaseError> {
+    for shown in &step.after.alarms {
+        let once = matches!(shown.alarm, Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_));
+        prop_assert!(!once || !step.world.noted(&shown.alarm), "{shown:?}");
+    }
+    Ok(())
+}
+
+#[test]
+fn a_refusal_of_which_note_was_taken_is_not_raised_again_when_the_unit_refuses_too() {
+    through(Role::Supervise, &refused_by_both(), &noted_once).unwrap();
 }
 
 const HOLD: Order = Order::Command(UnitId::A, CommandKind::Hold);
@@ -261,10 +274,7 @@ after_every_move! {
     }
 
     what_happened_once_and_was_noted_is_not_raised_again(step) {
-        for shown in &step.after.alarms {
-            let once = matches!(shown.alarm, Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_));
-            prop_assert!(!once || !step.world.noted(&shown.alarm), "{shown:?}");
-        }
+        noted_once(step)?;
     }
 
     no_alarm_leaves_before_somebody_took_note_of_it(step) {

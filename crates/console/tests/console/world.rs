@@ -227,22 +227,55 @@ fn crowd() -> Vec<Move> {
 pub(crate) fn always(holds: impl Fn(&Step<'_>) -> Result<(), TestCaseError>) {
     let config = ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() };
     let roles = prop::sample::select(&[Role::Supervise, Role::Supervise, Role::Operate, Role::View][..]);
-    let outcome = proptest::test_runner::TestRunner::new(config).run(&(roles, moves()), |(role, moves)| {
-        let mut world = World::new(role);
-        for moved in &moves {
-            let before = world.bench.console.shown(world.bench.now);
-            let (asked, events) = (world.bench.asked.len(), world.bench.events.len());
-            let act = world.happens(moved);
-            let after = world.bench.console.shown(world.bench.now);
-            let (asked, events) = (&world.bench.asked[asked..], &world.bench.events[events..]);
-            let step = Step { world: &world, moved, before: &before, after: &after, act, asked, events };
-            holds(&step)?;
-        }
-        Ok(())
-    });
+    let outcome = proptest::test_runner::TestRunner::new(config)
+        .run(&(roles, moves()), |(role, moves)| through(role, &moves, &holds));
     if let Err(why) = outcome {
         panic!("{why}");
     }
+}
+
+/// Asks after each move of one sequence whether `holds`.
+pub(crate) fn through(
+    role: Role,
+    moves: &[Move],
+    holds: &impl Fn(&Step<'_>) -> Result<(), TestCaseError>,
+) -> Result<(), TestCaseError> {
+    let mut world = World::new(role);
+    for moved in moves {
+        let before = world.bench.console.shown(world.bench.now);
+        let (asked, events) = (world.bench.asked.len(), world.bench.events.len());
+        let act = world.happens(moved);
+        let after = world.bench.console.shown(world.bench.now);
+        let (asked, events) = (&world.bench.asked[asked..], &world.bench.events[events..]);
+        let step = Step { world: &world, moved, before: &before, after: &after, act, asked, events };
+        holds(&step)?;
+    }
+    Ok(())
+}
+
+/// An order that the gateway refuses, of which note is taken, and that the unit refuses after that.
+pub(crate) fn refused_by_both() -> Vec<Move> {
+    let says = Says {
+        mode: 4,
+        tracks: 1,
+        failing: false,
+        authority: false,
+        others: false,
+        heard: false,
+        reboot: false,
+        age: 20,
+        stamp: 0,
+    };
+    vec![
+        Move::Report(says),
+        Move::Person(Does::PrepareFitting),
+        Move::Person(Does::Confirm(true)),
+        Move::Stage(0, CommandStage::Staged),
+        Move::Stage(0, CommandStage::Refused),
+        Move::Person(Does::Note(1)),
+        Move::Gap(1),
+        Move::Ack(0, true, true),
+    ]
 }
 
 fn fitting(mode: Mode) -> CommandKind {
