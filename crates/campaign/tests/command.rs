@@ -6,6 +6,8 @@
 mod campaigns;
 #[path = "command/evidence.rs"]
 mod evidence;
+#[path = "command/judge.rs"]
+mod judge;
 #[path = "command/rare.rs"]
 mod rare;
 #[path = "command/searches.rs"]

@@ -1,4 +1,4 @@
-//! `holdsafe bench judges`: the oracle beside the second judge (`tools/judge.py`), over logs of the twin.
+//! `holdsafe bench judges`: the oracle beside the second judge (`tools/judge`), over logs of the twin.
 //!
 //! The logs are those of every variation of every scenario with a platform, each as it is, with its receipts denied, and with each
 //! check of the policy waived in turn: the seeded defects. The second judge is given the lines that a run leaves
@@ -34,8 +34,8 @@ pub(super) struct Args {
     /// Logs to judge.
     #[arg(long, value_name = "N", default_value_t = 1_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
     logs: u64,
-    /// The second judge [default: tools/judge.py].
-    #[arg(long, value_name = "FILE")]
+    /// The second judge [default: tools/judge].
+    #[arg(long, value_name = "PATH")]
     judge: Option<PathBuf>,
 }
 
@@ -87,7 +87,7 @@ struct Compared {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let judge = match &args.judge {
         Some(judge) => judge.clone(),
-        None => context.root()?.join("tools").join("judge.py"),
+        None => context.root()?.join("tools").join("judge"),
     };
     let cases = cases(context)?;
     let defects = defects();

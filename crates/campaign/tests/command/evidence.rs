@@ -1,20 +1,21 @@
-//! Runs that are explained, and the second judge.
+//! What is made of runs that were kept: explanations, reports, cores that are fed again.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
+use super::judge::Line;
 use super::{holdsafe, root};
 
 /// The directory of one recorded trial of a scenario in the twin.
-fn recorded(dir: &Path, scenario: &str) -> PathBuf {
+pub(super) fn recorded(dir: &Path, scenario: &str) -> PathBuf {
     let out = dir.join(scenario);
     let output = holdsafe(&["run", scenario, "--trials", "1", "--quiet", "--out", out.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
     out.join("twin").join(scenario).join("1")
 }
 
-fn object(output: &Output) -> serde_json::Value {
+pub(super) fn object(output: &Output) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {output:?}"))
 }
 
@@ -28,6 +29,33 @@ fn a_recording_is_explained_as_the_run_that_it_is_of() {
     assert_eq!(twin["explanations"][0]["origin"]["place"]["sensor"], "thermal", "{twin}");
     let at = object(&holdsafe(&["explain", run.to_str().unwrap(), "--why-not", "READY", "--at", "6", "--json"]));
     assert_eq!(at["why_not"]["mode"], "DEGRADED", "{at}");
+}
+
+#[test]
+fn a_recording_is_explained_at_times_of_its_run_and_says_where_it_has_to_assume_them() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "thermal_loss");
+    let explain = |more: &[&str]| holdsafe(&[&["explain", run.to_str().unwrap(), "--json"], more].concat());
+    let at = |output: &Output| object(output)["explanations"][0]["at_us"].as_u64().unwrap();
+    let (kept, whole) = (at(&explain(&[])), object(&explain(&[])));
+    assert!(whole.get("assumed").is_none(), "{whole}");
+    // The same recording of a run that began when its host's clock stood at a second.
+    let log = run.join("events.jsonl");
+    let text = fs::read_to_string(&log).unwrap();
+    let (head, events) = text.split_once('\n').unwrap();
+    let lines = events.lines().map(|line| {
+        let mut line: Line = serde_json::from_str(line).unwrap();
+        line.t_us = line.t_us.saturating_sub(1_000_000);
+        serde_json::to_string(&line).unwrap() + "\n"
+    });
+    fs::write(&log, format!("{head}\n{}", lines.collect::<String>())).unwrap();
+    assert_eq!(at(&explain(&[])), kept - 1_000_000);
+    let seconds = (kept as f64 / 1e6 - 0.9).to_string();
+    assert_eq!(at(&explain(&["--at", &seconds])), kept - 1_000_000, "the change in force then");
+    fs::remove_file(&log).unwrap();
+    let output = explain(&[]);
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no events.jsonl"), "{output:?}");
+    assert!(object(&output)["assumed"].as_str().unwrap().contains("ground platform"), "{output:?}");
 }
 
 #[test]
@@ -49,36 +77,6 @@ fn a_recording_that_cannot_be_read_is_answered_with_one_line_and_a_cut_one_with_
     let nothing = holdsafe(&["explain", dir.path().to_str().unwrap()]);
     assert_eq!(nothing.status.code(), Some(2), "{nothing:?}");
     assert_eq!(holdsafe(&["explain", "loss", "--why-not", "SLEEPING"]).status.code(), Some(2));
-}
-
-/// The second judge of this log; nothing where this host has no Python.
-fn second_judge(log: &Path) -> Option<Output> {
-    Command::new("python3").arg(root().join("tools/judge.py")).arg(log).output().ok()
-}
-
-#[test]
-fn the_second_judge_comes_to_the_class_of_the_first_and_notices_what_was_changed() {
-    let dir = tempfile::tempdir().unwrap();
-    let run = recorded(dir.path(), "delay");
-    let log = run.join("events.jsonl");
-    let Some(output) = second_judge(&log) else { return };
-    assert_eq!(object(&output)["outcome"], "HOLD_SAFE", "{output:?}");
-    // A unit that leaves HOLD_SAFE with nobody's consent.
-    let text = fs::read_to_string(&log).unwrap();
-    let held = text.lines().find(|line| line.contains(r#""to":"HOLD_SAFE""#)).unwrap();
-    let mut left: serde_json::Value = serde_json::from_str(held).unwrap();
-    left["t_us"] = (left["t_us"].as_u64().unwrap() + 1_000_000).into();
-    left["event"]["from"] = "HOLD_SAFE".into();
-    left["event"]["to"] = "READY".into();
-    fs::write(&log, format!("{text}{left}\n")).unwrap();
-    let output = second_judge(&log).unwrap();
-    assert_eq!(object(&output)["outcome"], "UNSAFE", "{output:?}");
-    for hostile in ["", "{}\n", "[1, 2\n", "{\"bounds\": 3}\n{\"event\": {}}\n"] {
-        fs::write(&log, hostile).unwrap();
-        let output = second_judge(&log).unwrap();
-        let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert_eq!((output.status.code(), said.lines().count()), (Some(2), 1), "{said}");
-    }
 }
 
 #[test]

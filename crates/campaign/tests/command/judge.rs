@@ -1,0 +1,176 @@
+//! The second judge, and what it makes of logs that somebody changed.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use super::evidence::{object, recorded};
+use super::root;
+
+/// The second judge of this log; nothing where this host has no Python.
+fn second_judge(log: &Path) -> Option<Output> {
+    Command::new("python3").arg(root().join("tools/judge")).arg(log).output().ok()
+}
+
+#[test]
+fn the_second_judge_comes_to_the_class_of_the_first_and_notices_what_was_changed() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "delay");
+    let log = run.join("events.jsonl");
+    let Some(output) = second_judge(&log) else { return };
+    assert_eq!(object(&output)["outcome"], "HOLD_SAFE", "{output:?}");
+    // A unit that leaves HOLD_SAFE with nobody's consent.
+    let text = fs::read_to_string(&log).unwrap();
+    let held = text.lines().find(|line| line.contains(r#""to":"HOLD_SAFE""#)).unwrap();
+    let mut left: serde_json::Value = serde_json::from_str(held).unwrap();
+    left["t_us"] = (left["t_us"].as_u64().unwrap() + 1_000_000).into();
+    left["event"]["from"] = "HOLD_SAFE".into();
+    left["event"]["to"] = "READY".into();
+    fs::write(&log, format!("{text}{left}\n")).unwrap();
+    let output = second_judge(&log).unwrap();
+    assert_eq!(object(&output)["outcome"], "UNSAFE", "{output:?}");
+    for hostile in ["", "{}\n", "[1, 2\n", "{\"bounds\": 3}\n{\"event\": {}}\n"] {
+        fs::write(&log, hostile).unwrap();
+        let output = second_judge(&log).unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!((output.status.code(), said.lines().count()), (Some(2), 1), "{said}");
+    }
+}
+
+/// What the second judge says of a run's log in which `change` was made to the lines that it is given, and of the log as it was.
+fn of_changed(log: &Path, change: impl Fn(&mut Line)) -> Option<(serde_json::Value, serde_json::Value)> {
+    let text = fs::read_to_string(log).unwrap();
+    let mut lines = text.lines();
+    let mut changed = lines.next().unwrap().to_owned() + "\n";
+    for line in lines {
+        let mut line: Line = serde_json::from_str(line).unwrap();
+        change(&mut line);
+        changed += &(serde_json::to_string(&line).unwrap() + "\n");
+    }
+    let other = log.with_file_name("changed.jsonl");
+    fs::write(&other, changed).unwrap();
+    Some((object(&second_judge(log)?), object(&second_judge(&other)?)))
+}
+
+/// A line of `events.jsonl`.
+#[derive(serde::Deserialize, serde::Serialize)]
+pub(super) struct Line {
+    pub(super) t_us: u64,
+    event: serde_json::Value,
+    #[serde(flatten)]
+    rest: serde_json::Map<String, serde_json::Value>,
+}
+
+impl Line {
+    fn is(&self, what: &str) -> bool {
+        self.event["is"] == what
+    }
+
+    fn add(&mut self, field: &str, by: i64) {
+        self.event[field] = (self.event[field].as_i64().unwrap() + by).into();
+    }
+}
+
+/// What is done to every line of a log.
+type Change<'a> = &'a dyn Fn(&mut Line);
+
+/// Later than everything that a run is prepared with.
+const UNDER_WAY_US: u64 = 4_000_000;
+
+#[test]
+fn each_property_that_a_change_to_a_log_breaks_the_second_judge_finds_broken() {
+    let dir = tempfile::tempdir().unwrap();
+    let later = |line: &mut Line, cause: &str| {
+        if line.is("transition") && line.event["cause"] == cause {
+            line.t_us += 1_500_000;
+        }
+    };
+    let moved = |line: &mut Line, by: i64| {
+        if line.is("located") && line.t_us > UNDER_WAY_US {
+            line.add("pose_x_mm", by);
+        }
+    };
+    let changes: [(&str, &str, Change<'_>); 7] = [
+        ("masquerade_recorder", "P2", &|line| later(line, "lost:sealed_log")),
+        ("process_ends", "P3", &|line| later(line, "lost:lease")),
+        ("nominal", "P3", &|line| moved(line, 5_000)),
+        ("nominal", "P4", &|line| {
+            if line.is("executed") {
+                let values = serde_json::json!({"speed_mm_s": 3000, "margin_mm": 900, "arm_permille": 600, "keep_permille": 450});
+                line.event["kind"] = serde_json::json!({ "configure": values });
+            }
+        }),
+        ("nominal", "P5", &|line| {
+            if line.is("located") {
+                line.event["distrusted"] = true.into();
+            }
+            moved(line, 2_000);
+        }),
+        ("nominal", "P7", &|line| {
+            if line.is("executed") {
+                line.t_us += 200_000;
+            }
+        }),
+        ("command_cut", "P7", &|line| {
+            if line.is("losses_shown") {
+                line.event["times"] = 0.into();
+            }
+        }),
+    ];
+    for (scenario, property, change) in changes {
+        let log = recorded(dir.path(), scenario).join("events.jsonl");
+        let Some((was, is)) = of_changed(&log, change) else { return };
+        let broken = |said: &serde_json::Value| said["broken"].as_array().unwrap().contains(&property.into());
+        assert!(!broken(&was), "{scenario}: {was}");
+        assert!(broken(&is), "{scenario}: {property} is broken, and it says {is}");
+        fs::remove_dir_all(dir.path().join(scenario)).unwrap();
+    }
+}
+
+#[test]
+fn what_its_target_did_not_see_the_second_judge_believes_of_no_actor() {
+    let dir = tempfile::tempdir().unwrap();
+    let unseen = |line: &mut Line, what: &str, field: &str| {
+        if line.is(what) {
+            line.event[field] = 1.into();
+        }
+    };
+    let denials: [(&str, Change<'_>); 9] = [
+        ("command_cut", &|line| unseen(line, "stream_saw", "stream")),
+        ("command_stall", &|line| {
+            if line.is("tampered") {
+                line.add("delay", 3_000_000);
+            }
+        }),
+        ("command_replay", &|line| unseen(line, "stream_saw", "hash")),
+        ("view_late", &|line| unseen(line, "mouth_saw", "hash")),
+        ("gateway_hold", &|line| {
+            if line.is("swallowed") {
+                line.event["command"]["sequence"] = 1.into();
+            }
+        }),
+        ("synthetic_product", &|line| unseen(line, "mouth_saw", "hash")),
+        ("stolen_key", &|line| {
+            if line.is("rogue") {
+                line.event["command"]["boot"] = 9.into();
+            }
+        }),
+        ("localisation_jump", &|line| {
+            if line.is("imposed") {
+                line.add("east_mm", 6_000);
+            }
+        }),
+        ("slow_inference", &|line| {
+            if line.is("halted") {
+                line.t_us += 50_000;
+            }
+        }),
+    ];
+    for (scenario, change) in denials {
+        let run = recorded(dir.path(), scenario);
+        let log = run.join("events.jsonl");
+        let Some((was, is)) = of_changed(&log, change) else { return };
+        assert_eq!((&was["receipt"], &was["not_judged"]), (&true.into(), &serde_json::json!([])), "{scenario}: {was}");
+        assert_eq!(is["receipt"], false, "{scenario}: {is}");
+    }
+}

@@ -1,0 +1,121 @@
+"""A run's log, and what is asked of it often. Nothing is judged here."""
+
+from bisect import bisect_right
+
+SLACK = 50_000  # what a log entry may lag behind what it tells, and a command take on its way
+STANDING = 50  # mm/s below which a plant stands
+
+NOMINAL_MODES = ("READY", "PREPARE_TO_ACT")
+RESTING_MODES = ("HOLD_SAFE", "IDLE")
+
+
+class Log:
+    """A run's events, by what they are."""
+
+    def __init__(self, head, events):
+        self.head, self.events = head, events
+        self.bounds, self.end = head["bounds"], head["duration_us"]
+        self.by_kind = {}
+        for e in events:
+            self.by_kind.setdefault(e["event"]["is"], []).append(e)
+        self.modes = [(0, "IDLE", "IDLE", "start")]
+        for e in self.of("transition", "restarted"):
+            if e["event"]["is"] == "restarted":
+                if e["event"]["node"] == "unit-a":
+                    self.modes.append((e["t_us"], self.modes[-1][2], "IDLE", "start"))
+            elif e["node"] == "unit-a":
+                ev = e["event"]
+                self.modes.append((e["t_us"], ev["from"], ev["to"], ev["cause"]))
+        self.mode_times = [m[0] for m in self.modes]
+
+    def of(self, *kinds, by=None):
+        """Events of these kinds, in order, of one node where one is named."""
+        if len(kinds) == 1:
+            found = self.by_kind.get(kinds[0], [])
+        else:
+            found = sorted((e for k in kinds for e in self.by_kind.get(k, [])), key=lambda e: e["t_us"])
+        return [e for e in found if by is None or e["node"] == by]
+
+    def mode_at(self, t):
+        return self.modes[bisect_right(self.mode_times, t) - 1][2]
+
+    def was_in(self, mode, since, until):
+        return self.mode_at(since) == mode or any(since <= m[0] <= until and m[2] == mode for m in self.modes)
+
+    def changes(self):
+        return self.modes[1:]
+
+    def intents(self):
+        return [(e["t_us"], key(e["event"]["command"]), e["event"]["kind"]) for e in self.of("intended", by="console")]
+
+    def executed(self):
+        return [
+            (e["t_us"], key(e["event"]["command"]), e["event"]["kind"])
+            for e in self.of("executed", by="unit-a")
+            if e["event"]["refused"] is None
+        ]
+
+    def truth(self):
+        return [(e["t_us"], e["event"]) for e in self.of("truth") if e["event"]["unit"] == "unit-a"]
+
+    def turned(self, kind, node, on, since=0):
+        """When something of a node was switched on, or off again."""
+        return [
+            e["t_us"] for e in self.of(kind) if e["event"]["node"] == node and e["event"]["on"] == on and e["t_us"] >= since
+        ]
+
+    def dead(self, node):
+        """Spans in which a node did not live."""
+        spans = []
+        for e in self.of("ended"):
+            if e["event"]["node"] == node:
+                again = [r["t_us"] for r in self.of("restarted") if r["event"]["node"] == node and r["t_us"] >= e["t_us"]]
+                spans.append((e["t_us"], again[0] if again else float("inf")))
+        return spans
+
+    def stopped(self, node):
+        """Spans in which a node lived and did not run; of a slow one the longest stop that it may come to. At the end of a run
+        everybody is let go on, to close its account."""
+        spans = []
+        for e in self.of("suspended"):
+            if e["event"]["node"] != node or not e["event"]["on"]:
+                continue
+            over = [t for t in self.turned("suspended", node, False, e["t_us"]) if t > e["t_us"]]
+            until = min(over[0] if over else self.end, self.end)
+            if e["event"]["how"] != "hang":
+                slow = e["event"]["how"]["slow"]
+                until = min(until, e["t_us"] + slow["period"] * (1000 - slow["quota"]) // 1000)
+            spans.append((e["t_us"], until))
+        return spans
+
+    def able(self, node, t):
+        """When a node that hung at t could next do what was due then: one judgement after it runs again."""
+        hung = {e["t_us"] for e in self.of("suspended") if e["event"]["how"] == "hang"}
+        soon = self.bounds["control_period_ms"] * 1000 + SLACK
+        return max([t] + [end + soon for start, end in self.stopped(node) if start in hung and start <= t])
+
+
+def key(command):
+    return (command["operator"], command["boot"], command["sequence"])
+
+
+def key_of_record(record):
+    return (record["node"], record["boot"], record["sequence"])
+
+
+def kind_name(kind):
+    return kind if isinstance(kind, str) else next(iter(kind))
+
+
+def towards_safe(kind):
+    """One step, without a reason or a second signature."""
+    return kind_name(kind) in ("hold", "disarm")
+
+
+def within(span, t):
+    return span[0] <= t <= span[1]
+
+
+def planned(plan):
+    what = plan["what"]
+    return (what, None) if isinstance(what, str) else next(iter(what.items()))

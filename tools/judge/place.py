@@ -1,0 +1,131 @@
+"""Where the unit takes itself to be, against where it is.
+
+The sim says where the unit is and what a fault imposed; the unit, another process, says what fixes came and what pose it drives
+by. Both are on one host, so their stamps compare. What fixes may be off by without a fault is of docs/bounds.md.
+"""
+
+from bisect import bisect_left
+from math import hypot
+
+from log import RESTING_MODES
+
+FIX_MM, TIME_US = 40.0, 1000.0  # one deviation of an undisturbed fix on each axis, and of the receiver's time
+BOUNDED = 6.0  # deviations that a fix without a fault is never off by
+TELLING, SHARE = 10.0, 0.3  # imposed is told from noise at so many deviations; the share that is seen may be off one by so much
+FROZEN = 3  # so many sights of the very same fix: noise repeats one once in ten thousand
+GAP_US = 250_000  # truth is known between entries that are no further apart
+# What odometry may be wrong by while fixes are not used: mm, a share of the way, and mm/s of wheels that hold a slope.
+ODOMETRY = (100.0, 0.05, 5.0)
+
+
+def located(log):
+    for e in log.of("located", by="unit-a"):
+        yield e["t_us"], e["event"]
+
+
+class Series:
+    """Values at stamps of the vehicle's host, read in between."""
+
+    def __init__(self, values):
+        self.values = sorted(values)
+        self.stamps = [v[0] for v in self.values]
+
+    def at(self, stamp):
+        after = bisect_left(self.stamps, stamp)
+        if after == len(self.stamps):
+            return None
+        t1, b = self.values[after]
+        if t1 == stamp:
+            return b
+        if after == 0 or t1 - self.stamps[after - 1] > GAP_US:
+            return None
+        t0, a = self.values[after - 1]
+        share = (stamp - t0) / max(1, t1 - t0)
+        return tuple(x + share * (y - x) for x, y in zip(a, b))
+
+
+def truth(log):
+    mine = [e for e in log.of("truth", by="sim") if e["event"]["unit"] == "unit-a"]
+    return Series((e["local_us"], (e["event"]["x_mm"], e["event"]["y_mm"])) for e in mine)
+
+
+def imposed(log):
+    told = (e["event"] for e in log.of("imposed", by="sim"))
+    return Series((ev["stamp"], (ev["east_mm"], ev["north_mm"], ev["time_us"])) for ev in told)
+
+
+def disturbed(log, kind, since, until):
+    """Whether the unit saw its place, or its receiver's time, disturbed in this way meanwhile."""
+    everything = list(located(log))
+    sights = [(t, ev) for t, ev in everything if since <= t <= until]
+    if kind == "freeze":
+        fixes = [(ev["x_mm"], ev["y_mm"]) for _, ev in sights]
+        return any(len(set(fixes[i : i + FROZEN])) == 1 for i in range(len(fixes) - FROZEN + 1))
+    true = truth(log)
+    off = [(ev, (ev["x_mm"] - at[0], ev["y_mm"] - at[1])) for _, ev in sights for at in [true.at(ev["stamp"])] if at]
+    if kind == "noise":
+        return any(max(abs(east), abs(north)) > BOUNDED * FIX_MM for _, (east, north) in off)
+    told = imposed(log)
+    if kind in ("jump", "drift"):
+        pairs = [(was[k], by[k]) for ev, was in off for by in [told.at(ev["stamp"])] if by for k in (0, 1)]
+        return seen_whole(pairs, FIX_MM)
+    before = [ev["time"] - ev["stamp"] for t, ev in everything if t < since]
+    if kind in ("time_step", "time_drift") and before:
+        pairs = [(ev["time"] - ev["stamp"] - before[-1], by[2]) for _, ev in sights for by in [told.at(ev["stamp"])] if by]
+        return seen_whole(pairs, TIME_US)
+    return False
+
+
+def seen_whole(pairs, deviation):
+    """Whether of pairs (seen, imposed) the imposed is seen, neither less nor more, beyond what noise can feign."""
+    square = sum(by * by for _, by in pairs)
+    return square >= (TELLING * deviation) ** 2 and abs(sum(was * by for was, by in pairs) / square - 1) <= SHARE
+
+
+def p3_lost(log):
+    """Further from where it takes itself to be than the fence margin allows for, for Th, and it does not hold."""
+    th, true, since = log.bounds["to_hold_safe_ms"] * 1000, truth(log), None
+    for t, ev in located(log):
+        at = true.at(ev["stamp"])
+        if at is None:
+            continue
+        lost = hypot(ev["pose_x_mm"] - at[0], ev["pose_y_mm"] - at[1]) > log.bounds["fence_margin_mm"]
+        since = (since if since is not None else t) if lost else None
+        if lost and t - since > th and log.mode_at(t) not in RESTING_MODES:
+            yield "P3", t, "the unit is not where it takes itself to be, and goes on"
+            return
+
+
+def p5_distrusted(log):
+    """While a test of the fixes fails none is used: the pose goes by odometry, which goes as the unit goes."""
+    true, start = truth(log), None
+    blind = [(e["t_us"], e["event"]["active"]) for e in log.of("fault") if e["event"]["sensor"] == "odometry"]
+    for t, ev in located(log):
+        at = true.at(ev["stamp"])
+        if at is None:
+            continue
+        if not ev["distrusted"]:
+            start = None
+            continue
+        pose = (ev["pose_x_mm"], ev["pose_y_mm"])
+        since, pose0, at0 = start = start or (t, pose, at)
+        moved = (pose[0] - pose0[0], pose[1] - pose0[1])
+        went = (at[0] - at0[0], at[1] - at0[1])
+        # Without odometry the pose may lag behind by all that the unit can go.
+        unseen = without(blind, since, t) / 1e6 * log.bounds["max_speed_mm_s"]
+        allowed = ODOMETRY[0] + ODOMETRY[1] * hypot(*went) + ODOMETRY[2] * (t - since) / 1e6 + unseen
+        if hypot(*moved) > ODOMETRY[0] and hypot(moved[0] - went[0], moved[1] - went[1]) > allowed:
+            yield "P5", t, "a pose moved under fixes that the unit distrusts"
+            return
+
+
+def without(switched, since, until):
+    """For how long of that time a fault stood that was switched on and off so."""
+    total, on = 0, None
+    for t, active in switched + [(until, False)]:
+        if active and on is None:
+            on = t
+        elif not active and on is not None:
+            total += max(0, min(t, until) - max(on, since))
+            on = None
+    return total

@@ -1,0 +1,267 @@
+"""The properties, P1 to P11, of the platform under test: one function each, from the text of ARCHITECTURE.md and docs/.
+
+Each gives (property, when, what). What processes owe that were killed is `owed`'s, where the unit takes itself to be `place`'s,
+what is shown of commands and sessions `control`'s.
+"""
+
+import json
+from bisect import bisect_right
+
+from links import arrivals
+from log import NOMINAL_MODES, RESTING_MODES, SLACK, STANDING, key, key_of_record, kind_name, planned
+
+
+def p1_p11_acts(log):
+    minted = [(e["t_us"], e["event"]) for e in log.of("minted", by="unit-a")]
+    revoked = [(e["t_us"], e["event"]["authority"]) for e in log.of("revoked", by="unit-a")]
+    intents, used = log.intents(), set()
+    sound = {e["event"]["authority"] for e in log.of("acted") if not e["event"]["failing"]}
+    for e in log.of("plant_act"):
+        t, act = e["t_us"], e["event"]
+        serial = act["authority"]
+        if not any(at <= t and m["authority"] == serial for at, m in minted):
+            yield "P1", t, "act without authority"
+        if any(at <= t and r == serial for at, r in revoked) or serial in used:
+            yield "P1", t, "act with authority that had ended"
+        used.add(serial)
+        if serial not in sound:
+            yield "P1", t, "act without every guard"
+        limit = log.bounds["command_limit_ms"] * 1000 + SLACK
+        fresh = any(k == key(act["command"]) and kind_name(kind) == "confirm" and 0 <= t - at <= limit for at, k, kind in intents)
+        if not fresh:
+            yield "P1", t, "act without a fresh confirmation"
+        if act["class"] != "vehicle" or act["distance_mm"] > log.bounds["designation_mm"]:
+            yield "P11", t, "act on something else"
+    for at, m in minted:
+        ordered = any(k == key(m["command"]) and kind == {"arm": m["track"]} for _, k, kind in log.executed())
+        if not ordered:
+            yield "P11", at, "authority on a track that was not ordered"
+
+
+def p1_lifetime(log):
+    if any(planned(p)[0] in ("suspend", "kill") and planned(p)[1] == "unit-a" for p in log.head["planned"]):
+        return  # a unit that does not run cannot end it
+    limit = (log.bounds["authority_ms"] + log.bounds["control_period_ms"]) * 1000 + SLACK
+    for i, (t, _, to, _) in enumerate(log.modes):
+        until = log.modes[i + 1][0] if i + 1 < len(log.modes) else log.end
+        if to == "PREPARE_TO_ACT" and until - t > limit:
+            yield "P1", t + limit, "authority outlives its time"
+
+
+def p2(log, faults):
+    td = log.bounds["to_degraded_ms"] * 1000
+    for sensor, kind, start, end in faults:
+        # Nothing rests on odometry alone while fixes come.
+        owed = kind == "dropout" and sensor != "odometry" and end - start > td and start + td <= log.end
+        if owed and log.mode_at(start + td) in NOMINAL_MODES:
+            yield "P2", start + td, sensor + " is lost and nothing follows"
+
+
+def p3_place(log, faults):
+    """Driving depends on localisation: a unit that lost it for good holds within Th."""
+    th = log.bounds["to_hold_safe_ms"] * 1000
+    for sensor, kind, start, end in faults:
+        owed = kind == "dropout" and sensor == "localisation" and end - start > th and start + th <= log.end
+        if owed and log.mode_at(log.able("unit-a", start + th)) not in RESTING_MODES:
+            yield "P3", start + th, "localisation is lost and the unit goes on"
+
+
+def p3_link(log):
+    """Nothing timely at either end for Th, and the unit does not hold."""
+    th, tf = log.bounds["to_hold_safe_ms"] * 1000, log.bounds["freshness_ms"] * 1000
+    held, forged = {}, set()
+    for e in log.of("attack"):
+        ev = e["event"]
+        if ev["action"] in ("delay", "reorder"):
+            held[ev["hash"]] = ev["delay"]
+        elif ev["action"] == "drop":
+            held[ev["hash"]] = float("inf")
+        elif ev["action"] in ("corrupt", "inject"):
+            forged.add(ev["hash"])
+    for node in ("gateway", "unit-a"):
+        seen, times = set(), []
+        for a in arrivals(log, node):
+            if a["verdict"] != "passed" or a["hash"] in seen:
+                continue
+            seen.add(a["hash"])
+            if held.get(a["hash"], 0) <= tf and a["hash"] not in forged and a["t"] < log.end:
+                times.append(a["t"])
+        gone = sorted(set(log.dead(node) + log.dead("unit-a")))
+        times = [t for t in times if not any(a <= t <= b for a, b in gone)]
+        times += [t for span in gone for t in span if t < log.end]
+        times = sorted(times + [0, log.end])
+        for before, after in zip(times, times[1:]):
+            if after - before <= th or any(a <= before and after <= b for a, b in gone):
+                continue
+            t = log.able("unit-a", before + th)
+            if log.mode_at(t) not in RESTING_MODES:
+                yield "P3", before + th, "nothing timely at %s and no hold" % node
+
+
+def p3_plant(log):
+    for i, (t, _, to, _) in enumerate(log.modes):
+        if to != "HOLD_SAFE":
+            continue
+        until = log.modes[i + 1][0] if i + 1 < len(log.modes) else float("inf")
+        due = log.able("sim", t + 500_000)
+        if any(due <= at < until and abs(tr["set_speed_mm_s"]) > STANDING for at, tr in log.truth()):
+            yield "P3", due, "HOLD_SAFE and the plant is driven"
+
+
+def p3_operator(log):
+    """An operator's HOLD is obeyed within Th, however it gets there."""
+    th = log.bounds["to_hold_safe_ms"] * 1000 + SLACK
+    for t, _, kind in log.intents():
+        due = t + th
+        lived = all(due < died or again < t for died, again in log.dead("unit-a"))
+        if kind == "hold" and due <= log.end and lived:
+            if not log.was_in("HOLD_SAFE", t, log.able("unit-a", due)) and log.mode_at(t) != "IDLE":
+                yield "P3", due, "a HOLD that is not obeyed"
+
+
+def p4(log):
+    for t, tr in log.truth():
+        if tr["fence_mm"] < 0 and abs(tr["speed_mm_s"]) > STANDING:
+            yield "P4", t, "driving outside the fence"
+            return
+
+
+def p5(log):
+    accepted, given = set(), {}
+    for t, k, kind in log.intents():
+        given.setdefault((k, json.dumps(kind, sort_keys=True)), t)
+    rogue = {key(e["event"]["command"]) for e in log.of("rogue")}
+    for e in log.of("accepted", "displayed", "executed"):
+        ev, t = e["event"], e["t_us"]
+        if ev["is"] == "accepted" and e["node"] == "gateway":
+            accepted.add(key_of_record(ev["record"]))
+        elif ev["is"] == "displayed" and ev["freshness"] != "lost" and key_of_record(ev["report"]) not in accepted:
+            yield "P5", t, "displayed and never accepted"
+        elif ev["is"] == "executed" and e["node"] == "unit-a" and ev["refused"] is None:
+            k = key(ev["command"])
+            if given.get((k, json.dumps(ev["kind"], sort_keys=True)), float("inf")) > t:
+                # With an operator's own key one may stop a unit: nobody can tell, and it is safe.
+                if not (k in rogue and kind_name(ev["kind"]) in ("hold", "disarm")):
+                    yield "P5", t, "executed and never given"
+
+
+def p6(log):
+    n = {}
+    for e in log.of("count"):
+        n[e["node"], json.dumps(e["event"]["account"], sort_keys=True)] = e["event"]["n"]
+
+    def of(node, account):
+        return n.get((node, json.dumps(account, sort_keys=True)), 0)
+
+    killed = set(log.head["killed"])
+    relay = "relay-telemetry"
+    for frm, to, side, other, at in (
+        ("unit-a", "gateway", "client", "server", "uplink"),
+        ("gateway", "unit-a", "server", "client", "downlink"),
+    ):
+        guard = "guard-" + to
+        if not killed & {frm, to, relay}:
+            passed = of(relay, {"relay_in": side}) + of(relay, {"relay_added": other}) - of(relay, {"relay_dropped": side})
+            if passed != of(relay, {"relay_out": other}):
+                yield "P6", log.end, "the relay's account, " + frm + " to " + to
+        if to not in killed:
+            refused = 0
+            for (node, account), count in n.items():
+                account = json.loads(account)
+                if node == to and isinstance(account, dict) and account.get("refused", [None])[0] == at:
+                    refused += count
+            if of(to, {"received": at}) != of(to, {"accepted": at}) + refused:
+                yield "P6", log.end, "delivered and judged at " + to
+            left = of(guard, "guard_in") - of(guard, "guard_refused") - of(guard, "delivered")
+            if left != of(guard, "discarded") + of(guard, "handshake"):
+                yield "P6", log.end, "the guard of " + to
+            if of(guard, "delivered") != of(to, {"received": at}):
+                yield "P6", log.end, "out of the session and into the core of " + to
+        if not killed & {frm, to, relay, "insider-b", "unit-c"}:
+            out = of(relay, {"relay_out": other}) - of("campaign", {"relay_unsent": other})
+            if to == "gateway":
+                out += of(relay, "relay_stranger") + sum(c for (_, a), c in n.items() if a == '"sent_direct"')
+            if out != of(guard, "datagrams") + of(guard, "unguarded") + of(guard, "kernel_dropped"):
+                yield "P6", log.end, "datagrams between the relay and the guard of " + to
+
+
+def p7(log):
+    limit = (log.bounds["freshness_ms"] + log.bounds["telemetry_period_ms"]) * 1000 + SLACK
+    accepted = {}
+    for e in log.of("accepted", by="gateway"):
+        accepted[key_of_record(e["event"]["record"])] = e["t_us"]
+    went_by = [(e["t_us"], e["event"]) for e in log.of("judged", by="unit-a")]
+    times = [t for t, _ in went_by]
+    for e in log.of("displayed"):
+        ev, t = e["event"], e["t_us"]
+        if ev["freshness"] != "fresh":
+            continue
+        if t - accepted.get(key_of_record(ev["report"]), t) > limit:
+            yield "P7", t, "old and shown fresh"
+        if ev["unit"] != "unit-a":
+            continue
+        since = max(0, t - limit)
+        if not log.was_in(ev["mode"], since, t):
+            yield "P7", t, "a mode shown fresh that the unit was not in"
+        held = log.was_in("PREPARE_TO_ACT", since, t)
+        other = any(log.was_in(m, since, t) for m in ("IDLE", "READY", "DEGRADED", "HOLD_SAFE"))
+        if ev["authority"] and not held or not ev["authority"] and not other:
+            yield "P7", t, "authority shown fresh that was not so"
+        # What the unit went by at the beginning of that time, and every change within it.
+        lately = [ev for _, ev in went_by[max(0, bisect_right(times, since) - 1) : bisect_right(times, t)]]
+        if not any(sorted(was["failing"]) == sorted(ev["failing"]) for was in lately):
+            yield "P7", t, "guards shown fresh as failing that were not so"
+        if ev["placed"] and not any(was["placed"] for was in lately):
+            yield "P7", t, "a place shown fresh that was older at the unit"
+        if ev["tracks_fresh"] > max((was["tracks"] for was in lately), default=0):
+            yield "P7", t, "more tracks shown fresh than the unit had"
+
+
+def p8(log):
+    limit = log.bounds["command_limit_ms"] * 1000 + SLACK
+    given, done = {}, set()
+    for t, k, _ in log.intents():
+        given.setdefault(k, t)
+    for t, k, _ in log.executed():
+        if k in done:
+            yield "P8", t, "executed twice"
+        done.add(k)
+        if t - given.get(k, t) > limit:
+            yield "P8", t, "executed late"
+
+
+def p9(log):
+    intents = {(k, json.dumps(kind, sort_keys=True)): t for t, k, kind in reversed(log.intents())}
+    orders = [(t, kind_name(kind)) for t, k, kind in log.executed() if intents.get((k, json.dumps(kind, sort_keys=True)), float("inf")) <= t]
+
+    def by(kind, t):
+        return any(k == kind and abs(at - t) <= 2 * SLACK for at, k in orders)
+
+    degraded = 0
+    for t, frm, to, cause in log.changes():
+        if frm == "HOLD_SAFE" and to != frm and cause != "start" and not (cause == "operator" and by("resume", t)):
+            yield "P9", t, "HOLD_SAFE left by itself"
+        if frm == "IDLE" and to not in ("IDLE", "HOLD_SAFE") and not (cause == "operator" and by("enable", t)):
+            yield "P9", t, "IDLE left by itself"
+        if to == "PREPARE_TO_ACT" and not (cause == "operator" and by("arm", t)):
+            yield "P9", t, "armed by itself"
+        if cause == "recovered" and t - degraded < log.bounds["hysteresis_ms"] * 1000 - SLACK:
+            yield "P9", t, "recovered too soon"
+        if to == "DEGRADED":
+            degraded = t
+
+
+def p10(log):
+    if log.head["broken_log"]:
+        yield "P10", log.end, log.head["broken_log"]
+    stalls = [e["event"]["by"] for e in log.of("stalled")]
+    if stalls and max(stalls) > log.head["stall_limit_us"]:
+        yield "P10", log.end, "the host overslept"
+    # Of each life's chain no entry may be missing, whatever the chain's own hashes say.
+    last = {}
+    for e in sorted(log.events, key=lambda e: (e["node"], e["boot"], e["counter"])):
+        life = (e["node"], e["boot"])
+        if e["counter"] != last.get(life, 0) + 1:
+            yield "P10", e["t_us"], "entries of %s are missing or double" % e["node"]
+            return
+        last[life] = e["counter"]

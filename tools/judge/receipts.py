@@ -1,0 +1,161 @@
+"""Receipts: a fault counts when two say so, its actor and an observer at the target that is another process.
+
+Links are `links`' to look at, insiders `insiders`', what disturbs a place `place`'s; sensors that fall silent and processes
+that end or do not run are looked at here.
+"""
+
+from insiders import SENDERS, broker, feed, late, mouthed, rogue, swallowed, takeover
+from links import DATAGRAM, datagram, stream
+from log import planned, within
+from place import disturbed
+
+EARLY, LATE = 5_000, 100_000  # by how much an actor may be before or behind its window
+LAST_WORDS = 100_000  # how long what a process had said may still be on its way into the log
+UNDER_WAY = 20_000  # how long after a process is stopped a mark of it may still be made
+AROUND = 1_000_000  # how far around its stops a process is looked at for how often it leaves a mark
+TELLING = 3  # so many marks have to be missing for a silence to say something
+
+
+def receipts(log, faults):
+    """Whether everything that was planned provably happened, when the first did, and what there is no rule for."""
+    whole, zeros, unknown = True, [], set()
+    for plan in log.head["planned"]:
+        what, value = planned(plan)
+        if what == "step":
+            # That a step began is its actor's word; what it did has a receipt of its own.
+            whole &= any(e["event"]["step"] == value and e["event"]["begun"] for e in log.of("step"))
+            continue
+        # The broker writes next to nothing: that it was gone is told by streams, for which there is no rule.
+        if what not in RULES or what in ("kill", "suspend") and value == "broker":
+            unknown.add("%s:%s" % (what, value))
+            continue
+        span = window(log, plan)
+        at = RULES[what](log, faults, value, span) if span is not None else None
+        if at is None:
+            whole = False
+        else:
+            zeros.append(at)
+    return whole, min(zeros) if zeros else None, unknown
+
+
+def acted(log, faults, action, span):
+    """An action is the relay's, or of the insiders who can do it."""
+    return datagram(log, action, span) if action in DATAGRAM else mouthed(log, action, SENDERS[action], span)
+
+
+def window(log, plan):
+    """When it may have been done; none where the step that it belongs to never began."""
+    if plan["step"] is None:
+        return plan["from"] - EARLY, plan["until"] + LATE
+    steps = [(e["t_us"], e["event"]["begun"]) for e in log.of("step") if e["event"]["step"] == plan["step"]]
+    begun = [t for t, on in steps if on]
+    ended = [t for t, on in steps if not on]
+    if not begun:
+        return None
+    return begun[0] - EARLY, (ended[-1] if ended else float("inf")) + LATE
+
+
+def sensor_faults(log):
+    """Faults that the sim applied and that the consumer of the readings saw: (sensor, kind, from, to)."""
+    found = []
+    applied = [(e["t_us"], e["event"]) for e in log.of("fault", by="sim")]
+    for t, ev in applied:
+        if not ev["active"]:
+            continue
+        sensor, kind = ev["sensor"], ev["kind"]
+        over = (at for at, f in applied if at >= t and not f["active"] and (f["sensor"], f["kind"]) == (sensor, kind))
+        end = next(over, log.end)
+        # Whatever the kind, readings may go missing; and what disturbs a place is seen by comparing.
+        silent = any(t <= s["t_us"] <= end + 200_000 and lacks(s["event"], sensor) for s in log.of("frame_seen", "navigation_seen"))
+        if silent or sensor == "localisation" and disturbed(log, kind, t, end):
+            found.append((sensor, kind, t, end))
+    return found
+
+
+def lacks(ev, sensor):
+    if ev["is"] == "frame_seen":
+        return sensor in ("rgb", "depth", "thermal", "lidar") and sensor not in ev["present"]
+    return sensor == "localisation" and not ev["fix"] or sensor == "odometry" and not ev["odometry"]
+
+
+def killed(log, node, span):
+    """A kill counts when the dead said nothing more; who is started again speaks under another boot."""
+    for e in log.of("ended"):
+        t = e["t_us"]
+        if e["event"]["node"] != node or not e["event"]["killed"] or not within(span, t):
+            continue
+        boots = [w["boot"] for w in log.events if w["node"] == node and w["t_us"] <= t]
+        spoke = any(w["node"] == node and w["t_us"] > t + LAST_WORDS and boots and w["boot"] == boots[-1] for w in log.events)
+        if not spoke:
+            return t
+    return None
+
+
+def suspended(log, node, span):
+    """A process that was kept from running left marks before and after and none meanwhile, and would have left some: what it
+    writes, and what its core is fed."""
+    begun = [t for t in log.turned("suspended", node, True) if within(span, t)]
+    if not begun:
+        return None
+    over = log.turned("suspended", node, False, begun[0] + 1)
+    until = min(over[0] if over else log.end, log.end)
+    hung = any(e["t_us"] == begun[0] and e["event"]["node"] == node and e["event"]["how"] == "hang" for e in log.of("suspended"))
+    stops = [(begun[0], until)] if hung else halts(log, node, begun[0], until)
+    if not stops:
+        return None
+    first, last = stops[0][0], stops[-1][1]
+    own = [e["t_us"] for e in log.events if e["node"] == node and e["event"]["is"] != "ran"]
+    fed = [e["t_us"] for e in log.of("ran", by="campaign") if e["event"]["node"] == node]
+    marks = sorted(t for t in own + fed if max(0, first - AROUND) <= t <= last + AROUND)
+    silent = sum(max(0, end - start - UNDER_WAY) for start, end in stops)
+    ran = max(1, last + AROUND - max(0, first - AROUND) - silent)
+    lived = bool(marks) and marks[0] <= first and marks[-1] >= last
+    spoke = any(start + UNDER_WAY < t < end for t in marks for start, end in stops)
+    return begun[0] if lived and not spoke and len(marks) * silent // ran >= TELLING else None
+
+
+def halts(log, node, since, until):
+    """The stops of a slow process."""
+    stops = []
+    for start in log.turned("halted", node, True, since):
+        if start <= until:
+            stops.append((start, min(log.turned("halted", node, False, start) + [until])))
+    return stops
+
+
+def filled(log, node, span):
+    """A disk was full when the recording, looked at from outside, grew before and not from then on although others had
+    something to write; and grew again where there was room again."""
+    full = [t for t in log.turned("disk_full", node, True) if within(span, t)]
+    if not full:
+        return None
+    start = full[0]
+    freed = [t for t in log.turned("disk_full", node, False, start) if t < log.end]
+    end = freed[0] if freed else log.end
+    quiet = start + LAST_WORDS
+
+    def grew(since, until):
+        return any(since < e["t_us"] < until for e in log.of("kept", by="campaign"))
+
+    # The launcher's word, the guards' and the mouths' are not the recorder's to write.
+    others = [e for e in log.events if quiet < e["t_us"] < end and e["node"] not in (node, "campaign") and not e["node"].startswith("guard-")]
+    whole = not freed or grew(end, end + AROUND)
+    return start if grew(start - AROUND, start) and len(others) >= TELLING and not grew(quiet, end) and whole else None
+
+
+# By the name of what was planned: (log, faults, value, span) to when it first provably happened.
+RULES = {
+    "action": acted,
+    "malformed": lambda log, faults, value, span: mouthed(log, "inject", ("insider-b",), span),
+    "stream": lambda log, faults, deed, span: stream(log, deed, span),
+    "broker": lambda log, faults, action, span: broker(log, action, span),
+    "feed": lambda log, faults, action, span: feed(log, action, span),
+    "late": lambda log, faults, by, span: late(log, by, span),
+    "swallowed": lambda log, faults, value, span: swallowed(log, span),
+    "rogue": lambda log, faults, value, span: rogue(log, span),
+    "takeover": lambda log, faults, peer, span: takeover(log, peer, span),
+    "kill": lambda log, faults, node, span: killed(log, node, span),
+    "suspend": lambda log, faults, node, span: suspended(log, node, span),
+    "fill": lambda log, faults, node, span: filled(log, node, span),
+    "fault": lambda log, faults, of, span: next((f[2] for f in faults if f[:2] == tuple(of) and within(span, f[2])), None),
+}

@@ -1,0 +1,141 @@
+"""The one class of a run: the first that matches, from UNSAFE down to NOMINAL."""
+
+from control import p4_settings, p7_age, p7_commands, p7_sessions, p8_sessions
+from log import NOMINAL_MODES, STANDING
+from owed import p2_p3_processes
+from place import p3_lost, p5_distrusted
+from properties import p1_lifetime, p1_p11_acts, p2, p3_link, p3_operator, p3_place, p3_plant, p4, p5, p6, p7, p8, p9, p10
+from receipts import receipts, sensor_faults
+
+UNSAFE = {"P1", "P4", "P5", "P7", "P8", "P9", "P11"}
+RULES = (
+    p1_p11_acts, p1_lifetime, p3_link, p3_plant, p3_operator, p4, p5, p6, p7, p8, p9, p10,
+    p2_p3_processes, p3_lost, p5_distrusted, p4_settings, p7_age, p7_commands, p7_sessions, p8_sessions,
+)
+VERDICT = 5_000  # how soon after a message on shared memory the verdict over it is in the log
+
+
+def responded(log, zero):
+    """Whether anything was refused or shown as an alarm from then on."""
+    if refused_in_memory(log, zero):
+        return True
+    for e in log.of("refused", "guard_saw", "stream_saw", "command_shown", "losses_shown", "displayed"):
+        ev, t = e["event"], e["t_us"]
+        if t < zero:
+            continue
+        if ev["is"] == "refused":
+            if not in_memory(ev["at"]):
+                return True
+        elif ev["is"] == "guard_saw":
+            if ev["verdict"] != "passed":
+                return True
+        elif ev["is"] == "stream_saw":
+            if ev["sight"] == "refused":
+                return True
+        elif ev["is"] == "command_shown":
+            if ev["shown"] == "not_acknowledged":
+                return True
+        elif ev["is"] == "losses_shown":
+            return True
+        elif ev["unit"] == "unit-a" and ev["freshness"] in ("stale", "lost") and t < log.end:
+            return True
+    return any(e["event"]["account"] == "discarded" and e["event"]["n"] > 0 for e in log.of("count"))
+
+
+def in_memory(interface):
+    return isinstance(interface, dict) and "bus" in interface
+
+
+def refused_in_memory(log, zero):
+    """Whether a reader of shared memory refused what an insider had put there. Services refuse there what came late of itself,
+    too, and an older boot is the honest producer's whose place an insider took: neither answers the attack."""
+    refused, counted = {}, {}
+    for e in log.of("refused"):
+        if in_memory(e["event"]["at"]):
+            refused.setdefault((e["node"], e["event"]["at"]["bus"]), []).append((e["t_us"], e["event"]["reason"] != "epoch"))
+    for e in log.of("count"):
+        account = e["event"]["account"]
+        if isinstance(account, dict) and "refused" in account and in_memory(account["refused"][0]) and account["refused"][1] != "epoch":
+            place = (e["node"], account["refused"][0]["bus"])
+            counted[place] = counted.get(place, 0) + e["event"]["n"]
+    for e in log.of("mouth_saw", by="campaign"):
+        ev, t = e["event"], e["t_us"]
+        if t < zero or not in_memory(ev["at"]):
+            continue
+        place = (ev["reader"], ev["at"]["bus"])
+        told = refused.get(place, [])
+        if any(answers and t <= at <= t + VERDICT for at, answers in told):
+            return True
+        # Of the many only the first are written; then the closing account tells.
+        if counted.get(place, 0) > sum(answers for _, answers in told) and all(at <= t for at, _ in told):
+            return True
+    return False
+
+
+def false_trips(log, zero):
+    until = float("inf") if not log.head["planned"] or zero is None else zero
+    trips = 0
+    for t, frm, to, cause in log.changes():
+        restricted = frm in NOMINAL_MODES and to in ("DEGRADED", "HOLD_SAFE") and cause != "operator"
+        lost = frm == "PREPARE_TO_ACT" and to == "READY" and cause.startswith("lost:")
+        trips += t < until and (restricted or lost)
+    return trips
+
+
+def latency(log, zero):
+    def first(test):
+        return next(((c[0] - zero) / 1000.0 for c in log.changes() if c[0] >= zero and test(c)), None)
+
+    return {
+        "to_degraded": first(lambda c: c[2] in ("DEGRADED", "HOLD_SAFE") and c[3] != "operator"),
+        "to_hold_safe": first(lambda c: c[2] == "HOLD_SAFE" and c[3] != "operator"),
+    }
+
+
+def parked(log):
+    """Of a dead unit only its plant can be believed: it stands, and nothing drives it."""
+    truth = log.truth()
+    still = truth and not truth[-1][1]["leased"] and abs(truth[-1][1]["speed_mm_s"]) <= STANDING
+    return bool(still) and any(e["event"]["node"] == "unit-a" for e in log.of("ended"))
+
+
+def classify(log, broken, whole, unknown, trips, zero):
+    """The first that matches; None where something that it hangs on is not judged."""
+    if log.head["custody"]:
+        return "INVALID"
+    if broken & UNSAFE:
+        return "UNSAFE"
+    if unknown:
+        return None
+    if not whole or broken & {"P6", "P10"}:
+        return "INVALID"
+    if broken & {"P2", "P3"}:
+        return "LATE"
+    if trips:
+        return "FALSE_TRIP"
+    if zero is None:
+        return "NOMINAL"
+    after = [c[2] for c in log.changes() if c[0] >= zero and c[3] != "operator"]
+    if "HOLD_SAFE" in after or parked(log):
+        return "HOLD_SAFE"
+    if "DEGRADED" in after:
+        return "DEGRADED"
+    return "REJECTED" if responded(log, zero) else "UNDETECTED"
+
+
+def judge(log):
+    faults = sensor_faults(log)
+    whole, zero, unknown = receipts(log, faults)
+    found = [finding for rule in RULES for finding in rule(log)]
+    found += [finding for rule in (p2, p3_place) for finding in rule(log, faults)]
+    broken = {p for p, _, _ in found}
+    trips = false_trips(log, zero)
+    return {
+        "outcome": classify(log, broken, whole, unknown, trips, zero),
+        "broken": sorted(broken),
+        "findings": ["%s at %d ms: %s" % (p, t // 1000, what) for p, t, what in sorted(found, key=lambda f: f[1])[:20]],
+        "receipt": None if unknown else whole,
+        "not_judged": sorted(unknown),
+        "false_trips": trips,
+        "latency_ms": latency(log, zero) if zero is not None and not unknown else {},
+    }
