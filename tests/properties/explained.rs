@@ -1,8 +1,10 @@
 //! Why a mode changed, told from what the services logged; and told the same without anybody else's word.
 
-use campaign::explain::{Log, Place, Stage, explain, why_not};
+use campaign::explain::{Explanation, Log, Place, Stage, explain, why_not};
 use campaign::oracle::Witnessed;
-use holdsafe_tests::shipped;
+use campaign::scenario::Alphabet;
+use campaign::search::{Letter, Word};
+use holdsafe_tests::{Ready, root, shipped};
 use wire::event::{Event, Sensor};
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
@@ -27,6 +29,68 @@ const ORIGINS: [(&str, Place); 16] = [
     ("heard_then_forward", Place::Teammate(UnitId::C)),
 ];
 
+/// Alphabets, moves of theirs with when they begin and how long they last (ms), and where the first loss then begins; last what the
+/// log cannot tell from it.
+type Moved = (&'static str, &'static [(&'static str, u32, u32)], Place, &'static [Place]);
+
+const MOVES: [Moved; 13] = [
+    ("processes", &[("gateway-hangs", 4_600, 1_200)], Place::Gateway, &[]),
+    ("processes", &[("adversary-hangs", 4_600, 470)], Place::Telemetry, &[]),
+    ("processes", &[("adversary-hangs", 4_600, 1_200)], Place::Telemetry, &[]),
+    ("processes", &[("gateway-hangs", 5_500, 4_000)], Place::Gateway, &[]),
+    ("processes", &[("autonomy-hangs", 4_500, 1_000)], Place::Unit, &[]),
+    ("processes", &[("sim-hangs", 4_500, 1_500)], Place::World, &[]),
+    ("processes", &[("perception-hangs", 4_500, 1_500)], Place::Perception, &[]),
+    ("path", &[("cut", 4_600, 1_200)], Place::Telemetry, &[]),
+    ("path", &[("cut-up", 4_600, 1_200)], Place::Uplink, &[]),
+    ("path", &[("cut-down", 4_600, 1_200)], Place::Downlink, &[]),
+    ("perception", &[("elsewhere", 4_570, 1_730)], Place::Sensor(Sensor::Localisation), &[]),
+    ("perception", &[("echo-navigation", 4_160, 2_090)], Place::Sensor(Sensor::Localisation), &[]),
+    ("perception", &[("synthetic", 4_660, 3_230), ("echo", 5_600, 3_010)], Place::Perception, &[]),
+];
+
+fn alphabet(name: &str) -> Alphabet {
+    Alphabet::load(&root().join("scenarios/alphabets").join(format!("{name}.toml"))).expect("a shipped alphabet")
+}
+
+/// The first loss of `ready` with these moves in it.
+fn first_loss(mut ready: Ready, of: &str, moves: &[(&str, u32, u32)]) -> Explanation {
+    let alphabet = alphabet(of);
+    let letters = moves.iter().map(|(name, begins, lasts)| {
+        let kind = alphabet.moves.iter().position(|m| m.name.as_str() == *name).expect("a move of it");
+        // Every length of these alphabets goes from 50 ms on in steps of 10; what else varies is at its first value.
+        let lasts = (lasts - 50) / 10;
+        let places = (0..alphabet.moves[kind].ranges().count()).map(|i| if i == 0 { lasts } else { 0 }).collect();
+        Letter { begins: begins / alphabet.tick_ms.unsigned() as u32, kind, places }
+    });
+    ready.scenario = Word::new(letters.collect()).in_scenario(&alphabet, &ready.scenario).expect("it fits");
+    let run = ready.run(1);
+    let told = explain(&run.evidence.entries, &run.evidence.bounds);
+    told.into_iter().find(Explanation::restricts).unwrap_or_else(|| panic!("{moves:?}: no loss"))
+}
+
+#[test]
+fn what_looks_alike_is_told_apart_where_the_log_can_and_said_to_be_alike_where_it_cannot() {
+    for (alphabet, moves, place, or) in MOVES {
+        let loss = first_loss(shipped("nominal"), alphabet, moves);
+        assert_eq!((loss.origin.place, &loss.origin.or[..]), (place, or), "{moves:?}: {loss:#?}");
+        let began = u64::from(moves.iter().map(|(_, begins, _)| *begins).max().unwrap_or_default()) * 1000;
+        let since = loss.origin.since_us;
+        assert!(since + DATED_BACK >= began && since <= loss.at_us, "{moves:?}: since {since}, begun at {began}");
+    }
+}
+
+#[test]
+fn a_gateway_of_several_units_that_stood_still_to_the_end_is_said_to_look_like_its_link() {
+    let mut ready = shipped("nominal");
+    ready.scenario = Word::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");
+    let loss = first_loss(ready, "processes", &[("gateway-hangs", 5_500, 4_000)]);
+    assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::Telemetry, &[Place::Gateway][..]), "{loss:#?}");
+}
+
+/// What is missed is dated by the last of it that was good, at the most this much before, microseconds.
+const DATED_BACK: u64 = 400_000;
+
 #[test]
 fn the_first_loss_of_each_kind_of_attack_goes_back_to_where_it_was_done() {
     for (name, place) in ORIGINS {
@@ -35,6 +99,8 @@ fn the_first_loss_of_each_kind_of_attack_goes_back_to_where_it_was_done() {
         let loss = told.iter().find(|e| e.restricts()).unwrap_or_else(|| panic!("{name}: no loss"));
         assert_eq!(loss.origin.place, place, "{name}: {loss:#?}");
         assert!(loss.origin.since_us <= loss.at_us, "{name}: an origin after what it led to");
+        let zero = run.verdict.zero.unwrap_or_else(|| panic!("{name}: no receipt"));
+        assert!(loss.origin.since_us + DATED_BACK >= zero, "{name}: an origin before anything was done: {loss:#?}");
     }
 }
 

@@ -37,6 +37,7 @@ mod minima;
 mod out;
 mod plan;
 mod rare;
+mod recorded;
 mod refeed;
 mod reference;
 mod replay;

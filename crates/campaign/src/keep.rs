@@ -6,15 +6,17 @@ use std::path::Path;
 use console::process::player::{READING, TRUTH};
 use link::instrument::Frame;
 use link::recorder::Recording;
+use serde::Deserialize;
 use serde_json::json;
 use wire::audit::Entry;
 use wire::bounds::Bounds;
+use wire::id::{Boot, NodeId};
 
 use crate::cast::Cast;
 use crate::custody::Held;
-use crate::evidence::Logged;
+use crate::evidence::{Logged, by_recorder};
 use crate::live::{self, mouths::CoreReplay};
-use crate::oracle::{Evidence, Witnessed};
+use crate::oracle::{Evidence, Micros, Witnessed};
 use crate::report::SCHEMA_VERSION;
 use crate::truth;
 
@@ -31,8 +33,8 @@ pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {
 
 /// The file with the log as JSON lines.
 const EVENTS: &str = "events.jsonl";
-/// The longest first line of it that is read.
-const MAX_HEAD_BYTES: u64 = 1 << 20;
+/// How much of its beginning is read.
+const MAX_TOLD_BYTES: u64 = 1 << 20;
 
 /// The file with public keys and heads.
 pub const HELD: &str = "held.json";
@@ -74,12 +76,45 @@ pub fn events(directory: &Path, evidence: &Evidence) -> std::io::Result<()> {
     out.flush()
 }
 
-/// The bounds that were in force, by the log's first line.
-pub fn bounds(directory: &Path) -> Option<Bounds> {
-    let mut head = String::new();
+/// What the log's JSON lines tell of a run that its recording does not.
+#[derive(Clone, Debug)]
+pub struct Told {
+    /// The bounds that were in force.
+    pub bounds: Bounds,
+    mark: Mark,
+}
+
+/// An entry that is in the recording too, with the time of the run at which it was seen there.
+#[derive(Clone, Debug, Deserialize)]
+struct Mark {
+    t_us: Micros,
+    node: String,
+    boot: Boot,
+    counter: u64,
+}
+
+impl Told {
+    /// When the run began, by the recording's own time.
+    pub fn start(&self, entries: &[Witnessed]) -> Option<Micros> {
+        let mark = &self.mark;
+        let is_it = |w: &&Witnessed| {
+            w.entry.node.name() == mark.node && w.entry.boot == mark.boot && w.entry.counter == mark.counter
+        };
+        entries.iter().find(is_it)?.at.checked_sub(mark.t_us)
+    }
+}
+
+/// Reads the first lines of the log's JSON lines, no more than a bounded number of bytes.
+pub fn told(directory: &Path) -> Option<Told> {
     let log = std::fs::File::open(directory.join(EVENTS)).ok()?;
-    std::io::BufReader::new(log.take(MAX_HEAD_BYTES)).read_line(&mut head).ok()?;
-    serde_json::from_value(serde_json::from_str::<serde_json::Value>(&head).ok()?.get("bounds")?.clone()).ok()
+    let mut lines = std::io::BufReader::new(log.take(MAX_TOLD_BYTES)).lines().map_while(Result::ok);
+    let head: serde_json::Value = serde_json::from_str(&lines.next()?).ok()?;
+    let bounds = serde_json::from_value(head.get("bounds")?.clone()).ok()?;
+    let mut marks = lines.filter_map(|line| serde_json::from_str::<Mark>(&line).ok());
+    // What was seen before the run began is dated to its beginning, and tells nothing of when that was.
+    let is_kept = |mark: &Mark| mark.t_us > 0 && NodeId::from_name(&mark.node).is_some_and(by_recorder);
+    let mark = marks.find(is_kept)?;
+    Some(Told { bounds, mark })
 }
 
 /// What a judge gets to see, as JSON lines (`docs/evidence.md`): first what holds for the whole run, then the events in

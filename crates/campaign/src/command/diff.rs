@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
+use super::recorded::Recorded;
 use super::{Context, engine, out};
 use crate::diff::{Decided, Difference, diff};
 use crate::oracle::Witnessed;
@@ -74,11 +75,9 @@ fn log(
                 format!("{run} is recorded, and under its own policy; name a scenario"),
             ));
         }
-        let (entries, flaw) = engine::recorded(path)?;
-        if let Some(flaw) = flaw {
-            eprintln!("{run} does not verify, and what is compared is no better than it: {flaw}");
-        }
-        return Ok((entries, None));
+        let found = Recorded::read(path)?;
+        found.warn(run);
+        return Ok((found.entries, None));
     }
     let wanted = Wanted { cell: args.cell.clone(), ..Wanted::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, run)?, &wanted)?;

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use link::instrument::Frame;
 use serde::Serialize;
 use wire::bounds::Bounds;
-
 use wire::person::Act;
 
 use super::plan::Planned;
@@ -287,7 +286,7 @@ pub(super) fn recorded(run: &Path) -> Result<(Vec<Witnessed>, Option<String>), E
 
 /// The bounds that were in force in the run in `run`; the ground platform's where that is not told.
 pub(super) fn recorded_bounds(run: &Path) -> Bounds {
-    keep::bounds(run).unwrap_or(Bounds::GROUND)
+    keep::told(run).map_or(Bounds::GROUND, |told| told.bounds)
 }
 
 fn frames(run: &Path) -> Result<Vec<Frame>, EngineError> {

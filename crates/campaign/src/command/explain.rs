@@ -2,14 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use wire::bounds::Bounds;
 use wire::mode::Mode;
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
+use super::recorded::Recorded;
 use super::{Context, engine, out};
 use crate::explain::{Explanation, Log, explain, why_not};
-use crate::oracle::{Micros, Witnessed};
+use crate::oracle::Micros;
 use crate::report::{ExplainObject, diagram, explained, kept_out};
 
 #[derive(Debug, clap::Args)]
@@ -37,18 +37,10 @@ pub(super) struct Args {
     policy: Option<PathBuf>,
 }
 
-/// A log that is to be explained.
-struct Found {
-    entries: Vec<Witnessed>,
-    flaw: Option<String>,
-    bounds: Bounds,
-}
-
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let Found { entries, flaw, bounds } = find(context, args)?;
-    if let Some(flaw) = &flaw {
-        eprintln!("the log does not verify, and what is told of it is no better than it: {flaw}");
-    }
+    let found = find(context, args)?;
+    found.warn(&args.run);
+    let Recorded { entries, flaw, assumed, bounds } = found;
     let log = Log::of(&entries, bounds);
     let end = log.entries().last().map(|w| w.at);
     let Some(end) = end else {
@@ -60,7 +52,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         eprintln!("no loss to explain; --all tells of every change of mode");
     }
     if context.json {
-        out::print_json("explain", &ExplainObject::new(&args.run, flaw, told, kept))?;
+        out::print_json("explain", &ExplainObject::new(&args.run, flaw, assumed, told, kept))?;
         return Ok(Exit::Fine);
     }
     for explanation in &told {
@@ -80,12 +72,10 @@ fn chosen(args: &Args, mut all: Vec<Explanation>) -> Vec<Explanation> {
     }
 }
 
-fn find(context: &Context, args: &Args) -> Result<Found, Failure> {
+fn find(context: &Context, args: &Args) -> Result<Recorded, Failure> {
     let path = Path::new(&args.run);
     if path.is_dir() {
-        let (entries, flaw) = engine::recorded(path)?;
-        let bounds = engine::recorded_bounds(path);
-        return Ok(Found { entries, flaw, bounds });
+        return Ok(Recorded::read(path)?);
     }
     let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.run)?, &wanted)?;
@@ -95,7 +85,7 @@ fn find(context: &Context, args: &Args) -> Result<Found, Failure> {
     }
     let one = planned.first().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))?;
     let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
-    Ok(Found { entries: evidence.entries, flaw: None, bounds: evidence.bounds })
+    Ok(Recorded::of(evidence))
 }
 
 fn seconds(text: &str) -> Result<Micros, String> {

@@ -7,6 +7,8 @@
 //! two faults show at one place can only be told apart by when they began, and a fault that shows where the table does not
 //! have it is a miss.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
@@ -56,10 +58,44 @@ struct Row {
     faults: Vec<String>,
     loss: String,
     named: Place,
+    /// Places from which the explanation says it cannot be told.
+    or: Vec<Place>,
     why: String,
-    right: bool,
+    told: Told,
     /// The fault that the explanation means; none where nothing of the run shows there.
     meant: Option<String>,
+    #[serde(skip)]
+    kind: String,
+}
+
+/// What an explanation comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Told {
+    /// It names one place, and means the fault that did it.
+    Right,
+    /// It says that the log cannot tell several places apart, and the fault shows at one of them. Never counted as right.
+    Undecided,
+    /// It means another fault, or none of the run.
+    Wrong,
+}
+
+/// Runs with so many faults, or with one kind of fault.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+struct Tally {
+    n: u64,
+    right: u64,
+    undecided: u64,
+}
+
+impl Tally {
+    fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Tally {
+        rows.fold(Tally::default(), |tally, row| Tally {
+            n: tally.n + 1,
+            right: tally.right + u64::from(row.told == Told::Right),
+            undecided: tally.undecided + u64::from(row.told == Told::Undecided),
+        })
+    }
 }
 
 #[derive(Serialize)]
@@ -67,8 +103,14 @@ struct Measured {
     schema_version: u32,
     seed: u64,
     drawn: u64,
+    /// Named right; what could not be told apart is not among the hits.
     single: Share,
     double: Share,
+    single_undecided: u64,
+    double_undecided: u64,
+    /// By the move that brought the loss about.
+    by_move: BTreeMap<String, Tally>,
+    /// Every row that is not right.
     misses: Vec<Row>,
 }
 
@@ -87,13 +129,21 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     progress.finish();
     let drawn = rows.iter().map(|(drawn, _)| u64::from(*drawn)).sum();
     let rows: Vec<Row> = rows.into_iter().filter_map(|(_, row)| row).collect();
-    let share = |n: usize| {
-        let of = rows.iter().filter(|row| row.faults.len() == n);
-        Share::of(of.clone().filter(|row| row.right).count() as u64, of.count() as u64)
+    let with = |n: usize| Tally::of(rows.iter().filter(|row| row.faults.len() == n));
+    let (single, double) = (with(1), with(2));
+    let moves: BTreeSet<&String> = rows.iter().map(|row| &row.kind).collect();
+    let by_move = moves.iter().map(|kind| ((*kind).clone(), Tally::of(rows.iter().filter(|row| row.kind == **kind))));
+    let measured = Measured {
+        schema_version: SCHEMA_VERSION,
+        seed: context.seed,
+        drawn,
+        single: Share::of(single.right, single.n),
+        double: Share::of(double.right, double.n),
+        single_undecided: single.undecided,
+        double_undecided: double.undecided,
+        by_move: by_move.collect(),
+        misses: rows.into_iter().filter(|row| row.told != Told::Right).collect(),
     };
-    let (single, double) = (share(1), share(2));
-    let misses: Vec<Row> = rows.into_iter().filter(|row| !row.right).collect();
-    let measured = Measured { schema_version: SCHEMA_VERSION, seed: context.seed, drawn, single, double, misses };
     if context.json {
         out::print_json("bench-explain", &measured)?;
     } else {
@@ -103,14 +153,22 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 fn show(measured: &Measured) {
-    for (what, share) in [("one fault", measured.single), ("two faults", measured.double)] {
+    let rows = [
+        ("one fault", measured.single, measured.single_undecided),
+        ("two faults", measured.double, measured.double_undecided),
+    ];
+    for (what, share, undecided) in rows {
         let (hits, n, lower) = (share.hits, share.n, share.lower_95 * 100.0);
-        out::say(format_args!("{what:10}  {hits} of {n} named right, at least {lower:.1} % (95 %, two-sided)"));
+        let wrong = n - hits - undecided;
+        out::say(format_args!(
+            "{what:10}  {hits} of {n} named right, at least {lower:.1} % (95 %, two-sided); {undecided} cannot be told apart, {wrong} wrong"
+        ));
     }
     out::say(format_args!("{} drawings in all", measured.drawn));
     for row in &measured.misses {
         let (seed, faults, loss) = (row.seed, row.faults.join(" | "), &row.loss);
-        out::say(format_args!("missed: seed {seed}: {faults}\n  {loss}; named {:?}: {}", row.named, row.why));
+        let what = if row.told == Told::Undecided { "cannot be told apart" } else { "missed" };
+        out::say(format_args!("{what}: seed {seed}: {faults}\n  {loss}; named {:?}: {}", row.named, row.why));
     }
 }
 
@@ -159,7 +217,7 @@ fn tried(base: &Planned, faults: &[Fault<'_>], seed: u64) -> Result<Option<Row>,
     if !quiet {
         return Ok(None);
     }
-    let meant = meant(faults, &loss.origin);
+    let meant = meant(faults, loss.origin.place, loss.origin.since_us);
     let mut order: Vec<usize> = (0..faults.len()).collect();
     order.sort_by_key(|i| *i != truth);
     Ok(Some(Row {
@@ -174,8 +232,10 @@ fn tried(base: &Planned, faults: &[Fault<'_>], seed: u64) -> Result<Option<Row>,
         ),
         named: loss.origin.place,
         why: format!("{} (since {} ms)", loss.origin.what, loss.origin.since_us / 1000),
-        right: meant == Some(truth),
+        or: loss.origin.or.clone(),
+        told: told(faults, &loss.origin, truth),
         meant: meant.map(|m| faults[m].told()),
+        kind: faults[truth].name(),
     }))
 }
 
@@ -187,11 +247,19 @@ fn scenario(base: &Scenario, faults: &[Fault<'_>], kept: &[bool]) -> Option<Scen
     })
 }
 
-/// The fault that an origin means: of those that can show there and had begun, the newest.
-fn meant(faults: &[Fault<'_>], origin: &Origin) -> Option<usize> {
-    let fits = |fault: &Fault<'_>| {
-        fault.shows().contains(&origin.place) && fault.begins() <= origin.since_us.saturating_add(DATED_BACK)
-    };
+/// What an origin comes to where `truth` is the fault that did it.
+fn told(faults: &[Fault<'_>], origin: &Origin, truth: usize) -> Told {
+    let means_it = |place: &Place| meant(faults, *place, origin.since_us) == Some(truth);
+    match origin.or.is_empty() {
+        true if means_it(&origin.place) => Told::Right,
+        false if means_it(&origin.place) || origin.or.iter().any(means_it) => Told::Undecided,
+        true | false => Told::Wrong,
+    }
+}
+
+/// The fault that a place means: of those that can show there and had begun, the newest.
+fn meant(faults: &[Fault<'_>], place: Place, since: Micros) -> Option<usize> {
+    let fits = |fault: &Fault<'_>| fault.shows().contains(&place) && fault.begins() <= since.saturating_add(DATED_BACK);
     (0..faults.len()).filter(|i| fits(&faults[*i])).max_by_key(|i| faults[*i].begins())
 }
 
@@ -209,6 +277,12 @@ impl<'a> Fault<'a> {
 
     fn begins(&self) -> Micros {
         u64::from(self.letter.begins) * self.alphabet.tick_ms.unsigned() * 1000
+    }
+
+    /// Its alphabet and move.
+    fn name(&self) -> String {
+        let of = &self.alphabet.moves[self.letter.kind];
+        format!("{} {}", self.alphabet.name.as_str(), of.name.as_str())
     }
 
     fn told(&self) -> String {
@@ -254,7 +328,8 @@ impl<'a> Fault<'a> {
             "teammate" | "falsehood" | "mode_confusion" | "session_replay" | "malformed" => {
                 vec![Place::Teammate(UnitId::B), Place::Teammate(UnitId::C)]
             }
-            "rogue" => vec![Place::Operator, Place::CommandPlane],
+            // Orders are asked for, whoever asks; what carries them is none of it.
+            "rogue" => vec![Place::Operator],
             "alter" => vec![Place::Track],
             // Byte streams, the broker, the display's feed and the operator's requests.
             _ => vec![Place::CommandPlane],

@@ -5,9 +5,9 @@
 //! the gateway still hears the unit.
 
 use wire::command::CommandKind;
-use wire::event::{Event, Interface};
+use wire::event::{Account, Event, Interface};
 use wire::feed::CommandStage;
-use wire::id::{CommandId, NodeId, PeerId};
+use wire::id::{CommandId, NodeId, PeerId, RecordId};
 use wire::mode::Because;
 
 use super::origin::{from, stages};
@@ -16,10 +16,10 @@ use crate::oracle::Micros;
 
 /// What two ends may differ by that fail at once: a period and what a record takes; less than *Tf* by as much.
 const SLACK: Micros = 150_000;
-/// So many records at once are a backlog: whoever took them had not run.
-const BACKLOG: usize = 3;
-/// Within so little time they count as at once.
+/// Within so little time records come at once.
 const AT_ONCE: Micros = 5_000;
+/// What the unit can say of a link that is silent both ways.
+const PASSES_NOTHING: &str = "nothing passes between unit and gateway, either way";
 
 /// Why there is no lease.
 pub(super) fn lease(log: &Log, change: &Change) -> Origin {
@@ -41,16 +41,14 @@ pub(super) fn lease(log: &Log, change: &Change) -> Origin {
     if last_heard > granted + period + SLACK || !late_up.is_empty() && !late_down.is_empty() {
         return downlink(granted, &late_down).refusing(NodeId::GATEWAY, &late_up);
     }
-    if late_up.is_empty()
-        && late_down.is_empty()
-        && let Some(origin) = no_gateway(log, change, last_heard.max(granted))
-    {
+    let silent = || silent(log, change, last_heard.max(granted));
+    if let Some(origin) = (late_up.is_empty() && late_down.is_empty()).then(silent).flatten() {
         return origin;
     }
     let lasted = (change.at - granted.min(change.at)) / 1000;
     let what = match lasted + period / 1000 < log.bounds.lease_ms {
         true => format!("grants come so late that the last one lasts {lasted} ms"),
-        false => "nothing passes between unit and gateway, either way".to_owned(),
+        false => PASSES_NOTHING.to_owned(),
     };
     let origin = from(NodeId::UNIT_A, Place::Telemetry, granted, what);
     origin.refusing(NodeId::UNIT_A, &late_down).refusing(NodeId::GATEWAY, &late_up)
@@ -102,37 +100,76 @@ fn given(event: &Event, id: CommandId) -> Option<()> {
     matches!(event, Event::Intended { command, .. } if *command == id).then_some(())
 }
 
-/// Signs that the gateway and not the link is silent: it is not there to close its account, the broker lost it, or it takes a
-/// backlog when it runs again.
-fn no_gateway(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
-    let ends = log.entries().last().map_or(change.at, |w| w.at);
-    let closed = log.by(NodeId::GATEWAY).any(|w| matches!(w.entry.event, Event::Count { .. }));
-    let others =
-        log.entries().iter().any(|w| w.entry.node != NodeId::GATEWAY && matches!(w.entry.event, Event::Count { .. }));
+/// Nothing passes: whether the gateway is silent or the link. A gateway that is gone closes no account, and the broker loses it. Of one
+/// that stood still the next record continues where it had stopped, while one that runs goes on writing to a unit that does
+/// not hear it. Where the unit hears none, the gateway's closing account tells, if it served nobody else.
+fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
+    let ends = log.entries().iter().find(|w| closes(&w.entry.event)).map_or(Micros::MAX, |w| w.at);
+    let closed = log.by(NodeId::GATEWAY).any(|w| closes(&w.entry.event));
     let lost = log.first(NodeId::BROKER, last, |event| match event {
         Event::Session { peer: PeerId::GATEWAY, open: false } => Some(()),
         _ => None,
     });
-    let what = if !closed && others {
-        "the gateway wrote nothing more, and closed no account"
-    } else if lost.is_some_and(|(at, ())| at <= change.at && at < ends) {
-        "the broker lost the gateway, and the unit hears nothing of it"
-    } else if backlog(log, change.at) {
-        "the gateway wrote nothing, and later took a backlog at once"
-    } else {
-        return None;
-    };
-    Some(from(NodeId::GATEWAY, Place::Gateway, last, what))
+    let gateway = |what: &str| from(NodeId::GATEWAY, Place::Gateway, last, what);
+    if !closed && ends < Micros::MAX {
+        return Some(gateway("the gateway wrote nothing more, and closed no account"));
+    }
+    if lost.is_some_and(|(at, ())| at <= change.at && at < ends) {
+        return Some(gateway("the broker lost the gateway, and the unit hears nothing of it"));
+    }
+    match written_unheard(log, change).or_else(|| written_in_all(log, change)) {
+        Some(0) => {
+            Some(gateway("the gateway wrote nothing: its records to the unit continue, or end, where they had stopped"))
+        }
+        Some(_) => None,
+        None => {
+            let what = format!("{PASSES_NOTHING}, or the gateway itself stood still: the unit heard no more of it");
+            Some(from(NodeId::UNIT_A, Place::Telemetry, last, what).or(Place::Gateway))
+        }
+    }
 }
 
-fn backlog(log: &Log, from: Micros) -> bool {
-    let judged = log.by(NodeId::GATEWAY).filter(|w| w.at > from).filter(|w| match w.entry.event {
-        Event::Accepted { at: Interface::Uplink, peer, .. } => peer == PeerId::UNIT_A,
-        Event::Refused { at: Interface::Uplink, peer, .. } => peer == Some(PeerId::UNIT_A),
-        _ => false,
-    });
-    let judged: Vec<Micros> = judged.map(|w| w.at).take(BACKLOG).collect();
-    matches!(judged[..], [first, .., last] if judged.len() == BACKLOG && last - first <= AT_ONCE)
+/// How many records the gateway wrote to the unit, by their numbers, between the last that was accepted before the change and the
+/// first after it; nothing where there was no such first. What came by itself and was refused is none of them: it was written when
+/// something passed again. What a link had kept comes at once.
+fn written_unheard(log: &Log, change: &Change) -> Option<u64> {
+    let (_, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
+    let (until, after) = log.first(NodeId::UNIT_A, change.at + 1, heard)?;
+    // A gateway that was started anew was gone meanwhile.
+    if before.boot != after.boot {
+        return Some(0);
+    }
+    let mut came: Vec<Micros> = refused_down(log, change.at, until).iter().map(|(at, _)| *at).collect();
+    let refused = came.len();
+    came.push(until);
+    let alone = |i: &usize| came.iter().enumerate().all(|(k, at)| k == *i || at.abs_diff(came[*i]) > AT_ONCE);
+    let since = (0..refused).filter(alone).count() as u64;
+    Some(after.sequence.0.saturating_sub(before.sequence.0 + 1).saturating_sub(since))
+}
+
+/// The same up to the end, by what the gateway says in its closing account that it sent; nothing where it served others as well.
+fn written_in_all(log: &Log, change: &Change) -> Option<u64> {
+    let (_, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
+    let gateway = || log.by(NodeId::GATEWAY).filter(|w| w.entry.boot == before.boot).map(|w| w.entry.event);
+    if gateway().any(|e| matches!(e, Event::Session { peer, open: true } if peer != PeerId::UNIT_A)) {
+        return None;
+    }
+    gateway().find_map(|event| match event {
+        Event::Count { account: Account::Sent, n } => Some(n.saturating_sub(before.sequence.0)),
+        _ => None,
+    })
+}
+
+/// The gateway's own record that the unit accepted.
+fn heard(event: &Event) -> Option<RecordId> {
+    match *event {
+        Event::Accepted { at: Interface::Downlink, record, .. } if record.node == NodeId::GATEWAY => Some(record),
+        _ => None,
+    }
+}
+
+fn closes(event: &Event) -> bool {
+    matches!(event, Event::Count { .. })
 }
 
 fn refused_up(log: &Log, from: Micros, to: Micros) -> Vec<(Micros, String)> {

@@ -104,6 +104,9 @@ pub struct Step {
 pub struct Origin {
     /// The place.
     pub place: Place,
+    /// Places from which the log cannot tell it: it may as well have been one of these.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub or: Vec<Place>,
     /// Since when, at the latest.
     pub since_us: Micros,
     /// What was wrong there.

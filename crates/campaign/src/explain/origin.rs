@@ -56,10 +56,16 @@ pub(super) fn of_unit(place: Place, since: Micros, what: impl Into<String>) -> O
 pub(super) fn from(by: NodeId, place: Place, since: Micros, what: impl Into<String>) -> Origin {
     let what = what.into();
     let first = Step { stage: Stage::Cause, at_us: since, by, what: what.clone() };
-    Origin { place, since_us: since, what, steps: vec![first] }
+    Origin { place, or: Vec::new(), since_us: since, what, steps: vec![first] }
 }
 
 impl Origin {
+    /// One that the log cannot tell from `place`.
+    pub(super) fn or(mut self, place: Place) -> Origin {
+        self.or.push(place);
+        self
+    }
+
     /// With another link.
     pub(super) fn with(mut self, stage: Stage, at_us: Micros, by: NodeId, what: impl Into<String>) -> Origin {
         self.steps.push(Step { stage, at_us, by, what: what.into() });

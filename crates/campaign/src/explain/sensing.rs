@@ -3,7 +3,8 @@
 use wire::core::Topic;
 use wire::event::{Event, Interface, Sensor};
 use wire::id::NodeId;
-use wire::mode::{Because, Guard};
+use wire::mode::{Because, Cause, Guard};
+use wire::refusal::Reason;
 use wire::sensor::{Modalities, Modality};
 
 use super::origin::{from, of_unit};
@@ -12,6 +13,8 @@ use crate::oracle::Micros;
 
 /// The plant's state is written so often at the least.
 const WORLD_SPEAKS: Micros = 250_000;
+/// From when a product is too old to the judgement that finds it so, on a busy host.
+const NOTICED: Micros = 200_000;
 /// How long before a loss something may have been refused that led to it.
 const LEADING: Micros = 700_000;
 
@@ -24,10 +27,21 @@ pub(super) fn product(log: &Log, change: &Change, guard: Guard) -> Origin {
     if let Some((at, frame, modality)) = missing(log, change, |m| Guard::of(m) == guard) {
         return lacking(log, change, at, frame, modality);
     }
+    if let Some(origin) = went_back(log, change, since) {
+        return origin;
+    }
     let stopped = format!("no product of perception since the frame of {} ms", since / 1000);
     let refused =
         refused_on(log, change, since.saturating_sub(LEADING), &[Topic::Tracks, Topic::Candidates, Topic::Frames]);
     from(NodeId::UNIT_A, Place::Perception, since, stopped).refusing(NodeId::UNIT_A, &refused)
+}
+
+/// What is so old would have been missed long before, had nothing come meanwhile: what did come is as old.
+fn went_back(log: &Log, change: &Change, since: Micros) -> Option<Origin> {
+    let missed = since + log.bounds.product_limit_ms.max(log.bounds.track_limit_ms) * 1000 + NOTICED;
+    let by_itself = matches!(change.cause, Cause::Lost(_)) && change.at > missed;
+    let what = format!("perception's products went back to those of the frame of {} ms", since / 1000);
+    by_itself.then(|| of_unit(Place::Perception, change.at, what))
 }
 
 /// The unit does not know where it is, or what time it is.
@@ -70,6 +84,9 @@ pub(super) fn designation(log: &Log, change: &Change) -> Origin {
     if let Some((since, frame, modality)) = missing(log, change, |_| true) {
         return lacking(log, change, since, frame, modality);
     }
+    if let Some(origin) = misled(log, change) {
+        return origin;
+    }
     let since = silent_since(change);
     let refused = refused_on(log, change, since.saturating_sub(LEADING), &[Topic::Tracks, Topic::Candidates]);
     let what = match change.because {
@@ -78,6 +95,26 @@ pub(super) fn designation(log: &Log, change: &Change) -> Origin {
         _ => "the designated track is not what was designated".to_owned(),
     };
     of_unit(Place::Track, since, what).refusing(NodeId::UNIT_A, &refused)
+}
+
+/// Perception has lost the world's own navigation to somebody who speaks in its name: it refuses that as of an older boot, and
+/// does so for good, since a boot only rises. What it places from then on it places wrongly, or not at all.
+fn misled(log: &Log, change: &Change) -> Option<Origin> {
+    let (since, ()) = log.first(NodeId::PERCEPTION, 0, |event| match event {
+        Event::Refused { at: Interface::Bus(Topic::Navigation), reason: Reason::Epoch, .. } => Some(()),
+        _ => None,
+    })?;
+    let what = "perception refuses the world's navigation as of an older boot, and goes by somebody else's";
+    let refused = refused_on(log, change, since.saturating_sub(LEADING), &[Topic::Navigation]);
+    let origin = from(NodeId::PERCEPTION, Place::Sensor(Sensor::Localisation), since, what)
+        .refusing(NodeId::UNIT_A, &refused)
+        .with(
+            Stage::Health,
+            silent_since(change).max(since),
+            NodeId::UNIT_A,
+            "the designated track is not seen where it was",
+        );
+    (since <= change.at).then_some(origin)
 }
 
 /// What the unit refused on these channels of its host.

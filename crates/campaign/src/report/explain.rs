@@ -16,6 +16,9 @@ pub struct ExplainObject {
     /// What does not hold of the log that they were made from, if anything.
     #[serde(skip_serializing_if = "Option::is_none")]
     flaw: Option<String>,
+    /// What is not told of the run and was taken to be so, if anything.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    assumed: Option<&'static str>,
     explanations: Vec<Explanation>,
     #[serde(skip_serializing_if = "Option::is_none")]
     why_not: Option<WhyNot>,
@@ -23,8 +26,14 @@ pub struct ExplainObject {
 
 impl ExplainObject {
     /// Of the run with this name.
-    pub fn new(run: &str, flaw: Option<String>, explanations: Vec<Explanation>, why_not: Option<WhyNot>) -> Self {
-        Self { schema_version: SCHEMA_VERSION, run: run.to_owned(), flaw, explanations, why_not }
+    pub fn new(
+        run: &str,
+        flaw: Option<String>,
+        assumed: Option<&'static str>,
+        explanations: Vec<Explanation>,
+        why_not: Option<WhyNot>,
+    ) -> Self {
+        Self { schema_version: SCHEMA_VERSION, run: run.to_owned(), flaw, assumed, explanations, why_not }
     }
 }
 

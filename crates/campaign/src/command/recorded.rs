@@ -1,0 +1,51 @@
+//! The log of a run, at times of that run: read back from its directory, or of a run in the twin.
+
+use std::path::Path;
+
+use wire::bounds::Bounds;
+
+use super::engine::{self, EngineError};
+use crate::keep;
+use crate::oracle::{Evidence, Witnessed};
+
+/// What is taken of a recording without `events.jsonl`.
+const ASSUMED: &str = "no events.jsonl tells of the bounds and of when the run began: the ground platform's are taken, and times \
+                       count from the recording's first entry";
+
+/// A log, and what it is to be held against.
+pub(super) struct Recorded {
+    /// In (time, node, counter) order; times count from the start of the run.
+    pub entries: Vec<Witnessed>,
+    /// The first thing that does not hold of its chains.
+    pub flaw: Option<String>,
+    /// What is not told of the run and was taken to be so.
+    pub assumed: Option<&'static str>,
+    /// The bounds that were in force.
+    pub bounds: Bounds,
+}
+
+impl Recorded {
+    /// The recording of the run in `run`. A live one is kept at the times of its host.
+    pub(super) fn read(run: &Path) -> Result<Recorded, EngineError> {
+        let (mut entries, flaw) = engine::recorded(run)?;
+        let told = keep::told(run).and_then(|told| Some((told.start(&entries)?, told.bounds)));
+        let (start, bounds) = told.unwrap_or((entries.first().map_or(0, |w| w.at), Bounds::GROUND));
+        entries.iter_mut().for_each(|w| w.at = w.at.saturating_sub(start));
+        Ok(Recorded { entries, flaw, assumed: told.is_none().then_some(ASSUMED), bounds })
+    }
+
+    /// Of a run in the twin, of which everything is told.
+    pub(super) fn of(evidence: Evidence) -> Recorded {
+        Recorded { entries: evidence.entries, flaw: None, assumed: None, bounds: evidence.bounds }
+    }
+
+    /// Says on stderr what `run`'s log leaves open.
+    pub(super) fn warn(&self, run: &str) {
+        if let Some(assumed) = self.assumed {
+            eprintln!("{run}: {assumed}");
+        }
+        if let Some(flaw) = &self.flaw {
+            eprintln!("{run} does not verify, and what is told of it is no better than it: {flaw}");
+        }
+    }
+}
