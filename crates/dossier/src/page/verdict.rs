@@ -172,11 +172,15 @@ fn counted(found: &Found) -> ByPlace {
             put(r.evidence, r.watermark.is_some(), r.n, Some(r.unexpected), &r.outcomes, upper);
         }),
         Found::Runs(runs) => runs.iter().for_each(|r| {
-            // The expected classes of a run without cells are not in its object.
-            let of = |c: &crate::objects::Cell| {
-                c.summary.outcomes.iter().filter(|(class, _)| !c.expected.contains(class)).map(|(_, n)| n).sum::<u64>()
+            let off = |expected: &[Outcome], outcomes: &Outcomes| {
+                outcomes.iter().filter(|(class, _)| !expected.contains(class)).map(|(_, n)| n).sum::<u64>()
             };
-            let stated = (!r.cells.is_empty()).then(|| r.cells.iter().map(of).sum());
+            // A soak states none.
+            let stated = match (r.cells.as_slice(), r.expected.as_slice()) {
+                ([], []) => None,
+                ([], expected) => Some(off(expected, &r.summary.outcomes)),
+                (cells, _) => Some(cells.iter().map(|c| off(&c.expected, &c.summary.outcomes)).sum()),
+            };
             let summary = &r.summary;
             put(r.mode, r.watermark.is_some(), summary.n, stated, &summary.outcomes, Some(summary.unsafe_upper_95));
         }),
