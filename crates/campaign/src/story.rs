@@ -1,6 +1,6 @@
 //! One run told for a reviewer, from its log: what the dossier draws over time.
 //!
-//! The services' own words give modes, authority, refusals and reasons; what was done to the run is ground truth and stands apart.
+//! Times are those of the run. The services' own words give modes, authority, refusals and reasons; what was done to the run is ground truth and stands apart.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -24,8 +24,7 @@ const MAX_STRETCHES: usize = 512;
 
 /// The run with this name. `flaw` is what does not hold of its log.
 pub fn of(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> Story {
-    let start = entries.iter().map(|w| w.at).min().unwrap_or_default();
-    let clock = Clock { start, end: entries.iter().map(|w| w.at).max().unwrap_or_default() };
+    let clock = Clock { end: entries.iter().map(|w| w.at).max().unwrap_or_default() };
     let done = truth::lasted(entries).into_iter().map(|l| clock.lasted(l.what, l.from, l.to)).collect();
     let why = explain(entries, bounds).iter().filter(|e| e.restricts()).map(|e| clock.why(e)).collect();
     Story {
@@ -40,16 +39,15 @@ pub fn of(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<Strin
     }
 }
 
-/// From trace time to seconds of the run.
+/// From microseconds of the run to seconds.
 #[derive(Clone, Copy)]
 struct Clock {
-    start: Micros,
     end: Micros,
 }
 
 impl Clock {
     fn at(self, at: Micros) -> f64 {
-        at.saturating_sub(self.start) as f64 / 1e6
+        at as f64 / 1e6
     }
 
     fn lasted(self, what: String, from: Micros, to: Micros) -> Lasted {
@@ -73,7 +71,7 @@ impl Clock {
 }
 
 fn modes(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
-    let (mut all, mut now) = (Vec::new(), (Mode::Idle, clock.start));
+    let (mut all, mut now) = (Vec::new(), (Mode::Idle, 0));
     for w in entries {
         let to = match w.entry.event {
             Event::Transition { to, .. } if w.entry.node == NodeId::UNIT_A => to,
@@ -159,15 +157,15 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_told_from_its_own_start() {
+    fn refusals_that_come_together_are_one_stretch() {
         let refused = |reason| Event::Refused { at: Interface::Uplink, peer: None, reason, detail: Text::default() };
         let log = [
-            seen(70_000_000, NodeId::GATEWAY, Event::Started),
-            seen(71_000_000, NodeId::GATEWAY, refused(Reason::Stale)),
-            seen(71_050_000, NodeId::GATEWAY, refused(Reason::Stale)),
-            seen(72_000_000, NodeId::GATEWAY, refused(Reason::Stale)),
-            seen(73_000_000, NodeId::GATEWAY, refused(Reason::Origin)),
-            seen(80_000_000, NodeId::GATEWAY, Event::Started),
+            seen(0, NodeId::GATEWAY, Event::Started),
+            seen(1_000_000, NodeId::GATEWAY, refused(Reason::Stale)),
+            seen(1_050_000, NodeId::GATEWAY, refused(Reason::Stale)),
+            seen(2_000_000, NodeId::GATEWAY, refused(Reason::Stale)),
+            seen(3_000_000, NodeId::GATEWAY, refused(Reason::Origin)),
+            seen(10_000_000, NodeId::GATEWAY, Event::Started),
         ];
         let story = of("x", &log, &Bounds::GROUND, None);
         assert_eq!((story.seconds, story.modes.len(), story.modes[0].what.as_str()), (10.0, 1, "IDLE"));

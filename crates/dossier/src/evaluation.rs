@@ -300,7 +300,7 @@ mod tests {
         let row = |loss: &str, unexpected: u64| {
             format!(
                 r#"{{"variation":0,"scenario":"replay","set":{{"conditions.loss":{loss}}},"policy":"default","evidence":"model","counts":true,
-                "expected":["REJECTED"],"n":9,"outcomes":{{"REJECTED":9}},"unexpected":{unexpected},"sim_seconds":1.0,
+                "expected":["REJECTED"],"n":9,"outcomes":{{"REJECTED":9}},"unexpected":{unexpected},"sim_seconds":1.0,"distinct_decisions":1,
                 "latency_ms":{{"to_degraded":{{"n":0}},"to_hold_safe":{{"n":0}},"to_authority_revoked":{{"n":0}}}}}}"#
             )
         };

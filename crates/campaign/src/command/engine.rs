@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 
 use link::instrument::Frame;
 use serde::Serialize;
-use wire::bounds::Bounds;
 use wire::person::Act;
 
 use super::plan::Planned;
@@ -282,11 +281,6 @@ pub(super) fn recorded(run: &Path) -> Result<(Vec<Witnessed>, Option<String>), E
     let log: Vec<Logged> =
         frames.into_iter().map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect();
     Ok(evidence::read(&log))
-}
-
-/// The bounds that were in force in the run in `run`; the ground platform's where that is not told.
-pub(super) fn recorded_bounds(run: &Path) -> Bounds {
-    keep::told(run).map_or(Bounds::GROUND, |told| told.bounds)
 }
 
 fn frames(run: &Path) -> Result<Vec<Frame>, EngineError> {

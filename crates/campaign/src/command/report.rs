@@ -9,7 +9,8 @@ use dossier::results::{MAX_FILE_BYTES, Manifest, Results};
 use dossier::story::Story;
 
 use super::failure::{Exit, Failure};
-use super::{Context, engine, out};
+use super::recorded::Recorded;
+use super::{Context, out};
 use crate::story;
 
 /// The file in a folder of a command's results that holds the result.
@@ -130,9 +131,9 @@ fn found(path: &Path) -> Result<Given, Failure> {
 }
 
 fn told(run: &Path) -> Result<Story, Failure> {
-    let (entries, flaw) = engine::recorded(run)?;
-    let bounds = engine::recorded_bounds(run);
-    Ok(story::of(&run.display().to_string(), &entries, &bounds, flaw))
+    let (name, recorded) = (run.display().to_string(), Recorded::read(run)?);
+    recorded.warn(&name);
+    Ok(story::of(&name, &recorded.entries, &recorded.bounds, recorded.flaw))
 }
 
 /// A file's bytes, one more than is read at most: what is too long is refused, not cut.

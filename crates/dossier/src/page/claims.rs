@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::matrix::unmarked;
 use super::table;
-use super::verdict::percent;
+use super::verdict::{percent, told};
 use crate::Dossier;
 use crate::figure::Table;
 use crate::objects::{Campaign, Matrix};
@@ -34,7 +34,8 @@ pub(super) fn section(dossier: &Dossier) -> Markup {
         }
     }
     html! { @if !rows.rows.is_empty() {
-        p { "Only rows under a full policy, and only where the mechanism that is claimed about really runs." }
+        p { "Only rows under a full policy, and only where the mechanism that is claimed about really runs. A claim holds as far as its outcomes say: harm that "
+            "was stated beforehand is not outside what was stated." }
         (table(&rows, "Claims"))
     } }
 }
@@ -46,6 +47,7 @@ fn of_matrix(rows: &mut Table, matrix: &Matrix, file: &str) {
                 format!("{}: {}", row.id, unmarked(&row.containment)),
                 kind.evidence.name().to_owned(),
                 kind.n.to_string(),
+                told(&kind.outcomes),
                 kind.unexpected.to_string(),
                 percent(kind.unsafe_upper_95),
                 percent(kind.unsafe_upper_95_simultaneous),
@@ -66,6 +68,7 @@ fn of_campaign(rows: &mut Table, campaign: &Campaign, file: &str) {
             format!("{name} ends in {}", classes.join(" or ")),
             row.evidence.name().to_owned(),
             row.n.to_string(),
+            told(&row.outcomes),
             row.unexpected.to_string(),
             bound(|b| b.unsafe_upper_95),
             bound(|b| b.unsafe_upper_95_simultaneous),

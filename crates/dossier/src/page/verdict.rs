@@ -7,7 +7,7 @@ use maud::{Markup, html};
 use super::{key, table};
 use crate::Dossier;
 use crate::figure::{Table, class_of_outcome};
-use crate::objects::{Evidence, Outcome, Outcomes};
+use crate::objects::{Evidence, Outcome, Outcomes, Run};
 use crate::results::Found;
 
 /// Trials of one place of evidence under a full policy, in one result.
@@ -171,22 +171,25 @@ fn counted(found: &Found) -> ByPlace {
             let upper = r.bounds.map(|b| b.unsafe_upper_95);
             put(r.evidence, r.watermark.is_some(), r.n, Some(r.unexpected), &r.outcomes, upper);
         }),
-        Found::Runs(runs) => runs.iter().for_each(|r| {
-            let off = |expected: &[Outcome], outcomes: &Outcomes| {
-                outcomes.iter().filter(|(class, _)| !expected.contains(class)).map(|(_, n)| n).sum::<u64>()
-            };
-            // A soak states none.
-            let stated = match (r.cells.as_slice(), r.expected.as_slice()) {
-                ([], []) => None,
-                ([], expected) => Some(off(expected, &r.summary.outcomes)),
-                (cells, _) => Some(cells.iter().map(|c| off(&c.expected, &c.summary.outcomes)).sum()),
-            };
-            let summary = &r.summary;
-            put(r.mode, r.watermark.is_some(), summary.n, stated, &summary.outcomes, Some(summary.unsafe_upper_95));
-        }),
-        Found::Search(_) | Found::BenchLive(_) | Found::Curve(_) | Found::Ablation(_) | Found::TwinCost(_) => {}
+        Found::Runs(runs) => runs.iter().for_each(|r| put_run(&mut put, r)),
+        Found::BenchLive(bench) => bench.losses.iter().for_each(|r| put_run(&mut put, r)),
+        Found::Search(_) | Found::Curve(_) | Found::Ablation(_) | Found::TwinCost(_) => {}
     }
     all
+}
+
+fn put_run(put: &mut impl FnMut(Evidence, bool, u64, Option<u64>, &Outcomes, Option<f64>), r: &Run) {
+    let off = |expected: &[Outcome], outcomes: &Outcomes| {
+        outcomes.iter().filter(|(class, _)| !expected.contains(class)).map(|(_, n)| n).sum::<u64>()
+    };
+    // A soak states none.
+    let stated = match (r.cells.as_slice(), r.expected.as_slice()) {
+        ([], []) => None,
+        ([], expected) => Some(off(expected, &r.summary.outcomes)),
+        (cells, _) => Some(cells.iter().map(|c| off(&c.expected, &c.summary.outcomes)).sum()),
+    };
+    let summary = &r.summary;
+    put(r.mode, r.watermark.is_some(), summary.n, stated, &summary.outcomes, Some(summary.unsafe_upper_95));
 }
 
 /// `HOLD_SAFE 58, DEGRADED 1`, the worst first.
