@@ -118,7 +118,7 @@ fn fidelity(results: &Results) -> String {
     for row in rows {
         let set: Vec<String> = row.set.iter().map(|(key, value)| format!("{key} = {value}")).collect();
         let cell = row.cell.as_ref().map_or_else(String::new, |cell| format!(" ({cell})"));
-        let outcomes = told(row.outcomes.iter().map(|(class, n)| (*class, *n)));
+        let outcomes = told(&row.outcomes);
         let off = if row.unexpected > 0 { format!("**{}**", row.unexpected) } else { "0".to_owned() };
         put(
             &mut text,
@@ -144,7 +144,7 @@ fn runs<'a>(results: &'a Results, scenario: &'a str) -> impl Iterator<Item = &'a
 fn line(run: &MatrixRun) -> String {
     let cell = run.cell.as_ref().map_or_else(String::new, |cell| format!(" ({cell})"));
     let waived = if run.watermark.is_some() { ", ABLATION" } else { "" };
-    let outcomes = told(run.summary.outcomes.iter().map(|(class, n)| (*class, *n)));
+    let outcomes = told(&run.summary.outcomes);
     let (name, place, n) = (&run.scenario, run.evidence.name(), run.summary.n);
     format!(
         "`{name}`{cell}, {place}{waived}: {outcomes} (n {n}; unsafe below {:.2} %, 95 %)",
@@ -222,9 +222,7 @@ fn loss(results: &Results, scenario: &str) -> Answer {
     )];
     // What else became of these runs is no part of the paper's claim, and is said.
     let runs = benches().flat_map(|b| &b.losses).filter(|run| run.scenario == scenario);
-    lines.extend(runs.map(|run| {
-        format!("these runs ended in {}", told(run.summary.outcomes.iter().map(|(class, n)| (*class, *n))))
-    }));
+    lines.extend(runs.map(|run| format!("these runs ended in {}", told(&run.summary.outcomes))));
     let status = match bound {
         Some(bound) if bound < paper.mean_ms => Status::Exceeded,
         Some(_) | None if mean <= paper.mean_ms && p95 < PAPER_P95_MS => Status::Reproduced,
@@ -261,7 +259,7 @@ fn starvation(results: &Results) -> Answer {
 }
 
 fn waived(run: &Run) -> String {
-    let outcomes = told(run.summary.outcomes.iter().map(|(class, n)| (*class, *n)));
+    let outcomes = told(&run.summary.outcomes);
     let mark = run.watermark.as_deref().unwrap_or_default();
     format!(
         "`track_starvation`, {}, {mark}: {outcomes} (n {}): the paper's gap between display and state",

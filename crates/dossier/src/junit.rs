@@ -66,7 +66,7 @@ fn suites(given: &Given) -> Vec<(String, Suite)> {
 fn case(one: &Tried) -> Case {
     let odd: Vec<(Outcome, u64)> = one.unexpected().collect();
     let count: u64 = odd.iter().map(|(_, n)| n).sum();
-    let told_odd = told(odd.iter().copied());
+    let told_odd = told(&odd.iter().copied().collect());
     let message = format!("{count} of {} trials not as expected ({told_odd}); expected {}", one.n, one.expected_told());
     let detail = one.findings.iter().copied().chain([one.reproduce.as_str()]).collect::<Vec<_>>().join("\n");
     let verdict = match odd.as_slice() {
@@ -82,7 +82,7 @@ fn lines(one: &Tried) -> String {
     let percent = |share: f64| format!("{:.2} %", share * 100.0);
     let known = [
         ("n", Some(one.n.to_string())),
-        ("outcomes", Some(told(one.outcomes.iter().map(|(class, n)| (*class, *n))))),
+        ("outcomes", Some(told(&one.outcomes))),
         ("expected", Some(one.expected_told())),
         ("unsafe below (95 %)", one.unsafe_upper_95.map(percent)),
         ("unsafe below, all together (95 %)", one.unsafe_upper_95_simultaneous.map(percent)),
@@ -100,7 +100,7 @@ fn searched(search: &Search, mut properties: Vec<(&'static str, String)>) -> Sui
     properties.push(("draws", search.draws.to_string()));
     let hunt = &search.hunt;
     let how = format!("{} trials, {}, {}", hunt.trials, hunt.strategy.to_lowercase(), search.policy);
-    let outcomes = told(hunt.outcomes.iter().map(|(class, n)| (*class, *n)));
+    let outcomes = told(&hunt.outcomes);
     let whole = Case { name: how, verdict: Verdict::Passed, out: format!("outcomes: {outcomes}\n") };
     let found = |finding: &Finding| {
         let message = format!("{} {}: {}", finding.outcome.name(), finding.broken, finding.word);

@@ -164,7 +164,7 @@ fn told_of(kind: &Kind) -> String {
     format!(
         "{ablation}n {}: {}; {} not as expected; unsafe below {:.2} % in the worst run, {:.2} % with all bounds together (95 %){counts}",
         kind.n,
-        told(kind.outcomes.iter().map(|(class, n)| (*class, *n))),
+        told(&kind.outcomes),
         kind.unexpected,
         kind.unsafe_upper_95 * 100.0,
         kind.unsafe_upper_95_simultaneous * 100.0,

@@ -78,8 +78,8 @@ impl Tried<'_> {
 }
 
 /// Classes and how often, as `REJECTED 298, LATE 1`.
-pub fn told(outcomes: impl IntoIterator<Item = (Outcome, u64)>) -> String {
-    outcomes.into_iter().map(|(class, n)| format!("{} {n}", class.name())).collect::<Vec<_>>().join(", ")
+pub fn told(outcomes: &Outcomes) -> String {
+    outcomes.iter().map(|(class, n)| format!("{} {n}", class.name())).collect::<Vec<_>>().join(", ")
 }
 
 fn is_unexpected(class: Outcome, expected: &[Outcome]) -> bool {

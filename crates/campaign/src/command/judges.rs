@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 use serde::{Deserialize, Serialize};
 
 use super::failure::{Exit, Failure};
-use super::plan::{self, Planned, Wanted};
+use super::plan::{self, Planned};
 use super::{Context, engine, out};
 use crate::ablation::Switch;
 use crate::cast::is_attacked;
@@ -23,7 +23,6 @@ use crate::oracle::{Evidence, Verdict};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::report::SCHEMA_VERSION;
-use crate::scenario;
 use crate::trial::Outcome;
 
 /// Disagreements that are told in full.
@@ -89,7 +88,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         Some(judge) => judge.clone(),
         None => context.root()?.join("tools").join("judge"),
     };
-    let cases = cases(context)?;
+    let cases = plan::every(context)?;
     let defects = defects();
     let progress = Progress::new("logs", args.logs as usize, context.talk);
     let compared = Mutex::new(Compared { schema_version: SCHEMA_VERSION, seed: context.seed, ..Compared::default() });
@@ -118,15 +117,6 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         show(&compared);
     }
     Ok(if compared.disagree > 0 { Exit::Unexpected } else { Exit::Fine })
-}
-
-fn cases(context: &Context) -> Result<Vec<Planned>, Failure> {
-    let mut cases = Vec::new();
-    for file in scenario::shipped(&context.root()?)? {
-        let (scenario, planned) = plan::plan(context, &file, &Wanted::default())?;
-        cases.extend(planned.into_iter().filter(|_| !scenario.is_of_stacks()));
-    }
-    Ok(cases)
 }
 
 fn defects() -> Vec<Defect> {

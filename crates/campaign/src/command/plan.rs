@@ -78,6 +78,16 @@ pub(super) fn plan(context: &Context, file: &Path, wanted: &Wanted) -> Result<(S
     Ok((scenario, planned))
 }
 
+/// Every variation of every shipped scenario that runs in the twin.
+pub(super) fn every(context: &Context) -> Result<Vec<Planned>, Failure> {
+    let mut all = Vec::new();
+    for file in scenario::shipped(&context.root()?)? {
+        let (scenario, planned) = plan(context, &file, &Wanted::default())?;
+        all.extend(planned.into_iter().filter(|_| !scenario.is_of_stacks()));
+    }
+    Ok(all)
+}
+
 /// Prepares the variations of a loaded scenario.
 pub(super) fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> Result<Vec<Planned>, Failure> {
     let policy = wanted.policy.as_deref().map(stem);

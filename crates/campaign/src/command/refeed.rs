@@ -12,7 +12,6 @@ use super::{Context, batch, engine, out, replay};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::report::{Mode, SCHEMA_VERSION, Spread};
-use crate::scenario;
 
 /// Differences that are told in full.
 const MAX_TOLD: usize = 50;
@@ -49,7 +48,7 @@ struct Measured {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let cases = cases(context)?;
+    let cases = plan::every(context)?;
     let progress = Progress::new("runs", args.runs as usize, context.talk);
     let empty = Measured {
         schema_version: SCHEMA_VERSION,
@@ -91,15 +90,6 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         show(&measured);
     }
     Ok(if measured.identical == measured.runs { Exit::Fine } else { Exit::Unexpected })
-}
-
-fn cases(context: &Context) -> Result<Vec<Planned>, Failure> {
-    let mut cases = Vec::new();
-    for file in scenario::shipped(&context.root()?)? {
-        let (scenario, planned) = plan::plan(context, &file, &plan::Wanted::default())?;
-        cases.extend(planned.into_iter().filter(|_| !scenario.is_of_stacks()));
-    }
-    Ok(cases)
 }
 
 /// Inputs a CPU second of the two cores with a boundary.

@@ -1,4 +1,4 @@
-//! How large the values of several samples are: each as the share of it that does not exceed a value, with marks for bounds and for
+//! How large the values of several samples are: each as the share of it that does not exceed a value, with marks for
 //! what others report.
 
 use super::Table;
@@ -18,15 +18,13 @@ pub struct Steps {
     pub values: Vec<f64>,
 }
 
-/// A value that all of it is set against.
+/// A value that somebody else reports.
 #[derive(Clone, Debug)]
 pub struct Mark {
     /// What it is.
     pub name: String,
     /// Where, milliseconds.
     pub at: f64,
-    /// Whether it is a bound that is to be held; else what somebody else reports.
-    pub bound: bool,
 }
 
 /// The drawing; none without a value.
@@ -57,10 +55,9 @@ pub fn ecdf(samples: &[Steps], marks: &[Mark]) -> Option<Drawing> {
         "milliseconds from the injection's receipt",
     );
     for (i, mark) in marks.iter().enumerate() {
-        let class = if mark.bound { "bound" } else { "reported" };
-        drawing.line(class, (x(mark.at), y(1.0)), (x(mark.at), y(0.0)));
+        drawing.line("reported", (x(mark.at), y(1.0)), (x(mark.at), y(0.0)));
         let line = y(1.0) + 140.0 + i as f64 * 18.0;
-        drawing.line(class, (left + wide + 20.0, line - 12.0), (left + wide + 20.0, line + 2.0));
+        drawing.line("reported", (left + wide + 20.0, line - 12.0), (left + wide + 20.0, line + 2.0));
         drawing.words("label", Anchor::Start, (left + wide + 36.0, line), &mark.name);
     }
     for (i, sample) in samples.iter().filter(|s| !s.values.is_empty()).enumerate() {

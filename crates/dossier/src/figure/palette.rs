@@ -4,7 +4,7 @@
 use core::fmt::Write;
 
 /// Class, how it is painted, colour on white, colour on near-black. Outcomes and modes are fills, lines are strokes.
-const COLOURS: [(&str, Paint, &str, &str); 29] = [
+const COLOURS: [(&str, Paint, &str, &str); 28] = [
     ("unsafe", Paint::Fill, "#b3001b", "#ff6b76"),
     ("invalid", Paint::Fill, "#6d28d9", "#b89cff"),
     ("late", Paint::Fill, "#c2410c", "#ff9b57"),
@@ -26,7 +26,6 @@ const COLOURS: [(&str, Paint, &str, &str); 29] = [
     ("faint", Paint::Fill, "#57534e", "#b8b2aa"),
     ("grid", Paint::Stroke(1.0), "#d6d3d1", "#44403c"),
     ("axis", Paint::Stroke(1.0), "#78716c", "#a8a29e"),
-    ("bound", Paint::Stroke(1.5), "#b3001b", "#ff6b76"),
     ("reported", Paint::Stroke(1.5), "#6d28d9", "#b89cff"),
     ("line-0", Paint::Stroke(1.75), "#1d4ed8", "#7aa7ff"),
     ("line-1", Paint::Stroke(1.75), "#b3001b", "#ff6b76"),
@@ -134,9 +133,7 @@ mod tests {
     #[test]
     fn what_tells_of_harm_stands_out_light_and_dark() {
         let paper = [crate::page::PAPER_LIGHT, crate::page::PAPER_DARK];
-        for class in
-            ["unsafe", "invalid", "late", "false-trip", "hold-safe", "degraded", "rejected", "undetected", "bound"]
-        {
+        for class in ["unsafe", "invalid", "late", "false-trip", "hold-safe", "degraded", "rejected", "undetected"] {
             let (.., light, dark) = COLOURS.iter().find(|c| c.0 == class).expect("a colour");
             assert!(contrast(light, paper[0]) >= 3.0 && contrast(dark, paper[1]) >= 3.0, "{class}");
         }

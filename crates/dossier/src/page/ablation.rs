@@ -3,11 +3,11 @@
 use maud::{Markup, html};
 
 use super::table;
-use super::verdict::told;
 use crate::Dossier;
 use crate::figure::Table;
 use crate::measured::{Ablation, Check};
 use crate::results::Found;
+use crate::tried::told;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     let all =

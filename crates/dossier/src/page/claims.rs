@@ -4,11 +4,12 @@ use maud::{Markup, html};
 
 use super::matrix::unmarked;
 use super::table;
-use super::verdict::{percent, told};
+use super::verdict::percent;
 use crate::Dossier;
 use crate::figure::Table;
 use crate::objects::{Campaign, Matrix};
 use crate::results::Found;
+use crate::tried::told;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     let mut rows = Table::new(&[

@@ -32,7 +32,6 @@ fn drawn(bench: &BenchLive) -> Option<Figure> {
     let mark = |l: &crate::measured::LiveLatency| Mark {
         name: format!("paper: {}, mean of {}", l.paper.loss, l.paper.n),
         at: l.paper.mean_ms,
-        bound: false,
     };
     let marks: Vec<Mark> = bench.live_latency_ms.iter().map(mark).collect();
     let n: Vec<String> = samples.iter().map(|s| format!("{} n = {}", s.name, s.values.len())).collect();

@@ -2,12 +2,13 @@
 
 use maud::{Markup, html};
 
-use super::verdict::{percent, told};
+use super::verdict::percent;
 use super::{figure, table};
 use crate::Dossier;
 use crate::figure::{Bar, Figure, Segment, Table, bar_table, bars, class_of_outcome};
-use crate::objects::{Evidence, Kind, Matrix, MatrixRow, Outcomes};
+use crate::objects::{Kind, Matrix, MatrixRow, Outcomes};
 use crate::results::Found;
+use crate::tried::told;
 
 pub(super) fn section(dossier: &Dossier) -> Markup {
     html! { @for (i, matrix) in matrices(dossier).enumerate() {
@@ -31,13 +32,6 @@ fn drawn(i: usize, matrix: &Matrix) -> Vec<Figure> {
     let figure = |ablation: bool| {
         let kinds = matrix.rows.iter().flat_map(|row| row.kinds.iter().map(move |kind| (row, kind)));
         let all: Vec<Bar> = kinds.filter(|(_, k)| k.ablation == ablation).map(|(row, kind)| bar(row, kind)).collect();
-        let of = |place: Evidence| -> u64 {
-            let kinds = matrix.rows.iter().flat_map(|r| &r.kinds);
-            kinds.filter(|k| k.ablation == ablation && k.evidence == place).map(|k| k.n).sum()
-        };
-        let places = [Evidence::Model, Evidence::Stack, Evidence::Live].map(|place| (place.name(), of(place)));
-        let n: Vec<String> =
-            places.iter().filter(|(_, n)| *n > 0).map(|(place, n)| format!("{place} n = {n}")).collect();
         let (name, title) = if ablation {
             ("matrix-ablation", "Threats with a check waived (ABLATION)")
         } else {
@@ -48,8 +42,8 @@ fn drawn(i: usize, matrix: &Matrix) -> Vec<Figure> {
             title: format!("{title}: how trials ended"),
             caption: format!(
                 "Shares of the nine classes by threat and place of evidence; at the right n, trials outside the classes that were expected, and the \
-                 exact upper 95 % bound on the unsafe rate of the worst run. {}, seed {}.",
-                n.join(", "),
+                 exact upper 95 % bound on the unsafe rate of the worst run. What stands \
+                 in several rows is counted in each. Seed {}.",
                 matrix.seed
             ),
             drawing: bars(&all, None),

@@ -1,14 +1,15 @@
 //! The verdict, first of all: of each result how many trials ended as was expected beforehand, and the worst that was not.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use maud::{Markup, html};
 
 use super::{key, table};
 use crate::Dossier;
 use crate::figure::{Table, class_of_outcome};
-use crate::objects::{Evidence, Outcome, Outcomes, Run};
-use crate::results::Found;
+use crate::objects::{Evidence, Outcome, Outcomes};
+use crate::results::{Found, Given};
+use crate::tried::{told, tried};
 
 /// Trials of one place of evidence under a full policy, in one result.
 #[derive(Clone, Debug, Default)]
@@ -28,13 +29,8 @@ type ByPlace = BTreeMap<(Evidence, bool), Counted>;
 
 /// The verdict.
 pub(super) fn verdict(dossier: &Dossier) -> Markup {
-    let all: Vec<(&str, ByPlace)> = dossier
-        .results
-        .given()
-        .iter()
-        .map(|g| (g.file.as_str(), counted(&g.found)))
-        .filter(|(_, c)| !c.is_empty())
-        .collect();
+    let all: Vec<(&str, ByPlace)> =
+        dossier.results.given().iter().map(|g| (g.file.as_str(), counted(g))).filter(|(_, c)| !c.is_empty()).collect();
     let each = || all.iter().flat_map(|(_, by)| by.iter().map(|((place, waived), c)| (*place, *waived, c)));
     let judged = || each().filter(|(_, waived, c)| !*waived && c.unexpected.is_some());
     let by_place = |place| {
@@ -65,14 +61,14 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
 
 /// What is said of trials and of how many of them lay outside their expected classes, by place of evidence.
 fn sentence(places: &[(Evidence, u64, u64)]) -> String {
-    let tried = || places.iter().filter(|(_, n, _)| *n > 0);
-    let each = |told: fn(u64, u64) -> String| {
-        let one = |(place, n, off): &(Evidence, u64, u64)| format!("{} {}", told(*n, *off), whereabouts(*place));
-        tried().map(one).collect::<Vec<_>>().join(", ")
+    let ran = || places.iter().filter(|(_, n, _)| *n > 0);
+    let each = |say: fn(u64, u64) -> String| {
+        let one = |(place, n, off): &(Evidence, u64, u64)| format!("{} {}", say(*n, *off), whereabouts(*place));
+        ran().map(one).collect::<Vec<_>>().join(", ")
     };
-    if tried().count() == 0 {
+    if ran().count() == 0 {
         "No trials whose classes were stated beforehand are among the results.".to_owned()
-    } else if tried().all(|(_, _, off)| *off == 0) {
+    } else if ran().all(|(_, _, off)| *off == 0) {
         format!("Every trial ended in a class that was stated for it beforehand: {}.", each(|n, _| n.to_string()))
     } else {
         format!("Outside the classes that were stated beforehand ended {}.", each(|n, off| format!("{off} of {n}")))
@@ -89,27 +85,25 @@ fn whereabouts(place: Evidence) -> &'static str {
 
 /// Harm that was stated beforehand is harm: which threats of a matrix the platform does not hold against.
 fn stated_harm(dossier: &Dossier) -> Option<String> {
-    let matrices =
-        dossier.results.given().iter().filter_map(|g| if let Found::Matrix(m) = &g.found { Some(m) } else { None });
-    let mut harm: BTreeMap<(Outcome, Evidence), (u64, Vec<&str>)> = BTreeMap::new();
-    for row in matrices.flat_map(|m| &m.rows) {
-        for kind in row.kinds.iter().filter(|k| !k.ablation) {
-            for (class, n) in kind.outcomes.iter().filter(|(class, _)| **class <= Outcome::Late) {
-                let (all, rows) = harm.entry((*class, kind.evidence)).or_default();
-                *all += n;
-                if rows.last() != Some(&row.id.as_str()) {
-                    rows.push(&row.id);
-                }
+    let mut harm: BTreeMap<(Outcome, Evidence), (u64, BTreeSet<&str>)> = BTreeMap::new();
+    for given in dossier.results.given() {
+        let mut seen = BTreeSet::new();
+        for one in tried(given).iter().filter(|one| one.watermark.is_none()) {
+            let (Some(row), first) = (one.row, seen.insert(one.name())) else { continue };
+            for (class, n) in one.outcomes.iter().filter(|(class, _)| **class <= Outcome::Late) {
+                let (all, rows) = harm.entry((*class, one.evidence)).or_default();
+                *all += if first { *n } else { 0 };
+                rows.insert(&row.id);
             }
         }
     }
-    let one = |((class, place), (n, rows)): (&(Outcome, Evidence), &(u64, Vec<&str>))| {
+    let one = |((class, place), (n, rows)): (&(Outcome, Evidence), &(u64, BTreeSet<&str>))| {
+        let rows: Vec<&str> = rows.iter().copied().collect();
         format!("{} {n} {} ({})", class.name(), whereabouts(*place), rows.join(", "))
     };
-    let told: Vec<String> = harm.iter().map(one).collect();
-    (!told.is_empty()).then(|| {
-        format!("Stated beforehand is not the same as harmless. Of the threats ended so: {}.", told.join("; "))
-    })
+    let all: Vec<String> = harm.iter().map(one).collect();
+    (!all.is_empty())
+        .then(|| format!("Stated beforehand is not the same as harmless. Of the threats ended so: {}.", all.join("; ")))
 }
 
 fn outcomes(all: &[(&str, ByPlace)]) -> Markup {
@@ -141,60 +135,22 @@ fn found(found: &Found) -> usize {
     }
 }
 
-fn counted(found: &Found) -> ByPlace {
-    let mut all = ByPlace::new();
-    let mut put = |place, waived: bool, n, unexpected: Option<u64>, outcomes: &Outcomes, upper: Option<f64>| {
-        let to: &mut Counted = all.entry((place, waived)).or_default();
-        to.unexpected = match (to.n, unexpected) {
-            (0, stated) => stated,
-            (_, stated) => to.unexpected.and_then(|before| Some(before + stated?)),
-        };
-        to.n += n;
-        outcomes.iter().for_each(|(class, n)| *to.outcomes.entry(*class).or_default() += n);
-        to.unsafe_upper = [to.unsafe_upper, upper].into_iter().flatten().reduce(f64::max);
-    };
-    match found {
-        Found::Matrix(m) => m.rows.iter().flat_map(|r| &r.kinds).for_each(|k| {
-            put(k.evidence, k.ablation, k.n, Some(k.unexpected), &k.outcomes, Some(k.unsafe_upper_95));
-        }),
-        Found::Reference(r) => r.rows.iter().for_each(|r| {
-            put(
-                r.evidence,
-                false,
-                r.summary.n,
-                Some(r.unexpected),
-                &r.summary.outcomes,
-                Some(r.summary.unsafe_upper_95),
-            );
-        }),
-        Found::Campaign(c) => c.rows.iter().for_each(|r| {
-            let upper = r.bounds.map(|b| b.unsafe_upper_95);
-            put(r.evidence, r.watermark.is_some(), r.n, Some(r.unexpected), &r.outcomes, upper);
-        }),
-        Found::Runs(runs) => runs.iter().for_each(|r| put_run(&mut put, r)),
-        Found::BenchLive(bench) => bench.losses.iter().for_each(|r| put_run(&mut put, r)),
-        Found::Search(_) | Found::Curve(_) | Found::Ablation(_) | Found::TwinCost(_) => {}
+fn counted(given: &Given) -> ByPlace {
+    let (mut all, mut seen) = (ByPlace::new(), BTreeSet::new());
+    for one in tried(given) {
+        // A variation may stand in several rows of a matrix, with the same trials.
+        if !seen.insert(one.name()) {
+            continue;
+        }
+        let to = all.entry((one.evidence, one.watermark.is_some())).or_default();
+        // Of a soak no class was stated.
+        let stated = (!one.expected.is_empty()).then(|| one.unexpected().map(|(_, n)| n).sum::<u64>());
+        to.unexpected = if to.n == 0 { stated } else { to.unexpected.zip(stated).map(|(before, more)| before + more) };
+        to.n += one.n;
+        one.outcomes.iter().for_each(|(class, n)| *to.outcomes.entry(*class).or_default() += n);
+        to.unsafe_upper = [to.unsafe_upper, one.unsafe_upper_95].into_iter().flatten().reduce(f64::max);
     }
     all
-}
-
-fn put_run(put: &mut impl FnMut(Evidence, bool, u64, Option<u64>, &Outcomes, Option<f64>), r: &Run) {
-    let off = |expected: &[Outcome], outcomes: &Outcomes| {
-        outcomes.iter().filter(|(class, _)| !expected.contains(class)).map(|(_, n)| n).sum::<u64>()
-    };
-    // A soak states none.
-    let stated = match (r.cells.as_slice(), r.expected.as_slice()) {
-        ([], []) => None,
-        ([], expected) => Some(off(expected, &r.summary.outcomes)),
-        (cells, _) => Some(cells.iter().map(|c| off(&c.expected, &c.summary.outcomes)).sum()),
-    };
-    let summary = &r.summary;
-    put(r.mode, r.watermark.is_some(), summary.n, stated, &summary.outcomes, Some(summary.unsafe_upper_95));
-}
-
-/// `HOLD_SAFE 58, DEGRADED 1`, the worst first.
-pub(super) fn told(outcomes: &Outcomes) -> String {
-    outcomes.iter().map(|(class, n)| format!("{} {n}", class.name())).collect::<Vec<_>>().join(", ")
 }
 
 /// A rate as a percentage, to three digits.
@@ -219,5 +175,23 @@ mod tests {
         assert!(sentence(&[(Evidence::Model, 0, 0)]).starts_with("No trials"));
         assert_eq!(sentence(&places(0)).matches("9 in the twin, 5 live").count(), 1);
         assert!(sentence(&places(2)).ends_with("2 of 9 in the twin, 0 of 5 live."), "{}", sentence(&places(2)));
+    }
+
+    #[test]
+    fn a_trial_counts_once_in_however_many_rows_it_stands() {
+        let text = include_str!("../../tests/results/matrix.json");
+        let read = |text: &str| {
+            let mut results = crate::results::Results::default();
+            results.read("m.json", text.as_bytes()).expect("a matrix");
+            let all: Vec<(u64, u64)> =
+                counted(&results.given()[0]).values().map(|c| (c.n, c.outcomes.values().sum())).collect();
+            all
+        };
+        let mut twice: serde_json::Value = serde_json::from_str(text).expect("JSON");
+        let rows = twice["rows"].as_array_mut().expect("rows");
+        let again = rows.clone();
+        rows.extend(again);
+        assert!(!read(text).is_empty());
+        assert_eq!(read(text), read(&twice.to_string()));
     }
 }
