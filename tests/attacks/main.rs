@@ -8,6 +8,7 @@ mod broker;
 mod commands;
 mod compounds;
 mod controls;
+mod decoys;
 mod evidence;
 mod floods;
 mod handshake;

@@ -84,6 +84,7 @@ fn dependencies_point_one_way() {
         "broker",
         "adversary",
         "console",
+        "dataset",
         "dossier",
         "campaign",
     ];
@@ -102,8 +103,10 @@ fn dependencies_point_one_way() {
                 "broker",
                 "adversary",
                 "console",
+                "dataset",
                 "dossier",
             ],
+            "dataset" => &["wire", "sim", "perception"],
             _ => &["wire", "link"],
         }
     };

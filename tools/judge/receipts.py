@@ -4,6 +4,7 @@ Links are `links`' to look at, insiders `insiders`', what disturbs a place `plac
 that end or do not run are looked at here.
 """
 
+from disguise import disguise
 from insiders import SENDERS, broker, feed, late, mouthed, rogue, swallowed, takeover
 from links import DATAGRAM, datagram, stream
 from log import planned, within
@@ -154,6 +155,7 @@ RULES = {
     "swallowed": lambda log, faults, value, span: swallowed(log, span),
     "rogue": lambda log, faults, value, span: rogue(log, span),
     "takeover": lambda log, faults, peer, span: takeover(log, peer, span),
+    "disguise": lambda log, faults, of, span: disguise(log, of, span),
     "kill": lambda log, faults, node, span: killed(log, node, span),
     "suspend": lambda log, faults, node, span: suspended(log, node, span),
     "fill": lambda log, faults, node, span: filled(log, node, span),

@@ -12,6 +12,8 @@ mod catalogue;
 mod console;
 mod cost;
 mod curve;
+mod dataset;
+mod detector;
 mod diff;
 mod doctor;
 mod drawn;
@@ -144,6 +146,8 @@ enum Verb {
     Search(search::Args),
     /// Estimate how likely a run is to come to what almost never happens, by multilevel splitting.
     Rare(rare::Args),
+    /// Write labelled frames of random scenes, for a detector to learn from or be judged on; or draw a contact sheet.
+    Dataset(dataset::Args),
     /// Print the threat catalogue: docs/threats.md, or its rows with --json.
     Catalogue,
     /// Say whether everything that a run needs is here.
@@ -215,6 +219,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Ablate(args)) => ablate::run(&context, &args),
         Some(Verb::Search(args)) => search::run(&context, &args),
         Some(Verb::Rare(args)) => rare::run(&context, &args),
+        Some(Verb::Dataset(args)) => dataset::run(&context, &args),
         Some(Verb::Catalogue) => catalogue::run(&context),
         Some(Verb::Doctor) => doctor::run(&context),
     };

@@ -10,7 +10,7 @@ use wire::event::Event;
 use wire::id::NodeId;
 
 use crate::cast::{RunSecret, cast};
-use crate::oracle::{Evidence, Verdict, Witnessed, judge};
+use crate::oracle::{Evidence, Plan, Planned, Verdict, Witnessed, judge};
 use crate::scenario::{Scenario, Setup};
 use crate::twin::assemble::AssemblyError;
 use crate::twin::trial::{begin, conclude, start};
@@ -35,7 +35,8 @@ pub fn sabotage(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Sabotag
     let idle = cast(scenario, setup, seed, &RunSecret::seeded(seed)).disarmed(scenario);
     let twin = begin(&idle, setup, seed, false)?;
     let mut evidence = conclude(idle, twin, setup).evidence;
-    let claims: Vec<Witnessed> = attacked.evidence.entries.iter().filter(|w| is_claim(w)).copied().collect();
+    let claims: Vec<Witnessed> =
+        attacked.evidence.entries.iter().filter(|w| is_claim(w, &attacked.evidence.planned)).copied().collect();
     evidence.entries.extend(&claims);
     evidence.entries.sort_by_key(|w| w.at);
     evidence.planned = attacked.evidence.planned;
@@ -45,12 +46,16 @@ pub fn sabotage(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Sabotag
 }
 
 /// Whether an entry is an actor's word that it did something: not what it counted, and not what anybody else saw.
-fn is_claim(w: &Witnessed) -> bool {
+fn is_claim(w: &Witnessed, planned: &[Plan]) -> bool {
     let node = w.entry.node;
     let adversary = node.is_insider() || node == NodeId::RELAY_TELEMETRY || node == NodeId::RELAY_COMMAND;
     match w.entry.event {
         Event::Started | Event::Count { .. } | Event::Signed { .. } => false,
         Event::Fault { .. } => node == NodeId::SIM,
+        // Where an object stands that is said to be in disguise.
+        Event::Object { object, .. } => {
+            planned.iter().any(|p| matches!(p.what, Planned::Disguise(of, _) if of == object))
+        }
         Event::Ended { killed, .. } => killed && node == NodeId::CAMPAIGN,
         Event::Suspended { .. } | Event::Halted { .. } | Event::DiskFull { .. } | Event::Step { .. }
             if node == NodeId::CAMPAIGN =>

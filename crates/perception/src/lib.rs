@@ -3,7 +3,7 @@
 //! - [`stages`] make candidates of a rendered frame: [`detector`] (ONNX), [`thermal`], [`depth`], [`lidar`]. In the
 //!   unrendered twin the candidates come over the bus; everything after them is the same code.
 //! - [`corroborate`] sets the modalities against each other, [`tracker`] follows what they agree on, [`pose`] places it
-//!   in the world, [`provenance`] says which stage gave what and when.
+//!   in the world, [`provenance`] says which stage gave what and when, [`reasons`] what is doubted and what is followed.
 //! - [`Perception`] is the core: one [`Topic::Tracks`] message for each processed frame, also when modalities are
 //!   missing, because liveness downstream rests on products. What follows from that is autonomy's to decide.
 
@@ -16,6 +16,7 @@ pub mod model;
 pub mod pose;
 pub mod process;
 pub mod provenance;
+pub mod reasons;
 pub mod runtime;
 pub mod stages;
 pub mod thermal;
@@ -31,8 +32,9 @@ use wire::codec;
 use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Interface};
 use wire::id::WorldId;
+use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Refusal;
-use wire::sensor::{Camera, Candidates, Frames, Navigation};
+use wire::sensor::{Camera, Candidates, Frames, Modalities, Modality, Navigation};
 use wire::setup::{NoChannel, Setup};
 use wire::time::Instant;
 use wire::track::Tracks;
@@ -43,6 +45,7 @@ use crate::detector::{Detector, DetectorError};
 use crate::model::ModelRef;
 use crate::pose::Ego;
 use crate::provenance::Provenance;
+use crate::reasons::Reasons;
 use crate::stages::Stages;
 use crate::tracker::Tracker;
 
@@ -80,6 +83,8 @@ pub struct Perception {
     setup: Setup,
     config: PerceptionConfig,
     camera: Camera,
+    /// Modalities whose objections the policy passes over.
+    unheard: Modalities,
     /// Present when frames come rendered.
     stages: Option<Stages>,
     observations: BusGate,
@@ -88,6 +93,7 @@ pub struct Perception {
     ego: Ego,
     tracker: Tracker,
     provenance: Provenance,
+    reasons: Reasons,
     accounts: Accounts,
     journal: Journal,
     quiet: bool,
@@ -136,10 +142,12 @@ impl Perception {
             tracks: setup.sender(Topic::Tracks)?,
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
             camera: Camera::GROUND,
+            unheard: unheard(&setup.policy),
             stages: detector.map(Stages::new),
             ego: Ego::default(),
             tracker: Tracker::default(),
             provenance: Provenance::default(),
+            reasons: Reasons::default(),
             accounts: Accounts::default(),
             quiet: false,
             out: VecDeque::new(),
@@ -157,6 +165,7 @@ impl Perception {
             setup: Setup { world, ..self.setup.clone() },
             config: self.config.clone(),
             camera: self.camera,
+            unheard: self.unheard,
             stages: self.stages.clone(),
             observations: self.observations.clone(),
             navigation: self.navigation.clone(),
@@ -164,6 +173,7 @@ impl Perception {
             ego: self.ego,
             tracker: self.tracker.clone(),
             provenance: self.provenance,
+            reasons: self.reasons.clone(),
             accounts: self.accounts.clone(),
             journal: self.journal.fork(),
             quiet: self.quiet,
@@ -218,17 +228,15 @@ impl Perception {
         if let Some(present) = self.provenance.note(frame, stamp, provenance::present(candidates)) {
             self.journal.write(now, Event::FrameSeen { frame, present }, &mut self.out);
         }
-        let judged = corroborate::corroborate(&self.camera, &self.config.limits, candidates);
+        let judged = corroborate::corroborate(&self.camera, &self.config.limits, self.unheard, candidates);
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
         let ego = self.ego.at(stamp, self.setup.bounds.product_limit());
         self.tracker.update(frame, stamp, ego.as_ref(), &sightings);
-        let message = Tracks {
-            frame,
-            stamp,
-            mode: candidates.mode,
-            products: self.provenance.products(),
-            tracks: self.tracker.tracks(),
-        };
+        let believed = self.tracker.tracks();
+        let told = self.reasons.note(&self.camera, candidates, &judged, &believed);
+        told.for_each(|event| self.journal.write(now, event, &mut self.out));
+        let message =
+            Tracks { frame, stamp, mode: candidates.mode, products: self.provenance.products(), tracks: believed };
         if !self.quiet {
             let bytes = self.tracks.seal(now, &codec::encode(&message));
             self.out.push_back(Output::Bus { topic: Topic::Tracks, bytes });
@@ -239,6 +247,13 @@ impl Perception {
         self.accounts.close(now, &mut self.journal, &mut self.out);
         self.journal.sign(now, &mut self.out);
     }
+}
+
+fn unheard(policy: &Policy) -> Modalities {
+    let objections =
+        [(Check::Extent, Modality::Depth), (Check::Cluster, Modality::Lidar), (Check::Warmth, Modality::Thermal)];
+    let waived = objections.into_iter().filter(|(check, _)| policy.check(*check) == Requirement::Waived);
+    waived.fold(Modalities::default(), |set, (_, modality)| set.with(modality))
 }
 
 impl Core for Perception {

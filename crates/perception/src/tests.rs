@@ -182,8 +182,12 @@ fn colour_alone_never_becomes_a_track() {
 fn depth_that_disagrees_with_lidar_vetoes() {
     let torn = Thing { depth_error: 4.0, ..VEHICLE };
     assert!(Rig::new().frames(50, &[torn], |_| {}).is_empty());
-    let judged =
-        corroborate::corroborate(&Camera::GROUND, &Limits::default(), &candidates(FrameId(1), Instant(0), &[torn]));
+    let judged = corroborate::corroborate(
+        &Camera::GROUND,
+        &Limits::default(),
+        Modalities::default(),
+        &candidates(FrameId(1), Instant(0), &[torn]),
+    );
     assert!(judged[0].vetoed.has(Modality::Depth) && judged[0].vetoed.has(Modality::Lidar));
     assert_eq!(judged[0].sighting, None);
 }

@@ -180,7 +180,7 @@ impl Stages {
             let score = 930.0 - 250.0 * share + 40.0 * self.rgb.normal();
             let bounds = self.jitter(s.bounds, effect);
             if !missed && !hidden(&self.camera, effect, &s.bounds) {
-                let class = if confused { mistaken(s.object.class) } else { s.object.class };
+                let class = if confused { mistaken(s.object.paint()) } else { s.object.paint() };
                 found.push(Detection { class, score: score.clamp(300.0, 999.0) as u16, bounds });
             }
         }

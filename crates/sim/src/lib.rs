@@ -8,7 +8,7 @@
 //! woken only when something is due that another can see. What happens is a function of the inputs and their times,
 //! not of how often the core is woken.
 //!
-//! Code map: `scene` (what there is) → `world` (physics, rays) → `plant` (drives) → `sensor`, `candidates` (measure)
+//! Code map: `scene` (what there is, with its `weather`) → `world` (physics, rays) → `plant` (drives) → `sensor`, `candidates` (measure)
 //! → `fault` (spoils) → `truth` (tells).
 
 mod candidates;
@@ -22,6 +22,7 @@ pub mod scene;
 pub mod sensor;
 pub mod terrain;
 mod truth;
+pub mod weather;
 pub mod world;
 
 use std::collections::VecDeque;
@@ -136,6 +137,9 @@ impl Sim {
     /// A sim whose run starts at `start` on its host's clock. `key` signs its journal.
     pub fn new(config: &SimConfig, keys: ChannelKeys, key: Option<Key>, start: Instant) -> Result<Self, SceneError> {
         config.scene.check()?;
+        if !config.rendered && !config.scene.weather.is_clear() {
+            return Err(SceneError::NeedsRendering);
+        }
         let faults = Faults::new(&config.faults)?;
         let mut world = World::new(Arc::new(config.scene.clone()));
         let plant = Plant::new(&mut world, &config.scene.start);

@@ -29,6 +29,8 @@ pub struct Label {
     pub bounds: PixelBox,
     /// How many pixels show it.
     pub pixels: u32,
+    /// Depth of its nearest visible point, millimetres along the optical axis.
+    pub range_mm: u32,
 }
 
 /// A frame with its labels, objects in order of their ids.
@@ -80,12 +82,14 @@ fn labels(imagers: &Imagers, world: &World) -> Vec<Label> {
     let mut found: Vec<Option<Label>> = vec![None; objects.len()];
     let width = imagers.sweep().width();
     for (k, pixel) in imagers.sweep().pixels().iter().enumerate() {
-        let Some(Surface::Object(object)) = pixel.hit.map(|h| h.surface) else { continue };
+        let Some((Surface::Object(object), metres)) = pixel.hit.map(|h| (h.surface, h.distance)) else { continue };
         let index = usize::from(object.0);
         let (x, y) = ((k % width) as u16, (k / width) as u16);
         let bounds = PixelBox { x0: x, y0: y, x1: x + 1, y1: y + 1 };
-        let label = found[index].get_or_insert(Label { object, class: objects[index].class, bounds, pixels: 0 });
+        let (class, range_mm) = (objects[index].class, (metres * 1000.0) as u32);
+        let label = found[index].get_or_insert(Label { object, class, bounds, pixels: 0, range_mm });
         label.pixels += 1;
+        label.range_mm = label.range_mm.min(range_mm);
         let b = &mut label.bounds;
         *b = PixelBox { x0: b.x0.min(x), y0: b.y0.min(y), x1: b.x1.max(x + 1), y1: b.y1.max(y + 1) };
     }

@@ -8,6 +8,8 @@
 use serde::{Deserialize, Serialize};
 use wire::sensor::Class;
 
+use crate::weather::Weather;
+
 /// Most objects a scene may have.
 pub const MAX_OBJECTS: usize = 64;
 /// Most points in a route, a geofence or an object's path.
@@ -51,6 +53,9 @@ pub enum SceneError {
         /// Index in the list of faults.
         index: usize,
     },
+    /// Weather without the sensors that would see it.
+    #[error("the scene has weather, which only rendered sensors know; render it, or leave the weather out")]
+    NeedsRendering,
 }
 
 /// Where a unit starts, standing still.
@@ -91,6 +96,9 @@ pub struct Object {
     pub kelvin: f32,
     /// Paint.
     pub colour: [u8; 3],
+    /// What it is made to look like.
+    #[serde(default)]
+    pub disguise: Disguise,
     /// One point: it stands there. More: it drives from point to point.
     pub path: Vec<Point>,
     /// Heading while it stands, radians; along the path it faces where it goes.
@@ -107,6 +115,16 @@ pub struct Object {
     pub closed: bool,
 }
 
+/// What an object is made to look like, by modality. Its shape is its size, and needs no other disguise.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Disguise {
+    /// Painted like an object of this class.
+    pub paint: Option<Class>,
+    /// Warm where an object of this class is.
+    pub warmth: Option<Class>,
+}
+
 /// The whole scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -121,6 +139,9 @@ pub struct Scene {
     pub objects: Vec<Object>,
     /// Relief.
     pub ground: Ground,
+    /// Light and air.
+    #[serde(default)]
+    pub weather: Weather,
 }
 
 impl Default for Scene {
@@ -131,6 +152,7 @@ impl Default for Scene {
             size,
             kelvin,
             colour,
+            disguise: Disguise::default(),
             path: vec![at],
             heading,
             speed: 0.0,
@@ -154,6 +176,7 @@ impl Default for Scene {
                 still(Class::Obstacle, [1.5, 1.5, 1.2], 288.0, [110, 100, 90], [2.0, 18.0], 0.3),
             ],
             ground: Ground { seed: 1, amplitude: 0.35, wavelength: 22.0, kelvin: 288.0 },
+            weather: Weather::CLEAR,
         }
     }
 }
@@ -170,6 +193,7 @@ impl Scene {
         within("ground.amplitude", self.ground.amplitude, 0.0, 1.0)?;
         within("ground.wavelength", self.ground.wavelength, 10.0, 200.0)?;
         within("ground.kelvin", self.ground.kelvin, 200.0, 350.0)?;
+        self.weather.check()?;
         count("objects", self.objects.len(), 0, MAX_OBJECTS)?;
         self.objects.iter().try_for_each(Object::check)
     }
@@ -200,6 +224,16 @@ impl Object {
         within("object.heading", self.heading, -7.0, 7.0)?;
         within("object.speed", self.speed, 0.0, 15.0)?;
         within("object.departs", self.departs, 0.0, 86_400.0)
+    }
+
+    /// The class that its paint is of.
+    pub fn paint(&self) -> Class {
+        self.disguise.paint.unwrap_or(self.class)
+    }
+
+    /// The class that its warm parts are of.
+    pub fn warm_as(&self) -> Class {
+        self.disguise.warmth.unwrap_or(self.class)
     }
 
     /// Whether it ever moves.
@@ -249,7 +283,7 @@ fn point(field: &'static str, p: Point) -> Result<(), SceneError> {
     within(field, p[1], -HALF_EXTENT, HALF_EXTENT)
 }
 
-fn within(field: &'static str, got: f32, low: f32, high: f32) -> Result<(), SceneError> {
+pub(crate) fn within(field: &'static str, got: f32, low: f32, high: f32) -> Result<(), SceneError> {
     if (low..=high).contains(&got) { Ok(()) } else { Err(SceneError::OutOfRange { field, got, low, high }) }
 }
 

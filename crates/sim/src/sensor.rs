@@ -61,6 +61,7 @@ impl Imagers {
         let [rgb, depth, thermal, lidar] = imaging(faults, run);
         let state = plant.state(world);
         let view = world.view(plant.body());
+        let weather = &world.scene().weather;
         self.noise.iter_mut().for_each(|noise| noise.seek(n));
         let [rgb_noise, depth_noise, thermal_noise, lidar_noise] = &mut self.noise;
         if rgb.refreshes() || depth.refreshes() || thermal.refreshes() {
@@ -70,13 +71,13 @@ impl Imagers {
             rgb::expose(&self.sweep, world, rgb_noise, &rgb, &mut self.rgb);
         }
         if depth.refreshes() {
-            depth::expose(&self.sweep, depth_noise, &depth, &mut self.depth);
+            depth::expose(&self.sweep, depth_noise, &depth, weather, &mut self.depth);
         }
         if thermal.refreshes() {
             thermal::expose(&self.sweep, world, thermal_noise, &thermal, &mut self.thermal);
         }
         if lidar.refreshes() {
-            self.lidar.scan(&state, &view, lidar_noise, &lidar, &mut self.ranges);
+            self.lidar.scan((&state, &view), lidar_noise, &lidar, weather, &mut self.ranges);
         }
     }
 

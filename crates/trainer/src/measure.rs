@@ -11,7 +11,7 @@ use perception::stages::Stages;
 use sim::scene::{Scene, Start};
 use sim::{Label, Labelled, render};
 use wire::id::FrameId;
-use wire::sensor::{Camera, Class, Detection, Frames, PixelBox};
+use wire::sensor::{Camera, Class, Detection, Frames, Modalities, PixelBox};
 use wire::time::Instant;
 
 use crate::data::findable;
@@ -133,7 +133,7 @@ fn sightings(
         thermal: Some(<&ByteSlice>::from(frame.thermal.as_slice())),
         lidar: Some(<&ByteSlice>::from(frame.lidar.as_slice())),
     };
-    let judged = corroborate(&Camera::GROUND, limits, &stages.candidates(&frames, limits.score));
+    let judged = corroborate(&Camera::GROUND, limits, Modalities::default(), &stages.candidates(&frames, limits.score));
     let seen: Vec<(Class, [f32; 2])> = judged
         .iter()
         .filter_map(|j| j.sighting.filter(|s| s.stands()))

@@ -4,7 +4,7 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use sim::scene::{Ground, Object, Scene, Start};
+use sim::scene::{Disguise, Ground, Object, Scene, Start};
 use wire::sensor::Class;
 
 /// Nearest and farthest object, metres.
@@ -80,6 +80,7 @@ impl Draw {
             size,
             kelvin,
             colour,
+            disguise: Disguise::default(),
             path: vec![[start.east + range * cos, start.north + range * sin]],
             heading: self.between(-3.1, 3.1),
             speed: 0.0,

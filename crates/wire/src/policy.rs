@@ -45,11 +45,17 @@ pub enum Check {
     Rate,
     /// Values that are legal one by one are safe together.
     Joint,
+    /// What is called something has the size of one, by depth.
+    Extent,
+    /// What is called something is no wider than one, by LiDAR.
+    Cluster,
+    /// What is called something is as warm as one.
+    Warmth,
 }
 
 impl Check {
     /// Every check, in order.
-    pub const ALL: [Check; 16] = [
+    pub const ALL: [Check; 19] = [
         Check::Freshness,
         Check::Origin,
         Check::Signature,
@@ -66,6 +72,9 @@ impl Check {
         Check::Jump,
         Check::Rate,
         Check::Joint,
+        Check::Extent,
+        Check::Cluster,
+        Check::Warmth,
     ];
 
     /// Name in policy files and events.
@@ -87,6 +96,9 @@ impl Check {
             Check::Jump => "jump",
             Check::Rate => "rate",
             Check::Joint => "joint",
+            Check::Extent => "extent",
+            Check::Cluster => "cluster",
+            Check::Warmth => "warmth",
         }
     }
 }

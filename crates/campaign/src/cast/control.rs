@@ -1,18 +1,22 @@
 //! The same trial with nobody who acts: what a receipt has to tell from the trial in which somebody did.
 
 use adversary::AdversaryConfig;
+use sim::scene::Disguise;
 
 use super::{Cast, Role, attack};
 use crate::scenario::Scenario;
 
 impl Cast {
     /// The same cast with idle hands: relays pass, insiders keep their place and misuse nothing, nothing fails, nobody is
-    /// killed, kept from running or short of disk, and the recording is left alone. The link's own weather stays, and so does what was planned.
+    /// killed, kept from running or short of disk, nothing is in disguise, and the recording is left alone. The link's own weather stays, and so does what was planned.
     #[must_use]
     pub fn disarmed(mut self, scenario: &Scenario) -> Cast {
         for member in &mut self.members {
             match &mut member.role {
-                Role::Sim(config) => config.faults.clear(),
+                Role::Sim(config) => {
+                    config.faults.clear();
+                    config.scene.objects.iter_mut().for_each(|object| object.disguise = Disguise::default());
+                }
                 Role::Adversary(config) => idle(config, scenario),
                 Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => {}
             }

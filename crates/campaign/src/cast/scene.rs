@@ -1,6 +1,7 @@
 //! From a scenario's world to the sim's.
 
-use sim::scene::{Ground, Object, Scene, Start};
+use sim::scene::{Disguise, Ground, Object, Scene, Start};
+use sim::weather::Weather;
 use wire::sensor::Class;
 
 use crate::scenario::{self, Scenario};
@@ -29,6 +30,7 @@ pub(super) fn of(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenar
             wavelength: world.ground.wavelength_m.get() as f32,
             kelvin: world.ground.temperature_k.get() as f32,
         },
+        weather: weather(&world.weather),
     }
 }
 
@@ -44,20 +46,34 @@ fn metres(point: &scenario::Point) -> [f32; 2] {
 fn object(object: &scenario::Object, (east, north): (f64, f64)) -> Object {
     let shifted = |p: &scenario::Point| [(p[0].get() + east) as f32, (p[1].get() + north) as f32];
     Object {
-        class: match object.class {
-            scenario::Class::Vehicle => Class::Vehicle,
-            scenario::Class::Person => Class::Person,
-            scenario::Class::Decoy => Class::Decoy,
-            scenario::Class::Obstacle => Class::Obstacle,
-        },
+        class: class(object.class),
         size: object.size_m.map(|e| e.get() as f32),
         kelvin: object.temperature_k.get() as f32,
         colour: object.colour,
+        disguise: Disguise { paint: object.painted_as.map(class), warmth: object.warm_as.map(class) },
         path: object.path_m.iter().map(shifted).collect(),
         heading: object.heading_rad.get() as f32,
         speed: object.speed_m_s.get() as f32,
         departs: object.departs_s.get() as f32,
         closed: object.closed,
+    }
+}
+
+pub(super) fn class(class: scenario::Class) -> Class {
+    match class {
+        scenario::Class::Vehicle => Class::Vehicle,
+        scenario::Class::Person => Class::Person,
+        scenario::Class::Decoy => Class::Decoy,
+        scenario::Class::Obstacle => Class::Obstacle,
+    }
+}
+
+fn weather(weather: &scenario::Weather) -> Weather {
+    Weather {
+        light: weather.light.get() as f32,
+        visibility_m: weather.visibility_m.map(|v| v.get() as f32),
+        rain_mm_h: weather.rain_mm_h.get() as f32,
+        smear_px: weather.smear_px,
     }
 }
 

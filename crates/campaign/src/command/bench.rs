@@ -10,8 +10,8 @@ use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{
-    Context, agreement, cost, growth, hold, intervene, judges, kill, leak, liveness, load, out, refeed, run, stages,
-    window, worth,
+    Context, agreement, cost, detector, growth, hold, intervene, judges, kill, leak, liveness, load, out, refeed, run,
+    stages, window, worth,
 };
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
@@ -53,6 +53,8 @@ pub(super) enum Bench {
     Replay(refeed::Args),
     /// How far live runs agree with the twin, over words drawn at random: findings, words that break nothing, words at an edge.
     Agreement(agreement::Args),
+    /// What the detector and the stages beside it are worth, by conditions, on frames that nothing was learnt from.
+    Detector(detector::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -101,6 +103,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Explain(args) => intervene::run(context, args),
         Bench::Replay(args) => refeed::run(context, args),
         Bench::Agreement(args) => agreement::run(context, args),
+        Bench::Detector(args) => detector::run(context, args),
     }
 }
 

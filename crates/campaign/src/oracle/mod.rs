@@ -6,7 +6,7 @@
 //! then compared with these.
 //!
 //! `timeline` sorts the events by what they are about, `plan` is what was set out to be done and when, `receipt`, `stream`,
-//! `planes`, `view`, `mouth`, `life` and `place` decide whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
+//! `planes`, `view`, `mouth`, `life`, `disguise` and `place` decide whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
 //! where the unit takes itself to be, `takeover` for sessions that somebody else took, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
 //! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class. `nearness` says how near
 //! a trial came to what would have been judged, and judges nothing.
@@ -16,6 +16,7 @@
 mod conservation;
 mod content;
 pub mod demise;
+mod disguise;
 mod display;
 mod life;
 mod link;

@@ -3,7 +3,8 @@
 
 use serde::Serialize;
 use wire::event::{Action, Event, FaultKind, Sensor};
-use wire::id::{NodeId, PeerId};
+use wire::id::{NodeId, ObjectId, PeerId};
+use wire::sensor::Class;
 use wire::step::StepName;
 use wire::stream::Deed;
 
@@ -33,6 +34,8 @@ pub enum Planned {
     Malformed,
     /// A fault of a sensor.
     Fault(Sensor, FaultKind),
+    /// An object was to be taken for one of this class, whose paint it bears.
+    Disguise(ObjectId, Class),
     /// Orders of a rogue station.
     Rogue,
     /// The session of this identity at the broker was to be taken over.

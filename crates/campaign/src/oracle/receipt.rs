@@ -4,7 +4,7 @@
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
 //! time; for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
 //! perception or autonomy must have seen the readings go missing, or off by what was imposed (`place`). What was done to a
-//! byte stream is `stream`'s, to publications `planes`', what insiders sent `mouth`'s, what befell processes `life`'s.
+//! byte stream is `stream`'s, to publications `planes`', what insiders sent `mouth`'s, what stands there in disguise `disguise`'s, what befell processes `life`'s.
 
 use std::collections::BTreeMap;
 
@@ -15,7 +15,9 @@ use wire::sensor::{Modalities, Modality};
 use wire::step::StepName;
 
 use super::plan::Window;
-use super::{Evidence, Micros, Plan, Planned, life, link, mouth, orders, place, planes, stream, takeover, view};
+use super::{
+    Evidence, Micros, Plan, Planned, disguise, life, link, mouth, orders, place, planes, stream, takeover, view,
+};
 
 /// How close together a guard logs the pieces of one datagram, and how long a datagram is on its way.
 const TOGETHER: Micros = 500;
@@ -91,6 +93,7 @@ fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]
         Planned::Kill(node) => life::killed(evidence, node, window),
         Planned::Suspend(node) => life::suspended(evidence, node, window),
         Planned::Fill(node) => life::filled(evidence, node, window),
+        Planned::Disguise(object, class) => disguise::receipt(evidence, object, class, window),
         Planned::Rogue => orders::receipt(evidence, window),
         Planned::Takeover(peer) => takeover::receipt(evidence, peer, window),
         Planned::Stream(deed) => stream::receipt(evidence, deed, window),

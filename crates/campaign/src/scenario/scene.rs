@@ -23,6 +23,9 @@ pub struct Scene {
     /// Ground.
     #[serde(default)]
     pub ground: Ground,
+    /// Light and air; anything but a clear noon needs rendered sensors.
+    #[serde(default)]
+    pub weather: Weather,
     /// What stands and moves there.
     #[serde(default)]
     pub object: List<Object, 64>,
@@ -64,6 +67,28 @@ impl Default for Ground {
     }
 }
 
+/// The conditions under which sensors measure.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Weather {
+    /// Light as a share of a clear noon's.
+    pub light: Real<20, 1_500>,
+    /// Meteorological visibility, metres; without it the air is clear.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub visibility_m: Option<Real<5_000, 100_000_000>>,
+    /// Rate of rain.
+    pub rain_mm_h: Real<0, 50_000>,
+    /// How far the colour image is smeared along its rows, pixels.
+    #[schemars(range(max = 16))]
+    pub smear_px: u16,
+}
+
+impl Default for Weather {
+    fn default() -> Self {
+        Self { light: Real::constant(1.0), visibility_m: None, rain_mm_h: Real::constant(0.0), smear_px: 0 }
+    }
+}
+
 /// What an object is in truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -98,6 +123,12 @@ pub struct Object {
     /// Paint: red, green, blue.
     #[serde(default = "grey")]
     pub colour: [u8; 3],
+    /// The class whose paint it bears, if not its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub painted_as: Option<Class>,
+    /// The class that is warm where it is, if not its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub warm_as: Option<Class>,
     /// Speed along the path.
     #[serde(default)]
     pub speed_m_s: Real<0, 15_000>,

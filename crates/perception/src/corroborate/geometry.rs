@@ -36,6 +36,20 @@ pub struct Spatial {
     pub place: Option<Place>,
 }
 
+impl Spatial {
+    /// As if `unheard` modalities bore out what they contradict. Where they contradict each other there is no place still.
+    pub(super) fn pass_over(&mut self, unheard: Modalities) {
+        let heard = |m: &Modality| self.vetoed.has(*m) && !unheard.has(*m);
+        let left = Modality::ALL.into_iter().filter(heard).fold(Modalities::default(), Modalities::with);
+        for (modality, verdict) in [(Modality::Depth, &mut self.depth), (Modality::Lidar, &mut self.lidar)] {
+            if self.vetoed.has(modality) && !left.has(modality) {
+                *verdict = Some(true);
+            }
+        }
+        self.vetoed = left;
+    }
+}
+
 /// Columns by which a cluster may lie outside its detection, and beyond an edge of the image that cuts the detection.
 const SLACK_PX: f64 = 3.0;
 const CUT_SLACK_PX: f64 = 60.0;

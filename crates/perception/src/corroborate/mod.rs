@@ -61,6 +61,8 @@ impl Sighting {
 /// What the modalities make of one detection, placed or not.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judgement {
+    /// Which detection of the frame.
+    pub detection: u8,
     /// Modalities that speak for the detection.
     pub supported: Modalities,
     /// Modalities that speak against it.
@@ -69,23 +71,34 @@ pub struct Judgement {
     pub sighting: Option<Sighting>,
 }
 
-/// Judges every colour detection of a frame, in the order of the detections.
-pub fn corroborate(camera: &Camera, limits: &Limits, candidates: &Candidates) -> List<Judgement, 32> {
+/// Judges every colour detection of a frame, in the order of the detections. Objections of `unheard` modalities are passed
+/// over: what they contradict counts as borne out.
+pub fn corroborate(
+    camera: &Camera,
+    limits: &Limits,
+    unheard: Modalities,
+    candidates: &Candidates,
+) -> List<Judgement, 32> {
     let Some(detections) = &candidates.rgb else { return List::default() };
     let judged = detections.iter().enumerate().filter(|(_, d)| d.score >= limits.score);
-    judged.map(|(index, _)| judge(camera, limits, candidates, index)).collect()
+    judged.map(|(index, _)| judge(camera, limits, unheard, candidates, index)).collect()
 }
 
-fn judge(camera: &Camera, limits: &Limits, candidates: &Candidates, index: usize) -> Judgement {
+fn judge(camera: &Camera, limits: &Limits, unheard: Modalities, candidates: &Candidates, index: usize) -> Judgement {
     let Some(detection) = candidates.rgb.as_ref().and_then(|r| r.get(index)) else {
-        return Judgement { supported: Modalities::default(), vetoed: Modalities::default(), sighting: None };
+        let none = Modalities::default();
+        return Judgement { detection: index as u8, supported: none, vetoed: none, sighting: None };
     };
     let depth = candidates.depth.as_ref().map(|samples| {
         let sample = samples.iter().find(|s| usize::from(s.detection) == index);
         sample.map(|s| Depth { metres: f64::from(s.median_mm) / 1000.0 })
     });
-    let spatial = geometry::judge(camera, limits, detection, depth, candidates.lidar.as_deref());
-    let warmth = thermal::judge(detection, candidates.thermal.as_deref());
+    let mut spatial = geometry::judge(camera, limits, detection, depth, candidates.lidar.as_deref());
+    spatial.pass_over(unheard);
+    let warmth = match thermal::judge(detection, candidates.thermal.as_deref()) {
+        Warmth::Contradicts if unheard.has(Modality::Thermal) => Warmth::Fits,
+        heard => heard,
+    };
     let (supported, vetoed) = sets(&spatial, warmth);
     let sighting = spatial.place.filter(|_| enough(&spatial, warmth)).map(|Place { middle, sigma }| Sighting {
         class: detection.class,
@@ -96,7 +109,7 @@ fn judge(camera: &Camera, limits: &Limits, candidates: &Candidates, index: usize
         vetoed,
         complete: warmth != Warmth::Unknown,
     });
-    Judgement { supported, vetoed, sighting }
+    Judgement { detection: index as u8, supported, vetoed, sighting }
 }
 
 /// Two modalities besides colour: depth with LiDAR, or, when one of the two stages is silent, the other with warmth.

@@ -4,6 +4,7 @@ use crate::fault::Effect;
 use crate::noise::Noise;
 use crate::sensor::camera::Sweep;
 use crate::sensor::covered;
+use crate::weather::Weather;
 
 /// Greatest depth that gives a return, metres.
 pub const REACH: f32 = 60.0;
@@ -13,7 +14,7 @@ pub const COVER_MM: u16 = 150;
 const NOISE_MM: f32 = 5.0;
 
 /// Writes the plane: u16 little-endian millimetres, 0 = no return.
-pub(crate) fn expose(sweep: &Sweep, noise: &mut Noise, effect: &Effect, plane: &mut [u8]) {
+pub(crate) fn expose(sweep: &Sweep, noise: &mut Noise, effect: &Effect, weather: &Weather, plane: &mut [u8]) {
     let covered = covered(effect, sweep.width());
     noise.fill(plane);
     for (k, (pixel, out)) in sweep.pixels().iter().zip(plane.chunks_exact_mut(2)).enumerate() {
@@ -21,7 +22,8 @@ pub(crate) fn expose(sweep: &Sweep, noise: &mut Noise, effect: &Effect, plane: &
         let millimetres = if k % sweep.width() < covered {
             COVER_MM
         } else {
-            pixel.hit.map_or(0, |hit| reading(hit.distance, jitter * f32::from(effect.noise)))
+            let seen = pixel.hit.filter(|hit| weather.returns(hit.distance));
+            seen.map_or(0, |hit| reading(hit.distance, jitter * f32::from(effect.noise)))
         };
         out.copy_from_slice(&millimetres.to_le_bytes());
     }

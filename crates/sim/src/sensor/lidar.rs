@@ -9,6 +9,7 @@ use crate::fault::Effect;
 use crate::noise::Noise;
 use crate::plant::State;
 use crate::sensor::covered;
+use crate::weather::Weather;
 use crate::world::View;
 
 /// Greatest range, metres.
@@ -17,6 +18,8 @@ pub const REACH: f32 = 60.0;
 pub const COVER_MM: u16 = 150;
 /// Half width of the noise, millimetres.
 const NOISE_MM: f32 = 30.0;
+/// Nearest and farthest drop that returns a pulse, metres. An assumption.
+const DROP_M: (f32, f32) = (0.5, 6.0);
 
 /// The beams' unit directions in the body frame, ring-major.
 #[derive(Clone, Debug)]
@@ -45,7 +48,14 @@ impl Lidar {
     }
 
     /// Writes the ranges: u16 little-endian millimetres, 0 = no return. An occlusion covers the first beams of a ring.
-    pub(crate) fn scan(&self, state: &State, view: &View<'_>, noise: &mut Noise, effect: &Effect, plane: &mut [u8]) {
+    pub(crate) fn scan(
+        &self,
+        (state, view): (&State, &View<'_>),
+        noise: &mut Noise,
+        effect: &Effect,
+        weather: &Weather,
+        plane: &mut [u8],
+    ) {
         let azimuths = usize::from(self.geometry.azimuths);
         let covered = covered(effect, azimuths);
         let origin = state.to_world(Vector::new(0.0, 0.0, self.geometry.up_m));
@@ -56,9 +66,17 @@ impl Lidar {
                 COVER_MM
             } else {
                 let hit = view.cast(origin, state.rotation * *direction, REACH);
-                hit.map_or(0, |h| (h.distance * 1000.0 + jitter * NOISE_MM).clamp(1.0, 65_535.0) as u16)
+                let seen = hit.map(|h| h.distance).filter(|metres| weather.returns(*metres));
+                let metres = drop(weather, noise).or(seen);
+                metres.map_or(0, |m| (m * 1000.0 + jitter * NOISE_MM).clamp(1.0, 65_535.0) as u16)
             };
             out.copy_from_slice(&range.to_le_bytes());
         }
     }
+}
+
+/// How far away the drop is that a beam returns from, metres.
+fn drop(weather: &Weather, noise: &mut Noise) -> Option<f32> {
+    let chance = weather.drops();
+    (chance > 0.0 && noise.chance(chance)).then(|| DROP_M.0 + (DROP_M.1 - DROP_M.0) * noise.uniform())
 }

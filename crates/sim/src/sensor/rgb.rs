@@ -12,6 +12,7 @@ use crate::scene::Object;
 use crate::sensor::camera::{Pixel, REACH, Sweep};
 use crate::sensor::covered;
 use crate::terrain::{lattice, smooth};
+use crate::weather::Weather;
 use crate::world::{Placement, Surface, World};
 
 /// Unit vector to the sun.
@@ -21,12 +22,16 @@ const SKY: [f32; 3] = [176.0, 198.0, 222.0];
 const COVER: [u8; 3] = [14, 13, 12];
 /// Half width of the noise, of 255.
 const NOISE: f32 = 6.0;
+/// Strokes in an image for each mm/h of rain, and how much brighter one is.
+const STREAKS: f32 = 3.0;
+const STREAK: u8 = 45;
 
 /// Writes the plane: 3 bytes a pixel.
 pub(crate) fn expose(sweep: &Sweep, world: &World, noise: &mut Noise, effect: &Effect, plane: &mut [u8]) {
     let covered = covered(effect, sweep.width());
     noise.fill(plane);
-    let gain = NOISE * f32::from(effect.noise) / 128.0;
+    let weather = &world.scene().weather;
+    let gain = NOISE * f32::from(effect.noise) * weather.gain() / 128.0;
     for (k, (pixel, out)) in sweep.pixels().iter().zip(plane.chunks_exact_mut(3)).enumerate() {
         if k % sweep.width() < covered {
             out.copy_from_slice(&COVER);
@@ -37,10 +42,47 @@ pub(crate) fn expose(sweep: &Sweep, world: &World, noise: &mut Noise, effect: &E
             *byte = (channel + (f32::from(*byte) - 127.5) * gain).clamp(0.0, 255.0) as u8;
         }
     }
+    if !weather.is_clear() {
+        streaks(weather, sweep.width(), noise, plane);
+        smear(weather, sweep.width(), plane);
+    }
+}
+
+/// Drops that fall close to the lens: short bright strokes.
+fn streaks(weather: &Weather, width: usize, noise: &mut Noise, plane: &mut [u8]) {
+    let rows = plane.len() / (3 * width).max(1);
+    let count = (weather.rain_mm_h * STREAKS) as usize;
+    for _ in 0..count {
+        let (x, y) = (noise.uniform() * width as f32, noise.uniform() * rows as f32);
+        let length = 3 + (noise.uniform() * 8.0) as usize;
+        for row in (y as usize)..(y as usize + length).min(rows) {
+            let at = 3 * (row * width + x as usize);
+            for byte in plane.iter_mut().skip(at).take(3) {
+                *byte = byte.saturating_add(STREAK);
+            }
+        }
+    }
+}
+
+/// Each pixel becomes the mean of those that pass it while the shutter is open.
+fn smear(weather: &Weather, width: usize, plane: &mut [u8]) {
+    let over = usize::from(weather.smear_px) + 1;
+    if over == 1 {
+        return;
+    }
+    for row in plane.chunks_exact_mut(3 * width) {
+        let sharp = row.to_vec();
+        for (k, byte) in row.iter_mut().enumerate() {
+            let (column, channel) = (k / 3, k % 3);
+            let passed = (0..over).map(|d| u32::from(sharp[3 * (column + d).min(width - 1) + channel]));
+            *byte = (passed.sum::<u32>() / over as u32) as u8;
+        }
+    }
 }
 
 fn shade(pixel: &Pixel, world: &World) -> [f32; 3] {
-    let Some(hit) = pixel.hit else { return SKY };
+    let weather = &world.scene().weather;
+    let Some(hit) = pixel.hit else { return SKY.map(|c| c * weather.brightness()) };
     let paint = match hit.surface {
         Surface::Ground => soil(pixel.point),
         Surface::Object(id) => {
@@ -50,7 +92,11 @@ fn shade(pixel: &Pixel, world: &World) -> [f32; 3] {
     };
     let light = AMBIENT + (1.0 - AMBIENT) * hit.normal.dot(SUN).max(0.0);
     let haze = hit.distance / (REACH * 2.5);
-    core::array::from_fn(|c| paint[c] * light * (1.0 - haze) + SKY[c] * haze)
+    if weather.is_clear() {
+        return core::array::from_fn(|c| paint[c] * light * (1.0 - haze) + SKY[c] * haze);
+    }
+    let through = (1.0 - haze) * weather.clarity(hit.distance);
+    core::array::from_fn(|c| (paint[c] * light * through + SKY[c] * (1.0 - through)) * weather.brightness())
 }
 
 /// Where on an object a point lies: along its length, width and height, each in about −1..1.
@@ -69,9 +115,12 @@ fn soil(point: Vector) -> [f32; 3] {
 }
 
 fn painted(object: &Object, [along, across, up]: [f32; 3]) -> [f32; 3] {
+    // A board is painted on its long side.
+    let turned = object.disguise.paint.is_some() && object.size[1] > object.size[0];
+    let (along, across) = if turned { (across, along) } else { (along, across) };
     let coat = object.colour.map(f32::from);
     let times = |factor: f32| coat.map(|c| c * factor);
-    match object.class {
+    match object.paint() {
         Class::Vehicle if up < -0.35 && (along.abs() - 0.6).abs() < 0.2 => [20.0; 3],
         Class::Vehicle if up > 0.3 && up < 0.85 && along.abs() < 0.75 => [34.0, 42.0, 52.0],
         Class::Vehicle if along > 0.95 && up.abs() < 0.3 && across.abs() > 0.6 => [240.0, 236.0, 210.0],

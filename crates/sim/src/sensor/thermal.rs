@@ -52,14 +52,15 @@ fn temperature(pixel: &Pixel, world: &World) -> f32 {
             let object = &world.scene().objects[usize::from(id.0)];
             let place = &world.placements()[usize::from(id.0)];
             let warmth = warmth(object, on_object(object, place, pixel.point));
-            ambient + (object.kelvin - ambient) * warmth * contrast(hit.distance)
+            let through = contrast(hit.distance) * world.scene().weather.warmth(hit.distance);
+            ambient + (object.kelvin - ambient) * warmth * through
         }
     }
 }
 
 /// Share of the object's temperature above ambient that shows at a point of its skin.
 fn warmth(object: &Object, [along, _, up]: [f32; 3]) -> f32 {
-    match object.class {
+    match object.warm_as() {
         Class::Vehicle if along > 0.3 => 1.0,
         Class::Vehicle if up < -0.35 => 0.8,
         Class::Vehicle => 0.6,

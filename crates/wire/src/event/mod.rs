@@ -250,6 +250,15 @@ pub enum Event {
         /// Tracks whose last update is no older than *Tf*.
         #[n(2)] tracks: u8,
     },
+    /// Perception: other modalities contradict what the colour stage has seen there, in most of the newest frames.
+    #[n(85)] Doubted {
+        #[n(0)] frame: FrameId, #[n(1)] class: Class,
+        /// Left of the optical axis, seen from the camera.
+        #[n(2)] bearing_mrad: i16,
+        #[n(3)] supported: Modalities, #[n(4)] vetoed: Modalities,
+    },
+    /// Perception: a track is believed, or is taken for something else than before.
+    #[n(86)] Followed { #[n(0)] track: TrackId, #[n(1)] class: Class, #[n(2)] x_mm: i32, #[n(3)] y_mm: i32 },
     /// An insider sends the report with this identity: which of a session's records are its deeds.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,

@@ -412,7 +412,15 @@ fn outputs() -> Vec<Named> {
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(56..59).chain(60..62).chain(65..71).chain(80..83)
+    (0..30)
+        .chain(40..43)
+        .chain(45..49)
+        .chain(50..52)
+        .chain(56..59)
+        .chain(60..62)
+        .chain(65..71)
+        .chain(80..83)
+        .chain(85..87)
 }
 
 fn entries() -> Vec<Named> {
@@ -559,6 +567,17 @@ fn witnesses() -> Vec<(&'static str, Event)> {
                 placed: true,
             },
         ),
+        (
+            "doubted",
+            Event::Doubted {
+                frame: FrameId(41),
+                class: Class::Vehicle,
+                bearing_mrad: -120,
+                supported: Modalities(0b0001),
+                vetoed: Modalities(0b0100),
+            },
+        ),
+        ("followed", Event::Followed { track: TrackId(3), class: Class::Person, x_mm: 8_000, y_mm: -3_000 }),
         ("judged", Event::Judged { failing: Guards(0b100), placed: false, tracks: 3 }),
         (
             "attack",

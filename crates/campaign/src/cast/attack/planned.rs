@@ -1,11 +1,11 @@
 //! What the oracle has to find receipts for: one plan for each table, with the window in which it is carried out.
 
 use wire::event::{Action, FaultKind};
-use wire::id::PeerId;
+use wire::id::{ObjectId, PeerId};
 use wire::stream::Deed;
 
 use super::{sensor, start_ms, step_name};
-use crate::cast::process;
+use crate::cast::{process, scene};
 use crate::oracle::{Micros, Plan, Planned};
 use crate::scenario::{self, Scenario, Windowed};
 
@@ -19,11 +19,21 @@ pub(in crate::cast) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {
     all.insiders(s);
     s.fault.iter().for_each(|f| all.add(f, 0, Planned::Fault(sensor(f.sensor), kind(f.kind))));
     s.kill.iter().for_each(|k| all.add(k, 0, process::planned(k)));
+    all.plans.extend(disguises(s));
     let mut steps: Vec<_> = s.windows().into_iter().filter_map(step_name).collect();
     steps.sort_unstable();
     steps.dedup();
     all.plans.extend(steps.into_iter().map(|step| Plan::from(Planned::Step(step))));
     all.plans
+}
+
+/// Objects that bear another's paint stand there from the start.
+fn disguises(s: &Scenario) -> impl Iterator<Item = Plan> {
+    let objects = s.scene().object.iter().enumerate();
+    objects.filter_map(|(index, object)| {
+        let class = object.painted_as.filter(|paint| *paint != object.class)?;
+        Some(Plan::from(Planned::Disguise(ObjectId(index as u16), scene::class(class))))
+    })
 }
 
 struct Planner {

@@ -1,0 +1,156 @@
+//! `holdsafe dataset`: labelled frames of random scenes, for a detector to learn from or be judged on; and a contact sheet.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use clap::builder::PossibleValuesParser;
+use dataset::cells::{self, Cell, Split};
+use dataset::coco::Coco;
+use dataset::example::Example;
+use dataset::sheet::{self, Entry};
+use perception::detector::Detector;
+use perception::stages::Stages;
+use serde::Serialize;
+use sha2::{Digest, Sha256};
+
+use super::failure::{Exit, Failure};
+use super::{Context, out};
+use crate::progress::Progress;
+use crate::report::SCHEMA_VERSION;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Write here; the folder is made.
+    #[arg(value_name = "DIR", required_unless_present = "sheet")]
+    dir: Option<PathBuf>,
+    /// Conditions, as in crates/dataset/cells.toml; all of them without it.
+    #[arg(long, value_name = "NAME")]
+    cell: Vec<String>,
+    /// Which seeds, shapes, paints and grounds.
+    #[arg(long, value_name = "SPLIT", default_value = "training",
+          value_parser = PossibleValuesParser::new(Split::ALL.map(Split::name)))]
+    split: String,
+    /// Frames of each cell; the first has the number that --seed gives.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    frames: u64,
+    /// Draw one frame of each cell, in every modality and with what the stages make of it, into this SVG file.
+    #[arg(long, value_name = "FILE", conflicts_with = "dir")]
+    sheet: Option<PathBuf>,
+}
+
+/// What a set was made of: the same inputs give the same digests.
+#[derive(Debug, Serialize)]
+struct Manifest {
+    schema_version: u32,
+    version: &'static str,
+    split: String,
+    cells: Vec<String>,
+    /// Number of each cell's first frame, and how many follow.
+    numbers: [u64; 2],
+    frames: usize,
+    objects: usize,
+    cells_sha256: String,
+    /// SHA-256 of each file, by its path below the folder.
+    files: BTreeMap<String, String>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let split = Split::ALL.into_iter().find(|split| split.name() == args.split);
+    let split = split.ok_or_else(|| Failure::new(Exit::Usage, format!("no split is called {}", args.split)))?;
+    let cells = chosen(&args.cell)?;
+    match (&args.sheet, &args.dir) {
+        (Some(file), _) => sheet(context, file, &cells, split),
+        (None, Some(dir)) => write(context, args, dir, &cells, split),
+        (None, None) => Err(Failure::new(Exit::Usage, "name a folder, or --sheet FILE")),
+    }
+}
+
+/// The cells of these names, or all.
+pub(super) fn chosen(names: &[String]) -> Result<Vec<&'static Cell>, Failure> {
+    let usage = |e: cells::CellsError| Failure::new(Exit::Usage, e.to_string());
+    if names.is_empty() {
+        return Ok(cells::all().map_err(usage)?.iter().collect());
+    }
+    names.iter().map(|name| cells::named(name).map_err(usage)).collect()
+}
+
+fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell], split: Split) -> Result<Exit, Failure> {
+    let manifest_path = dir.join("manifest.json");
+    if manifest_path.exists() {
+        let what = format!("{} is there already; name another folder", manifest_path.display());
+        return Err(Failure::new(Exit::Usage, what));
+    }
+    std::fs::create_dir_all(dir)?;
+    let names: Vec<String> = cells.iter().map(|cell| cell.name.clone()).collect();
+    let described = format!("simulated scenes, {} cells {}", split.name(), names.join(", "));
+    let mut coco = Coco::new(described, env!("CARGO_PKG_VERSION"));
+    let mut files = BTreeMap::new();
+    let progress = Progress::new("frames", cells.len() * args.frames as usize, context.talk);
+    for number in (0..args.frames).map(|k| context.seed + k) {
+        for cell in cells {
+            if context.stop.asked() {
+                return Err(Failure::new(Exit::Interrupted, format!("interrupted; {} has no manifest", dir.display())));
+            }
+            let example = Example::new(cell, split, number).map_err(internal)?;
+            for (path, content) in coco.add(&cell.name, number, &example).map_err(internal)? {
+                keep(dir, &path, &content, &mut files)?;
+            }
+            progress.step();
+        }
+    }
+    progress.finish();
+    let annotations = serde_json::to_vec(&coco).map_err(internal)?;
+    keep(dir, "annotations.json", &annotations, &mut files)?;
+    keep(dir, "cells.toml", cells::text().as_bytes(), &mut files)?;
+    let manifest = Manifest {
+        schema_version: SCHEMA_VERSION,
+        version: env!("CARGO_PKG_VERSION"),
+        split: args.split.clone(),
+        cells: names,
+        numbers: [context.seed, args.frames],
+        frames: coco.images.len(),
+        objects: coco.annotations.len(),
+        cells_sha256: hex(cells::text().as_bytes()),
+        files,
+    };
+    // Last, so that a folder with a manifest is whole.
+    out::write_result(dir, "manifest.json", "dataset", &manifest)?;
+    if context.json {
+        out::print_json("dataset", &manifest)?;
+    } else {
+        let (frames, objects) = (manifest.frames, manifest.objects);
+        out::say(format_args!("{frames} frames with {objects} objects in {}", dir.display()));
+    }
+    Ok(Exit::Fine)
+}
+
+fn keep(dir: &Path, path: &str, content: &[u8], files: &mut BTreeMap<String, String>) -> Result<(), Failure> {
+    let file = dir.join(path);
+    if let Some(folder) = file.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    std::fs::write(file, content)?;
+    files.insert(path.to_owned(), hex(content));
+    Ok(())
+}
+
+fn sheet(context: &Context, file: &Path, cells: &[&Cell], split: Split) -> Result<Exit, Failure> {
+    let detector = Detector::built_in().map_err(internal)?;
+    let examples = cells.iter().map(|cell| Example::new(cell, split, context.seed).map_err(internal));
+    let examples = examples.collect::<Result<Vec<_>, _>>()?;
+    let title = |cell: &Cell| format!("{}, {} frame {}", cell.name, split.name(), context.seed);
+    let entries = cells.iter().zip(&examples).map(|(cell, example)| Entry { title: title(cell), example });
+    let entries: Vec<Entry<'_>> = entries.collect();
+    std::fs::write(file, sheet::draw(&entries, &Stages::new(Arc::new(detector))).map_err(internal)?)?;
+    out::say(format_args!("{}", file.display()));
+    Ok(Exit::Fine)
+}
+
+fn hex(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn internal(error: impl std::fmt::Display) -> Failure {
+    Failure::new(Exit::Internal, error.to_string())
+}

@@ -1,0 +1,76 @@
+//! Objects that are made to look like something else: did anybody fall for them, and did perception say so?
+//!
+//! The scene is the attack, so its actor is the sim, whose truth says what stands where. The second witness is perception:
+//! it doubts a detection of the painted class where the object stands, or follows a track of that class there. Without
+//! either nobody looked, and the trial shows nothing.
+
+use wire::event::Event;
+use wire::id::{NodeId, ObjectId};
+use wire::sensor::{Camera, Class};
+
+use super::plan::Window;
+use super::{Evidence, Micros, Planned};
+
+/// How far from its object a track may be, millimetres: half of the longest object, and what perception may be off.
+const NEAR_MM: f64 = 3_500.0;
+/// How far from its object's middle a detection may point, milliradians: part of it may be hidden or out of view.
+const TOWARDS_MRAD: f64 = 250.0;
+
+/// When perception first took the object for the class whose paint it bears, or doubted that it is one.
+pub(super) fn receipt(evidence: &Evidence, object: ObjectId, class: Class, window: Window) -> Option<Micros> {
+    let seen = sights(evidence, object, class).map(|(at, _)| at);
+    seen.filter(|at| window.has(*at)).min()
+}
+
+/// Whether perception doubted a disguise at or after `zero`.
+pub(super) fn doubted(evidence: &Evidence, zero: Micros) -> bool {
+    let disguises = evidence.planned.iter().filter_map(|plan| match plan.what {
+        Planned::Disguise(object, class) => Some((object, class)),
+        _ => None,
+    });
+    let mut sights = disguises.flat_map(|(object, class)| sights(evidence, object, class));
+    sights.any(|(at, doubted)| doubted && at >= zero)
+}
+
+/// When perception told of the class where the object is, and whether it was a doubt.
+fn sights(evidence: &Evidence, object: ObjectId, class: Class) -> impl Iterator<Item = (Micros, bool)> {
+    let (mut place, mut unit) = (None, None);
+    evidence.entries.iter().filter_map(move |w| {
+        let told = match w.entry.event {
+            Event::Object { object: of, x_mm, y_mm, .. } if of == object => {
+                place = Some((f64::from(x_mm), f64::from(y_mm)));
+                return None;
+            }
+            Event::Truth { unit: wire::id::UnitId::A, x_mm, y_mm, yaw_mrad, .. } => {
+                unit = Some((f64::from(x_mm), f64::from(y_mm), f64::from(yaw_mrad)));
+                return None;
+            }
+            _ if w.entry.node != NodeId::PERCEPTION => return None,
+            told => told,
+        };
+        let (east, north) = place?;
+        match told {
+            Event::Followed { class: of, x_mm, y_mm, .. } if of == class => {
+                let near = libm::hypot(f64::from(x_mm) - east, f64::from(y_mm) - north) <= NEAR_MM;
+                near.then_some((w.at, false))
+            }
+            Event::Doubted { class: of, bearing_mrad, .. } if of == class => {
+                let apart = wrapped(f64::from(bearing_mrad) - bearing(unit?, (east, north)));
+                (apart.abs() <= TOWARDS_MRAD).then_some((w.at, true))
+            }
+            _ => None,
+        }
+    })
+}
+
+/// Where a place is seen from the unit's camera, milliradians to the left.
+fn bearing((x, y, yaw_mrad): (f64, f64, f64), (east, north): (f64, f64)) -> f64 {
+    let (sin, cos) = libm::sincos(yaw_mrad / 1000.0);
+    let forward = f64::from(Camera::GROUND.forward_m) * 1000.0;
+    libm::atan2(north - y - forward * sin, east - x - forward * cos) * 1000.0 - yaw_mrad
+}
+
+fn wrapped(mrad: f64) -> f64 {
+    let turn = core::f64::consts::TAU * 1000.0;
+    mrad - turn * libm::round(mrad / turn)
+}

@@ -1,0 +1,84 @@
+//! One labelled frame with the scene that it is of.
+
+use minicbor::bytes::ByteSlice;
+use sim::scene::{Scene, SceneError, Start};
+use sim::{Label, Labelled, render};
+use wire::id::FrameId;
+use wire::sensor::{Frames, PixelBox};
+use wire::time::Instant;
+
+use crate::cells::{Cell, CellsError, Split};
+use crate::draw;
+
+/// An object that shows fewer columns, rows or pixels than these is too small to be asked for: at 0.5 shared over united
+/// area, an edge that lies between two pixels decides.
+const LEAST: (u16, u16, u32) = (3, 6, 20);
+/// Stream that the noise of a frame is drawn from, apart from that of its scene.
+const NOISE: u64 = 0x6e6f_6973;
+
+/// Why there is no example.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ExampleError {
+    /// The cells are of no use.
+    #[error(transparent)]
+    Cells(#[from] CellsError),
+    /// The scene cannot be built.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}
+
+/// A frame, its scene and its place in the set.
+#[derive(Clone, Debug)]
+pub struct Example {
+    /// What there is.
+    pub scene: Scene,
+    /// Where it is seen from.
+    pub start: Start,
+    /// What the sensors give, and what it shows.
+    pub frame: Labelled,
+}
+
+impl Example {
+    /// Frame `number` of a cell's split.
+    ///
+    /// # Errors
+    /// `cells.toml` was edited into something else.
+    pub fn new(cell: &Cell, split: Split, number: u64) -> Result<Self, ExampleError> {
+        let (scene, start) = draw::scene(cell, split, number)?;
+        let frame = render(&scene, start, number ^ NOISE)?;
+        Ok(Example { scene, start, frame })
+    }
+
+    /// As perception gets it.
+    pub fn frames(&self) -> Frames<'_> {
+        let frame = &self.frame;
+        Frames {
+            frame: FrameId(1),
+            stamp: Instant(1),
+            width: frame.width,
+            height: frame.height,
+            rgb: plane(&frame.rgb),
+            depth: plane(&frame.depth),
+            thermal: plane(&frame.thermal),
+            lidar: plane(&frame.lidar),
+        }
+    }
+}
+
+/// Whether an object shows enough of itself to be asked for.
+pub fn counts(label: &Label) -> bool {
+    let b = &label.bounds;
+    b.x1 - b.x0 >= LEAST.0 && b.y1 - b.y0 >= LEAST.1 && label.pixels >= LEAST.2
+}
+
+/// Shared over united area of two boxes.
+pub fn shared(a: &PixelBox, b: &PixelBox) -> f32 {
+    let side = |low: u16, high: u16| f32::from(high.saturating_sub(low));
+    let area = |b: &PixelBox| side(b.x0, b.x1) * side(b.y0, b.y1);
+    let both = side(a.x0.max(b.x0), a.x1.min(b.x1)) * side(a.y0.max(b.y0), a.y1.min(b.y1));
+    both / (area(a) + area(b) - both).max(1.0)
+}
+
+fn plane(bytes: &[u8]) -> Option<&ByteSlice> {
+    Some(bytes.into())
+}

@@ -1,0 +1,20 @@
+//! Random scenes with their truth, and what a detector is worth on them.
+//!
+//! - [`cells`] says under which conditions frames are made, which of them a model may learn from, and what is held out.
+//! - [`draw`] makes a scene of a seed, [`example`] a labelled frame of a scene.
+//! - [`precision`] is the detector's average precision, [`calibration`] what its scores mean, [`warmth`] the thermal
+//!   stage, [`sightings`] what corroboration makes of both; [`quality`] measures them all, cell by cell.
+//! - [`coco`] writes frames for others to learn from, [`sheet`] a picture of them for people.
+//!
+//! Sensors are `sim`'s and stages are `perception`'s; nothing here is a second copy of either. Files are the command's.
+
+pub mod calibration;
+pub mod cells;
+pub mod coco;
+pub mod draw;
+pub mod example;
+pub mod precision;
+pub mod quality;
+pub mod sheet;
+pub mod sightings;
+pub mod warmth;

@@ -1,0 +1,87 @@
+//! What corroboration makes of the detector and the other stages in one frame, before any tracking.
+//!
+//! A sighting that nothing vetoes is right within 2 m (the bound of property P11) of an object of its class.
+
+use perception::corroborate::{Limits, corroborate};
+use perception::stages::Stages;
+use serde::Serialize;
+use sim::scene::Start;
+use wire::sensor::{Camera, Class, Modalities};
+
+use crate::example::{Example, counts};
+
+/// A sighting is right within this distance of an object of its class, metres.
+const NEAR_M: f32 = 2.0;
+
+/// Sightings that stand, and objects that there were.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Sightings {
+    /// Objects that show enough of themselves.
+    pub objects: u32,
+    /// Objects with a sighting of their class near them.
+    pub found: u32,
+    /// Sightings that nothing vetoes.
+    pub given: u32,
+    /// Those that are near an object of their class.
+    pub right: u32,
+    /// Sum of the squared distances of those from their object, square metres.
+    pub squares_m2: f64,
+}
+
+impl Sightings {
+    /// Adds those of one frame.
+    pub fn add(&mut self, stages: &Stages, limits: &Limits, example: &Example) {
+        let judged = corroborate(
+            &Camera::GROUND,
+            limits,
+            Modalities::default(),
+            &stages.candidates(&example.frames(), limits.score),
+        );
+        let seen: Vec<(Class, [f32; 2])> = judged
+            .iter()
+            .filter_map(|j| j.sighting.filter(|s| s.stands()))
+            .map(|s| (s.class, world(&example.start, s.place.map(|v| v as f32))))
+            .collect();
+        for label in example.frame.labels.iter().filter(|l| counts(l)) {
+            let at = example.scene.objects[usize::from(label.object.0)].path[0];
+            self.objects += 1;
+            self.found +=
+                u32::from(seen.iter().any(|(class, place)| *class == label.class && apart(at, *place) <= NEAR_M));
+        }
+        for (class, place) in &seen {
+            let objects = example.scene.objects.iter().filter(|o| o.class == *class);
+            let nearest = objects.map(|o| apart(o.path[0], *place)).min_by(f32::total_cmp);
+            self.given += 1;
+            if let Some(metres) = nearest.filter(|metres| *metres <= NEAR_M) {
+                self.right += 1;
+                self.squares_m2 += f64::from(metres * metres);
+            }
+        }
+    }
+
+    /// Share of objects found.
+    pub fn recall(&self) -> f64 {
+        f64::from(self.found) / f64::from(self.objects.max(1))
+    }
+
+    /// Share of sightings that were right.
+    pub fn precision(&self) -> f64 {
+        f64::from(self.right) / f64::from(self.given.max(1))
+    }
+
+    /// Root of the mean square distance of right sightings from their objects, metres.
+    pub fn error_m(&self) -> f64 {
+        (self.squares_m2 / f64::from(self.right.max(1))).sqrt()
+    }
+}
+
+fn apart(a: [f32; 2], b: [f32; 2]) -> f32 {
+    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
+    (dx * dx + dy * dy).sqrt()
+}
+
+/// Where a place in the body frame (metres forward, metres left) is in the world.
+pub fn world(start: &Start, [forward, left]: [f32; 2]) -> [f32; 2] {
+    let (sin, cos) = libm::sincosf(start.heading);
+    [start.east + cos * forward - sin * left, start.north + sin * forward + cos * left]
+}

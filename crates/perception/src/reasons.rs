@@ -1,0 +1,155 @@
+//! Why there is a track, and why there is none: what perception tells the audit of its reasons, once each.
+//!
+//! A doubt is told when most of the newest frames hold it, so that one noisy frame is none, and again only after it has
+//! been gone. What is followed is told when a track is first believed and when it is taken for something else.
+
+use wire::codec::List;
+use wire::event::Event;
+use wire::id::TrackId;
+use wire::sensor::{Camera, Candidates, Class, Detection, Modalities};
+use wire::track::Track;
+
+use crate::corroborate::Judgement;
+use crate::tracker::MAX_TRACKS;
+
+/// Most doubts that are held at a time; more are not told.
+const MOST: usize = 16;
+/// Frames that are looked back on (the track limit of 500 ms at 10 Hz), and of those, how many have to hold a doubt.
+const FRAMES: u8 = 0b1_1111;
+const ENOUGH: u32 = 3;
+/// A doubt in the next frame within this bearing is the same one, milliradians.
+const SAME_MRAD: i16 = 120;
+
+/// A detection that others contradict.
+#[derive(Clone, Copy, Debug)]
+struct Doubt {
+    class: Class,
+    vetoed: Modalities,
+    bearing_mrad: i16,
+    /// One bit a frame, newest lowest: whether it was held.
+    history: u8,
+    told: bool,
+}
+
+/// What was told, and what may have to be.
+#[derive(Clone, Debug, Default)]
+pub struct Reasons {
+    doubts: Vec<Doubt>,
+    followed: List<(TrackId, Class), MAX_TRACKS>,
+}
+
+impl Reasons {
+    /// Takes a frame's judgements and the tracks that are believed after it; gives what is to be told.
+    pub fn note(
+        &mut self,
+        camera: &Camera,
+        candidates: &Candidates,
+        judged: &[Judgement],
+        tracks: &[Track],
+    ) -> impl Iterator<Item = Event> + use<> {
+        self.doubts.iter_mut().for_each(|d| d.history <<= 1);
+        let mut events = Vec::new();
+        let detections = candidates.rgb.as_deref().unwrap_or_default();
+        for judgement in judged.iter().filter(|j| j.vetoed != Modalities::default()) {
+            let Some(detection) = detections.get(usize::from(judgement.detection)) else { continue };
+            let Some(doubt) = self.doubt(camera, detection, judgement.vetoed) else { continue };
+            if !doubt.told && (doubt.history & FRAMES).count_ones() >= ENOUGH {
+                doubt.told = true;
+                let Doubt { class, vetoed, bearing_mrad, .. } = *doubt;
+                let supported = judgement.supported;
+                events.push(Event::Doubted { frame: candidates.frame, class, bearing_mrad, supported, vetoed });
+            }
+        }
+        self.doubts.retain(|d| d.history & FRAMES != 0);
+        let fresh = tracks.iter().filter(|t| !self.followed.contains(&(t.id, t.class)));
+        events.extend(fresh.map(|t| Event::Followed { track: t.id, class: t.class, x_mm: t.x_mm, y_mm: t.y_mm }));
+        self.followed = tracks.iter().map(|t| (t.id, t.class)).collect();
+        events.into_iter()
+    }
+
+    /// The doubt that this detection goes on with, or a new one while there is room.
+    fn doubt(&mut self, camera: &Camera, detection: &Detection, vetoed: Modalities) -> Option<&mut Doubt> {
+        let (class, bearing_mrad) = (detection.class, bearing(camera, detection));
+        let same = |d: &Doubt| {
+            let apart = (i32::from(d.bearing_mrad) - i32::from(bearing_mrad)).abs();
+            d.class == class && d.vetoed == vetoed && apart <= i32::from(SAME_MRAD)
+        };
+        let at = match self.doubts.iter().position(same) {
+            Some(at) => at,
+            None if self.doubts.len() < MOST => {
+                self.doubts.push(Doubt { class, vetoed, bearing_mrad, history: 0, told: false });
+                self.doubts.len() - 1
+            }
+            None => return None,
+        };
+        let doubt = self.doubts.get_mut(at)?;
+        (doubt.bearing_mrad, doubt.history) = (bearing_mrad, doubt.history | 1);
+        Some(doubt)
+    }
+}
+
+/// Of a box's middle, to the left of the optical axis.
+fn bearing(camera: &Camera, detection: &Detection) -> i16 {
+    let column = 0.5 * (f32::from(detection.bounds.x0) + f32::from(detection.bounds.x1));
+    let left = (f32::from(camera.width) / 2.0 - column) / camera.focal_px;
+    (libm::atanf(left) * 1000.0) as i16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wire::id::FrameId;
+    use wire::sensor::{Modality, PixelBox, ProductMode};
+    use wire::time::Instant;
+
+    fn track(class: Class) -> Track {
+        let updated = Instant(1);
+        let (supported, vetoed) = (Modalities::default(), Modalities::default());
+        let (x_mm, y_mm, vx_mm_s, vy_mm_s, sigma_mm, confidence) = (8_000, -3_000, 0, 0, 300, 900);
+        let (id, frame) = (TrackId(7), FrameId(1));
+        Track { id, class, x_mm, y_mm, vx_mm_s, vy_mm_s, sigma_mm, confidence, supported, vetoed, updated, frame }
+    }
+
+    fn frame(n: u64, x0: u16) -> Candidates {
+        let bounds = PixelBox { x0, y0: 40, x1: x0 + 20, y1: 60 };
+        let rgb = Some([Detection { class: Class::Vehicle, score: 900, bounds }].into_iter().collect());
+        let (frame, stamp, mode) = (FrameId(n), Instant(n), ProductMode::Live);
+        Candidates { frame, stamp, mode, rgb, depth: None, thermal: None, lidar: None }
+    }
+
+    fn cold() -> Judgement {
+        let (supported, vetoed) = (Modalities::default(), Modalities::default().with(Modality::Thermal));
+        Judgement { detection: 0, supported, vetoed, sighting: None }
+    }
+
+    #[test]
+    fn a_doubt_is_told_once_it_lasts_and_again_after_it_was_gone() {
+        let mut reasons = Reasons::default();
+        let mut told = Vec::new();
+        for n in 0..30 {
+            let judged = if (10..20).contains(&n) { vec![] } else { vec![cold()] };
+            let events = reasons.note(&Camera::GROUND, &frame(n, 60 + n as u16), &judged, &[]);
+            told.extend(events.map(|e| (n, e)));
+        }
+        let at: Vec<u64> = told.iter().map(|(n, _)| *n).collect();
+        assert_eq!(at, [2, 22], "{told:?}");
+        assert!(matches!(told[0].1, Event::Doubted { bearing_mrad: 90..=110, class: Class::Vehicle, .. }), "{told:?}");
+    }
+
+    #[test]
+    fn a_doubt_of_one_frame_in_ten_is_never_told() {
+        let mut reasons = Reasons::default();
+        for n in 0..100 {
+            let judged = if n % 10 == 0 { vec![cold()] } else { vec![] };
+            assert_eq!(reasons.note(&Camera::GROUND, &frame(n, 60), &judged, &[]).count(), 0);
+        }
+    }
+
+    #[test]
+    fn a_track_is_told_when_it_is_believed_and_when_it_is_taken_for_something_else() {
+        let mut reasons = Reasons::default();
+        let mut follow = |class| reasons.note(&Camera::GROUND, &frame(1, 60), &[], &[track(class)]).count();
+        let told: Vec<usize> = [Class::Decoy, Class::Decoy, Class::Vehicle].map(&mut follow).to_vec();
+        assert_eq!(told, [1, 0, 1]);
+    }
+}

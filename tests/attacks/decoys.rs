@@ -1,0 +1,104 @@
+//! What stands in the scene is made to look like a vehicle, to one modality after another.
+
+use campaign::oracle::{Plan, Planned, judge};
+use campaign::trial::Outcome;
+use campaign::twin::trial::Run;
+use holdsafe_tests::shipped;
+use wire::event::Event;
+use wire::id::ObjectId;
+use wire::policy::{Check, Requirement};
+use wire::sensor::{Class, Modalities, Modality};
+
+use crate::SEEDS;
+
+/// What perception doubted, by modality that spoke against it.
+fn doubts(run: &Run) -> Vec<Modalities> {
+    let entries = run.evidence.entries.iter();
+    entries
+        .filter_map(|w| match w.entry.event {
+            Event::Doubted { class: Class::Vehicle, vetoed, .. } => Some(vetoed),
+            _ => None,
+        })
+        .collect()
+}
+
+fn authority(run: &Run) -> bool {
+    run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Minted { .. }))
+}
+
+/// Every trial is refused, by a doubt of each of these modalities, and nobody gets authority.
+fn refused_by(name: &str, modalities: &[Modality]) {
+    for run in shipped(name).expect(SEEDS) {
+        let doubts = doubts(&run);
+        for modality in modalities {
+            assert!(doubts.iter().any(|vetoed| vetoed.has(*modality)), "{name}: {modality:?} not in {doubts:?}");
+        }
+        assert!(!authority(&run), "{name}: {:?}", run.verdict.transitions);
+    }
+}
+
+/// The same run with some checks of perception waived.
+fn without(name: &str, checks: &[Check]) -> Run {
+    let mut ready = shipped(name);
+    ready.setup.policy.boundary.extend(checks.iter().map(|check| (*check, Requirement::Waived)));
+    ready.run(1)
+}
+
+#[test]
+fn a_vehicle_painted_on_a_wall_is_refused_by_its_size() {
+    refused_by("billboard", &[Modality::Depth]);
+}
+
+#[test]
+fn a_heated_wall_is_refused_by_its_size() {
+    refused_by("billboard_warm", &[Modality::Depth]);
+}
+
+#[test]
+fn a_cold_inflatable_is_refused_by_the_thermal_camera_alone() {
+    refused_by("decoy_cold", &[Modality::Thermal]);
+    for run in shipped("decoy_cold").expect(SEEDS) {
+        let thermal = Modalities::default().with(Modality::Thermal);
+        assert!(doubts(&run).iter().all(|vetoed| *vetoed == thermal), "{:?}", doubts(&run));
+    }
+}
+
+#[test]
+fn an_inflatable_that_deceives_every_modality_is_acted_on_with_the_operators_consent() {
+    for run in shipped("decoy_warm").expect(SEEDS) {
+        assert!(doubts(&run).is_empty() && authority(&run), "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn a_decoy_earns_nothing_while_the_modality_that_would_veto_it_is_gone() {
+    for run in shipped("decoy_thermal_lost").expect(SEEDS) {
+        assert!(!authority(&run), "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn without_the_check_that_stopped_it_each_decoy_is_acted_on() {
+    let walls = [Check::Extent, Check::Cluster, Check::Warmth];
+    for (name, checks) in
+        [("decoy_cold", &[Check::Warmth][..]), ("billboard_warm", &walls[..2]), ("billboard", &walls[..])]
+    {
+        let run = without(name, checks);
+        assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{name}: {:?}", run.verdict.transitions);
+    }
+}
+
+/// A disguise of what nobody took for a vehicle, put into the plan of a run without one.
+#[test]
+fn a_disguise_that_nobody_fell_for_or_doubted_has_no_receipt() {
+    let mut quiet = shipped("nominal").run(1);
+    let disguised = |object| vec![Plan::from(Planned::Disguise(ObjectId(object), Class::Vehicle))];
+    for object in [1, 2, 3] {
+        quiet.evidence.planned = disguised(object);
+        let verdict = judge(&quiet.evidence);
+        assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid), "object {object}");
+    }
+    // The vehicle itself is taken for one: that the receipt is of the object meant is what the others show.
+    quiet.evidence.planned = disguised(0);
+    assert!(judge(&quiet.evidence).receipt);
+}

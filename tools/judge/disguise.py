@@ -1,0 +1,46 @@
+"""Objects made to look like something else: the sim says where they stand, perception what it takes them for or doubts."""
+
+from math import atan2, cos, hypot, pi, sin
+
+from log import planned, within
+
+NEAR_MM = 3_500  # how far from its object a track may be
+TOWARDS = 0.25  # how far from its object's middle a detection may point, radians
+CAMERA_MM = 1_000  # how far ahead of its origin the unit's camera is
+
+
+def sights(log, thing, kind):
+    """When perception told of the class where the object was, and whether that was a doubt."""
+    place, unit = None, None
+    for e in log.of("object", "truth", "followed", "doubted"):
+        ev = e["event"]
+        if ev["is"] == "object":
+            place = (ev["x_mm"], ev["y_mm"]) if ev["object"] == thing else place
+        elif ev["is"] == "truth":
+            unit = (ev["x_mm"], ev["y_mm"], ev["yaw_mrad"] / 1000) if ev["unit"] == "unit-a" else unit
+        elif e["node"] == "perception" and ev["class"] == kind and place is not None:
+            if ev["is"] == "followed":
+                if hypot(ev["x_mm"] - place[0], ev["y_mm"] - place[1]) <= NEAR_MM:
+                    yield e["t_us"], False
+            elif unit is not None and abs(turned(ev["bearing_mrad"] / 1000 - bearing(unit, place))) <= TOWARDS:
+                yield e["t_us"], True
+
+
+def bearing(unit, place):
+    x, y, yaw = unit
+    return atan2(place[1] - y - CAMERA_MM * sin(yaw), place[0] - x - CAMERA_MM * cos(yaw)) - yaw
+
+
+def turned(angle):
+    return (angle + pi) % (2 * pi) - pi
+
+
+def disguise(log, of, span):
+    """Somebody fell for it, or said that it is none."""
+    return next((t for t, _ in sights(log, *of) if within(span, t)), None)
+
+
+def doubted(log, zero):
+    """Whether perception said of anything that was planned to deceive that it does not."""
+    plans = (planned(plan) for plan in log.head["planned"])
+    return any(t >= zero and doubt for what, of in plans if what == "disguise" for t, doubt in sights(log, *of))
