@@ -22,10 +22,7 @@ pub struct ProcessConfig {
 pub fn main() -> ExitCode {
     match make() {
         Ok((spec, core)) => link::drive::run(spec, Box::new(core)),
-        Err(why) => {
-            eprintln!("holdsafe-adversary: {why}");
-            ExitCode::from(2)
-        }
+        Err(why) => link::drive::refuse("adversary", &why.to_string()),
     }
 }
 

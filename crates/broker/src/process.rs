@@ -67,10 +67,7 @@ pub enum ProcessError {
 pub fn main() -> ExitCode {
     match ServiceSpec::from_stdin().map_err(ProcessError::from).and_then(|spec| run(&spec)) {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("holdsafe broker: {error}");
-            ExitCode::from(2)
-        }
+        Err(why) => link::drive::refuse("broker", &why.to_string()),
     }
 }
 

@@ -7,6 +7,7 @@ mod ablate;
 mod agreement;
 mod batch;
 mod bench;
+mod bring;
 mod campaign;
 mod catalogue;
 mod console;

@@ -4,6 +4,8 @@
 
 #[path = "command/campaigns.rs"]
 mod campaigns;
+#[path = "command/detectors.rs"]
+mod detectors;
 #[path = "command/evidence.rs"]
 mod evidence;
 #[path = "command/judge.rs"]

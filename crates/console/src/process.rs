@@ -35,15 +35,9 @@ pub fn main() -> ExitCode {
         #[cfg(feature = "gui")]
         Ok((spec, core, Some(site))) => window::run(spec, core, site),
         #[cfg(not(feature = "gui"))]
-        Ok((_, _, Some(_))) => {
-            eprintln!("holdsafe-console: built without its window (feature `gui`)");
-            ExitCode::from(2)
-        }
+        Ok((_, _, Some(_))) => link::drive::refuse("console", "built without its window (feature `gui`)"),
         Ok((spec, core, None)) => link::drive::run(spec, Box::new(core)),
-        Err(why) => {
-            eprintln!("holdsafe-console: {why}");
-            ExitCode::from(2)
-        }
+        Err(why) => link::drive::refuse("console", &why.to_string()),
     }
 }
 

@@ -22,10 +22,7 @@ pub struct ProcessConfig {
 pub fn main() -> ExitCode {
     match make() {
         Ok((spec, core)) => link::drive::run(spec, Box::new(core)),
-        Err(why) => {
-            eprintln!("holdsafe-gateway: {why}");
-            ExitCode::from(2)
-        }
+        Err(why) => link::drive::refuse("gateway", &why.to_string()),
     }
 }
 

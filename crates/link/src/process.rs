@@ -25,10 +25,7 @@ pub fn main() -> ExitCode {
     survive_limits();
     match recorder() {
         Ok((spec, core)) => crate::drive::run(spec, Box::new(core)),
-        Err(why) => {
-            eprintln!("holdsafe-recorder: {why}");
-            ExitCode::from(2)
-        }
+        Err(why) => crate::drive::refuse("recorder", &why.to_string()),
     }
 }
 

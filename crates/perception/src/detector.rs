@@ -1,22 +1,23 @@
-//! The colour detector: one ONNX model, `[1, 3, 120, 160]` in 0..1 to the grid of [`crate::grid`].
+//! The colour detector: one ONNX model over `[1, 3, H, W]` in 0..1, and the [`Head`] that reads what it gives.
 //!
-//! Input and output are checked when the model is loaded, so that a model of another shape is refused before the
-//! first frame. A session is shared by all forks of a core; a run depends on its image alone.
+//! The file is inspected before the runtime reads it; input and output are checked when the model is loaded, so that
+//! one of another shape is refused before the first frame. A session is shared by all forks of a core; a run depends
+//! on its image alone.
 
 use std::sync::{Mutex, PoisonError};
 
-use ndarray::Array4;
 use ort::session::Session;
 use ort::session::builder::GraphOptimizationLevel;
-use ort::value::TensorRef;
+use ort::value::{Outlet, TensorElementType, TensorRef};
 use wire::codec::List;
 use wire::sensor::Detection;
 
-use crate::grid::{CHANNELS, COLUMNS, HEIGHT, ROWS, WIDTH, decode};
+use crate::grid::{HEIGHT, WIDTH};
+use crate::head::Head;
+use crate::letterbox::{Letterbox, SIDES};
 use crate::model::{Model, ModelError};
+use crate::onnx::{Inspected, OnnxError};
 use crate::runtime::{RuntimeError, environment};
-
-const OUTPUT: [i64; 4] = [1, CHANNELS as i64, ROWS as i64, COLUMNS as i64];
 
 /// Why there is no detector, or no detections.
 #[derive(Debug, thiserror::Error)]
@@ -24,15 +25,28 @@ pub enum DetectorError {
     /// The model is not the pinned one.
     #[error(transparent)]
     Model(#[from] ModelError),
+    /// The file holds what no detector needs, or is no model.
+    #[error(transparent)]
+    Onnx(#[from] OnnxError),
     /// There is no runtime.
     #[error(transparent)]
     Runtime(#[from] RuntimeError),
     /// The runtime refused the model or failed on an image.
     #[error("detector: {0}")]
     Session(String),
-    /// The model does not give what a detector gives.
-    #[error("detector gives {got}, expected {OUTPUT:?}")]
-    Shape {
+    /// The model does not take what the head's detectors take.
+    #[error("detector takes {got}, expected one float32 tensor {wanted}")]
+    Input {
+        /// Sides that fit.
+        wanted: String,
+        /// What it takes.
+        got: String,
+    },
+    /// The model does not give what the head reads.
+    #[error("detector gives {got}, expected one float32 tensor {wanted}")]
+    Output {
+        /// The shape that fits.
+        wanted: String,
         /// What it gives.
         got: String,
     },
@@ -50,6 +64,8 @@ pub struct Detector {
     /// A run needs the session alone; the lock is held for one frame.
     session: Mutex<Session>,
     input: String,
+    letterbox: Letterbox,
+    head: Head,
 }
 
 impl Detector {
@@ -61,17 +77,25 @@ impl Detector {
         Detector::new(Model::built_in()?)
     }
 
-    /// Loads a pinned model and runs it once on a black image.
+    /// [`Detector::with_head`] for a model of the shipped one's shapes.
     ///
     /// # Errors
-    /// The runtime refused it, or its shape is not a detector's.
+    /// The same.
     pub fn new(model: Model<'_>) -> Result<Self, DetectorError> {
-        let session = session(model).map_err(|e| DetectorError::Session(e.to_string()))?;
-        let [input] = session.inputs() else {
-            return Err(DetectorError::Shape { got: format!("{} inputs", session.inputs().len()) });
+        Detector::with_head(model, Head::Grid)
+    }
+
+    /// Inspects and loads a pinned model, and runs it once on a black image.
+    ///
+    /// # Errors
+    /// The file is unwanted, the runtime refused it, or it does not fit the head.
+    pub fn with_head(model: Model<'_>, head: Head) -> Result<Self, DetectorError> {
+        let session = session(&Inspected::of(model)?).map_err(|e| DetectorError::Session(one_line(&e.to_string())))?;
+        let (input, letterbox) = input(session.inputs(), &head)?;
+        let [_] = session.outputs() else {
+            return Err(DetectorError::Output { wanted: head.wanted(), got: told(session.outputs()) });
         };
-        let input = input.name().to_owned();
-        let detector = Detector { session: Mutex::new(session), input };
+        let detector = Detector { session: Mutex::new(session), input, letterbox, head };
         detector.detect(&[0; 3 * WIDTH * HEIGHT], 1000)?;
         Ok(detector)
     }
@@ -81,36 +105,56 @@ impl Detector {
     /// # Errors
     /// The image is of another size, or the runtime failed.
     pub fn detect(&self, rgb: &[u8], least: u16) -> Result<List<Detection, 32>, DetectorError> {
-        let image = image(rgb)?;
-        let failed = |e: ort::Error| DetectorError::Session(e.to_string());
+        if rgb.len() != 3 * WIDTH * HEIGHT {
+            return Err(DetectorError::Image { got: rgb.len() });
+        }
+        let image = self.letterbox.tensor(rgb);
+        let failed = |e: ort::Error| DetectorError::Session(one_line(&e.to_string()));
+        let other = |got: String| DetectorError::Output { wanted: self.head.wanted(), got };
         let mut session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
         let tensor = TensorRef::from_array_view(&image).map_err(failed)?;
         let outputs = session.run(ort::inputs![self.input.as_str() => tensor]).map_err(failed)?;
-        let Some(first) = outputs.values().next() else {
-            return Err(DetectorError::Shape { got: "nothing".to_owned() });
-        };
-        let (shape, raw) = first.try_extract_tensor::<f32>().map_err(failed)?;
-        if shape[..] != OUTPUT || raw.len() != CHANNELS * ROWS * COLUMNS {
-            return Err(DetectorError::Shape { got: format!("{shape:?}") });
-        }
-        Ok(decode(raw, least))
+        let first = outputs.values().next().ok_or_else(|| other("nothing".to_owned()))?;
+        // A tensor without elements has no address, and must not be looked into: its shape comes first.
+        let floats = first.dtype().tensor_type() == Some(TensorElementType::Float32);
+        let shape = first.dtype().tensor_shape().filter(|shape| floats && self.head.reads(shape));
+        let shape = shape.ok_or_else(|| other(first.dtype().to_string()))?;
+        let (_, raw) = first.try_extract_tensor::<f32>().map_err(failed)?;
+        Ok(self.head.decode(raw, shape, &self.letterbox, least))
     }
 }
 
-fn session(model: Model<'_>) -> Result<Session, Box<dyn std::error::Error>> {
+fn session(model: &Inspected<'_>) -> Result<Session, Box<dyn std::error::Error>> {
     let builder = Session::builder(environment()?)?.with_intra_threads(1)?.with_inter_threads(1)?;
     Ok(builder.with_optimization_level(GraphOptimizationLevel::Level3)?.commit_from_memory(model.bytes())?)
 }
 
-/// Planes of red, green and blue in 0..1.
-fn image(rgb: &[u8]) -> Result<Array4<f32>, DetectorError> {
-    if rgb.len() != 3 * WIDTH * HEIGHT {
-        return Err(DetectorError::Image { got: rgb.len() });
-    }
-    let value = |(_, channel, row, column): (usize, usize, usize, usize)| {
-        f32::from(rgb[3 * (row * WIDTH + column) + channel]) / 255.0
+/// The name of the one input, and how the camera's image is put into it.
+fn input(inputs: &[Outlet], head: &Head) -> Result<(String, Letterbox), DetectorError> {
+    let fits = || {
+        let [only] = inputs else { return None };
+        let floats = only.dtype().tensor_type() == Some(TensorElementType::Float32);
+        let [1, 3, height, width] = only.dtype().tensor_shape().filter(|_| floats)?[..] else { return None };
+        let letterbox = Letterbox::new(usize::try_from(height).ok()?, usize::try_from(width).ok()?)?;
+        head.sees(&letterbox).then(|| (only.name().to_owned(), letterbox))
     };
-    Ok(Array4::from_shape_fn((1, 3, HEIGHT, WIDTH), value))
+    fits().ok_or_else(|| {
+        let wanted = match head {
+            Head::Grid => format!("[1, 3, {HEIGHT}, {WIDTH}]"),
+            Head::Yolo(_) => format!("[1, 3, H, W] with H and W fixed from {} to {}", SIDES.start(), SIDES.end()),
+        };
+        DetectorError::Input { wanted, got: told(inputs) }
+    })
+}
+
+fn told(outlets: &[Outlet]) -> String {
+    let each: Vec<String> = outlets.iter().take(4).map(|outlet| outlet.dtype().to_string()).collect();
+    format!("{} tensors ({})", outlets.len(), each.join(", "))
+}
+
+/// The first of a runtime's words: they may hold whole operators.
+fn one_line(words: &str) -> String {
+    words.lines().next().unwrap_or_default().chars().take(300).collect()
 }
 
 #[cfg(test)]
@@ -128,7 +172,7 @@ mod tests {
     fn bytes_that_are_no_model_and_images_of_another_size_are_refused_by_name() {
         let junk = b"not a model";
         let model = Model::pinned(junk, &crate::model::hex_digest(junk)).unwrap();
-        assert!(matches!(Detector::new(model), Err(DetectorError::Session(_))));
+        assert!(matches!(Detector::new(model), Err(DetectorError::Onnx(_))));
         let detector = Detector::built_in().unwrap();
         assert!(matches!(detector.detect(&[0; 12], 500), Err(DetectorError::Image { got: 12 })));
     }

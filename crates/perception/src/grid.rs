@@ -5,7 +5,9 @@
 //! pixels. The trainer encodes with the same constants.
 
 use wire::codec::List;
-use wire::sensor::{Class, Detection, PixelBox};
+use wire::sensor::{Class, Detection};
+
+use crate::boxes::{Candidate, best};
 
 /// Image width, pixels.
 pub const WIDTH: usize = 160;
@@ -23,33 +25,9 @@ pub const UNIT: f32 = 16.0;
 pub const CHANNELS: usize = 9;
 /// Cells.
 const CELLS: usize = COLUMNS * ROWS;
-/// Two boxes that share more than this of their union show one object.
-const SAME: f32 = 0.45;
-/// Most boxes that suppression compares.
-const MOST: usize = 100;
-
-/// A box before it is cut to pixels.
-#[derive(Clone, Copy, Debug)]
-struct Candidate {
-    class: Class,
-    score: f32,
-    /// Left, top, right, bottom.
-    edges: [f32; 4],
-}
-
 /// Detections of at least `least` permille, best first, without doubles. `raw` is channel-major, [`CHANNELS`] × cells.
 pub fn decode(raw: &[f32], least: u16) -> List<Detection, 32> {
-    let mut found: Vec<Candidate> =
-        (0..CELLS).filter_map(|cell| candidate(raw, cell, f32::from(least) / 1000.0)).collect();
-    found.sort_by(|a, b| b.score.total_cmp(&a.score));
-    found.truncate(MOST);
-    let mut kept: Vec<Candidate> = Vec::new();
-    for one in found {
-        if kept.iter().all(|k| shared(&k.edges, &one.edges) <= SAME) {
-            kept.push(one);
-        }
-    }
-    kept.iter().filter_map(detection).collect()
+    best((0..CELLS).filter_map(|cell| candidate(raw, cell, f32::from(least) / 1000.0)).collect())
 }
 
 fn candidate(raw: &[f32], cell: usize, least: f32) -> Option<Candidate> {
@@ -59,8 +37,8 @@ fn candidate(raw: &[f32], cell: usize, least: f32) -> Option<Candidate> {
         return None;
     }
     let logits = [channel(1)?, channel(2)?, channel(3)?, channel(4)?];
-    let best = Class::ALL.into_iter().max_by(|a, b| logits[*a as usize].total_cmp(&logits[*b as usize]))?;
-    let total: f32 = logits.iter().map(|l| libm::expf(l - logits[best as usize])).sum();
+    let likeliest = Class::ALL.into_iter().max_by(|a, b| logits[*a as usize].total_cmp(&logits[*b as usize]))?;
+    let total: f32 = logits.iter().map(|l| libm::expf(l - logits[likeliest as usize])).sum();
     // A class that is hardly more likely than the next halves the score at most.
     let score = object * (0.5 + 0.5 / total);
     let x = (channel(5)? + (cell % COLUMNS) as f32 + 0.5) * CELL;
@@ -68,34 +46,17 @@ fn candidate(raw: &[f32], cell: usize, least: f32) -> Option<Candidate> {
     let side = |log: f32, most: usize| (UNIT * libm::expf(log.min(4.0))).min(most as f32);
     let (w, h) = (side(channel(7)?, WIDTH), side(channel(8)?, HEIGHT));
     let edges = [x - 0.5 * w, y - 0.5 * h, x + 0.5 * w, y + 0.5 * h];
-    (score >= least).then_some(Candidate { class: best, score, edges })
+    (score >= least).then_some(Candidate { class: likeliest, score, edges })
 }
 
 fn probability(logit: f32) -> f32 {
     1.0 / (1.0 + libm::expf(-logit))
 }
 
-/// Shared area over united area.
-fn shared(a: &[f32; 4], b: &[f32; 4]) -> f32 {
-    let area = |e: &[f32; 4]| (e[2] - e[0]).max(0.0) * (e[3] - e[1]).max(0.0);
-    let both = area(&[a[0].max(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].min(b[3])]);
-    both / (area(a) + area(b) - both).max(1e-6)
-}
-
-fn detection(candidate: &Candidate) -> Option<Detection> {
-    let pixel = |v: f32, most: usize| (v + 0.5).clamp(0.0, most as f32) as u16;
-    let [x0, y0, x1, y1] = candidate.edges;
-    let bounds = PixelBox { x0: pixel(x0, WIDTH), y0: pixel(y0, HEIGHT), x1: pixel(x1, WIDTH), y1: pixel(y1, HEIGHT) };
-    let visible = bounds.x0 < bounds.x1 && bounds.y0 < bounds.y1;
-    visible.then_some(Detection {
-        class: candidate.class,
-        score: (candidate.score * 1000.0).min(1000.0) as u16,
-        bounds,
-    })
-}
-
 #[cfg(test)]
 mod tests {
+    use wire::sensor::PixelBox;
+
     use super::*;
 
     fn raw(at: &[(usize, [f32; CHANNELS])]) -> Vec<f32> {

@@ -1,18 +1,22 @@
 //! Perception of one unit: frames or candidates in, corroborated tracks out.
 //!
-//! - [`stages`] make candidates of a rendered frame: [`detector`] (ONNX), [`thermal`], [`depth`], [`lidar`]. In the
-//!   unrendered twin the candidates come over the bus; everything after them is the same code.
+//! - [`stages`] make candidates of a rendered frame: [`detector`] (an ONNX file that [`onnx`] has looked at, with what
+//!   [`head`] makes of its output), [`thermal`], [`depth`], [`lidar`]. In the unrendered twin the candidates come over the bus; everything after them is the same code.
 //! - [`corroborate`] sets the modalities against each other, [`tracker`] follows what they agree on, [`pose`] places it
 //!   in the world, [`provenance`] says which stage gave what and when, [`reasons`] what is doubted and what is followed.
 //! - [`Perception`] is the core: one [`Topic::Tracks`] message for each processed frame, also when modalities are
 //!   missing, because liveness downstream rests on products. What follows from that is autonomy's to decide.
 
+mod boxes;
 pub mod corroborate;
 pub mod depth;
 pub mod detector;
 pub mod grid;
+pub mod head;
+pub mod letterbox;
 pub mod lidar;
 pub mod model;
+pub mod onnx;
 pub mod pose;
 pub mod process;
 pub mod provenance;
@@ -21,6 +25,7 @@ pub mod runtime;
 pub mod stages;
 pub mod thermal;
 pub mod tracker;
+pub mod yolo;
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -42,6 +47,7 @@ use wire::trust::BusGate;
 
 use crate::corroborate::{Limits, Sighting};
 use crate::detector::{Detector, DetectorError};
+use crate::head::Brought;
 use crate::model::ModelRef;
 use crate::pose::Ego;
 use crate::provenance::Provenance;
@@ -55,9 +61,8 @@ use crate::tracker::Tracker;
 pub struct PerceptionConfig {
     /// Whether frames come rendered ([`Topic::Frames`]) or candidates in their place ([`Topic::Candidates`]).
     pub rendered: bool,
-    /// A detector in place of the built-in one. The process reads it; a twin hands it to
-    /// [`Perception::with_detector`].
-    pub detector: Option<ModelRef>,
+    /// A detector in place of the built-in one. Whoever makes the core has loaded it.
+    pub detector: Option<Brought>,
     /// An ONNX Runtime library in place of the pure-Rust backend, by path and hash. Only a live process adopts one.
     pub runtime: Option<ModelRef>,
     /// Limits of corroboration.
@@ -101,31 +106,18 @@ pub struct Perception {
 }
 
 impl Perception {
-    /// A core that starts at `now` with no tracks; if rendered, with the built-in detector.
+    /// A core that starts at `now` with no tracks; if rendered, with the configured detector or else the built-in one.
     ///
     /// # Errors
-    /// The setup lacks a channel, the built-in detector was refused, or the configuration names another.
+    /// The setup lacks a channel, the built-in detector was refused, or the configured one is not loaded.
     pub fn new(setup: Setup, config: PerceptionConfig, now: Instant) -> Result<Self, PerceptionError> {
-        match &config.detector {
-            Some(other) if config.rendered => Err(PerceptionError::NotLoaded(other.path.display().to_string())),
-            Some(_) | None => {
-                let detector = if config.rendered { Some(Arc::new(Detector::built_in()?)) } else { None };
-                Self::make(setup, config, detector, now)
-            }
-        }
-    }
-
-    /// A core that takes rendered frames through `detector`.
-    ///
-    /// # Errors
-    /// The setup lacks a channel that perception reads or writes.
-    pub fn with_detector(
-        setup: Setup,
-        config: PerceptionConfig,
-        detector: Arc<Detector>,
-        now: Instant,
-    ) -> Result<Self, PerceptionError> {
-        Self::make(setup, PerceptionConfig { rendered: true, ..config }, Some(detector), now)
+        let detector = match &config.detector {
+            _ if !config.rendered => None,
+            None => Some(Arc::new(Detector::built_in()?)),
+            Some(Brought { loaded: Some(detector), .. }) => Some(Arc::clone(detector)),
+            Some(other) => return Err(PerceptionError::NotLoaded(other.model.path.display().to_string())),
+        };
+        Self::make(setup, config, detector, now)
     }
 
     fn make(

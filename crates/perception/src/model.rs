@@ -5,17 +5,17 @@
 
 use sha2::{Digest, Sha256};
 
-/// The largest model, bytes.
-pub const MAX_MODEL: usize = 8 << 20;
+/// The largest model, bytes: seven million weights of four bytes, the second smallest size of the common detectors.
+pub const MAX_MODEL: usize = 32 << 20;
 
 const BUILT_IN: &[u8] = include_bytes!("../models/detector.onnx");
 const MANIFEST: &str = include_str!("../models/manifest.toml");
 
-/// A model outside this crate, by path and hash.
+/// A file outside this crate, by path and hash.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModelRef {
-    /// ONNX file with the detector's input and output shapes.
+    /// The file.
     pub path: std::path::PathBuf,
     /// SHA-256 of the file, 64 hexadecimal digits.
     pub sha256: String,

@@ -1,5 +1,9 @@
 //! The process around the core: reads its specification and its models, makes the [`Perception`], and lets `link`
 //! drive it.
+//!
+//! A detector from a file is [`load`]ed here alone, by whoever runs it: read, held to its pin, inspected, tried.
+
+pub mod vet;
 
 use std::io::Read;
 use std::path::Path;
@@ -11,12 +15,19 @@ use serde::{Deserialize, Serialize};
 use wire::setup::Setup;
 
 use crate::detector::{Detector, DetectorError};
+use crate::grid::{HEIGHT, WIDTH};
+use crate::head::Brought;
 use crate::model::{MAX_MODEL, Model, ModelError, ModelRef, hex_digest};
 use crate::runtime::{self, RuntimeError};
 use crate::{Perception, PerceptionConfig};
 
 /// The largest ONNX Runtime library, bytes.
 const MAX_LIBRARY: usize = 256 << 20;
+/// The most CPU time that a detector may take for a frame, microseconds: half of the time between two frames. The other
+/// stages of perception, and whoever else runs on the host, share the rest.
+pub const MOST_CPU_US: u64 = 50_000;
+/// Frames on which a detector is tried. The quickest counts: what delays one of them is not the model's.
+const TRIED: usize = 3;
 
 /// What a launcher puts into [`ServiceSpec::config`] for perception.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -53,16 +64,19 @@ pub enum LoadError {
     /// The detector was refused.
     #[error(transparent)]
     Detector(#[from] DetectorError),
+    /// The detector would be behind with its frames.
+    #[error("the detector takes {got} us of CPU for a frame on this host, at most {MOST_CPU_US} allowed")]
+    Slow {
+        /// What it takes, microseconds.
+        got: u64,
+    },
 }
 
 /// Runs the service until its launcher ends it.
 pub fn main() -> ExitCode {
     match make() {
         Ok((spec, core)) => link::drive::run(spec, Box::new(core)),
-        Err(why) => {
-            eprintln!("holdsafe-perception: {why}");
-            ExitCode::from(2)
-        }
+        Err(why) => link::drive::refuse("perception", &why.to_string()),
     }
 }
 
@@ -73,24 +87,40 @@ fn make() -> Result<(ServiceSpec, Perception), Box<dyn std::error::Error>> {
     if let Some(library) = config.runtime.as_ref().filter(|_| config.rendered) {
         adopt(library)?;
     }
-    let core = match config.detector.as_ref().filter(|_| config.rendered) {
-        Some(model) => {
-            let detector = Arc::new(detector(model)?);
-            Perception::with_detector(setup, config, detector, spec.started())?
-        }
-        None => Perception::new(setup, config, spec.started())?,
-    };
+    let mut config = config;
+    if let Some(brought) = config.detector.as_mut().filter(|_| config.rendered) {
+        brought.loaded = Some(Arc::new(load(brought)?));
+    }
+    let core = Perception::new(setup, config, spec.started())?;
     Ok((spec, core))
 }
 
-/// Reads a pinned detector from its file.
+/// Reads a pinned detector from its file and tries it.
 ///
 /// # Errors
-/// Unreadable, too large, not the pinned bytes, or refused by the runtime.
-pub fn detector(model: &ModelRef) -> Result<Detector, LoadError> {
-    let bytes = read(&model.path, MAX_MODEL)?;
-    let pin = |why| LoadError::Pin { path: model.path.display().to_string(), why };
-    Ok(Detector::new(Model::pinned(&bytes, &model.sha256).map_err(pin)?)?)
+/// Unreadable, too large, not the pinned bytes, made of what a detector does not need, refused by the runtime, of a
+/// shape that its head does not read, or too slow for this host.
+pub fn load(brought: &Brought) -> Result<Detector, LoadError> {
+    let ModelRef { path, sha256 } = &brought.model;
+    let bytes = read(path, MAX_MODEL)?;
+    let pin = |why| LoadError::Pin { path: path.display().to_string(), why };
+    let model = Model::pinned(&bytes, sha256).map_err(pin)?;
+    let detector = Detector::with_head(model, brought.head.clone())?;
+    match quickest(&detector)? {
+        got if got > MOST_CPU_US => Err(LoadError::Slow { got }),
+        _ => Ok(detector),
+    }
+}
+
+/// CPU time of the quickest of some frames, microseconds.
+fn quickest(detector: &Detector) -> Result<u64, DetectorError> {
+    let mut least = u64::MAX;
+    for _ in 0..TRIED {
+        let from = link::clock::thread_cpu_us();
+        detector.detect(&[0; 3 * WIDTH * HEIGHT], 1000)?;
+        least = least.min(link::clock::thread_cpu_us().saturating_sub(from));
+    }
+    Ok(least)
 }
 
 /// Uses a pinned ONNX Runtime library in this process, before any model is loaded.
@@ -104,6 +134,14 @@ pub fn adopt(library: &ModelRef) -> Result<(), LoadError> {
         return Err(LoadError::Pin { path: library.path.display().to_string(), why });
     }
     Ok(runtime::adopt(&library.path)?)
+}
+
+/// The file at `path` under the hash that it has now, for whoever states none.
+///
+/// # Errors
+/// Unreadable or too large.
+pub fn pin(path: &Path) -> Result<ModelRef, LoadError> {
+    Ok(ModelRef { path: path.to_owned(), sha256: hex_digest(&read(path, MAX_MODEL)?) })
 }
 
 /// At most `max` bytes and one, so that a larger file is seen to be too large without being read.

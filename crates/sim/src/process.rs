@@ -24,10 +24,7 @@ pub struct ProcessConfig {
 pub fn main() -> ExitCode {
     match make() {
         Ok((spec, core)) => link::drive::run(spec, Box::new(core)),
-        Err(why) => {
-            eprintln!("holdsafe-sim: {why}");
-            ExitCode::from(2)
-        }
+        Err(why) => link::drive::refuse("sim", &why.to_string()),
     }
 }
 

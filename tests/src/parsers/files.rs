@@ -4,6 +4,7 @@ use campaign::command::{finished, kept_line};
 use campaign::scenario::{self, Alphabet, MAX_FILE_BYTES, Problems, Weaknesses};
 use campaign::trial::Trial;
 use perception::model::{MAX_MODEL, Model, ModelError, hex_digest};
+use perception::onnx::{Inspected, OnnxError};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -85,7 +86,7 @@ pub fn shelf(bytes: &[u8]) -> bool {
     }
 }
 
-/// Bytes are a model under their own hash alone.
+/// Bytes are a model under their own hash alone, and it is taken whole or refused at a place within them.
 pub fn model(bytes: &[u8]) -> bool {
     let (own, small) = (hex_digest(bytes), bytes.len() <= MAX_MODEL);
     assert_eq!(Model::pinned(bytes, &own).map(|model| model.bytes()).ok(), small.then_some(bytes));
@@ -97,7 +98,15 @@ pub fn model(bytes: &[u8]) -> bool {
             assert!(matches!(refused, ModelError::Changed { .. } | ModelError::TooLarge { .. }));
         }
     }
-    small && !bytes.is_empty()
+    let Ok(model) = Model::pinned(bytes, &own) else { return false };
+    match Inspected::of(model) {
+        Ok(inspected) => inspected.bytes() == bytes,
+        Err(OnnxError::Malformed { at, .. } | OnnxError::Unwanted { at, .. }) => {
+            assert!(at < bytes.len(), "a place beyond the end: {at} of {}", bytes.len());
+            false
+        }
+        Err(OnnxError::TooMany | OnnxError::Empty) => false,
+    }
 }
 
 fn text(bytes: &[u8]) -> Option<&str> {

@@ -58,6 +58,7 @@ pub fn said(bytes: &[u8]) -> bool {
                 Line::Ready(_) => "ready ",
                 Line::Stats(_) => "stats ",
                 Line::Text(_) => "text ",
+                Line::Refused(_) => "refused ",
                 Line::Closed(_) => "closed ",
                 Line::Entry(_) => "entry ",
                 Line::Ended => panic!("a line that ends a service"),

@@ -100,7 +100,8 @@ impl Company<'_> {
         };
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
         self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
-        let config = PerceptionConfig { rendered, ..PerceptionConfig::default() };
+        let detector = self.with.detector.clone().filter(|_| rendered);
+        let config = PerceptionConfig { rendered, detector, ..PerceptionConfig::default() };
         self.add(
             host,
             Role::Perception(config),

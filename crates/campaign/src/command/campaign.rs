@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::batch;
+use super::bring::Bring;
 use super::failure::{Exit, Failure};
 use super::plan::Planned;
 use super::{Context, out};
@@ -57,6 +58,8 @@ pub(super) struct Args {
     /// Render the sensors and run the detector.
     #[arg(long)]
     rendered: bool,
+    #[command(flatten)]
+    bring: Bring,
     /// Trials at a time [default: as many as there are cores].
     #[arg(long, value_name = "J", value_parser = clap::value_parser!(u16).range(1..=1_024))]
     jobs: Option<u16>,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use super::batch;
+use super::bring::Bring;
 use super::engine::{self, View};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
@@ -20,6 +21,8 @@ pub(super) struct Args {
     /// Only this cell, such as verbatim/present/session-only; else the first.
     #[arg(long)]
     cell: Option<String>,
+    #[command(flatten)]
+    bring: Bring,
     /// Open the operator's window. The run then lasts until that is closed, at least to the scenario's end.
     #[arg(long)]
     console: bool,
@@ -32,7 +35,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if args.console {
         link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
     }
-    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: true, ..Wanted::default() };
+    let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
+    let wanted = Wanted { policy, cell, rendered: true, detector, sabotage: false };
     let (_, mut planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     planned.truncate(1);
     let Some(one) = planned.first_mut() else {

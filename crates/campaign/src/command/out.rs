@@ -7,6 +7,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use perception::head::Brought;
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use wire::bounds::Bounds;
@@ -26,6 +27,9 @@ pub(super) struct Manifest {
     seed: u64,
     watermarks: Vec<String>,
     bounds: BTreeMap<String, Bounds>,
+    /// The detector in place of the shipped one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    detector: Option<Brought>,
     /// [`files`] below the root.
     files: BTreeMap<String, String>,
 }
@@ -44,6 +48,7 @@ impl Manifest {
             seed,
             watermarks,
             bounds: planned.iter().map(|p| (name(p), p.setup.bounds)).collect(),
+            detector: planned.iter().find_map(|p| p.setup.detector.clone()),
             files: files(root)?,
         })
     }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::Context;
+use super::bring::Loaded;
 use super::failure::{Exit, Failure};
 use crate::campaign::Content;
 use crate::cast::is_attacked;
@@ -40,7 +41,7 @@ impl Planned {
         Ok(Content {
             scenario: hex(&Sha256::digest(serde_json::to_string(scenario).map_err(unwritable)?)),
             policy: hex(&Sha256::digest(serde_json::to_string(&setup.policy).map_err(unwritable)?)),
-            platform: hex(&Sha256::digest(format!("{:?} {:?} {}", setup.bounds, setup.platform, setup.rendered))),
+            platform: hex(&Sha256::digest(platform(setup))),
         })
     }
 }
@@ -54,6 +55,8 @@ pub(super) struct Wanted {
     pub(super) cell: Option<String>,
     /// Rendered sensors and the detector.
     pub(super) rendered: bool,
+    /// Another detector than the shipped one; sensors are then rendered.
+    pub(super) detector: Option<Loaded>,
     /// Nobody acts, and the actors say that they did.
     pub(super) sabotage: bool,
 }
@@ -115,7 +118,9 @@ pub(super) fn prepare(context: &Context, variation: Variation, wanted: &Wanted) 
     } else {
         variation
     };
-    let mut setup = Setup::load(&context.root()?, &variation.scenario, wanted.policy.as_deref(), wanted.rendered)?;
+    let rendered = wanted.rendered || wanted.detector.is_some();
+    let mut setup = Setup::load(&context.root()?, &variation.scenario, wanted.policy.as_deref(), rendered)?;
+    setup.detector = wanted.detector.as_ref().map(|loaded| loaded.brought.clone());
     setup.stop = context.stop.clone();
     let options = options(wanted, variation.cell.as_deref());
     Ok(Planned { variation, setup, options, command: None, sabotage: wanted.sabotage })
@@ -127,6 +132,15 @@ pub(super) fn under(context: &Context, planned: &Planned, policy: &Path) -> Resu
     prepare(context, planned.variation.clone(), &wanted)
 }
 
+/// Bounds, platform and sensing, in words that are hashed. A run with the shipped detector keeps its words.
+fn platform(setup: &Setup) -> String {
+    let words = format!("{:?} {:?} {}", setup.bounds, setup.platform, setup.rendered);
+    match &setup.detector {
+        Some(brought) => format!("{words} {} {:?}", brought.model.sha256, brought.head),
+        None => words,
+    }
+}
+
 fn options(wanted: &Wanted, cell: Option<&str>) -> String {
     let mut options = String::new();
     if let Some(policy) = &wanted.policy {
@@ -135,8 +149,10 @@ fn options(wanted: &Wanted, cell: Option<&str>) -> String {
     if let Some(cell) = cell {
         options.push_str(&format!(" --cell {cell}"));
     }
-    if wanted.rendered {
-        options.push_str(" --rendered");
+    match &wanted.detector {
+        Some(loaded) => options.push_str(&loaded.options),
+        None if wanted.rendered => options.push_str(" --rendered"),
+        None => {}
     }
     if wanted.sabotage {
         options.push_str(" --sabotage");

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::batch::{self, Batch};
+use super::bring::Bring;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
@@ -36,8 +37,10 @@ pub(super) struct Args {
     /// Render the sensors and run the detector, in the twin; live runs always do.
     #[arg(long)]
     rendered: bool,
+    #[command(flatten)]
+    bring: Bring,
     /// Deny every injection: the actors' claims in a log of the same trial in which nobody acted. INVALID is expected.
-    #[arg(long, conflicts_with_all = ["live", "rendered"])]
+    #[arg(long, conflicts_with_all = ["live", "rendered", "detector"])]
     sabotage: bool,
     /// Live trials at a time.
     #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
@@ -59,7 +62,8 @@ struct Several {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let engine = if args.live { Mode::Live } else { Mode::Twin };
     let rendered = args.rendered || args.live;
-    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered, sabotage: args.sabotage };
+    let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
+    let wanted = Wanted { policy, cell, rendered, detector, sabotage: args.sabotage };
     // Every file is read before anything runs.
     let mut plans = Vec::new();
     for name in &args.scenarios {
@@ -106,6 +110,7 @@ pub(super) fn fold(
         .collect();
     let mut run = RunObject::new(scenario.name.as_str(), mode, seed, trials, &cells);
     run.watermark = planned.iter().find_map(|p| p.setup.watermark());
+    run.detector = planned.iter().find_map(|p| Some(p.setup.detector.as_ref()?.model.sha256.clone()));
     if cells.is_empty() {
         run.expected = planned.iter().flat_map(|p| p.variation.scenario.expected.to_vec()).collect();
     }

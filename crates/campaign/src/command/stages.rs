@@ -6,6 +6,7 @@ use comfy_table::Table;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use serde::Serialize;
 
+use super::bring::Bring;
 use super::engine;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
@@ -19,6 +20,8 @@ pub(super) struct Args {
     /// Live runs, and as many trials in the twin.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u64).range(1..=100))]
     runs: u64,
+    #[command(flatten)]
+    bring: Bring,
 }
 
 #[derive(Serialize)]
@@ -31,7 +34,7 @@ struct Measured {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let wanted = Wanted { rendered: true, ..Wanted::default() };
+    let wanted = Wanted { rendered: true, detector: args.bring.load()?, ..Wanted::default() };
     let (_, planned) = plan::plan(context, &plan::file_of(context, "nominal")?, &wanted)?;
     let Some(one) = planned.first() else {
         return Err(Failure::new(Exit::NoEvidence, "nothing to run"));

@@ -36,7 +36,8 @@ pub enum Services {
 }
 
 impl Services {
-    fn command(&self, service: &str) -> Command {
+    /// What starts `service`.
+    pub(super) fn command(&self, service: &str) -> Command {
         match self {
             Services::Own(program) => {
                 let mut command = Command::new(program);
@@ -57,6 +58,8 @@ pub enum Line {
     Stats(Value),
     /// Words for a person.
     Text(String),
+    /// It does not come up, and why.
+    Refused(String),
     /// Its window was closed; why, where it could not be opened.
     Closed(Option<String>),
     /// An encoded audit entry that a step may wait for.
@@ -73,6 +76,7 @@ impl Line {
         match word {
             "ready" => Some(Line::Ready(value)),
             "stats" => Some(Line::Stats(value)),
+            "refused" => value.as_str().map(|why| Line::Refused(why.to_owned())),
             "text" => value.as_str().map(|text| Line::Text(text.to_owned())),
             "closed" => Some(Line::Closed(value.as_str().map(str::to_owned))),
             "entry" => serde_json::from_value(value).ok().map(Line::Entry),

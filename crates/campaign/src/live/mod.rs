@@ -13,6 +13,7 @@ mod process;
 pub mod service;
 mod spec;
 pub mod trial;
+pub mod vet;
 mod witness;
 
 use std::collections::VecDeque;
@@ -320,6 +321,7 @@ impl Company<'_> {
                     specs.ready(node, &line);
                     waiting.retain(|n| *n != node);
                 }
+                Ok((node, Line::Refused(why))) => return Err(format!("{node} did not start: {why}").into()),
                 Ok((node, Line::Ended)) => return Err(format!("{node} ended before it was ready").into()),
                 Ok((_, Line::Closed(why))) => {
                     return Err(why.unwrap_or_else(|| "the window was closed before the run began".to_owned()).into());

@@ -60,6 +60,9 @@ pub struct RunObject {
     /// Why this is an ablation, where it is one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub watermark: Option<String>,
+    /// SHA-256 of the detector in place of the shipped one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detector: Option<String>,
     /// The classes that were expected; nothing where the cells have their own.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub expected: Vec<Outcome>,
@@ -141,6 +144,7 @@ impl RunObject {
             mode,
             seed,
             watermark: None,
+            detector: None,
             expected: Vec::new(),
             trials,
             summary,

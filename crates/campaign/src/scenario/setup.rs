@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use perception::head::Brought;
 use wire::bounds::Bounds;
 use wire::policy::Policy;
 
@@ -26,6 +27,8 @@ pub struct Setup {
     pub platform: Platform,
     /// Whether sensors are rendered and the detector runs; else candidates are drawn from the noise model.
     pub rendered: bool,
+    /// A detector in place of the shipped one, loaded.
+    pub detector: Option<Brought>,
     /// Directory for the trial's recordings; `None` where none are kept.
     pub run_dir: Option<PathBuf>,
     /// Set when the user wants to stop; engines look at it between steps.
@@ -51,7 +54,7 @@ impl Setup {
         let policy = load_policy(&path, &policy_name)?;
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
         let stop = Stop::default();
-        Ok(Self { policy_name, policy, bounds, misset: None, platform, rendered, run_dir: None, stop })
+        Ok(Self { policy_name, policy, bounds, misset: None, platform, rendered, detector: None, run_dir: None, stop })
     }
 
     /// The words that every artefact of an ablation carries; `None` where every check, guard, rule and bound stands.

@@ -110,10 +110,7 @@ pub fn run_for(spec: ServiceSpec, core: Box<dyn Core>, acts: Acts) -> ExitCode {
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("holdsafe {}: {error}", spec.node);
-            ExitCode::from(2)
-        }
+        Err(why) => refuse(spec.node.name(), &why.to_string()),
     }
 }
 
@@ -132,6 +129,13 @@ async fn drive(spec: &ServiceSpec, core: Box<dyn Core>, acts: Acts) -> Result<()
     // Kept until here, so that no source looks ended while the loop runs.
     drop(senders);
     Ok(())
+}
+
+/// How a service ends that does not come up: it says why, to its launcher and on standard error.
+pub fn refuse(service: &str, why: &str) -> ExitCode {
+    eprintln!("holdsafe-{service}: {why}");
+    say("refused", &json!(why));
+    ExitCode::from(2)
 }
 
 /// Prints one line for the launcher: a word and a JSON value.

@@ -45,8 +45,8 @@ pub(super) fn drawn(text: &str) -> Result<Draw, String> {
 /// The campaign, and what is needed to run each of its variations.
 pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Planned>), Failure> {
     let (grids, draws) = paths(args)?;
-    let wanted =
-        Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: args.rendered, ..Wanted::default() };
+    let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
+    let wanted = Wanted { policy, cell, rendered: args.rendered, detector, sabotage: false };
     let mut planned = Vec::new();
     for name in &args.scenarios {
         let (_, cells) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;

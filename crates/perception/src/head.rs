@@ -1,0 +1,80 @@
+//! What a detector's output means, and the detectors that a run may bring in place of the shipped one.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use wire::codec::List;
+use wire::sensor::Detection;
+
+use crate::detector::Detector;
+use crate::grid::{self, CHANNELS, COLUMNS, ROWS};
+use crate::letterbox::Letterbox;
+use crate::model::ModelRef;
+use crate::yolo::Yolo;
+
+/// The grid's shape.
+const GRID: [i64; 4] = [1, CHANNELS as i64, ROWS as i64, COLUMNS as i64];
+
+/// How an output is read.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Head {
+    /// The shipped detector's grid ([`crate::grid`]), over an image of the camera's size.
+    Grid,
+    /// One of the heads that YOLO exporters write ([`crate::yolo`]).
+    Yolo(Yolo),
+}
+
+impl Head {
+    /// The shape of output that it reads, in words.
+    pub(crate) fn wanted(&self) -> String {
+        match self {
+            Head::Grid => format!("{GRID:?}"),
+            Head::Yolo(yolo) => yolo.wanted(),
+        }
+    }
+
+    /// Whether it reads what a model makes of images in this letterbox.
+    pub(crate) fn sees(&self, letterbox: &Letterbox) -> bool {
+        match self {
+            Head::Grid => letterbox.is_plain(),
+            Head::Yolo(_) => true,
+        }
+    }
+
+    /// Whether it reads an output of this shape.
+    pub(crate) fn reads(&self, shape: &[i64]) -> bool {
+        match self {
+            Head::Grid => shape == GRID,
+            Head::Yolo(yolo) => yolo.boxes(shape).is_some(),
+        }
+    }
+
+    /// Detections of at least `least` permille, best first; none in an output of a shape that it does not read.
+    pub(crate) fn decode(&self, raw: &[f32], shape: &[i64], letterbox: &Letterbox, least: u16) -> List<Detection, 32> {
+        match self {
+            Head::Grid => grid::decode(raw, least),
+            Head::Yolo(yolo) => yolo.decode(raw, yolo.boxes(shape).unwrap_or(0), letterbox, least),
+        }
+    }
+}
+
+/// A detector in place of the shipped one.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Brought {
+    /// Its file, pinned.
+    pub model: ModelRef,
+    /// How its output is read.
+    pub head: Head,
+    /// The same, loaded. It cannot be sent: every process reads the file and holds it to the pin itself.
+    #[serde(skip)]
+    pub loaded: Option<Arc<Detector>>,
+}
+
+/// Hash and head say which detector it is, loaded or not.
+impl PartialEq for Brought {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.model, &self.head) == (&other.model, &other.head)
+    }
+}

@@ -1,0 +1,424 @@
+//! What an ONNX file may hold, looked at before any runtime reads it.
+//!
+//! The runtime is a large library, and a file is somebody else's. So the bytes are walked once, without allocating, by
+//! a table of the parts and operators that a convolutional detector is made of; what the table does not name is
+//! refused with its place. That leaves out what reads other files, what branches or loops, what draws at random, and
+//! what grows in memory far beyond the file. What a graph computes, and whether a runtime takes it, is left to
+//! [`crate::detector`].
+//!
+//! Field numbers are those of `onnx.proto3` in the ONNX repository, IR version 10.
+
+use crate::model::Model;
+
+/// Most fields of a model, parts of parts included. Each costs a runtime some 250 bytes at most.
+pub const MAX_FIELDS: usize = 100_000;
+/// Longest name, bytes.
+const MAX_NAME: usize = 512;
+/// Longest name of a dimension, bytes: runtimes read it as an expression, by recursion.
+const MAX_DIMENSION: usize = 64;
+/// Types of tensors: float, int32, int64, bool.
+const ELEMENTS: [u64; 4] = [1, 6, 7, 9];
+/// What a detector may compute with, in order.
+const OPERATORS: [&str; 57] = [
+    "Abs",
+    "Add",
+    "AveragePool",
+    "BatchNormalization",
+    "Cast",
+    "Ceil",
+    "Clip",
+    "Concat",
+    "Constant",
+    "ConstantOfShape",
+    "Conv",
+    "ConvTranspose",
+    "Div",
+    "Elu",
+    "Equal",
+    "Erf",
+    "Exp",
+    "Expand",
+    "Flatten",
+    "Floor",
+    "Gather",
+    "Gemm",
+    "GlobalAveragePool",
+    "GlobalMaxPool",
+    "HardSigmoid",
+    "HardSwish",
+    "Identity",
+    "LeakyRelu",
+    "Less",
+    "Log",
+    "MatMul",
+    "Max",
+    "MaxPool",
+    "Min",
+    "Mul",
+    "Neg",
+    "PRelu",
+    "Pad",
+    "Pow",
+    "Range",
+    "ReduceMax",
+    "ReduceMean",
+    "ReduceSum",
+    "Relu",
+    "Reshape",
+    "Resize",
+    "Shape",
+    "Sigmoid",
+    "Slice",
+    "Softmax",
+    "Softplus",
+    "Split",
+    "Sqrt",
+    "Squeeze",
+    "Sub",
+    "Tanh",
+    "Transpose",
+];
+
+/// What is said of a model that is not in one file.
+const ELSEWHERE: &str = "weights in another file";
+
+/// Why a file is not taken. `at` is its offset in bytes.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum OnnxError {
+    /// No protobuf, or cut off.
+    #[error("no ONNX model: {why} at byte {at}")]
+    Malformed {
+        /// Where.
+        at: usize,
+        /// What is wrong.
+        why: &'static str,
+    },
+    /// Something that no detector needs.
+    #[error("the model has {what} at byte {at}; docs/detector.md says what one may be made of")]
+    Unwanted {
+        /// Where.
+        at: usize,
+        /// What.
+        what: String,
+    },
+    /// More parts than a detector has.
+    #[error("the model has more than {MAX_FIELDS} fields")]
+    TooMany,
+    /// Nothing to run.
+    #[error("no ONNX model: it has no graph with operators")]
+    Empty,
+}
+
+/// A pinned model of whose parts each is one that a detector may have.
+#[derive(Clone, Copy, Debug)]
+pub struct Inspected<'a>(Model<'a>);
+
+impl<'a> Inspected<'a> {
+    /// Walks the model once.
+    ///
+    /// # Errors
+    /// The first part that is malformed or unwanted.
+    pub fn of(model: Model<'a>) -> Result<Self, OnnxError> {
+        let mut walk = Walk { fields: 0, operators: 0 };
+        walk.part(Part::Model, Span { bytes: model.bytes(), at: 0 })?;
+        if walk.operators == 0 { Err(OnnxError::Empty) } else { Ok(Inspected(model)) }
+    }
+
+    /// The bytes.
+    pub fn bytes(&self) -> &'a [u8] {
+        self.0.bytes()
+    }
+}
+
+/// A message of the format. Each holds only later ones, so a walk is as deep as this list at most.
+#[derive(Clone, Copy)]
+enum Part {
+    Model,
+    Graph,
+    Node,
+    Attribute,
+    Tensor,
+    Value,
+    Type,
+    TensorType,
+    Shape,
+    Dimension,
+    Entry,
+}
+
+/// What is done with a field.
+enum Rule {
+    Into(Part),
+    /// Numbers, weights and words that are skipped.
+    Plain,
+    /// A short word without a zero byte.
+    Word(usize),
+    Operator,
+    Domain,
+    Element,
+    /// Where weights are: 0 is in this file.
+    Location,
+    Unwanted(&'static str),
+}
+
+fn rule(part: Part, field: u64) -> Rule {
+    use Part::{Attribute, Dimension, Entry, Graph, Model, Node, Shape, Tensor, TensorType, Type, Value};
+    match (part, field) {
+        (Model, 7) => Rule::Into(Graph),
+        (Model, 8 | 14) | (Graph | Tensor, 16) | (Node, 9) | (Value, 4) => Rule::Into(Entry),
+        (Model, 1..=6) | (Graph, 10) | (Node, 6) | (Value, 3) => Rule::Plain,
+        (Graph, 1) => Rule::Into(Node),
+        (Graph, 5) => Rule::Into(Tensor),
+        (Graph, 11..=13) => Rule::Into(Value),
+        (Node, 4) => Rule::Operator,
+        (Node, 7) => Rule::Domain,
+        (Node, 5) => Rule::Into(Attribute),
+        (Graph, 2) | (Node, 1..=3) | (Attribute, 1) | (Tensor, 8) | (Value, 1) => Rule::Word(MAX_NAME),
+        (Attribute, 5) => Rule::Into(Tensor),
+        (Attribute, 2..=4 | 7..=9 | 13 | 20) => Rule::Plain,
+        (Attribute, 6 | 11) => Rule::Unwanted("a graph within an operator"),
+        (Tensor, 2) | (TensorType, 1) => Rule::Element,
+        (Tensor, 1 | 4 | 5 | 7 | 9 | 12) => Rule::Plain,
+        (Tensor, 13) => Rule::Unwanted(ELSEWHERE),
+        (Tensor, 14) => Rule::Location,
+        (Value, 2) => Rule::Into(Type),
+        (Type, 1) => Rule::Into(TensorType),
+        (TensorType, 2) => Rule::Into(Shape),
+        (Shape, 1) => Rule::Into(Dimension),
+        (Dimension, 2) => Rule::Word(MAX_DIMENSION),
+        (Type, 6) | (Dimension, 1 | 3) | (Entry, _) => Rule::Plain,
+        (Model, 20) => Rule::Unwanted("training"),
+        (Model, 25) => Rule::Unwanted("functions of its own"),
+        (Model | Graph | Node | Attribute | Tensor | Value | Type | TensorType | Shape | Dimension, _) => {
+            Rule::Unwanted("a part that is not known")
+        }
+    }
+}
+
+struct Walk {
+    fields: usize,
+    operators: usize,
+}
+
+impl Walk {
+    fn part(&mut self, part: Part, mut span: Span<'_>) -> Result<(), OnnxError> {
+        while !span.bytes.is_empty() {
+            self.fields += 1;
+            if self.fields > MAX_FIELDS {
+                return Err(OnnxError::TooMany);
+            }
+            let at = span.at;
+            let (number, content) = span.field()?;
+            self.field(rule(part, number), at, content)?;
+        }
+        Ok(())
+    }
+
+    fn field(&mut self, rule: Rule, at: usize, content: Content<'_>) -> Result<(), OnnxError> {
+        let unwanted = |what: String| Err(OnnxError::Unwanted { at, what });
+        match (rule, content) {
+            (Rule::Unwanted(what), _) => unwanted(what.to_owned()),
+            (Rule::Plain, _) => Ok(()),
+            (Rule::Into(part), Content::Bytes(span)) => self.part(part, span),
+            (Rule::Word(most), Content::Bytes(span)) if span.bytes.len() > most => {
+                unwanted(format!("a name of {} bytes, at most {most} allowed,", span.bytes.len()))
+            }
+            (Rule::Word(_), Content::Bytes(span)) if span.bytes.contains(&0) => {
+                unwanted("a name with a zero".to_owned())
+            }
+            (Rule::Word(_), Content::Bytes(_)) => Ok(()),
+            (Rule::Operator, Content::Bytes(span)) => {
+                self.operators += 1;
+                let known = OPERATORS.iter().any(|known| known.as_bytes() == span.bytes);
+                if known { Ok(()) } else { unwanted(format!("the operator `{}`", printed(span.bytes))) }
+            }
+            (Rule::Domain, Content::Bytes(span)) if matches!(span.bytes, b"" | b"ai.onnx") => Ok(()),
+            (Rule::Domain, Content::Bytes(span)) => unwanted(format!("an operator of `{}`", printed(span.bytes))),
+            (Rule::Element, Content::Number(kind)) if ELEMENTS.contains(&kind) => Ok(()),
+            (Rule::Element, Content::Number(kind)) => {
+                unwanted(format!("a tensor of type {kind} ({}), not float, int32, int64 or bool,", element(kind)))
+            }
+            (Rule::Location, Content::Number(0)) => Ok(()),
+            (Rule::Location, _) => unwanted(ELSEWHERE.to_owned()),
+            (Rule::Into(_) | Rule::Word(_) | Rule::Operator | Rule::Domain, Content::Number(_))
+            | (Rule::Element, Content::Bytes(_)) => Err(OnnxError::Malformed { at, why: "a field of another type" }),
+        }
+    }
+}
+
+/// At most so much of a foreign word as a line takes, in letters that do nothing to a terminal.
+fn printed(bytes: &[u8]) -> String {
+    bytes.iter().take(40).map(|b| if b.is_ascii_graphic() { *b as char } else { '?' }).collect()
+}
+
+fn element(kind: u64) -> &'static str {
+    match kind {
+        2..=5 | 12 | 13 => "an integer of another width",
+        8 => "text",
+        10 => "float16",
+        11 => "double",
+        16 => "bfloat16",
+        _ => "none that is known",
+    }
+}
+
+/// A field's content.
+enum Content<'a> {
+    Number(u64),
+    Bytes(Span<'a>),
+}
+
+/// Bytes that are still to be read, and where in the file they begin.
+#[derive(Clone, Copy)]
+struct Span<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Span<'a> {
+    fn field(&mut self) -> Result<(u64, Content<'a>), OnnxError> {
+        let at = self.at;
+        let key = self.varint()?;
+        let content = match key & 7 {
+            0 => Content::Number(self.varint()?),
+            1 => Content::Number(self.take(8)?.little()),
+            5 => Content::Number(self.take(4)?.little()),
+            2 => {
+                let length = self.varint()?;
+                Content::Bytes(self.take(usize::try_from(length).unwrap_or(usize::MAX))?)
+            }
+            _ => return Err(OnnxError::Malformed { at, why: "a field of no known kind" }),
+        };
+        Ok((key >> 3, content))
+    }
+
+    fn varint(&mut self) -> Result<u64, OnnxError> {
+        let at = self.at;
+        let mut value = 0;
+        for shift in (0..70).step_by(7) {
+            let byte = self.take(1)?.bytes[0];
+            value |= u64::from(byte & 0x7f).checked_shl(shift).unwrap_or(0);
+            if byte < 0x80 {
+                return Ok(value);
+            }
+        }
+        Err(OnnxError::Malformed { at, why: "a number without an end" })
+    }
+
+    fn take(&mut self, length: usize) -> Result<Span<'a>, OnnxError> {
+        let cut = OnnxError::Malformed { at: self.at, why: "the file ends too early" };
+        let (taken, rest) = self.bytes.split_at_checked(length).ok_or(cut)?;
+        let span = Span { bytes: taken, at: self.at };
+        *self = Span { bytes: rest, at: self.at + length };
+        Ok(span)
+    }
+
+    fn little(&self) -> u64 {
+        self.bytes.iter().rev().fold(0, |value, byte| value << 8 | u64::from(*byte))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::hex_digest;
+
+    fn inspect(bytes: &[u8]) -> Result<(), OnnxError> {
+        Inspected::of(Model::pinned(bytes, &hex_digest(bytes)).unwrap()).map(|_| ())
+    }
+
+    /// A field with bytes in it.
+    fn field(number: u8, content: &[u8]) -> Vec<u8> {
+        let mut bytes = vec![number << 3 | 2];
+        bytes.push(u8::try_from(content.len()).unwrap());
+        bytes.extend(content);
+        bytes
+    }
+
+    /// A model with one operator.
+    fn operator(name: &str) -> Vec<u8> {
+        field(7, &field(1, &field(4, name.as_bytes())))
+    }
+
+    #[test]
+    fn the_shipped_model_is_made_of_what_a_detector_may_have_and_cut_anywhere_it_is_no_model() {
+        let shipped = Model::built_in().unwrap().bytes();
+        assert_eq!(inspect(shipped), Ok(()));
+        // Every cut near a part's edge, and some within the weights.
+        let cuts = (0..2_000).chain((2_000..shipped.len()).step_by(997)).chain(shipped.len() - 500..shipped.len());
+        let whole: Vec<usize> = cuts.filter(|cut| inspect(&shipped[..*cut]).is_ok()).collect();
+        // What comes after the graph is not needed: opset and metadata.
+        assert!(whole.iter().all(|cut| *cut > shipped.len() - 100), "{whole:?}");
+    }
+
+    #[test]
+    fn operators_that_branch_loop_or_draw_and_those_of_other_domains_are_refused_by_name() {
+        assert_eq!(inspect(&operator("Conv")), Ok(()));
+        for name in ["If", "Loop", "Scan", "RandomNormal", "Multinomial", "NonMaxSuppression", "conv", ""] {
+            let what = format!("the operator `{name}`");
+            assert_eq!(inspect(&operator(name)), Err(OnnxError::Unwanted { at: 4, what }), "{name}");
+        }
+        let foreign = [field(4, b"Conv"), field(7, b"com.microsoft")].concat();
+        let refused = inspect(&field(7, &field(1, &foreign))).unwrap_err();
+        assert!(refused.to_string().contains("an operator of `com.microsoft`"), "{refused}");
+    }
+
+    #[test]
+    fn weights_in_another_file_graphs_in_operators_and_half_floats_are_refused() {
+        let external = field(13, &[field(1, b"location"), field(2, b"/etc/passwd")].concat());
+        let tensors = [
+            (external, "weights in another file"),
+            (vec![14 << 3, 1], "weights in another file"),
+            (vec![2 << 3, 10], "a tensor of type 10 (float16)"),
+            (vec![2 << 3, 3], "a tensor of type 3"),
+            (field(6, b"text"), "a part that is not known"),
+        ];
+        for (tensor, said) in tensors {
+            // As an initializer, and as what a `Constant` holds.
+            let constant = field(1, &[field(4, b"Constant"), field(5, &field(5, &tensor))].concat());
+            for graph in [[field(5, &tensor), field(1, &field(4, b"Conv"))].concat(), constant] {
+                let refused = inspect(&field(7, &graph)).unwrap_err();
+                assert!(refused.to_string().contains(said), "{refused}");
+            }
+        }
+        let branch = field(1, &[field(4, b"Conv"), field(5, &field(6, &[]))].concat());
+        let refused = inspect(&field(7, &branch)).unwrap_err();
+        assert!(refused.to_string().contains("a graph within an operator"), "{refused}");
+    }
+
+    #[test]
+    fn weights_that_are_said_to_be_in_this_file_are_taken() {
+        let graph = [field(5, &[14 << 3, 0]), field(1, &field(4, b"Conv"))].concat();
+        assert_eq!(inspect(&field(7, &graph)), Ok(()));
+    }
+
+    #[test]
+    fn a_file_of_many_small_parts_is_refused_before_it_becomes_a_large_graph() {
+        let nodes = [1 << 3 | 2, 0].repeat(MAX_FIELDS);
+        let length = nodes.len();
+        let mut bytes = vec![7 << 3 | 2, length as u8 | 0x80, (length >> 7) as u8 | 0x80, (length >> 14) as u8];
+        bytes.extend(nodes);
+        assert_eq!(inspect(&bytes), Err(OnnxError::TooMany));
+    }
+
+    #[test]
+    fn names_that_would_end_a_c_string_or_nest_an_expression_are_refused() {
+        let named = |name: &[u8]| field(7, &[field(2, name), field(1, &field(4, b"Conv"))].concat());
+        assert_eq!(inspect(&named(b"graph")), Ok(()));
+        assert!(matches!(inspect(&named(b"gr\0ph")), Err(OnnxError::Unwanted { .. })));
+        let dimension = |name: &[u8]| {
+            let shape = field(2, &field(1, &field(2, name)));
+            let input = field(11, &field(2, &field(1, &shape)));
+            field(7, &[input, field(1, &field(4, b"Conv"))].concat())
+        };
+        assert_eq!(inspect(&dimension(b"batch")), Ok(()));
+        assert!(matches!(inspect(&dimension(&[b'('; 65])), Err(OnnxError::Unwanted { .. })));
+    }
+
+    #[test]
+    fn nothing_and_noise_are_no_models() {
+        assert_eq!(inspect(b""), Err(OnnxError::Empty));
+        assert!(inspect(b"not a model").is_err());
+        assert!(matches!(inspect(&[0xff; 64]), Err(OnnxError::Malformed { .. })));
+    }
+}

@@ -1,0 +1,128 @@
+//! Attacks on the detector's file: swapped, edited, cut, or made of what no detector needs. What a runtime does with files
+//! that pass is asked in processes of their own, by `campaign`'s command tests.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use campaign::scenario::parse_labels;
+use holdsafe_tests::root;
+use perception::detector::{Detector, DetectorError};
+use perception::grid::{HEIGHT, WIDTH};
+use perception::head::{Brought, Head};
+use perception::model::{MAX_MODEL, ModelError};
+use perception::onnx::OnnxError;
+use perception::process::{LoadError, load, pin};
+use wire::sensor::Class;
+
+/// A file of `fuzz/corpus/model`, which `fuzz/models.py` makes.
+fn seed(name: &str) -> PathBuf {
+    root().join("fuzz/corpus/model").join(name)
+}
+
+/// What the classes of those files mean: red is a vehicle, green nothing, blue a person.
+fn colours(head: &str) -> Head {
+    let text = format!("head = \"{head}\"\n[classes]\ncount = 3\nvehicle = [0]\nperson = [2]\n");
+    parse_labels("colours.toml", &text).expect("labels").head
+}
+
+fn brought(path: &Path, head: Head) -> Brought {
+    Brought { model: pin(path).expect("a small file"), head, loaded: None }
+}
+
+fn refused(path: &Path, head: Head) -> LoadError {
+    load(&brought(path, head)).expect_err("it is refused")
+}
+
+/// A camera's image with a square of this colour in it.
+fn square(left: usize, top: usize, side: usize, colour: [u8; 3]) -> Vec<u8> {
+    let inside = |k: usize| (left..left + side).contains(&(k % WIDTH)) && (top..top + side).contains(&(k / WIDTH));
+    (0..HEIGHT * WIDTH).flat_map(|k| if inside(k) { colour } else { [90, 90, 90] }).collect()
+}
+
+#[test]
+fn a_model_file_that_was_swapped_or_edited_after_it_was_pinned_is_refused_before_it_is_read_as_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("detector.onnx");
+    fs::copy(seed("yolo-v8"), &file).expect("a copy");
+    let pinned = brought(&file, colours("yolo-v8"));
+    assert!(load(&pinned).is_ok(), "as it was pinned");
+    let good = fs::read(&file).expect("the copy");
+    let mut edited = good.clone();
+    edited[good.len() / 2] ^= 1;
+    let swapped = fs::read(seed("yolo-v5")).expect("a seed");
+    for bytes in [&edited[..], &swapped, &good[..good.len() - 1], b""] {
+        fs::write(&file, bytes).expect("a write");
+        let why = load(&pinned).expect_err("another file");
+        assert!(matches!(why, LoadError::Pin { why: ModelError::Changed { .. }, .. }), "{why}");
+        assert!(why.to_string().contains(&pinned.model.sha256), "{why}");
+    }
+    fs::File::create(&file).and_then(|f| f.set_len(MAX_MODEL as u64 + 1)).expect("a large file");
+    assert!(matches!(load(&pinned), Err(LoadError::Pin { why: ModelError::TooLarge { .. }, .. })));
+}
+
+#[test]
+fn a_model_with_weights_elsewhere_loops_chance_or_half_floats_is_refused_by_its_parts() {
+    for (name, said) in [
+        ("hostile-external-data", "weights in another file"),
+        ("hostile-endless-loop", "the operator `Loop`"),
+        ("hostile-random", "the operator `RandomUniform`"),
+        ("hostile-half-floats", "float16"),
+        ("few", "no ONNX model"),
+        ("onnx-head", "no ONNX model"),
+    ] {
+        let why = refused(&seed(name), colours("yolo-v8"));
+        assert!(matches!(&why, LoadError::Detector(DetectorError::Onnx(_))), "{name}: {why}");
+        assert!(why.to_string().contains(said), "{name}: {why}");
+    }
+}
+
+#[test]
+fn a_model_of_another_shape_type_or_head_is_refused_before_the_first_frame() {
+    let cases = [
+        ("other-gives-integers", "yolo-v8", "expected one float32 tensor [1, 7, N]"),
+        ("other-takes-any-size", "yolo-v8", "with H and W fixed"),
+        ("other-shape", "yolo-v8", "detector gives [1, 9, 9], expected one float32 tensor [1, 7, N]"),
+        ("yolo-v8", "yolo-v5", "detector gives [1, 7, 320], expected one float32 tensor [1, N, 8]"),
+        ("yolo-v5", "yolo-v8", "detector gives [1, 320, 8], expected one float32 tensor [1, 7, N]"),
+    ];
+    for (name, head, said) in cases {
+        let why = refused(&seed(name), colours(head));
+        assert!(why.to_string().contains(said), "{name} as {head}: {why}");
+    }
+    let why = refused(&seed("yolo-v8"), Head::Grid);
+    assert!(why.to_string().contains("expected one float32 tensor [1, 3, 120, 160]"), "{why}");
+}
+
+#[test]
+fn a_file_cut_at_any_byte_is_no_model() {
+    for name in ["yolo-v8", "yolo-v5"] {
+        let whole = fs::read(seed(name)).expect("a seed");
+        for cut in 0..whole.len() {
+            let bytes = &whole[..cut];
+            let model = perception::model::Model::pinned(bytes, &perception::model::hex_digest(bytes));
+            let inspected = perception::onnx::Inspected::of(model.expect("under its own hash"));
+            // What comes after the graph, the version of its operators, may be gone: the runtime then takes its own.
+            let told = matches!(inspected, Err(OnnxError::Malformed { .. } | OnnxError::Empty));
+            assert!(told || cut + 8 > whole.len(), "{name} cut to {cut} of {} bytes", whole.len());
+        }
+    }
+}
+
+/// The control: what is refused above is not refused for being brought.
+#[test]
+fn an_honest_detector_of_either_head_sees_what_is_there_where_it_is() {
+    for head in ["yolo-v8", "yolo-v5"] {
+        let detector: Detector = load(&brought(&seed(head), colours(head))).expect("an honest model");
+        for (colour, class) in
+            [([255, 0, 0], Some(Class::Vehicle)), ([0, 255, 0], None), ([0, 0, 255], Some(Class::Person))]
+        {
+            let found = detector.detect(&square(72, 40, 16, colour), 350).expect("an image of the camera's size");
+            assert_eq!(found.first().map(|d| d.class), class, "{head} {colour:?}: {found:?}");
+            let within = |d: &wire::sensor::Detection| {
+                let (x, y) = ((d.bounds.x0 + d.bounds.x1) / 2, (d.bounds.y0 + d.bounds.y1) / 2);
+                (72..88).contains(&x) && (40..56).contains(&y)
+            };
+            assert!(found.iter().all(within), "{head} {colour:?}: {found:?}");
+        }
+    }
+}
