@@ -103,6 +103,8 @@ def hostile():
     last = h.make_node("Expand", ["one"], ["output0"])
     last.input.append("shape")
     shape = i64("shape", [1, 7, 9])
+    # The backend looks it up without asking whether it is there.
+    instead_many("hostile-output-of-nobody", [h.make_node("Identity", ["images"], ["elsewhere"])], [], (1, 7, 9))
     # Twice the numbers with each step: 2 ** 45 at last.
     grow = [h.make_node("Concat", [f"m{k}", f"m{k}"], [f"m{k + 1}"], axis=3) for k in range(1, 30)]
     grow = [h.make_node("Concat", ["images", "images"], ["m1"], axis=3), *grow,

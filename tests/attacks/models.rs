@@ -81,9 +81,9 @@ fn a_model_of_another_shape_type_or_head_is_refused_before_the_first_frame() {
     let cases = [
         ("other-gives-integers", "yolo-v8", "expected one float32 tensor [1, 7, N]"),
         ("other-takes-any-size", "yolo-v8", "with H and W fixed"),
-        ("other-shape", "yolo-v8", "detector gives [1, 9, 9], expected one float32 tensor [1, 7, N]"),
-        ("yolo-v8", "yolo-v5", "detector gives [1, 7, 320], expected one float32 tensor [1, N, 8]"),
-        ("yolo-v5", "yolo-v8", "detector gives [1, 320, 8], expected one float32 tensor [1, 7, N]"),
+        ("other-shape", "yolo-v8", "detector gives Tensor<f32>(1, 9, 9), expected one float32 tensor [1, 7, N]"),
+        ("yolo-v8", "yolo-v5", "detector gives Tensor<f32>(1, 7, 320), expected one float32 tensor [1, N, 8]"),
+        ("yolo-v5", "yolo-v8", "detector gives Tensor<f32>(1, 320, 8), expected one float32 tensor [1, 7, N]"),
     ];
     for (name, head, said) in cases {
         let why = refused(&seed(name), colours(head));

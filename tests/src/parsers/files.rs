@@ -67,7 +67,14 @@ pub fn settings(bytes: &[u8]) -> bool {
         }
         Err(problems) => told(&problems, text),
     };
-    platform | policy | alphabet | weaknesses
+    let labels = match scenario::parse_labels("any.toml", text) {
+        Ok(labels) => {
+            assert!(labels.sha256.is_none_or(|pin| pin.len() == 64));
+            true
+        }
+        Err(problems) => told(&problems, text),
+    };
+    platform | policy | alphabet | weaknesses | labels
 }
 
 /// Finished trials that are taken are the same once kept again, to the last digit; else the first bad line is told.
@@ -102,7 +109,7 @@ pub fn model(bytes: &[u8]) -> bool {
     match Inspected::of(model) {
         Ok(inspected) => inspected.bytes() == bytes,
         Err(OnnxError::Malformed { at, .. } | OnnxError::Unwanted { at, .. }) => {
-            assert!(at < bytes.len(), "a place beyond the end: {at} of {}", bytes.len());
+            assert!(at <= bytes.len(), "a place beyond the end: {at} of {}", bytes.len());
             false
         }
         Err(OnnxError::TooMany | OnnxError::Empty) => false,
