@@ -1,12 +1,16 @@
 //! Sensors and localisation that fail or lie.
 
+use std::collections::BTreeSet;
+
 use campaign::oracle::{Property, judge};
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
-use holdsafe_tests::shipped;
+use holdsafe_tests::{shipped, variations};
 use wire::event::Event;
+use wire::id::ObjectId;
 use wire::mode::Guard;
-use wire::policy::Requirement;
+use wire::policy::{Check, Requirement};
+use wire::sensor::Class;
 
 use crate::SEEDS;
 
@@ -21,6 +25,66 @@ fn loss_of_the_thermal_camera_degrades_and_revokes_authority() {
 fn loss_of_the_colour_camera_degrades_and_revokes_authority() {
     for run in shipped("rgb_loss").expect(SEEDS) {
         assert!(run.verdict.latency.to_authority_revoked.is_some(), "{:?}", run.verdict.transitions);
+    }
+}
+
+/// The same run with one check of the policy waived.
+fn unchecked(name: &str, check: Check, seed: u64) -> Run {
+    let mut ready = shipped(name);
+    ready.setup.policy.boundary.insert(check, Requirement::Waived);
+    ready.run(seed)
+}
+
+#[test]
+fn a_camera_that_repeats_its_last_picture_is_lost_and_without_the_content_check_nobody_notices_in_time() {
+    for (name, cause) in [("rgb_freeze", "lost:rgb"), ("thermal_freeze", "lost:thermal")] {
+        for run in shipped(name).expect(SEEDS) {
+            assert!(run.verdict.latency.to_authority_revoked.is_some(), "{:?}", run.verdict.transitions);
+            assert!(run.verdict.transitions.iter().any(|t| t.cause == cause), "{:?}", run.verdict.transitions);
+        }
+        let run = unchecked(name, Check::Content, 1);
+        assert!(run.verdict.receipt, "{name}: it arrived all the same");
+        assert_eq!(run.verdict.outcome, Outcome::Late, "{name}: {:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn a_camera_that_shows_the_past_is_lost_for_good_whether_by_four_frames_or_by_all_that_are_remembered() {
+    for (name, cause) in [("rgb_skew", "lost:rgb"), ("thermal_skew", "lost:thermal")] {
+        for cell in variations(name) {
+            for run in cell.expect(SEEDS) {
+                let last = run.verdict.transitions.last().map(|t| (t.to.as_str(), t.cause.as_str()));
+                assert_eq!(last, Some(("DEGRADED", cause)), "{name} {:?}: {:?}", cell.cell, run.verdict.transitions);
+            }
+        }
+    }
+}
+
+#[test]
+fn chaff_fills_no_table_and_takes_neither_the_track_nor_the_act() {
+    for run in shipped("chaff").expect(SEEDS) {
+        let events = || run.evidence.entries.iter().map(|w| w.entry.event);
+        let acts: Vec<_> = events()
+            .filter_map(|event| match event {
+                Event::PlantAct { class, distance_mm, .. } => Some((class, distance_mm)),
+                _ => None,
+            })
+            .collect();
+        let near = run.evidence.bounds.designation_mm;
+        assert!(matches!(acts[..], [(Some(Class::Vehicle), mm)] if mm <= near), "{acts:?}");
+        let minted = events().filter(|event| matches!(event, Event::Minted { .. })).count();
+        assert_eq!(minted, 1, "the operator's, before the chaff came");
+        let believed = events().filter_map(|event| match event {
+            Event::Judged { tracks, .. } => Some(tracks),
+            _ => None,
+        });
+        let objects: BTreeSet<ObjectId> = events()
+            .filter_map(|event| match event {
+                Event::Object { object, .. } => Some(object),
+                _ => None,
+            })
+            .collect();
+        assert!(believed.max().is_some_and(|most| usize::from(most) <= objects.len()), "more tracks than objects");
     }
 }
 
@@ -82,10 +146,20 @@ fn a_slow_drift_is_found_before_the_fence_and_without_the_drift_test_the_unit_le
     assert!(run.verdict.findings.iter().any(|f| f.property == Property::P4), "{:?}", run.verdict.findings);
 }
 
-/// What the sim says that it imposed, put into the log of a run without it: autonomy saw nothing of the kind.
+/// What the sim says that it imposed, put into the log of a run without it: nobody else saw anything of the kind.
 #[test]
-fn a_localisation_fault_that_is_claimed_and_did_not_arrive_has_no_receipt() {
-    for name in ["localisation_jump", "localisation_freeze", "localisation_noise", "time_step"] {
+fn a_sensor_fault_that_is_claimed_and_did_not_arrive_has_no_receipt() {
+    for name in [
+        "localisation_jump",
+        "localisation_freeze",
+        "localisation_noise",
+        "time_step",
+        "rgb_freeze",
+        "thermal_freeze",
+        "rgb_skew",
+        "thermal_skew",
+        "chaff",
+    ] {
         let mut ready = shipped(name);
         let attacked = ready.run(1);
         assert!(attacked.verdict.receipt, "{name}");

@@ -8,6 +8,9 @@ STANDING = 50  # mm/s below which a plant stands
 NOMINAL_MODES = ("READY", "PREPARE_TO_ACT")
 RESTING_MODES = ("HOLD_SAFE", "IDLE")
 
+IMAGING = ("rgb", "depth", "thermal", "lidar")  # sensors of frames
+OLD = ("freeze", "skew")  # faults under which one of these shows old content under fresh stamps
+
 
 class Log:
     """A run's events, by what they are."""

@@ -8,7 +8,7 @@ import json
 from bisect import bisect_right
 
 from links import arrivals
-from log import NOMINAL_MODES, RESTING_MODES, SLACK, STANDING, key, key_of_record, kind_name, planned
+from log import IMAGING, NOMINAL_MODES, OLD, RESTING_MODES, SLACK, STANDING, key, key_of_record, kind_name, planned
 
 
 def p1_p11_acts(log):
@@ -52,7 +52,8 @@ def p2(log, faults):
     td = log.bounds["to_degraded_ms"] * 1000
     for sensor, kind, start, end in faults:
         # Nothing rests on odometry alone while fixes come.
-        owed = kind == "dropout" and sensor != "odometry" and end - start > td and start + td <= log.end
+        lost = kind == "dropout" and sensor != "odometry" or kind in OLD and sensor in IMAGING
+        owed = lost and end - start > td and start + td <= log.end
         if owed and log.mode_at(start + td) in NOMINAL_MODES:
             yield "P2", start + td, sensor + " is lost and nothing follows"
 

@@ -7,7 +7,7 @@ that end or do not run are looked at here.
 from disguise import disguise
 from insiders import SENDERS, broker, feed, late, mouthed, rogue, swallowed, takeover
 from links import DATAGRAM, datagram, stream
-from log import planned, within
+from log import IMAGING, OLD, planned, within
 from place import disturbed
 
 EARLY, LATE = 5_000, 100_000  # by how much an actor may be before or behind its window
@@ -66,17 +66,23 @@ def sensor_faults(log):
         sensor, kind = ev["sensor"], ev["kind"]
         over = (at for at, f in applied if at >= t and not f["active"] and (f["sensor"], f["kind"]) == (sensor, kind))
         end = next(over, log.end)
-        # Whatever the kind, readings may go missing; and what disturbs a place is seen by comparing.
-        silent = any(t <= s["t_us"] <= end + 200_000 and lacks(s["event"], sensor) for s in log.of("frame_seen", "navigation_seen"))
-        if silent or sensor == "localisation" and disturbed(log, kind, t, end):
+        meanwhile = [s["event"] for s in log.of("frame_seen", "navigation_seen", "repeated", "crowded") if t <= s["t_us"] <= end + 200_000]
+        if sensor in IMAGING and kind in OLD:
+            # It shows what it showed before it was touched.
+            arrived = any(s["is"] == "repeated" and s["modality"] == sensor and s["first"] < ev["frame"] for s in meanwhile)
+        elif kind == "chaff":
+            arrived = any(s["is"] == "crowded" and s["frame"] >= ev["frame"] for s in meanwhile)
+        else:
+            arrived = any(lacks(s, sensor) for s in meanwhile) or sensor == "localisation" and disturbed(log, kind, t, end)
+        if arrived:
             found.append((sensor, kind, t, end))
     return found
 
 
 def lacks(ev, sensor):
     if ev["is"] == "frame_seen":
-        return sensor in ("rgb", "depth", "thermal", "lidar") and sensor not in ev["present"]
-    return sensor == "localisation" and not ev["fix"] or sensor == "odometry" and not ev["odometry"]
+        return sensor in IMAGING and sensor not in ev["present"]
+    return ev["is"] == "navigation_seen" and (sensor == "localisation" and not ev["fix"] or sensor == "odometry" and not ev["odometry"])
 
 
 def killed(log, node, span):

@@ -1,13 +1,16 @@
 //! Perception of one unit: frames or candidates in, corroborated tracks out.
 //!
 //! - [`stages`] make candidates of a rendered frame: [`detector`] (an ONNX file that [`onnx`] has looked at, with what
-//!   [`head`] makes of its output), [`thermal`], [`depth`], [`lidar`]. In the unrendered twin the candidates come over the bus; everything after them is the same code.
+//!   [`head`] makes of its output), [`thermal`], [`depth`], [`lidar`]. In the unrendered twin the candidates come over the
+//!   bus; everything after them is the same code.
+//! - [`content`] says whether a sensor shows anything new; one that does not has given no product.
 //! - [`corroborate`] sets the modalities against each other, [`tracker`] follows what they agree on, [`pose`] places it
 //!   in the world, [`provenance`] says which stage gave what and when, [`reasons`] what is doubted and what is followed.
 //! - [`Perception`] is the core: one [`Topic::Tracks`] message for each processed frame, also when modalities are
 //!   missing, because liveness downstream rests on products. What follows from that is autonomy's to decide.
 
 mod boxes;
+pub mod content;
 pub mod corroborate;
 pub mod depth;
 pub mod detector;
@@ -42,9 +45,10 @@ use wire::refusal::Refusal;
 use wire::sensor::{Camera, Candidates, Frames, Modalities, Modality, Navigation};
 use wire::setup::{NoChannel, Setup};
 use wire::time::Instant;
-use wire::track::Tracks;
+use wire::track::{StageProduct, Tracks};
 use wire::trust::BusGate;
 
+use crate::content::{Contents, Prints};
 use crate::corroborate::{Limits, Sighting};
 use crate::detector::{Detector, DetectorError};
 use crate::head::Brought;
@@ -54,6 +58,10 @@ use crate::provenance::Provenance;
 use crate::reasons::Reasons;
 use crate::stages::Stages;
 use crate::tracker::Tracker;
+
+/// From so many colour detections in a frame on it is told how many there are, so at most 21 times in a boot. No scene has
+/// so many objects in view.
+pub const CROWD: usize = 12;
 
 /// What a run may choose about perception.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -97,6 +105,9 @@ pub struct Perception {
     tracks: Sender,
     ego: Ego,
     tracker: Tracker,
+    contents: Contents,
+    /// Most colour detections in a frame so far.
+    most: usize,
     provenance: Provenance,
     reasons: Reasons,
     accounts: Accounts,
@@ -138,6 +149,8 @@ impl Perception {
             stages: detector.map(Stages::new),
             ego: Ego::default(),
             tracker: Tracker::default(),
+            contents: Contents::default(),
+            most: 0,
             provenance: Provenance::default(),
             reasons: Reasons::default(),
             accounts: Accounts::default(),
@@ -164,6 +177,8 @@ impl Perception {
             tracks: self.tracks.clone(),
             ego: self.ego,
             tracker: self.tracker.clone(),
+            contents: self.contents.clone(),
+            most: self.most,
             provenance: self.provenance,
             reasons: self.reasons.clone(),
             accounts: self.accounts.clone(),
@@ -200,18 +215,48 @@ impl Perception {
 
     fn observe(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
         let policy = &self.setup.policy;
-        let candidates = match &self.stages {
+        let (candidates, prints) = match &self.stages {
             Some(stages) => {
                 let accepted = self.observations.admit::<Frames<'_>>(policy, now, bytes)?;
-                stages.candidates(accepted.message(), self.config.limits.score)
+                let frames = accepted.message();
+                (stages.candidates(frames, self.config.limits.score), content::of_frames(frames))
             }
             None => {
                 let mode = |candidates: &Candidates| candidates.mode;
-                self.observations.admit_product(policy, now, bytes, mode)?.into_parts().0
+                let candidates = self.observations.admit_product(policy, now, bytes, mode)?.into_parts().0;
+                let prints = content::of_candidates(&candidates);
+                (candidates, prints)
             }
         };
+        self.crowd(now, &candidates);
+        let candidates = self.renewed(now, candidates, &prints);
         self.process(now, &candidates);
         Ok(())
+    }
+
+    /// Tells of more colour detections than there ever were.
+    fn crowd(&mut self, now: Instant, candidates: &Candidates) {
+        let seen = candidates.rgb.as_ref().map_or(0, |found| found.len());
+        if seen >= CROWD && seen > self.most {
+            self.most = seen;
+            let event = Event::Crowded { frame: candidates.frame, detections: seen as u8 };
+            self.journal.write(now, event, &mut self.out);
+        }
+    }
+
+    /// Without the modalities that show nothing new: they have given no product since their content was new.
+    fn renewed(&mut self, now: Instant, candidates: Candidates, prints: &Prints) -> Candidates {
+        let product = StageProduct { frame: candidates.frame, stamp: candidates.stamp };
+        let required = self.setup.policy.check(Check::Content) == Requirement::Required;
+        for (modality, first) in self.contents.note(product, prints) {
+            let event = Event::Repeated { modality, frame: product.frame, first: first.frame };
+            self.journal.write(now, event, &mut self.out);
+            if required {
+                self.provenance.withdraw(modality, first);
+            }
+        }
+        let stale = |m: &Modality| required && self.contents.repeats(*m);
+        Modality::ALL.into_iter().filter(stale).fold(candidates, provenance::without)
     }
 
     /// One frame's candidates, through corroboration and tracking to the message.

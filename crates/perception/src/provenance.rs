@@ -2,6 +2,7 @@
 //!
 //! Liveness downstream rests on these products; a stage that gave nothing keeps its old stamp and so grows old.
 
+use wire::codec::List;
 use wire::id::FrameId;
 use wire::sensor::{Candidates, Modalities, Modality};
 use wire::time::Instant;
@@ -25,6 +26,11 @@ impl Provenance {
         changed.then_some(present)
     }
 
+    /// What `modality` gave since `product` was no product.
+    pub fn withdraw(&mut self, modality: Modality, product: StageProduct) {
+        self.products[modality as usize] = Some(product);
+    }
+
     /// Indexed as [`Modality`].
     pub fn products(&self) -> [Option<StageProduct>; 4] {
         self.products
@@ -40,4 +46,15 @@ pub fn present(candidates: &Candidates) -> Modalities {
         (Modality::Lidar, candidates.lidar.is_some()),
     ];
     given.into_iter().filter(|(_, is)| *is).fold(Modalities::default(), |set, (m, _)| set.with(m))
+}
+
+/// The candidates as if the stage of `modality` had given no product. Depth samples refer to detections: without those
+/// there are none.
+pub fn without(candidates: Candidates, modality: Modality) -> Candidates {
+    match modality {
+        Modality::Rgb => Candidates { rgb: None, depth: candidates.depth.map(|_| List::default()), ..candidates },
+        Modality::Depth => Candidates { depth: None, ..candidates },
+        Modality::Thermal => Candidates { thermal: None, ..candidates },
+        Modality::Lidar => Candidates { lidar: None, ..candidates },
+    }
 }

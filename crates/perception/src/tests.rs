@@ -131,15 +131,17 @@ fn bounds(thing: &Thing) -> PixelBox {
 }
 
 fn candidates(frame: FrameId, stamp: Instant, things: &[Thing]) -> Candidates {
+    // A live sensor's readings never repeat themselves.
+    let noise = (frame.0 % 40) as u16;
     let detections: List<Detection, 32> =
-        things.iter().map(|t| Detection { class: t.class, score: 900, bounds: bounds(t) }).collect();
+        things.iter().map(|t| Detection { class: t.class, score: 880 + noise, bounds: bounds(t) }).collect();
     let depth = things.iter().enumerate().filter(|(_, t)| t.depth).map(|(index, t)| DepthSample {
         detection: index as u8,
-        median_mm: ((t.forward - 1.0 + t.depth_error) * 1000.0) as u16,
+        median_mm: ((t.forward - 1.0 + t.depth_error) * 1000.0) as u16 + noise,
     });
-    let blob = |t: &Thing| t.peak_ck.map(|peak_ck| Blob { bounds: bounds(t), mean_ck: peak_ck - 500, peak_ck });
+    let blob = |t: &Thing| t.peak_ck.map(|peak_ck| Blob { bounds: bounds(t), mean_ck: peak_ck - 500 + noise, peak_ck });
     let clusters = things.iter().filter(|t| t.lidar).map(|t| Cluster {
-        x_mm: (t.forward * 1000.0) as i32,
+        x_mm: (t.forward * 1000.0) as i32 + i32::from(noise),
         y_mm: (t.left * 1000.0) as i32,
         width_mm: (t.size[0] * 900.0) as u16,
         height_mm: (t.size[1] * 850.0) as u16,
@@ -222,6 +224,44 @@ fn a_missing_modality_ages_its_product_and_is_told_once_each_way() {
         Some((frame.0, present.count()))
     });
     assert_eq!(seen.collect::<Vec<_>>(), [(1, 4), (6, 3), (10, 4)]);
+}
+
+/// What the journal says of modalities that repeat themselves: which, the frame, and the frame that it is like.
+fn repeated(rig: &Rig) -> Vec<(Modality, u64, u64)> {
+    let told = rig.outputs.iter().filter_map(|output| {
+        let Output::Audit { bytes } = output else { return None };
+        let event = wire::audit::Entry::decode(bytes).unwrap().event;
+        let Event::Repeated { modality, frame, first } = event else { return None };
+        Some((modality, frame.0, first.0))
+    });
+    told.collect()
+}
+
+#[test]
+fn a_frozen_modality_gives_no_product_since_its_content_was_new_and_its_journal_says_so_once() {
+    let frozen = candidates(FrameId(9), Instant(0), &[VEHICLE]).thermal;
+    let mut rig = Rig::new();
+    rig.frames(8, &[VEHICLE], |_| {});
+    let product = |message: &Tracks| message.products[Modality::Thermal as usize].unwrap().frame.0;
+    let shown: Vec<u64> = (0..8).map(|_| product(&rig.frame(&[VEHICLE], |c| c.thermal.clone_from(&frozen)))).collect();
+    assert_eq!(shown, [9, 10, 11, 12, 9, 9, 9, 9], "as old as its content, once that is known");
+    assert_eq!(product(&rig.frame(&[VEHICLE], |_| {})), 17, "and fresh with the first new one");
+    assert_eq!(repeated(&rig), [(Modality::Thermal, 13, 9)]);
+}
+
+#[test]
+fn frozen_colour_takes_the_depth_in_it_along_and_without_the_check_goes_on_as_live() {
+    let frozen = candidates(FrameId(9), Instant(0), &[VEHICLE]).rgb;
+    for requirement in [Requirement::Required, Requirement::Waived] {
+        let mut rig = Rig::new();
+        rig.core.setup.policy.boundary.insert(Check::Content, requirement);
+        rig.frames(8, &[VEHICLE], |_| {});
+        let tracks = rig.frames(30, &[VEHICLE], |c| c.rgb.clone_from(&frozen));
+        assert_eq!(tracks.is_empty(), requirement == Requirement::Required, "{tracks:?}");
+        let depth = rig.frame(&[VEHICLE], |c| c.rgb.clone_from(&frozen)).products[Modality::Depth as usize];
+        assert_eq!(depth.unwrap().frame, FrameId(39), "the depth camera itself lives");
+        assert_eq!(repeated(&rig), [(Modality::Rgb, 13, 9)]);
+    }
 }
 
 #[test]

@@ -9,12 +9,15 @@
 use rapier3d::prelude::Vector;
 use serde::{Deserialize, Serialize};
 use wire::codec::List;
+use wire::event::Sensor;
 use wire::id::{FrameId, ObjectId};
 use wire::sensor::{Blob, Camera, Candidates, Class, Cluster, DepthSample, Detection, Lidar, PixelBox, ProductMode};
 use wire::time::{Instant, Span};
 
+use crate::chaff;
 use crate::fault::{Effect, Faults, imaging};
 use crate::noise::{Noise, Stream};
+use crate::past::Past;
 use crate::plant::{Plant, State};
 use crate::scene::Object;
 use crate::sensor::camera::{clip, eye, project};
@@ -86,11 +89,13 @@ pub(crate) struct Stages {
     depth: Noise,
     thermal: Noise,
     lidar: Noise,
+    past_rgb: Past<List<Detection, 32>>,
+    past_thermal: Past<List<Blob, 32>>,
     last: Option<Candidates>,
 }
 
 impl Stages {
-    pub(crate) fn new(model: NoiseModel, camera: Camera, lidar: Lidar, seed: u64) -> Self {
+    pub(crate) fn new(model: NoiseModel, camera: Camera, lidar: Lidar, seed: u64, faults: &Faults) -> Self {
         let noise = |stream| Noise::new(seed, stream);
         Stages {
             model,
@@ -100,6 +105,8 @@ impl Stages {
             depth: noise(Stream::DepthCandidates),
             thermal: noise(Stream::ThermalCandidates),
             lidar: noise(Stream::LidarCandidates),
+            past_rgb: Past::new(faults.deepest_skew(Sensor::Rgb)),
+            past_thermal: Past::new(faults.deepest_skew(Sensor::Thermal)),
             last: None,
         }
     }
@@ -126,7 +133,7 @@ impl Stages {
             noise.seek(frame.0);
         }
         let last = self.last.take();
-        let detections = pick(&rgb, || self.detections(&seen, &rgb), || last.as_ref().and_then(|l| l.rgb.clone()));
+        let detections = pick(&rgb, || self.colour(&seen, &rgb), || last.as_ref().and_then(|l| l.rgb.clone()));
         // A depth product refers to detections of its own message, so a frozen one must not outlive them.
         let found: &[Detection] = detections.as_deref().unwrap_or_default();
         let still_there =
@@ -137,7 +144,7 @@ impl Stages {
             || last.as_ref().and_then(|l| l.depth.as_ref()).map(still_there),
         );
         let blobs =
-            pick(&thermal, || self.blobs(&seen, world, &thermal), || last.as_ref().and_then(|l| l.thermal.clone()));
+            pick(&thermal, || self.warmth(&seen, world, &thermal), || last.as_ref().and_then(|l| l.thermal.clone()));
         let clusters = pick(
             &lidar,
             || self.clusters(world, &state, &view, &lidar),
@@ -169,6 +176,19 @@ impl Stages {
                 Some(Seen { object, bounds, depth: depth * hit.distance })
             })
             .collect()
+    }
+
+    /// What the colour stage gives: of now, or of some frames ago, and with chaff.
+    fn colour(&mut self, seen: &[Seen<'_>], effect: &Effect) -> List<Detection, 32> {
+        let now = self.detections(seen, effect);
+        let mut shown = self.past_rgb.pass(now, effect.skew);
+        chaff::detect(&self.camera, &mut self.rgb, effect.chaff, &mut shown);
+        shown
+    }
+
+    fn warmth(&mut self, seen: &[Seen<'_>], world: &World, effect: &Effect) -> List<Blob, 32> {
+        let now = self.blobs(seen, world, effect);
+        self.past_thermal.pass(now, effect.skew)
     }
 
     fn detections(&mut self, seen: &[Seen<'_>], effect: &Effect) -> List<Detection, 32> {

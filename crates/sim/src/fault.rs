@@ -16,6 +16,11 @@ use crate::scene::SceneError;
 /// Most faults of one run.
 pub const MAX_FAULTS: usize = 32;
 
+/// The most frames by which what a camera shows may be late.
+pub const MAX_SKEW: u8 = 32;
+/// The most weak detections that one frame can be given: as many as a stage's list has room for.
+pub const MAX_CHAFF: u8 = 32;
+
 /// What happens to the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -24,6 +29,16 @@ pub enum Disturbance {
     Dropout,
     /// It repeats its last content under fresh stamps.
     Freeze,
+    /// It shows what it saw some frames ago, under fresh stamps (colour and thermal).
+    Skew {
+        /// How many, 1 to [`MAX_SKEW`].
+        frames: u8,
+    },
+    /// It shows many weak detections (colour only).
+    Chaff {
+        /// How many in each frame, 1 to [`MAX_CHAFF`].
+        count: u8,
+    },
     /// Its noise is this many times the usual.
     Noise {
         /// Factor, at least 1.
@@ -109,6 +124,8 @@ impl Fault {
         match self.disturbance {
             Disturbance::Dropout => FaultKind::Dropout,
             Disturbance::Freeze => FaultKind::Freeze,
+            Disturbance::Skew { .. } => FaultKind::Skew,
+            Disturbance::Chaff { .. } => FaultKind::Chaff,
             Disturbance::Noise { .. } => FaultKind::Noise,
             Disturbance::Occlusion { .. } => FaultKind::Occlusion,
             Disturbance::Drift { .. } => FaultKind::Drift,
@@ -121,6 +138,10 @@ impl Fault {
     fn applies(&self) -> bool {
         match self.disturbance {
             Disturbance::Dropout | Disturbance::Freeze => true,
+            Disturbance::Skew { frames } => {
+                matches!(self.sensor, Sensor::Rgb | Sensor::Thermal) && (1..=MAX_SKEW).contains(&frames)
+            }
+            Disturbance::Chaff { count } => self.sensor == Sensor::Rgb && (1..=MAX_CHAFF).contains(&count),
             Disturbance::Noise { factor } => factor >= 1,
             Disturbance::Occlusion { permille } => is_imaging(self.sensor) && permille <= 1000,
             Disturbance::Drift { .. }
@@ -138,6 +159,10 @@ pub struct Effect {
     pub dropout: bool,
     /// Repeats its last content.
     pub freeze: bool,
+    /// By how many frames it is late.
+    pub skew: u8,
+    /// How many weak detections it shows besides.
+    pub chaff: u8,
     /// Factor on its noise.
     pub noise: u16,
     /// Covered share of its view from the left, permille.
@@ -150,8 +175,16 @@ pub struct Effect {
 
 impl Effect {
     /// No fault.
-    pub const NONE: Effect =
-        Effect { dropout: false, freeze: false, noise: 1, occluded: 0, displaced_mm: [0, 0], displaced_us: 0 };
+    pub const NONE: Effect = Effect {
+        dropout: false,
+        freeze: false,
+        skew: 0,
+        chaff: 0,
+        noise: 1,
+        occluded: 0,
+        displaced_mm: [0, 0],
+        displaced_us: 0,
+    };
 
     /// Whether a new reading has to be made.
     pub fn refreshes(&self) -> bool {
@@ -178,6 +211,13 @@ impl Faults {
     /// All of them, by index.
     pub fn all(&self) -> &[Fault] {
         &self.0
+    }
+
+    /// The most frames by which `sensor` will ever be late.
+    pub(crate) fn deepest_skew(&self, sensor: Sensor) -> u8 {
+        let of_sensor = self.0.iter().filter(|f| f.sensor == sensor);
+        let late = |f: &Fault| if let Disturbance::Skew { frames } = f.disturbance { frames } else { 0 };
+        of_sensor.map(late).max().unwrap_or(0)
     }
 
     /// The step `name` is called this long after the start of the run.
@@ -208,6 +248,8 @@ impl Effect {
         match fault.disturbance {
             Disturbance::Dropout => self.dropout = true,
             Disturbance::Freeze => self.freeze = true,
+            Disturbance::Skew { frames } => self.skew = self.skew.max(frames),
+            Disturbance::Chaff { count } => self.chaff = self.chaff.saturating_add(count).min(MAX_CHAFF),
             Disturbance::Noise { factor } => self.noise = self.noise.saturating_mul(factor),
             Disturbance::Occlusion { permille } => self.occluded = self.occluded.max(permille),
             Disturbance::Drift { east_mm_s, north_mm_s } => {

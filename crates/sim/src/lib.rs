@@ -12,9 +12,11 @@
 //! → `fault` (spoils) → `truth` (tells).
 
 mod candidates;
+mod chaff;
 mod channel;
 pub mod fault;
 mod noise;
+mod past;
 pub mod plant;
 pub mod process;
 mod render;
@@ -145,9 +147,9 @@ impl Sim {
         let plant = Plant::new(&mut world, &config.scene.start);
         let (camera, lidar) = (Camera::GROUND, Lidar::GROUND);
         let eyes = if config.rendered {
-            Eyes::Rendered(Box::new(Imagers::new(camera, lidar, config.seed)))
+            Eyes::Rendered(Box::new(Imagers::new(camera, lidar, config.seed).remembering(&faults)))
         } else {
-            Eyes::Unrendered(Box::new(Stages::new(config.noise, camera, lidar, config.seed)))
+            Eyes::Unrendered(Box::new(Stages::new(config.noise, camera, lidar, config.seed, &faults)))
         };
         let journal = config.witness.then(|| Journal::new(config.node, config.boot, key));
         let mut sim = Sim {

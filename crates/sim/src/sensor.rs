@@ -10,11 +10,14 @@ pub mod localisation;
 pub mod rgb;
 pub mod thermal;
 
+use wire::event::Sensor;
 use wire::sensor::{Camera, Lidar};
 use wire::time::Span;
 
+use crate::chaff;
 use crate::fault::{Effect, Faults, imaging};
 use crate::noise::{Noise, Stream};
+use crate::past::Past;
 use crate::plant::Plant;
 use crate::world::World;
 
@@ -25,6 +28,8 @@ pub struct Imagers {
     sweep: camera::Sweep,
     lidar: lidar::Lidar,
     noise: [Noise; 4],
+    /// Of colour and of thermal.
+    past: [Past<Vec<u8>>; 2],
     /// Row-major, 3 bytes a pixel.
     pub rgb: Vec<u8>,
     /// Row-major, u16 little-endian millimetres along the optical axis, 0 = no return.
@@ -46,10 +51,16 @@ impl Imagers {
             ranges: vec![0; lidar.beams() * 2],
             lidar,
             noise: [Stream::Rgb, Stream::Depth, Stream::Thermal, Stream::Lidar].map(|s| Noise::new(seed, s)),
+            past: [Past::new(0), Past::new(0)],
             rgb: vec![0; pixels * 3],
             depth: vec![0; pixels * 2],
             thermal: vec![0; pixels * 2],
         }
+    }
+
+    /// With room for what `faults` will show of the past.
+    pub(crate) fn remembering(self, faults: &Faults) -> Self {
+        Imagers { past: [Sensor::Rgb, Sensor::Thermal].map(|s| Past::new(faults.deepest_skew(s))), ..self }
     }
 
     pub(crate) fn reseed(&mut self, seed: u64) {
@@ -69,12 +80,15 @@ impl Imagers {
         }
         if rgb.refreshes() {
             rgb::expose(&self.sweep, world, rgb_noise, &rgb, &mut self.rgb);
+            self.rgb = self.past[0].pass(core::mem::take(&mut self.rgb), rgb.skew);
+            chaff::paint(&self.camera, rgb_noise, rgb.chaff, &mut self.rgb);
         }
         if depth.refreshes() {
             depth::expose(&self.sweep, depth_noise, &depth, weather, &mut self.depth);
         }
         if thermal.refreshes() {
             thermal::expose(&self.sweep, world, thermal_noise, &thermal, &mut self.thermal);
+            self.thermal = self.past[1].pass(core::mem::take(&mut self.thermal), thermal.skew);
         }
         if lidar.refreshes() {
             self.lidar.scan((&state, &view), lidar_noise, &lidar, weather, &mut self.ranges);

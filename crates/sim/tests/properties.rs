@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use sim::fault::{Disturbance, Fault};
+use sim::fault::{Disturbance, Fault, Faults};
 use sim::plant::STANDSTILL;
 use sim::scene::{Scene, Start};
 use sim::{ChannelKeys, Sim, SimConfig};
@@ -133,6 +133,59 @@ fn a_fault_of_one_sensor_leaves_the_bytes_of_the_others_unchanged() {
             })
             .collect();
         assert_eq!(edges, [(true, FrameId(3)), (false, FrameId(6))]);
+    }
+}
+
+/// One fault of `sensor` from frame 6 to frame 12.
+fn spoilt(rendered: bool, sensor: Sensor, disturbance: Disturbance) -> SimConfig {
+    let mut config = SimConfig::new(7, rendered);
+    let (start_ms, duration_ms) = (600, 700);
+    config.faults.push(Fault { sensor, disturbance, start_ms, duration_ms, step: None, waits_ms: None });
+    config
+}
+
+#[test]
+fn a_late_camera_shows_to_the_last_byte_what_it_saw_before_and_the_others_what_they_see() {
+    let clean = planes(&Rig::new(SimConfig::new(7, true)).run(1_500, None));
+    for (sensor, own) in [(Sensor::Rgb, 0), (Sensor::Thermal, 2)] {
+        let log = Rig::new(spoilt(true, sensor, Disturbance::Skew { frames: 5 })).run(1_500, None);
+        for (FrameId(at), got) in planes(&log) {
+            let seen = |plane| FrameId(if plane == own && (6..13).contains(&at) { at - 5 } else { at });
+            (0..4).for_each(|plane| assert!(got[plane] == clean[&seen(plane)][plane], "{at} {plane} {sensor:?}"));
+        }
+    }
+}
+
+#[test]
+fn unrendered_the_past_and_chaff_are_lists_of_another_frame_and_full_lists() {
+    let lists = |log: &[Output]| -> Vec<Candidates> {
+        bodies(log, Topic::Candidates).iter().map(|b| minicbor::decode(b).unwrap()).collect()
+    };
+    let clean = lists(&Rig::new(SimConfig::new(7, false)).run(1_500, None));
+    let late = lists(&Rig::new(spoilt(false, Sensor::Thermal, Disturbance::Skew { frames: 5 })).run(1_500, None));
+    let full = lists(&Rig::new(spoilt(false, Sensor::Rgb, Disturbance::Chaff { count: 32 })).run(1_500, None));
+    for at in 0..clean.len() {
+        let spoilt = (6..13).contains(&clean[at].frame.0);
+        assert_eq!(late[at].thermal, clean[if spoilt { at - 5 } else { at }].thermal);
+        assert_eq!((&late[at].rgb, &late[at].lidar), (&clean[at].rgb, &clean[at].lidar));
+        let (own, got) = (clean[at].rgb.as_deref().unwrap(), full[at].rgb.as_deref().unwrap());
+        assert_eq!(got.len(), if spoilt { 32 } else { own.len() });
+        assert_eq!(&got[..own.len()], own, "what the stage is surer of is not displaced");
+        assert!(got[own.len()..].iter().all(|weak| (500..=650).contains(&weak.score)));
+    }
+}
+
+#[test]
+fn faults_beyond_what_is_remembered_and_of_sensors_without_pictures_do_not_apply() {
+    for (sensor, disturbance) in [
+        (Sensor::Rgb, Disturbance::Skew { frames: 33 }),
+        (Sensor::Rgb, Disturbance::Skew { frames: 0 }),
+        (Sensor::Lidar, Disturbance::Skew { frames: 5 }),
+        (Sensor::Rgb, Disturbance::Chaff { count: 33 }),
+        (Sensor::Thermal, Disturbance::Chaff { count: 5 }),
+    ] {
+        let fault = Fault { sensor, disturbance, start_ms: 0, duration_ms: 1, step: None, waits_ms: None };
+        assert!(Faults::new(&[fault]).is_err(), "{fault:?}");
     }
 }
 

@@ -51,11 +51,13 @@ pub enum Check {
     Cluster,
     /// What is called something is as warm as one.
     Warmth,
+    /// A sensor's content is not that of earlier frames.
+    Content,
 }
 
 impl Check {
     /// Every check, in order.
-    pub const ALL: [Check; 19] = [
+    pub const ALL: [Check; 20] = [
         Check::Freshness,
         Check::Origin,
         Check::Signature,
@@ -75,6 +77,7 @@ impl Check {
         Check::Extent,
         Check::Cluster,
         Check::Warmth,
+        Check::Content,
     ];
 
     /// Name in policy files and events.
@@ -99,6 +102,7 @@ impl Check {
             Check::Extent => "extent",
             Check::Cluster => "cluster",
             Check::Warmth => "warmth",
+            Check::Content => "content",
         }
     }
 }

@@ -268,6 +268,8 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
     match kind {
         scenario::FaultKind::Dropout => Disturbance::Dropout,
         scenario::FaultKind::Freeze => Disturbance::Freeze,
+        scenario::FaultKind::Skew => Disturbance::Skew { frames: number(0) as u8 },
+        scenario::FaultKind::Chaff => Disturbance::Chaff { count: number(0) as u8 },
         scenario::FaultKind::Noise => Disturbance::Noise { factor: number(0) as u16 },
         scenario::FaultKind::Occlusion => Disturbance::Occlusion { permille: (number(0) * 1000.0) as u16 },
         scenario::FaultKind::Drift => Disturbance::Drift { east_mm_s: mm(0), north_mm_s: mm(1) },

@@ -160,21 +160,22 @@ fn missing(log: &Log, change: &Change, wanted: impl Fn(Modality) -> bool) -> Opt
 }
 
 fn lacking(log: &Log, change: &Change, since: Micros, frame: u64, modality: Modality) -> Origin {
-    let sensor = match modality {
-        Modality::Rgb => Sensor::Rgb,
-        Modality::Depth => Sensor::Depth,
-        Modality::Thermal => Sensor::Thermal,
-        Modality::Lidar => Sensor::Lidar,
-    };
     let name = modality.name();
     let limit = log.bounds.product_limit_ms;
-    from(NodeId::PERCEPTION, Place::Sensor(sensor), since, format!("frames come without {name} from frame {frame} on"))
-        .with(
-            Stage::Health,
-            silent_since(change).max(since),
-            NodeId::UNIT_A,
-            format!("no fresh product of {name}; one may be {limit} ms old"),
-        )
+    let like = log.last(NodeId::PERCEPTION, since, |event| match *event {
+        Event::Repeated { modality: m, frame: at, first } if (m, at.0) == (modality, frame) => Some(first.0),
+        _ => None,
+    });
+    let what = match like {
+        Some((_, first)) => format!("{name} shows in frame {frame} what it showed in frame {first}, under a new stamp"),
+        None => format!("frames come without {name} from frame {frame} on"),
+    };
+    from(NodeId::PERCEPTION, Place::Sensor(Sensor::of(modality)), since, what).with(
+        Stage::Health,
+        silent_since(change).max(since),
+        NodeId::UNIT_A,
+        format!("no fresh product of {name}; one may be {limit} ms old"),
+    )
 }
 
 /// Since when the unit says that it does not go by fixes; else when it judged.

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use wire::bounds::Bounds;
-use wire::event::{Event, FaultKind, Freshness, Sensor};
+use wire::event::{Event, Freshness, Sensor};
 use wire::id::{NodeId, UnitId};
 use wire::mode::{Cause, Mode};
 
@@ -146,7 +146,7 @@ fn spells(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<(Limit
     let nominal = |mode: Mode| matches!(mode, Mode::Ready | Mode::PrepareToAct);
     let moving = |mode: Mode| !matches!(mode, Mode::HoldSafe | Mode::Idle);
     let mut spells = Vec::new();
-    for fault in receipt.faults.iter().filter(|f| f.kind == FaultKind::Dropout && f.sensor != Sensor::Odometry) {
+    for fault in receipt.faults.iter().filter(|f| f.is_loss()) {
         let span = (fault.start, fault.end.min(evidence.duration));
         spells.push((Limit::Loss, went_on(line, span, nominal)));
         if fault.sensor == Sensor::Localisation {

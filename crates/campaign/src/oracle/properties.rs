@@ -115,13 +115,11 @@ fn authority(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     found
 }
 
-/// P2: after a sensor is lost for good, no authority and no nominal mode beyond *Td*.
+/// P2: after a sensor is lost for good, or shows nothing but the past, no authority and no nominal mode beyond *Td*.
 fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let td = evidence.bounds.to_degraded_ms * 1000;
-    let owed = receipt.faults.iter().filter(|f| {
-        let lost = f.kind == FaultKind::Dropout && f.sensor != Sensor::Odometry;
-        lost && f.end.saturating_sub(f.start) > td && f.start + td <= evidence.duration
-    });
+    let lost = receipt.faults.iter().filter(|f| f.is_loss());
+    let owed = lost.filter(|f| f.end.saturating_sub(f.start) > td && f.start + td <= evidence.duration);
     let late = owed.filter(|f| matches!(line.mode_at(f.start + td), Mode::Ready | Mode::PrepareToAct));
     late.map(|Befallen { sensor, start, .. }| {
         let mode = line.mode_at(start + td).name();

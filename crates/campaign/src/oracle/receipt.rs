@@ -3,15 +3,16 @@
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
 //! time; for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
-//! perception or autonomy must have seen the readings go missing, or off by what was imposed (`place`). What was done to a
-//! byte stream is `stream`'s, to publications `planes`', what insiders sent `mouth`'s, what stands there in disguise `disguise`'s, what befell processes `life`'s.
+//! perception or autonomy must have seen the readings go missing, old ones come again, more of them than ever, or be off by
+//! what was imposed (`place`). What was done to a byte stream is `stream`'s, to publications `planes`', what insiders sent
+//! `mouth`'s, what stands there in disguise `disguise`'s, what befell processes `life`'s.
 
 use std::collections::BTreeMap;
 
 use wire::core::Side;
 use wire::event::{Account, Action, Event, FaultKind, GuardVerdict, Sensor};
-use wire::id::NodeId;
-use wire::sensor::{Modalities, Modality};
+use wire::id::{FrameId, NodeId};
+use wire::sensor::Modality;
 use wire::step::StepName;
 
 use super::plan::Window;
@@ -53,6 +54,19 @@ pub(super) struct Befallen {
     pub start: Micros,
     /// To.
     pub end: Micros,
+}
+
+impl Befallen {
+    /// Whether the unit is without the sensor: it gives nothing, or shows the past under fresh stamps. Nothing rests on
+    /// odometry alone while fixes come, and what a frozen fix comes to is `place`'s.
+    pub(super) fn is_loss(&self) -> bool {
+        match self.kind {
+            FaultKind::Dropout => self.sensor != Sensor::Odometry,
+            FaultKind::Freeze | FaultKind::Skew => !matches!(self.sensor, Sensor::Odometry | Sensor::Localisation),
+            FaultKind::Noise | FaultKind::Occlusion | FaultKind::Drift | FaultKind::Jump => false,
+            FaultKind::TimeStep | FaultKind::TimeDrift | FaultKind::Chaff => false,
+        }
+    }
 }
 
 /// Looks for the receipts of everything planned.
@@ -196,7 +210,7 @@ fn begun(evidence: &Evidence, wanted: StepName) -> bool {
 fn faults(evidence: &Evidence) -> Vec<Befallen> {
     let mut found = Vec::new();
     for (i, w) in evidence.entries.iter().enumerate() {
-        let Event::Fault { sensor, kind, active: true, .. } = w.entry.event else { continue };
+        let Event::Fault { sensor, kind, active: true, frame } = w.entry.event else { continue };
         if w.entry.node != NodeId::SIM {
             continue;
         }
@@ -210,23 +224,37 @@ fn faults(evidence: &Evidence) -> Vec<Befallen> {
             _ => None,
         });
         let end = end.unwrap_or(evidence.duration);
-        let missed =
-            rest.iter().take_while(|e| e.at <= end.saturating_add(200_000)).any(|e| lacks(&e.entry.event, sensor));
-        if missed || sensor == Sensor::Localisation && place::arrived(evidence, kind, w.at, end) {
+        let meanwhile = || rest.iter().take_while(|e| e.at <= end.saturating_add(200_000));
+        let arrived = match (sensor, kind) {
+            (Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar, FaultKind::Freeze | FaultKind::Skew) => {
+                meanwhile().any(|e| is_old(&e.entry.event, sensor, frame))
+            }
+            (Sensor::Rgb, FaultKind::Chaff) => {
+                meanwhile().any(|e| matches!(e.entry.event, Event::Crowded { frame: seen, .. } if seen >= frame))
+            }
+            (Sensor::Localisation, _) => {
+                meanwhile().any(|e| lacks(&e.entry.event, sensor)) || place::arrived(evidence, kind, w.at, end)
+            }
+            (_, _) => meanwhile().any(|e| lacks(&e.entry.event, sensor)),
+        };
+        if arrived {
             found.push(Befallen { sensor, kind, start: w.at, end });
         }
     }
     found
 }
 
+/// Whether the event says that `sensor` still shows what it showed before `from`.
+fn is_old(event: &Event, sensor: Sensor, from: FrameId) -> bool {
+    matches!(*event, Event::Repeated { modality, first, .. } if Sensor::of(modality) == sensor && first < from)
+}
+
 /// Whether the event says that `sensor`'s readings are missing at their consumer.
 fn lacks(event: &Event, sensor: Sensor) -> bool {
-    let without = |present: &Modalities, m: Modality| !present.has(m);
     match (event, sensor) {
-        (Event::FrameSeen { present, .. }, Sensor::Rgb) => without(present, Modality::Rgb),
-        (Event::FrameSeen { present, .. }, Sensor::Depth) => without(present, Modality::Depth),
-        (Event::FrameSeen { present, .. }, Sensor::Thermal) => without(present, Modality::Thermal),
-        (Event::FrameSeen { present, .. }, Sensor::Lidar) => without(present, Modality::Lidar),
+        (Event::FrameSeen { present, .. }, _) => {
+            Modality::ALL.into_iter().any(|m| Sensor::of(m) == sensor && !present.has(m))
+        }
         (Event::NavigationSeen { fix, .. }, Sensor::Localisation) => !fix,
         (Event::NavigationSeen { odometry, .. }, Sensor::Odometry) => !odometry,
         _ => false,

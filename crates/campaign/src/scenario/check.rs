@@ -197,6 +197,15 @@ fn times(s: &Scenario) -> Vec<Finding> {
     .collect()
 }
 
+/// Frames by which a camera may be late so that perception can tell, and so many weak detections.
+const SKEW: (u8, u8) = (perception::content::REPEATS, sim::fault::MAX_SKEW);
+const CHAFF: (u8, u8) = (perception::CROWD as u8, sim::fault::MAX_CHAFF);
+
+/// Whether this is a whole number within these.
+fn counts(number: f64, (least, most): (u8, u8)) -> bool {
+    number.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&number)
+}
+
 fn faults(s: &Scenario) -> Vec<Finding> {
     let mut found = Vec::new();
     for fault in &s.fault {
@@ -205,7 +214,7 @@ fn faults(s: &Scenario) -> Vec<Finding> {
             found.push(finding(
                 &fault.at_s,
                 message,
-                "drift, jump and time are for localisation, occlusion for images",
+                "drift, jump and time are for localisation, occlusion for images, skew for colour and thermal, chaff for colour",
             ));
         }
         let needs = fault.kind.numbers();
@@ -215,6 +224,22 @@ fn faults(s: &Scenario) -> Vec<Finding> {
             }
             Some(at) if fault.kind == super::FaultKind::Noise && at[0].get() < 1.0 => {
                 found.push(finding(at, "noise is not made less", "use a factor of at least 1"));
+            }
+            Some(at) if fault.kind == super::FaultKind::Skew && !counts(at[0].get(), SKEW) => {
+                let (least, most) = SKEW;
+                found.push(finding(
+                    at,
+                    "no number of frames that can be told",
+                    format!("use {least} to {most}: what is younger is no older than a product may be"),
+                ));
+            }
+            Some(at) if fault.kind == super::FaultKind::Chaff && !counts(at[0].get(), CHAFF) => {
+                let (least, most) = CHAFF;
+                found.push(finding(
+                    at,
+                    "no number of detections that can be told",
+                    format!("use {least} to {most}: fewer may be there anyway, and a list has no more room"),
+                ));
             }
             Some(at) if fault.kind == super::FaultKind::Occlusion && !(0.0..=1.0).contains(&at[0].get()) => {
                 found.push(finding(at, "not a share", "use a number from 0 to 1"));

@@ -53,6 +53,10 @@ pub enum FaultKind {
     Dropout,
     /// The last reading comes again with a fresh stamp. Takes no magnitude.
     Freeze,
+    /// A camera (colour, thermal) shows what it saw some time ago under fresh stamps: magnitude `[frames]`, 4 to 32.
+    Skew,
+    /// The colour stage finds so many weak detections in each frame: magnitude `[count]`, 12 to 32.
+    Chaff,
     /// More noise: magnitude `[factor]`, at least 1.
     Noise,
     /// A part of the view is hidden: magnitude `[share]`, 0 to 1.
@@ -73,6 +77,7 @@ impl FaultKind {
         match self {
             FaultKind::Dropout | FaultKind::Freeze => 0,
             FaultKind::Noise | FaultKind::Occlusion | FaultKind::TimeStep | FaultKind::TimeDrift => 1,
+            FaultKind::Skew | FaultKind::Chaff => 1,
             FaultKind::Drift | FaultKind::Jump => 2,
         }
     }
@@ -81,6 +86,8 @@ impl FaultKind {
     pub fn fits(self, sensor: Sensor) -> bool {
         match self {
             FaultKind::Dropout | FaultKind::Freeze | FaultKind::Noise => true,
+            FaultKind::Skew => matches!(sensor, Sensor::Rgb | Sensor::Thermal),
+            FaultKind::Chaff => sensor == Sensor::Rgb,
             FaultKind::Occlusion => !matches!(sensor, Sensor::Odometry | Sensor::Localisation),
             FaultKind::Drift | FaultKind::Jump | FaultKind::TimeStep | FaultKind::TimeDrift => {
                 sensor == Sensor::Localisation

@@ -4,6 +4,7 @@
 
 use minicbor::{Decode, Encode};
 
+use crate::sensor::Modality;
 use crate::time::Span;
 
 /// What an adversary did.
@@ -85,6 +86,18 @@ pub enum Sensor {
     Localisation,
 }
 
+impl Sensor {
+    /// The sensor behind a modality.
+    pub fn of(modality: Modality) -> Sensor {
+        match modality {
+            Modality::Rgb => Sensor::Rgb,
+            Modality::Depth => Sensor::Depth,
+            Modality::Thermal => Sensor::Thermal,
+            Modality::Lidar => Sensor::Lidar,
+        }
+    }
+}
+
 /// What befalls it.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize, serde::Deserialize,
@@ -116,6 +129,12 @@ pub enum FaultKind {
     /// A growing offset of the receiver's time.
     #[n(61)]
     TimeDrift,
+    /// Readings of some time ago, under fresh stamps.
+    #[n(62)]
+    Skew,
+    /// Many weak detections.
+    #[n(63)]
+    Chaff,
 }
 
 /// How a process is kept from running while it lives.

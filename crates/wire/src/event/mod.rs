@@ -18,7 +18,7 @@ use crate::mode::{Because, Cause, Guards, Mode};
 use crate::person::{Act, Order, Unable};
 use crate::policy::Waived;
 use crate::refusal::Reason;
-use crate::sensor::{Class, Modalities, ReceiverTime};
+use crate::sensor::{Class, Modalities, Modality, ReceiverTime};
 use crate::step::StepName;
 use crate::stream::{Deed, Sight};
 use crate::time::{Instant, Span};
@@ -88,7 +88,7 @@ pub enum Event {
         /// First frame affected or first frame whole again.
         #[n(3)] frame: FrameId,
     },
-    /// Perception: what a frame brought, when that changed.
+    /// Perception: what a frame brought, when that changed. A modality that repeats itself brings nothing.
     #[n(11)] FrameSeen { #[n(0)] frame: FrameId, #[n(1)] present: Modalities },
     /// Autonomy: what navigation brought, when that changed.
     #[n(12)] NavigationSeen { #[n(0)] fix: bool, #[n(1)] odometry: bool },
@@ -250,6 +250,15 @@ pub enum Event {
         /// Tracks whose last update is no older than *Tf*.
         #[n(2)] tracks: u8,
     },
+    /// Perception: a modality has shown nothing but what it showed before, for so long that it gives no product until that
+    /// changes (`perception::content`; where that check is waived it is told all the same).
+    #[n(83)] Repeated {
+        #[n(0)] modality: Modality, #[n(1)] frame: FrameId,
+        /// The frame in which this content came first: that of `frame` was to be newer.
+        #[n(2)] first: FrameId,
+    },
+    /// Perception: a frame has many colour detections, and more than any before.
+    #[n(84)] Crowded { #[n(0)] frame: FrameId, #[n(1)] detections: u8 },
     /// Perception: other modalities contradict what the colour stage has seen there, in most of the newest frames.
     #[n(85)] Doubted {
         #[n(0)] frame: FrameId, #[n(1)] class: Class,

@@ -412,15 +412,7 @@ fn outputs() -> Vec<Named> {
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30)
-        .chain(40..43)
-        .chain(45..49)
-        .chain(50..52)
-        .chain(56..59)
-        .chain(60..62)
-        .chain(65..71)
-        .chain(80..83)
-        .chain(85..87)
+    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(56..59).chain(60..62).chain(65..71).chain(80..87)
 }
 
 fn entries() -> Vec<Named> {
@@ -538,6 +530,8 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ),
         ("fault", Event::Fault { sensor: Sensor::Odometry, kind: FaultKind::Drift, active: true, frame: FrameId(40) }),
         ("frame-seen", Event::FrameSeen { frame: FrameId(41), present: Modalities(0b1011) }),
+        ("repeated", Event::Repeated { modality: Modality::Thermal, frame: FrameId(44), first: FrameId(40) }),
+        ("crowded", Event::Crowded { frame: FrameId(45), detections: 32 }),
         ("navigation-seen", Event::NavigationSeen { fix: false, odometry: true }),
         (
             "located",

@@ -125,6 +125,8 @@ fn kind(kind: scenario::FaultKind) -> FaultKind {
     match kind {
         scenario::FaultKind::Dropout => FaultKind::Dropout,
         scenario::FaultKind::Freeze => FaultKind::Freeze,
+        scenario::FaultKind::Skew => FaultKind::Skew,
+        scenario::FaultKind::Chaff => FaultKind::Chaff,
         scenario::FaultKind::Noise => FaultKind::Noise,
         scenario::FaultKind::Occlusion => FaultKind::Occlusion,
         scenario::FaultKind::Drift => FaultKind::Drift,
