@@ -4,7 +4,7 @@
 //! rings by azimuths in millimetres. What COCO has no word for is an extra key, which its readers pass over.
 
 use serde::Serialize;
-use wire::sensor::{Class, Lidar};
+use wire::sensor::{Class, Detection, Lidar};
 
 use crate::example::{Example, counts};
 
@@ -66,10 +66,8 @@ pub struct Annotation {
     pub bbox: [u16; 4],
     /// Pixels that show it.
     pub area: u32,
-    /// Never a crowd.
+    /// Too small to be asked for: what COCO's evaluation passes over, and most training too, goes by this name.
     pub iscrowd: u8,
-    /// Too small to be asked for.
-    pub ignore: u8,
     /// Depth of its nearest visible point, metres.
     pub range_m: f32,
 }
@@ -83,6 +81,32 @@ pub struct Category {
     pub name: &'static str,
     /// All classes are objects.
     pub supercategory: &'static str,
+}
+
+/// One detection, as COCO's evaluation reads results.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Found {
+    /// Frame.
+    pub image_id: u64,
+    /// Class, from 1.
+    pub category_id: u32,
+    /// Left, top, width, height, pixels.
+    pub bbox: [u16; 4],
+    /// 0 to 1.
+    pub score: f32,
+}
+
+impl Found {
+    /// Of a detection on frame `image_id`.
+    pub fn new(image_id: u64, detection: &Detection) -> Self {
+        let b = detection.bounds;
+        Found {
+            image_id,
+            category_id: detection.class as u32 + 1,
+            bbox: [b.x0, b.y0, b.x1.saturating_sub(b.x0), b.y1.saturating_sub(b.y0)],
+            score: f32::from(detection.score) / 1000.0,
+        }
+    }
 }
 
 /// Name of a class in files.
@@ -144,8 +168,7 @@ impl Coco {
                 category_id: label.class as u32 + 1,
                 bbox: [b.x0, b.y0, b.x1 - b.x0, b.y1 - b.y0],
                 area: label.pixels,
-                iscrowd: 0,
-                ignore: u8::from(!counts(label)),
+                iscrowd: u8::from(!counts(label)),
                 range_m: label.range_mm as f32 / 1000.0,
             });
         }

@@ -16,7 +16,7 @@ use crate::sightings::Sightings;
 use crate::warmth::Claims;
 
 /// Detections below this score tell average precision nothing more, permille.
-const LEAST: u16 = 20;
+pub const LEAST: u16 = 20;
 
 /// Why nothing was measured.
 #[derive(Debug, thiserror::Error)]
@@ -60,7 +60,7 @@ pub struct Quality {
     pub sightings: Sightings,
 }
 
-/// Measures `detector` on frames `numbers` of a cell's split, at the limits that perception has.
+/// Measures `detector` on frames `numbers` of a cell's split; calibration and sightings at `limits`.
 ///
 /// # Errors
 /// A frame cannot be made, or the detector fails on one.
@@ -69,15 +69,16 @@ pub fn measure(
     cell: &Cell,
     split: Split,
     numbers: Range<u64>,
+    limits: &Limits,
 ) -> Result<Quality, QualityError> {
-    let (limits, stages) = (Limits::default(), Stages::new(detector.clone()));
+    let stages = Stages::new(detector.clone());
     let (mut outcomes, mut claims, mut sightings) = (Vec::new(), Claims::default(), Sightings::default());
     for number in numbers {
         let example = Example::new(cell, split, number)?;
         let found = detector.detect(&example.frame.rgb, LEAST)?;
         outcomes.push(precision::judge(&example.frame.labels, &found));
         claims.add(&example);
-        sightings.add(&stages, &limits, &example);
+        sightings.add(&stages, limits, &example);
     }
     let all: Vec<&Outcome> = outcomes.iter().collect();
     let bins = calibration::bins(&outcomes, limits.score);

@@ -113,10 +113,13 @@ fn colour_marks(example: &Example, candidates: &Candidates, judged: &[Judgement]
         let against: Vec<&str> =
             Modality::ALL.into_iter().filter(|m| judgement.vetoed.has(*m)).map(Modality::name).collect();
         let against = if against.is_empty() { String::new() } else { format!(" not {}", against.join(", ")) };
-        let (x, y) = (detection.bounds.x0, detection.bounds.y0.max(7) - 1);
+        // Words begin at a box's left edge, or end at its right one where they would run out of the picture.
+        let b = detection.bounds;
+        let (x, anchor) = if b.x0 > example.frame.width / 2 { (b.x1, "end") } else { (b.x0, "start") };
+        let y = b.y0.max(7) - 1;
         let _ = write!(
             marks,
-            "<text x=\"{x}\" y=\"{y}\" font-size=\"5.5\" fill=\"{colour}\" stroke=\"#000\" stroke-width=\"1.2\" \
+            "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" font-size=\"5.5\" fill=\"{colour}\" stroke=\"#000\" stroke-width=\"1.2\" \
              paint-order=\"stroke\">{} 0.{:03}{against}</text>",
             name(detection.class),
             detection.score.min(999)

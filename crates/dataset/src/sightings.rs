@@ -59,6 +59,18 @@ impl Sightings {
         }
     }
 
+    /// Both together.
+    #[must_use]
+    pub fn with(self, other: &Sightings) -> Self {
+        Sightings {
+            objects: self.objects + other.objects,
+            found: self.found + other.found,
+            given: self.given + other.given,
+            right: self.right + other.right,
+            squares_m2: self.squares_m2 + other.squares_m2,
+        }
+    }
+
     /// Share of objects found.
     pub fn recall(&self) -> f64 {
         f64::from(self.found) / f64::from(self.objects.max(1))

@@ -8,7 +8,7 @@ use crate::grid::{HEIGHT, WIDTH};
 /// Two boxes that share more than this of their union show one object.
 const SAME: f32 = 0.45;
 /// Most boxes that suppression compares.
-const MOST: usize = 100;
+const MOST: usize = 300;
 
 /// A box before it is cut to pixels. Its numbers are finite.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! The grid of the detector's output, and how its raw numbers become detections.
 //!
-//! The network gives `[1, 9, 15, 20]`: for each cell of 8 × 8 pixels the objectness and one number a class (both
+//! The network gives `[1, 9, 30, 40]`: for each cell of 4 × 4 pixels the objectness and one number a class (both
 //! logits), the offset of the box's middle from the cell's in cells, and the logarithms of its sides in units of 16
 //! pixels. The trainer encodes with the same constants.
 
@@ -14,11 +14,11 @@ pub const WIDTH: usize = 160;
 /// Image height, pixels.
 pub const HEIGHT: usize = 120;
 /// Side of a cell, pixels.
-pub const CELL: f32 = 8.0;
+pub const CELL: f32 = 4.0;
 /// Cells in a row.
-pub const COLUMNS: usize = 20;
+pub const COLUMNS: usize = 40;
 /// Rows of cells.
-pub const ROWS: usize = 15;
+pub const ROWS: usize = 30;
 /// Unit of a box's sides, pixels.
 pub const UNIT: f32 = 16.0;
 /// Numbers for each cell.
@@ -70,13 +70,13 @@ mod tests {
 
     #[test]
     fn neighbouring_cells_that_see_one_object_give_one_detection() {
-        let cell = 7 * COLUMNS + 10;
+        let cell = 15 * COLUMNS + 20;
         let here = [4.0, 0.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         let beside = [3.0, 0.0, 6.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0];
         let found = decode(&raw(&[(cell, here), (cell + 1, beside)]), 350);
         assert_eq!(found.len(), 1);
         assert_eq!(found[0].class, Class::Person);
-        assert_eq!(found[0].bounds, PixelBox { x0: 76, y0: 52, x1: 92, y1: 68 });
+        assert_eq!(found[0].bounds, PixelBox { x0: 74, y0: 54, x1: 90, y1: 70 });
     }
 
     #[test]

@@ -1,18 +1,19 @@
 //! The data set: rendered frames, and the grid of targets that the network learns.
 //!
-//! The grid is that of `perception::grid`: cells of 8 pixels, and in each the objectness, one channel a class, and
+//! The grid is that of `perception::grid`: cells of 4 pixels, and in each the objectness, one channel a class, and
 //! the box as offset of its middle in cells and logarithm of its sides in units of 16 pixels.
 
+use dataset::cells::{self, Split};
+use dataset::example::{Example as Frame, ExampleError, counts};
 use perception::grid::{CELL, COLUMNS, ROWS, UNIT};
 use sha2::{Digest, Sha256};
-use sim::{Label, Labelled, render};
-
-use crate::scenes::scene;
+use sim::Label;
 
 /// Cells of the grid.
 pub(crate) const CELLS: usize = ROWS * COLUMNS;
-/// An object smaller than this is neither to be found nor to be missed.
-const LEAST: (u16, u16, u32) = (2, 4, 12);
+
+/// Share of an object's sides whose cells are its own.
+const MIDDLE: f32 = 0.4;
 
 /// One frame with what it shows.
 pub(crate) struct Example {
@@ -30,48 +31,41 @@ pub(crate) struct Target {
     pub(crate) object: Vec<f32>,
     /// 0 where nothing is asked.
     pub(crate) asked: Vec<f32>,
+    /// Where an object is: one over the root of how many cells it has, so that a near object does not drown a far one.
+    pub(crate) weight: Vec<f32>,
     /// Four channels, one hot where an object is.
     pub(crate) class: Vec<f32>,
     /// Four channels: offset right and down in cells, logarithms of width and height in units.
     pub(crate) place: Vec<f32>,
 }
 
-/// Renders the examples of these seeds; gives them with the hash of all that is learnt from.
-pub(crate) fn examples(seeds: std::ops::Range<u64>) -> Result<(Vec<Example>, String), sim::scene::SceneError> {
-    let mut hash = Sha256::new();
-    let mut examples = Vec::new();
-    for seed in seeds {
-        let (scene, start) = scene(seed);
-        let frame = render(&scene, start, seed)?;
+/// Frames of what may be learnt from, the cells in turn, with the hash of all that is in them.
+pub(crate) fn examples(frames: std::ops::Range<u64>) -> Result<(Vec<Example>, String), ExampleError> {
+    let learnt: Vec<_> = cells::all()?.iter().filter(|cell| cell.learnt).collect();
+    let (mut hash, mut examples) = (Sha256::new(), Vec::new());
+    for k in frames {
+        let cell = learnt[k as usize % learnt.len()];
+        let frame = Frame::new(cell, Split::Training, k / learnt.len() as u64)?.frame;
         hash.update(&frame.rgb);
         for l in &frame.labels {
             let b = l.bounds;
             let numbers = [l.class as u16, b.x0, b.y0, b.x1, b.y1, l.pixels as u16];
             numbers.iter().for_each(|n| hash.update(n.to_le_bytes()));
         }
-        examples.push(example(frame));
+        let (labels, ignored) = frame.labels.into_iter().partition(counts);
+        examples.push(Example { rgb: frame.rgb, labels, ignored });
     }
     let digest: [u8; 32] = hash.finalize().into();
     Ok((examples, digest.iter().map(|b| format!("{b:02x}")).collect()))
 }
 
-fn example(frame: Labelled) -> Example {
-    let (labels, ignored) = frame.labels.into_iter().partition(findable);
-    Example { rgb: frame.rgb, labels, ignored }
-}
-
-/// Whether an object shows enough of itself to be asked for.
-pub(crate) fn findable(l: &Label) -> bool {
-    let b = l.bounds;
-    b.x1 - b.x0 >= LEAST.0 && b.y1 - b.y0 >= LEAST.1 && l.pixels >= LEAST.2
-}
-
-/// The grid of targets. A cell belongs to the smallest object whose middle half covers its middle, and in any case to
+/// The grid of targets. A cell belongs to the smallest object whose middle part covers its middle, and in any case to
 /// the object whose middle lies in it.
 pub(crate) fn target(example: &Example, mirrored: bool) -> Target {
     let mut target = Target {
         object: vec![0.0; CELLS],
         asked: vec![1.0; CELLS],
+        weight: vec![0.0; CELLS],
         class: vec![0.0; 4 * CELLS],
         place: vec![0.0; 4 * CELLS],
     };
@@ -85,8 +79,9 @@ pub(crate) fn target(example: &Example, mirrored: bool) -> Target {
     }
     for label in labels {
         let [x, y, w, h] = middle(label, mirrored);
-        for cell in cells(label, mirrored, 0.5) {
-            (target.object[cell], target.asked[cell]) = (1.0, 1.0);
+        let weight = 1.0 / (cells(label, mirrored, MIDDLE).count() as f32).sqrt();
+        for cell in cells(label, mirrored, MIDDLE) {
+            (target.object[cell], target.asked[cell], target.weight[cell]) = (1.0, 1.0, weight);
             for class in 0..4 {
                 target.class[class * CELLS + cell] = f32::from(u8::from(class == label.class as usize));
             }

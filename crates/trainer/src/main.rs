@@ -1,22 +1,31 @@
 //! Trains the detector of `perception` on the project's own rendered frames.
 //!
-//! `trainer train DIR [STEPS] [FRAMES]` renders, trains and writes `DIR/detector.onnx`; `trainer measure DIR` runs that
-//! file through the pure-Rust runtime on held-out seeds and writes its card and manifest. Not part of the normal build: nothing depends on this package.
+//! `trainer train DIR [STEPS] [FRAMES]` renders, trains and writes `DIR/detector.onnx`, `trainer refine` goes on from there with
+//! other frames at a lower rate, `trainer calibrate DIR` makes its scores mean what they say; `trainer measure DIR [FRAMES]` runs
+//! that file through the pure-Rust runtime on frames that nothing was learnt from and writes its card and manifest; `trainer
+//! attack DIR [FRAMES]` attacks it with its own gradients. Not part of the normal build: nothing depends on this package.
 
+mod attack;
+mod calibrate;
 mod card;
 mod data;
-mod measure;
 mod net;
-mod scenes;
 mod train;
 
-use std::path::PathBuf;
+use std::path::Path;
 use std::process::ExitCode;
 
-/// Seed of the weights and of the batches.
-const SEED: u64 = 20_260;
-/// Scenes learnt from.
-const TRAINING: std::ops::Range<u64> = 1..2_801;
+use perception::model::hex_digest;
+
+use crate::card::{Round, Training};
+
+const USAGE: &str = "usage: trainer train DIR [STEPS] [FRAMES] | trainer refine DIR [STEPS] [FRAMES] | trainer calibrate DIR | \
+                     trainer measure DIR [FRAMES] | trainer attack DIR [FRAMES]";
+/// Seed of the weights and of the batches of the first round; each that follows has the next.
+const SEED: u64 = 20_261;
+/// Batches, and frames learnt from, unless others are asked for.
+const STEPS: u64 = 2_000;
+const FRAMES: u64 = 5_400;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -31,18 +40,40 @@ fn main() -> ExitCode {
 
 fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let number = |word: Option<&&str>| word.map(|word| word.parse::<u64>()).transpose();
     match words.as_slice() {
-        ["train", directory, rest @ ..] => {
-            let number = |at: usize, default: u64| rest.get(at).map_or(Ok(default), |word| word.parse());
-            let (steps, frames) = (number(0, 1_500)?, number(1, TRAINING.end - TRAINING.start)?);
-            let (examples, data_sha256) = data::examples(TRAINING.start..TRAINING.start + frames)?;
-            let objects = examples.iter().map(|e| e.labels.len() as u64).sum();
-            let training = card::Training { seed: SEED, steps, frames, objects, data_sha256 };
-            let directory = PathBuf::from(directory);
-            std::fs::write(directory.join("training.toml"), toml::to_string(&training)?)?;
-            train::train(&examples, steps as usize, SEED, &directory.join("detector.onnx"))
+        [verb @ ("train" | "refine"), directory, rest @ ..] if rest.len() <= 2 => {
+            let (steps, frames) = (number(rest.first())?.unwrap_or(STEPS), number(rest.get(1))?.unwrap_or(FRAMES));
+            train(Path::new(directory), *verb == "refine", steps, frames)
         }
-        ["measure", directory] => card::write(&PathBuf::from(directory)),
-        _ => Err("usage: trainer train DIR [STEPS] [FRAMES] | trainer measure DIR".into()),
+        ["calibrate", directory] => calibrate::write(Path::new(directory)),
+        ["measure", directory, rest @ ..] if rest.len() <= 1 => {
+            card::write(Path::new(directory), number(rest.first())?)
+        }
+        ["attack", directory, rest @ ..] if rest.len() <= 1 => {
+            attack::write(Path::new(directory), number(rest.first())?)
+        }
+        _ => Err(USAGE.into()),
     }
+}
+
+/// One round: from new weights, or from those of the round before with frames that follow its own.
+fn train(directory: &Path, again: bool, steps: u64, frames: u64) -> Result<(), Box<dyn std::error::Error>> {
+    let mut training = if again { Training::read(directory)? } else { Training::default() };
+    let first = training.round.iter().map(|round| round.frames).sum();
+    let (examples, data_sha256) = data::examples(first..first + frames)?;
+    eprintln!("{frames} frames rendered");
+    let seed = SEED + training.round.len() as u64;
+    let cpu = train::train(&examples, steps as usize, seed, again, &directory.join("detector.onnx"))?;
+    training.round.push(Round {
+        seed,
+        steps,
+        batch: train::BATCH as u64,
+        frames,
+        objects: examples.iter().map(|e| e.labels.len() as u64).sum(),
+        data_sha256,
+        cells_sha256: hex_digest(dataset::cells::text().as_bytes()),
+        cpu_minutes: cpu.as_secs() / 60,
+    });
+    training.write(directory)
 }

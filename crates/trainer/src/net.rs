@@ -1,13 +1,14 @@
 //! The detector's network and its loss.
 //!
-//! Seven convolutions with batch normalisation, stride 8 in all; a plain head. The network gives raw numbers, and
+//! Six convolutions with batch normalisation, stride 4 in all and then dilated, so that a small object keeps its place and
+//! a large one is seen whole; a plain head. The network gives raw numbers, and
 //! `perception::detector` turns them into probabilities and boxes, so that no activation differs between runtimes.
 
 use burn::module::Module;
 use burn::nn::conv::{Conv2d, Conv2dConfig};
 use burn::nn::{BatchNorm, BatchNormConfig, PaddingConfig2d};
 use burn::tensor::activation::{log_softmax, relu, sigmoid};
-use burn::tensor::{Device, Tensor};
+use burn::tensor::{Device, Tensor, TensorData};
 
 /// Channels that the head gives.
 pub(crate) const CHANNELS: usize = 9;
@@ -34,7 +35,7 @@ impl Block {
     }
 }
 
-/// The network: `[n, 3, 120, 160]` in 0..1 to `[n, 9, 15, 20]`.
+/// The network: `[n, 3, 120, 160]` in 0..1 to `[n, 9, 30, 40]`.
 #[derive(Module, Debug)]
 pub(crate) struct Net {
     blocks: Vec<Block>,
@@ -44,15 +45,29 @@ pub(crate) struct Net {
 impl Net {
     /// With weights drawn from the device's seed.
     pub(crate) fn new(device: &Device) -> Self {
+        // Channels, stride, dilation.
         let plan =
-            [([3, 12], 2, 1), ([12, 24], 1, 1), ([24, 32], 2, 1), ([32, 48], 2, 1), ([48, 64], 1, 1), ([64, 64], 1, 2)];
+            [([3, 16], 2, 1), ([16, 24], 1, 1), ([24, 32], 2, 1), ([32, 48], 1, 1), ([48, 48], 1, 2), ([48, 48], 1, 4)];
         Net {
             blocks: plan
                 .into_iter()
                 .map(|(channels, stride, dilation)| Block::new(channels, stride, dilation, device))
                 .collect(),
-            head: Conv2dConfig::new([64, CHANNELS], [1, 1]).init(device),
+            head: Conv2dConfig::new([48, CHANNELS], [1, 1]).init(device),
         }
+    }
+
+    /// The same network with objectness `slope · x + offset`: what calibration asks for, folded into the head.
+    pub(crate) fn calibrated(self, slope: f32, offset: f32, device: &Device) -> Self {
+        let row = |first: f32, rest: f32| {
+            let mut values = vec![rest; CHANNELS];
+            values[0] = first;
+            Tensor::<1>::from_data(TensorData::new(values, [CHANNELS]), device)
+        };
+        let Net { blocks, mut head } = self;
+        head.weight = head.weight.map(|w| w * row(slope, 1.0).reshape([CHANNELS, 1, 1, 1]));
+        head.bias = head.bias.map(|bias| bias.map(|b| b * row(slope, 1.0) + row(offset, 0.0)));
+        Net { blocks, head }
     }
 
     /// Raw numbers for each cell.
@@ -67,13 +82,16 @@ pub(crate) struct Wanted {
     pub(crate) object: Tensor<3>,
     /// One channel.
     pub(crate) asked: Tensor<3>,
+    /// One channel.
+    pub(crate) weight: Tensor<3>,
     /// Four channels.
     pub(crate) class: Tensor<3>,
     /// Four channels.
     pub(crate) place: Tensor<3>,
 }
 
-/// Focal objectness, cross entropy of the class and a smooth distance of the box, the last two where an object is.
+/// Focal objectness, cross entropy of the class and a smooth distance of the box, the last two where an object
+/// is, by the weight of its cells.
 pub(crate) fn loss(given: Tensor<4>, wanted: Wanted) -> Tensor<1> {
     let [n, channels, rows, columns] = given.dims();
     let given = given.reshape([n, channels, rows * columns]);
@@ -83,9 +101,10 @@ pub(crate) fn loss(given: Tensor<4>, wanted: Wanted) -> Tensor<1> {
     let weight = miss.clone() * miss * wanted.asked * (wanted.object.clone() + 1.0);
     let entropy = relu(x.clone()) - x.clone() * wanted.object.clone() + (x.abs().neg().exp() + 1.0).log();
     let objectness = (entropy * weight).sum() / objects.clone();
-    let class = log_softmax(given.clone().narrow(1, 1, 4), 1) * wanted.class;
-    let class = class.sum().neg() / objects.clone();
+    let total = wanted.weight.clone().sum().clamp_min(1.0);
+    let class = log_softmax(given.clone().narrow(1, 1, 4), 1) * wanted.class * wanted.weight.clone();
+    let class = class.sum().neg() / total.clone();
     let apart = given.narrow(1, 5, 4) - wanted.place;
-    let apart = ((apart.clone() * apart + 0.01).sqrt() - 0.1) * wanted.object;
-    objectness * 2.0 + class + apart.sum() / objects
+    let apart = ((apart.clone() * apart + 0.01).sqrt() - 0.1) * wanted.weight;
+    objectness * 2.0 + class + apart.sum() / total
 }

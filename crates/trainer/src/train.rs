@@ -1,6 +1,7 @@
 //! The training loop: a fixed number of steps over seeded batches, then the export.
 
 use std::path::Path;
+use std::time::Duration;
 
 use burn::module::Module;
 use burn::optim::{AdamWConfig, GradientsParams};
@@ -10,27 +11,34 @@ use perception::grid::{COLUMNS, HEIGHT, ROWS, WIDTH};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 
-use crate::data::{Example, target};
+use crate::data::{Example, Target, target};
 use crate::net::{Net, Wanted, loss};
 
 /// Frames in a batch.
-const BATCH: usize = 24;
-/// Greatest learning rate.
+pub(crate) const BATCH: usize = 16;
+/// Greatest learning rate, of new weights and of those that were trained before.
 const RATE: f64 = 4e-3;
+const RATE_AGAIN: f64 = 2e-3;
 /// Steps over which the rate rises.
 const WARM_UP: usize = 40;
 
-/// Trains for `steps` batches and writes the network to `path` as ONNX.
+/// Trains for `steps` batches, from the weights beside `path` if `again`, and writes the network to `path` as ONNX. Gives the
+/// processor time it took.
 pub(crate) fn train(
     examples: &[Example],
     steps: usize,
     seed: u64,
+    again: bool,
     path: &Path,
-) -> Result<(), Box<dyn std::error::Error>> {
+) -> Result<Duration, Box<dyn std::error::Error>> {
     let device = Device::default().autodiff();
     device.seed(seed);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut net = Net::new(&device);
+    let mut most = RATE;
+    if again {
+        (net, most) = (net.try_load_file(path.with_extension("bpk"))?, RATE_AGAIN);
+    }
     let mut optimiser = AdamWConfig::new().with_weight_decay(1e-3).init();
     let mut mean = 0.0;
     for step in 0..steps {
@@ -39,55 +47,72 @@ pub(crate) fn train(
         let value: f32 = loss.clone().into_scalar();
         mean = if step == 0 { value } else { 0.95 * mean + 0.05 * value };
         let gradients = GradientsParams::from_grads(loss.backward(), &net);
-        net = optimiser.step(rate(step, steps), net, gradients);
+        net = optimiser.step(most * rate(step, steps), net, gradients);
         if step % 20 == 0 || step + 1 == steps {
             eprintln!("step {step:5} of {steps}: loss {mean:.4}");
         }
         if step % 200 == 199 {
-            export(&net, path)?;
+            save(&net.valid(), path)?;
         }
     }
-    export(&net, path)
+    save(&net.valid(), path)?;
+    Ok(cpu())
 }
 
-fn export(net: &Net, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
+/// Processor time of this process so far.
+fn cpu() -> Duration {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
+}
+
+/// Writes the network as ONNX, and its weights beside it for whoever attacks it with gradients.
+pub(crate) fn save(net: &Net, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
     let sample = Tensor::<4>::zeros([1, 3, HEIGHT, WIDTH], &Device::default());
-    Ok(OnnxExporter::new().export(&net.valid(), sample, Net::forward)?.save(path)?)
+    OnnxExporter::new().export(net, sample, Net::forward)?.save(path)?;
+    Ok(net.clone().save_file(path.with_extension("bpk"))?)
 }
 
-/// Rises over the warm-up, then falls along half a cosine.
+/// Share of the greatest rate: rises over the warm-up, then falls along half a cosine.
 fn rate(step: usize, steps: usize) -> f64 {
     if step < WARM_UP {
-        return RATE * (step + 1) as f64 / WARM_UP as f64;
+        return (step + 1) as f64 / WARM_UP as f64;
     }
     let share = (step - WARM_UP) as f64 / (steps - WARM_UP).max(1) as f64;
-    RATE * (0.01 + 0.99 * 0.5 * (1.0 + libm::cos(core::f64::consts::PI * share)))
+    0.01 + 0.99 * 0.5 * (1.0 + libm::cos(core::f64::consts::PI * share))
 }
 
 /// A batch drawn at random, each frame perhaps mirrored, brighter or darker.
 fn batch(examples: &[Example], rng: &mut ChaCha8Rng, device: &Device) -> (Tensor<4>, Wanted) {
-    let cells = ROWS * COLUMNS;
     let mut input = vec![0.0; BATCH * 3 * HEIGHT * WIDTH];
-    let (mut object, mut asked, mut class, mut place) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut targets = Vec::with_capacity(BATCH);
     for plane in input.chunks_exact_mut(3 * HEIGHT * WIDTH) {
         let example = &examples[rng.next_u32() as usize % examples.len()];
         let mirrored = rng.next_u32() & 1 == 1;
         let gain = 0.8 + 0.4 * (rng.next_u32() >> 8) as f32 / 16_777_216.0;
         paint(&example.rgb, mirrored, gain, plane);
-        let wanted = target(example, mirrored);
-        object.extend(wanted.object);
-        asked.extend(wanted.asked);
-        class.extend(wanted.class);
-        place.extend(wanted.place);
+        targets.push(target(example, mirrored));
     }
-    let grid =
-        |values: Vec<f32>, channels| Tensor::from_data(TensorData::new(values, [BATCH, channels, cells]), device);
-    let wanted =
-        Wanted { object: grid(object, 1), asked: grid(asked, 1), class: grid(class, 4), place: grid(place, 4) };
-    (Tensor::from_data(TensorData::new(input, [BATCH, 3, HEIGHT, WIDTH]), device), wanted)
+    (Tensor::from_data(TensorData::new(input, [BATCH, 3, HEIGHT, WIDTH]), device), wanted(targets, device))
 }
 
-fn paint(rgb: &[u8], mirrored: bool, gain: f32, plane: &mut [f32]) {
+/// Targets as tensors.
+pub(crate) fn wanted(targets: Vec<Target>, device: &Device) -> Wanted {
+    let n = targets.len();
+    let grid = |channels: usize, of: fn(&Target) -> &Vec<f32>| {
+        let values: Vec<f32> = targets.iter().flat_map(|t| of(t).iter().copied()).collect();
+        Tensor::from_data(TensorData::new(values, [n, channels, ROWS * COLUMNS]), device)
+    };
+    Wanted {
+        object: grid(1, |t| &t.object),
+        asked: grid(1, |t| &t.asked),
+        weight: grid(1, |t| &t.weight),
+        class: grid(4, |t| &t.class),
+        place: grid(4, |t| &t.place),
+    }
+}
+
+/// Planes of red, green and blue in 0..1, perhaps mirrored, brighter or darker.
+pub(crate) fn paint(rgb: &[u8], mirrored: bool, gain: f32, plane: &mut [f32]) {
     for (k, pixel) in rgb.chunks_exact(3).enumerate() {
         let (row, column) = (k / WIDTH, k % WIDTH);
         let column = if mirrored { WIDTH - 1 - column } else { column };

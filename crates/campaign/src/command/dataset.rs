@@ -6,8 +6,9 @@ use std::sync::Arc;
 
 use clap::builder::PossibleValuesParser;
 use dataset::cells::{self, Cell, Split};
-use dataset::coco::Coco;
+use dataset::coco::{Coco, Found};
 use dataset::example::Example;
+use dataset::quality::LEAST;
 use dataset::sheet::{self, Entry};
 use perception::detector::Detector;
 use perception::stages::Stages;
@@ -34,8 +35,11 @@ pub(super) struct Args {
     /// Frames of each cell; the first has the number that --seed gives.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     frames: u64,
+    /// Also write detections.json: what the built-in detector finds there, as COCO's evaluation reads results.
+    #[arg(long)]
+    detect: bool,
     /// Draw one frame of each cell, in every modality and with what the stages make of it, into this SVG file.
-    #[arg(long, value_name = "FILE", conflicts_with = "dir")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["dir", "detect"])]
     sheet: Option<PathBuf>,
 }
 
@@ -81,11 +85,12 @@ fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell], split: Spl
         let what = format!("{} is there already; name another folder", manifest_path.display());
         return Err(Failure::new(Exit::Usage, what));
     }
-    std::fs::create_dir_all(dir)?;
+    std::fs::create_dir_all(dir).map_err(|e| Failure::new(Exit::Usage, format!("{}: {e}", dir.display())))?;
     let names: Vec<String> = cells.iter().map(|cell| cell.name.clone()).collect();
     let described = format!("simulated scenes, {} cells {}", split.name(), names.join(", "));
     let mut coco = Coco::new(described, env!("CARGO_PKG_VERSION"));
-    let mut files = BTreeMap::new();
+    let detector = if args.detect { Some(Detector::built_in().map_err(internal)?) } else { None };
+    let (mut files, mut found) = (BTreeMap::new(), Vec::new());
     let progress = Progress::new("frames", cells.len() * args.frames as usize, context.talk);
     for number in (0..args.frames).map(|k| context.seed + k) {
         for cell in cells {
@@ -96,12 +101,19 @@ fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell], split: Spl
             for (path, content) in coco.add(&cell.name, number, &example).map_err(internal)? {
                 keep(dir, &path, &content, &mut files)?;
             }
+            if let Some(detector) = &detector {
+                let detections = detector.detect(&example.frame.rgb, LEAST).map_err(internal)?;
+                found.extend(detections.iter().map(|d| Found::new(coco.images.len() as u64, d)));
+            }
             progress.step();
         }
     }
     progress.finish();
     let annotations = serde_json::to_vec(&coco).map_err(internal)?;
     keep(dir, "annotations.json", &annotations, &mut files)?;
+    if detector.is_some() {
+        keep(dir, "detections.json", &serde_json::to_vec(&found).map_err(internal)?, &mut files)?;
+    }
     keep(dir, "cells.toml", cells::text().as_bytes(), &mut files)?;
     let manifest = Manifest {
         schema_version: SCHEMA_VERSION,
@@ -142,7 +154,8 @@ fn sheet(context: &Context, file: &Path, cells: &[&Cell], split: Split) -> Resul
     let title = |cell: &Cell| format!("{}, {} frame {}", cell.name, split.name(), context.seed);
     let entries = cells.iter().zip(&examples).map(|(cell, example)| Entry { title: title(cell), example });
     let entries: Vec<Entry<'_>> = entries.collect();
-    std::fs::write(file, sheet::draw(&entries, &Stages::new(Arc::new(detector))).map_err(internal)?)?;
+    let drawn = sheet::draw(&entries, &Stages::new(Arc::new(detector))).map_err(internal)?;
+    std::fs::write(file, drawn).map_err(|e| Failure::new(Exit::Usage, format!("--sheet {}: {e}", file.display())))?;
     out::say(format_args!("{}", file.display()));
     Ok(Exit::Fine)
 }

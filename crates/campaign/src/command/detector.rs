@@ -9,10 +9,12 @@ use comfy_table::Table;
 use comfy_table::presets::UTF8_FULL_CONDENSED;
 use dataset::cells::Split;
 use dataset::quality::{Quality, measure};
+use perception::corroborate::Limits;
 use perception::detector::Detector;
 use perception::runtime;
 use serde::Serialize;
 
+use super::bring::Bring;
 use super::dataset::chosen;
 use super::failure::{Exit, Failure};
 use super::{Context, out};
@@ -27,6 +29,8 @@ pub(super) struct Args {
     /// Conditions, as in crates/dataset/cells.toml; all of them without it.
     #[arg(long, value_name = "NAME")]
     cell: Vec<String>,
+    #[command(flatten)]
+    bring: Bring,
 }
 
 #[derive(Serialize)]
@@ -40,7 +44,10 @@ struct Measured {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let internal = |e: &dyn std::fmt::Display| Failure::new(Exit::Internal, e.to_string());
     let (cells, splits) = (chosen(&args.cell)?, [Split::HeldOut, Split::Novel]);
-    let detector = Arc::new(Detector::built_in().map_err(|e| internal(&e))?);
+    let detector = match args.bring.load()?.and_then(|loaded| loaded.brought.loaded) {
+        Some(brought) => brought,
+        None => Arc::new(Detector::built_in().map_err(|e| internal(&e))?),
+    };
     let progress = Progress::new("cells", cells.len() * splits.len(), context.talk);
     let mut rows = Vec::new();
     for split in splits {
@@ -49,7 +56,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
                 return Err(Failure::new(Exit::Interrupted, "interrupted"));
             }
             let numbers = context.seed..context.seed + args.frames;
-            rows.push(measure(&detector, cell, split, numbers).map_err(|e| internal(&e))?);
+            rows.push(measure(&detector, cell, split, numbers, &Limits::default()).map_err(|e| internal(&e))?);
             progress.step();
         }
     }

@@ -95,10 +95,10 @@ fn judge(camera: &Camera, limits: &Limits, unheard: Modalities, candidates: &Can
     });
     let mut spatial = geometry::judge(camera, limits, detection, depth, candidates.lidar.as_deref());
     spatial.pass_over(unheard);
-    let warmth = match thermal::judge(detection, candidates.thermal.as_deref()) {
-        Warmth::Contradicts if unheard.has(Modality::Thermal) => Warmth::Fits,
-        heard => heard,
-    };
+    let mut warmth = thermal::judge(detection, candidates.thermal.as_deref());
+    if warmth == Warmth::Contradicts && unheard.has(Modality::Thermal) {
+        warmth = Warmth::Fits;
+    }
     let (supported, vetoed) = sets(&spatial, warmth);
     let sighting = spatial.place.filter(|_| enough(&spatial, warmth)).map(|Place { middle, sigma }| Sighting {
         class: detection.class,

@@ -29,7 +29,8 @@ pub(in crate::cast) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {
 
 /// Objects that bear another's paint stand there from the start.
 fn disguises(s: &Scenario) -> impl Iterator<Item = Plan> {
-    let objects = s.scene().object.iter().enumerate();
+    // What runs on the stacks has no scene.
+    let objects = s.scene.iter().flat_map(|scene| scene.object.iter().enumerate());
     objects.filter_map(|(index, object)| {
         let class = object.painted_as.filter(|paint| *paint != object.class)?;
         Some(Plan::from(Planned::Disguise(ObjectId(index as u16), scene::class(class))))
