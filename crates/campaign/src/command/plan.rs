@@ -11,7 +11,7 @@ use crate::campaign::Content;
 use crate::cast::is_attacked;
 use crate::evidence::hex;
 use crate::report::Mode;
-use crate::scenario::{self, Scenario, Setup, Variation};
+use crate::scenario::{self, Scenario, Setup, Variation, Weather};
 
 /// One variation of a scenario, ready to run.
 #[derive(Clone, Debug)]
@@ -119,6 +119,11 @@ pub(super) fn prepare(context: &Context, variation: Variation, wanted: &Wanted) 
         variation
     };
     let rendered = wanted.rendered || wanted.detector.is_some();
+    let weather = variation.scenario.scene.as_ref().is_some_and(|scene| scene.weather != Weather::default());
+    if weather && !rendered {
+        let message = format!("`{}` has weather, which only rendered sensors know", variation.scenario.name.as_str());
+        return Err(Failure::new(Exit::Usage, format!("{message}; run it with --rendered, or live")));
+    }
     let mut setup = Setup::load(&context.root()?, &variation.scenario, wanted.policy.as_deref(), rendered)?;
     setup.detector = wanted.detector.as_ref().map(|loaded| loaded.brought.clone());
     setup.stop = context.stop.clone();
