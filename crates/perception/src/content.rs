@@ -26,6 +26,10 @@ use wire::track::StageProduct;
 /// blob repeats in 0.94 % of pairs (0.3 K of jitter, told in hundredths), four times in a row at one of 32 distances in
 /// 2.5e-7 of frames, 0.009 an hour. Driving, or with two objects, there is none.
 pub const REPEATS: u8 = 4;
+/// Of those, how many have to show something: a stage misses everything in one picture now and then, and a late camera shows
+/// that picture late as well. One empty one in four makes the chance of a false alarm smaller, not greater: it has to be
+/// empty at the same distance.
+const TELLING: u8 = REPEATS - 1;
 /// How many frames back content is known again: 3.2 s.
 pub const REACH: usize = 32;
 
@@ -78,10 +82,10 @@ enum State {
     PlayedBack,
 }
 
-/// A content, and the product that showed it first.
+/// A content, if there was one to go by, and the product that showed it first.
 #[derive(Clone, Copy, Debug)]
 struct Shown {
-    print: u64,
+    print: Option<u64>,
     first: StageProduct,
 }
 
@@ -89,29 +93,36 @@ struct Shown {
 #[derive(Clone, Debug, Default)]
 struct Memory {
     /// Newest first, at most [`REACH`].
-    shown: VecDeque<Option<Shown>>,
-    /// For each distance in frames, less one: how many frames in a row have repeated the one so far back.
-    runs: [u8; REACH],
+    shown: VecDeque<Shown>,
+    /// For each distance in frames, less one: how many frames in a row have repeated the one so far back, and how many of them
+    /// with anything to go by.
+    runs: [(u8, u8); REACH],
     state: State,
 }
 
 impl Memory {
     fn note(&mut self, product: StageProduct, print: Option<u64>) -> Option<StageProduct> {
-        let same = |shown: &Option<Shown>| shown.filter(|shown| Some(shown.print) == print);
-        let first = self.shown.iter().find_map(same).map_or(product, |shown| shown.first);
+        let same = |shown: &&Shown| print.is_some() && shown.print == print;
+        let first = self.shown.iter().find(same).map_or(product, |shown| shown.first);
         for (lag, run) in self.runs.iter_mut().enumerate() {
-            let again = self.shown.get(lag).and_then(same).is_some();
-            *run = if again { run.saturating_add(1) } else { 0 };
+            *run = match (print, self.shown.get(lag).map(|shown| shown.print)) {
+                (Some(now), Some(Some(back))) if now == back => (run.0.saturating_add(1), run.1.saturating_add(1)),
+                // One that shows nothing, as the one so far back did: it neither tells a repetition nor ends one.
+                (None, Some(None)) => (run.0.saturating_add(1), run.1),
+                (Some(_) | None, _) => (0, 0),
+            };
         }
-        self.shown.push_front(print.map(|print| Shown { print, first }));
+        let lag = self.runs.iter().position(|run| run.0 >= REPEATS && run.1 >= TELLING);
+        let shown_first = lag.and_then(|lag| self.shown.get(lag)).map(|shown| shown.first);
+        self.shown.push_front(Shown { print, first });
         self.shown.truncate(REACH);
         let before = self.state;
-        self.state = match (before, self.runs.iter().position(|run| *run >= REPEATS)) {
+        self.state = match (before, lag) {
             (State::PlayedBack, _) | (State::Live | State::Stuck, Some(1..)) => State::PlayedBack,
             (State::Live | State::Stuck, Some(0)) => State::Stuck,
             (State::Live | State::Stuck, None) => State::Live,
         };
-        (before == State::Live && self.state != State::Live).then_some(first)
+        shown_first.filter(|_| before == State::Live && self.state != State::Live)
     }
 }
 
@@ -154,5 +165,12 @@ mod tests {
         assert!(told((0..200).map(|n| if n % 3 == 0 { 7 } else { 100 + n })).0.is_empty(), "one in three is the same");
         assert!(told((1..=33).chain(1..=33)).0.is_empty(), "33 frames back");
         assert_eq!(told((1..=32).chain(1..=32)).1, [(36, 4)]);
+    }
+
+    #[test]
+    fn an_empty_picture_among_late_ones_hides_nothing() {
+        assert_eq!(told([1, 2, 3, 4, 5, 0, 7, 8, 5, 0, 7, 8]).1, [(12, 8)]);
+        assert_eq!(told([1, 2, 3, 4, 5, 6, 7, 0, 5, 6, 7, 0]).1, [(12, 8)], "the empty one last");
+        assert_eq!(told([1, 2, 3, 4, 5, 0, 0, 8, 5, 0, 0, 8]).1, [], "two of four tell too little");
     }
 }

@@ -92,6 +92,8 @@ pub(crate) struct Stages {
     past_rgb: Past<List<Detection, 32>>,
     past_thermal: Past<List<Blob, 32>>,
     last: Option<Candidates>,
+    /// The product of the frame before, as it was given.
+    before: Option<Candidates>,
 }
 
 impl Stages {
@@ -108,6 +110,7 @@ impl Stages {
             past_rgb: Past::new(faults.deepest_skew(Sensor::Rgb)),
             past_thermal: Past::new(faults.deepest_skew(Sensor::Thermal)),
             last: None,
+            before: None,
         }
     }
 
@@ -159,7 +162,16 @@ impl Stages {
             thermal: blobs,
             lidar: clusters,
         };
-        self.last = Some(now.clone());
+        // A frozen empty list is like every empty list: nobody could tell that it is frozen. So what freezes is the newest
+        // list that shows anything, of this frame or the one before.
+        let before = self.before.replace(now.clone());
+        let before = before.as_ref();
+        self.last = Some(Candidates {
+            rgb: filled(&now.rgb, before.and_then(|b| b.rgb.as_ref())),
+            thermal: filled(&now.thermal, before.and_then(|b| b.thermal.as_ref())),
+            lidar: filled(&now.lidar, before.and_then(|b| b.lidar.as_ref())),
+            ..now.clone()
+        });
         now
     }
 
@@ -273,6 +285,17 @@ impl Stages {
         let mut edge = |v: u16| f32::from(v) + spread * self.rgb.normal();
         let (low, high) = ([edge(bounds.x0), edge(bounds.y0)], [edge(bounds.x1) - 1.0, edge(bounds.y1) - 1.0]);
         clip(&self.camera, low, high).unwrap_or(bounds)
+    }
+}
+
+/// What a sensor that freezes now goes on showing: the newest list, or where that is empty the one before.
+fn filled<T: Clone, const MAX: usize>(
+    now: &Option<List<T, MAX>>,
+    before: Option<&List<T, MAX>>,
+) -> Option<List<T, MAX>> {
+    match now {
+        Some(list) if list.is_empty() => before.or(now.as_ref()).cloned(),
+        Some(_) | None => now.clone(),
     }
 }
 
