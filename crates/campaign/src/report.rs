@@ -42,6 +42,7 @@ pub use rare::{Asked, RareObject, rare_table};
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
 pub use run::{CellSummary, LatencySummary, Mode, RunObject, Summary};
 pub use search::{Confirmed, FindingRow, SearchObject, search_table};
+pub(crate) use table::started;
 pub use table::{latency_table, reference_table, run_table};
 pub use transitions::{TransitionCell, TransitionRow, transition_table};
 pub use worth::{HuntsRow, WeaknessRow, WorthObject, worth_table};

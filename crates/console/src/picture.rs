@@ -10,7 +10,7 @@ use wire::time::{Instant, Span};
 use crate::age::Labelled;
 use crate::alarm;
 use crate::shown::{Shown, ShownUnit};
-use crate::text::{class_name, life, word};
+use crate::text::{life, word};
 
 /// Raised when a field changes its meaning or goes.
 const VERSION: u32 = 1;
@@ -91,7 +91,7 @@ fn track(of: &Labelled<ReportedTrack>) -> Value {
         of,
         json!({
             "id": track.id.0,
-            "class": class_name(track.class),
+            "class": track.class.name(),
             "x_mm": track.x_mm,
             "y_mm": track.y_mm,
             "confidence_permille": track.confidence,

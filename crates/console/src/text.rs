@@ -7,7 +7,6 @@ use std::fmt::Write;
 
 use wire::event::Freshness;
 use wire::report::ReportedTrack;
-use wire::sensor::Class;
 use wire::time::{Instant, Span};
 
 use crate::act::Answer;
@@ -121,7 +120,7 @@ fn track_line(text: &mut String, labelled: &Labelled<ReportedTrack>) {
     let (track, freshness) = labelled.get();
     let (x, y) = (metres(track.x_mm), metres(track.y_mm));
     let confidence = f64::from(track.confidence) / 1000.0;
-    let class = class_name(track.class);
+    let class = track.class.name();
     let (word, age) = (word(freshness), age(labelled.age()));
     line(
         text,
@@ -175,14 +174,5 @@ pub(crate) fn word(freshness: Freshness) -> &'static str {
         Freshness::Late => "LATE",
         Freshness::Stale => "STALE",
         Freshness::Lost => "LOST",
-    }
-}
-
-pub(crate) fn class_name(class: Class) -> &'static str {
-    match class {
-        Class::Vehicle => "vehicle",
-        Class::Person => "person",
-        Class::Decoy => "decoy",
-        Class::Obstacle => "obstacle",
     }
 }

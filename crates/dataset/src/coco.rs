@@ -109,20 +109,10 @@ impl Found {
     }
 }
 
-/// Name of a class in files.
-pub fn name(class: Class) -> &'static str {
-    match class {
-        Class::Vehicle => "vehicle",
-        Class::Person => "person",
-        Class::Decoy => "decoy",
-        Class::Obstacle => "obstacle",
-    }
-}
-
 impl Coco {
     /// Without a frame yet.
     pub fn new(description: String, version: &str) -> Self {
-        let category = |class: Class| Category { id: class as u32 + 1, name: name(class), supercategory: "object" };
+        let category = |class: Class| Category { id: class as u32 + 1, name: class.name(), supercategory: "object" };
         Coco {
             info: Info { description, version: version.to_owned() },
             categories: Class::ALL.into_iter().map(category).collect(),

@@ -11,7 +11,7 @@ use perception::corroborate::{Judgement, Limits, corroborate};
 use perception::stages::Stages;
 use wire::sensor::{Camera, Candidates, Class, Lidar, Modalities, Modality, PixelBox};
 
-use crate::coco::{name, picture};
+use crate::coco::picture;
 use crate::example::Example;
 
 /// Pixels of the sheet for one of the frame.
@@ -121,7 +121,7 @@ fn colour_marks(example: &Example, candidates: &Candidates, judged: &[Judgement]
             marks,
             "<text x=\"{x}\" y=\"{y}\" text-anchor=\"{anchor}\" font-size=\"5.5\" fill=\"{colour}\" stroke=\"#000\" stroke-width=\"1.2\" \
              paint-order=\"stroke\">{} 0.{:03}{against}</text>",
-            name(detection.class),
+            detection.class.name(),
             detection.score.min(999)
         );
     }

@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{SceneError, within};
+use crate::sensor::lidar::REACH;
 
 /// `-ln 0.05`: extinction per metre is this over the visibility (Koschmieder 1924, with a contrast threshold of 5 %).
 const KOSCHMIEDER: f32 = 2.996;
@@ -22,8 +23,6 @@ const RAIN_POWER: f32 = 0.67;
 const DROPS: f32 = 0.02;
 /// Heaviest rain that the model is for, mm/h.
 const HEAVY: f32 = 50.0;
-/// Range from which a dark, clear target gives the weakest return that a receiver makes out, metres.
-const FAINT_M: f32 = 60.0;
 
 /// Light, air and camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -83,7 +82,7 @@ impl Weather {
     /// strong as one from the greatest range in clear air.
     pub(crate) fn returns(&self, metres: f32) -> bool {
         let clarity = self.clarity(metres);
-        clarity * clarity * FAINT_M * FAINT_M >= metres * metres
+        clarity * clarity * REACH * REACH >= metres * metres
     }
 
     /// Share of beams that a drop sends back.

@@ -117,6 +117,16 @@ pub enum Class {
 impl Class {
     /// Every class, in the detector's channel order.
     pub const ALL: [Class; 4] = [Class::Vehicle, Class::Person, Class::Decoy, Class::Obstacle];
+
+    /// Name in logs, files and views.
+    pub fn name(self) -> &'static str {
+        match self {
+            Class::Vehicle => "vehicle",
+            Class::Person => "person",
+            Class::Decoy => "decoy",
+            Class::Obstacle => "obstacle",
+        }
+    }
 }
 
 /// One synchronous set of sensor readings. A modality that gave nothing is absent.
@@ -222,6 +232,19 @@ pub struct PixelBox {
     /// Bottom.
     #[n(3)]
     pub y1: u16,
+}
+
+impl PixelBox {
+    /// Pixels inside.
+    pub fn area(&self) -> u32 {
+        self.overlap(self)
+    }
+
+    /// Pixels inside both.
+    pub fn overlap(&self, other: &PixelBox) -> u32 {
+        let side = |low: u16, high: u16| u32::from(high.saturating_sub(low));
+        side(self.x0.max(other.x0), self.x1.min(other.x1)) * side(self.y0.max(other.y0), self.y1.min(other.y1))
+    }
 }
 
 /// A detector's candidate.

@@ -233,7 +233,7 @@ impl Bench<'_> {
         let soak = nominal.soak(QUIET_TRIAL_S, QUIET_LOSS);
         let planned = plan::of_scenario(self.context, &soak, &Wanted::default())?;
         let Some(base) = planned.into_iter().next() else {
-            return Err(Failure::new(Exit::Internal, "`nominal` has no variation"));
+            return Err(Failure::internal("`nominal` has no variation"));
         };
         let all = [base.clone()].into_iter().chain(switches.iter().map(|switch| without(&base, &[*switch]))).collect();
         let ran = self.run("quiet hours", vec![(all, args.hours * QUIET_TRIALS)])?;

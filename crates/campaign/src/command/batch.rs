@@ -54,7 +54,7 @@ impl Batch<'_> {
     pub(super) fn run_kept(&self, shelves: &[Shelf], progress: &Progress, stop: &Stop) -> Result<Vec<Trial>, Failure> {
         let shelf = |planned: &Planned| {
             let own = self.planned.iter().zip(shelves).find(|(p, _)| std::ptr::eq(*p, planned));
-            own.map(|(_, shelf)| shelf).ok_or_else(|| Failure::new(Exit::Internal, "a variation without a shelf"))
+            own.map(|(_, shelf)| shelf).ok_or_else(|| Failure::internal("a variation without a shelf"))
         };
         let jobs = self.planned.iter().flat_map(|planned| self.jobs(planned));
         let missing = jobs.filter(|job| shelf(job.planned).is_ok_and(|shelf| shelf.get(job.seed).is_none()));
@@ -69,7 +69,7 @@ impl Batch<'_> {
         // What ran comes in the order of the plan, so it fills the gaps in turn.
         let taken = all.map(|job| match shelf(job.planned)?.get(job.seed) {
             Some(kept) => Ok(kept.clone()),
-            None => ran.next().ok_or_else(|| Failure::new(Exit::Internal, "fewer trials than planned")),
+            None => ran.next().ok_or_else(|| Failure::internal("fewer trials than planned")),
         });
         taken.collect()
     }

@@ -123,7 +123,7 @@ fn all(
 
 fn one(context: &Context, plan: &Plan, planned: &[Planned], number: u64) -> Result<Row, Failure> {
     let (v, i) = plan.place(number);
-    let planned = planned.get(v).ok_or_else(|| Failure::new(Exit::Internal, "a trial without a variation"))?;
+    let planned = planned.get(v).ok_or_else(|| Failure::internal("a trial without a variation"))?;
     let drawn = plan.drawn(v, i);
     let scenario = planned.variation.with(&drawn).map_err(|why| space::unfit(&planned.variation, why))?;
     let variation = Variation { cell: planned.variation.cell.clone(), scenario };
@@ -168,7 +168,7 @@ pub(super) fn conclude(dir: &Path, plan: &Plan, journal: &Journal) -> Result<Cam
 /// A trial in the campaign's hash: a line of JSON.
 fn line(plan: &Plan, v: usize, i: u64, row: &Row) -> Result<String, Failure> {
     let parts = (v, plan.seed(i), plan.drawn(v, i), row.outcome, &row.log_hash);
-    let text = serde_json::to_string(&parts).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+    let text = serde_json::to_string(&parts).map_err(Failure::internal)?;
     Ok(format!("\n{text}"))
 }
 

@@ -44,7 +44,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let wanted = Wanted { rendered: args.rendered, ..Wanted::default() };
     let planned = plan::plan(context, &plan::file_of(context, "nominal")?, &wanted)?.1;
     let [planned] = planned.as_slice() else {
-        return Err(Failure::new(Exit::Internal, "`nominal` has more than one variation"));
+        return Err(Failure::internal("`nominal` has more than one variation"));
     };
     let trials = args.trials.unwrap_or(if args.rendered { 2 } else { 10 });
     let bench = Bench::prepare(context, planned, trials)?;
@@ -86,7 +86,7 @@ impl<'a> Bench<'a> {
     fn prepare(context: &'a Context, planned: &'a Planned, trials: u64) -> Result<Self, Failure> {
         let course = |i| {
             let course = Course::of(&planned.variation.scenario, &planned.setup, context.seed.wrapping_add(i));
-            course.map_err(failed)?.ok_or_else(|| Failure::new(Exit::Internal, "a cast without a sim"))
+            course.map_err(failed)?.ok_or_else(|| Failure::internal("a cast without a sim"))
         };
         let courses = (0..trials).map(course).collect::<Result<_, _>>()?;
         let known = Known::of(&planned.variation.scenario, &planned.setup, context.seed, SUFFIX).map_err(failed)?;

@@ -88,7 +88,7 @@ fn points(context: &Context, args: &Args, wanted: &Wanted, curve: &Curve, line: 
         return Err(Failure::new(Exit::Usage, format!("no such value on the curve; there are: {}", all.join(", "))));
     }
     let point = |value: f64| {
-        let variation = curve.at(&line.variation, value).map_err(|why| Failure::new(Exit::Internal, why))?;
+        let variation = curve.at(&line.variation, value).map_err(Failure::internal)?;
         let command = format!("holdsafe curve {} --trials 1 --at {value}{}", args.scenario, line.options);
         Ok((value, Planned { command: Some(command), ..plan::prepare(context, variation, wanted)? }))
     };

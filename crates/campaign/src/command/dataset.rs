@@ -11,9 +11,9 @@ use dataset::example::Example;
 use dataset::quality::LEAST;
 use dataset::sheet::{self, Entry};
 use perception::detector::Detector;
+use perception::model::hex_digest;
 use perception::stages::Stages;
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 
 use super::failure::{Exit, Failure};
 use super::{Context, out};
@@ -89,7 +89,7 @@ fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell], split: Spl
     let names: Vec<String> = cells.iter().map(|cell| cell.name.clone()).collect();
     let described = format!("simulated scenes, {} cells {}", split.name(), names.join(", "));
     let mut coco = Coco::new(described, env!("CARGO_PKG_VERSION"));
-    let detector = if args.detect { Some(Detector::built_in().map_err(internal)?) } else { None };
+    let detector = if args.detect { Some(Detector::built_in().map_err(Failure::internal)?) } else { None };
     let (mut files, mut found) = (BTreeMap::new(), Vec::new());
     let progress = Progress::new("frames", cells.len() * args.frames as usize, context.talk);
     for number in (0..args.frames).map(|k| context.seed + k) {
@@ -97,22 +97,22 @@ fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell], split: Spl
             if context.stop.asked() {
                 return Err(Failure::new(Exit::Interrupted, format!("interrupted; {} has no manifest", dir.display())));
             }
-            let example = Example::new(cell, split, number).map_err(internal)?;
-            for (path, content) in coco.add(&cell.name, number, &example).map_err(internal)? {
+            let example = Example::new(cell, split, number).map_err(Failure::internal)?;
+            for (path, content) in coco.add(&cell.name, number, &example).map_err(Failure::internal)? {
                 keep(dir, &path, &content, &mut files)?;
             }
             if let Some(detector) = &detector {
-                let detections = detector.detect(&example.frame.rgb, LEAST).map_err(internal)?;
+                let detections = detector.detect(&example.frame.rgb, LEAST).map_err(Failure::internal)?;
                 found.extend(detections.iter().map(|d| Found::new(coco.images.len() as u64, d)));
             }
             progress.step();
         }
     }
     progress.finish();
-    let annotations = serde_json::to_vec(&coco).map_err(internal)?;
+    let annotations = serde_json::to_vec(&coco).map_err(Failure::internal)?;
     keep(dir, "annotations.json", &annotations, &mut files)?;
     if detector.is_some() {
-        keep(dir, "detections.json", &serde_json::to_vec(&found).map_err(internal)?, &mut files)?;
+        keep(dir, "detections.json", &serde_json::to_vec(&found).map_err(Failure::internal)?, &mut files)?;
     }
     keep(dir, "cells.toml", cells::text().as_bytes(), &mut files)?;
     let manifest = Manifest {
@@ -123,7 +123,7 @@ fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell], split: Spl
         numbers: [context.seed, args.frames],
         frames: coco.images.len(),
         objects: coco.annotations.len(),
-        cells_sha256: hex(cells::text().as_bytes()),
+        cells_sha256: hex_digest(cells::text().as_bytes()),
         files,
     };
     // Last, so that a folder with a manifest is whole.
@@ -143,27 +143,19 @@ fn keep(dir: &Path, path: &str, content: &[u8], files: &mut BTreeMap<String, Str
         std::fs::create_dir_all(folder)?;
     }
     std::fs::write(file, content)?;
-    files.insert(path.to_owned(), hex(content));
+    files.insert(path.to_owned(), hex_digest(content));
     Ok(())
 }
 
 fn sheet(context: &Context, file: &Path, cells: &[&Cell], split: Split) -> Result<Exit, Failure> {
-    let detector = Detector::built_in().map_err(internal)?;
-    let examples = cells.iter().map(|cell| Example::new(cell, split, context.seed).map_err(internal));
+    let detector = Detector::built_in().map_err(Failure::internal)?;
+    let examples = cells.iter().map(|cell| Example::new(cell, split, context.seed).map_err(Failure::internal));
     let examples = examples.collect::<Result<Vec<_>, _>>()?;
     let title = |cell: &Cell| format!("{}, {} frame {}", cell.name, split.name(), context.seed);
     let entries = cells.iter().zip(&examples).map(|(cell, example)| Entry { title: title(cell), example });
     let entries: Vec<Entry<'_>> = entries.collect();
-    let drawn = sheet::draw(&entries, &Stages::new(Arc::new(detector))).map_err(internal)?;
+    let drawn = sheet::draw(&entries, &Stages::new(Arc::new(detector))).map_err(Failure::internal)?;
     std::fs::write(file, drawn).map_err(|e| Failure::new(Exit::Usage, format!("--sheet {}: {e}", file.display())))?;
     out::say(format_args!("{}", file.display()));
     Ok(Exit::Fine)
-}
-
-fn hex(bytes: &[u8]) -> String {
-    Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-fn internal(error: impl std::fmt::Display) -> Failure {
-    Failure::new(Exit::Internal, error.to_string())
 }

@@ -5,8 +5,6 @@
 
 use std::sync::Arc;
 
-use comfy_table::Table;
-use comfy_table::presets::UTF8_FULL_CONDENSED;
 use dataset::cells::Split;
 use dataset::quality::{Quality, measure};
 use perception::corroborate::Limits;
@@ -19,7 +17,7 @@ use super::dataset::chosen;
 use super::failure::{Exit, Failure};
 use super::{Context, out};
 use crate::progress::Progress;
-use crate::report::SCHEMA_VERSION;
+use crate::report::{SCHEMA_VERSION, started};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -42,11 +40,10 @@ struct Measured {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let internal = |e: &dyn std::fmt::Display| Failure::new(Exit::Internal, e.to_string());
     let (cells, splits) = (chosen(&args.cell)?, [Split::HeldOut, Split::Novel]);
     let detector = match args.bring.load()?.and_then(|loaded| loaded.brought.loaded) {
         Some(brought) => brought,
-        None => Arc::new(Detector::built_in().map_err(|e| internal(&e))?),
+        None => Arc::new(Detector::built_in().map_err(Failure::internal)?),
     };
     let progress = Progress::new("cells", cells.len() * splits.len(), context.talk);
     let mut rows = Vec::new();
@@ -56,12 +53,12 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
                 return Err(Failure::new(Exit::Interrupted, "interrupted"));
             }
             let numbers = context.seed..context.seed + args.frames;
-            rows.push(measure(&detector, cell, split, numbers, &Limits::default()).map_err(|e| internal(&e))?);
+            rows.push(measure(&detector, cell, split, numbers, &Limits::default()).map_err(Failure::internal)?);
             progress.step();
         }
     }
     progress.finish();
-    let runtime = runtime::describe().map_err(|e| internal(&e))?.to_owned();
+    let runtime = runtime::describe().map_err(Failure::internal)?.to_owned();
     let measured = Measured { schema_version: SCHEMA_VERSION, seed: context.seed, runtime, rows };
     if context.json {
         out::print_json("bench-detector", &measured)?;
@@ -72,8 +69,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 fn table(measured: &Measured) -> String {
-    let mut table = Table::new();
-    table.load_style(UTF8_FULL_CONDENSED);
+    let mut table = started();
     table.set_header([
         "split",
         "cell",

@@ -64,7 +64,7 @@ impl Case {
         let wanted = Wanted { policy, rendered: true, ..Wanted::default() };
         let (_, planned) = plan::plan(context, &file, &wanted)?;
         let [mut one] = <[Planned; 1]>::try_from(planned)
-            .map_err(|_| Failure::new(Exit::Internal, "a word that was drawn has several cells"))?;
+            .map_err(|_| Failure::internal("a word that was drawn has several cells"))?;
         one.command = Some(format!("holdsafe run {} --trials 1 --live{again}", file.display()));
         Ok(one)
     }
@@ -100,7 +100,7 @@ pub(super) fn all(context: &Context, kept: &Kept, lot: Lot, dir: &Path) -> Resul
 /// Of everything that a word depends on beside its stratum and number.
 fn digest(context: &Context, kept: &Kept, lot: Lot) -> Result<String, Failure> {
     let of = (kept.build(), context.seed, lot.draws, out::files(&context.root()?)?);
-    let text = serde_json::to_vec(&of).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+    let text = serde_json::to_vec(&of).map_err(Failure::internal)?;
     Ok(hex(&Sha256::digest(text))[..16].to_owned())
 }
 
@@ -164,13 +164,12 @@ fn one_of<'a, T>(of: &'a [T], rng: &mut ChaCha8Rng) -> Result<&'a T, Failure> {
 }
 
 fn write(case: &Case, drawn: &Drawn, ground: &Ground, dir: &Path) -> Result<(), Failure> {
-    let internal = |why: String| Failure::new(Exit::Internal, why);
     let name = case.name();
-    let parsed = Name::new(&name).map_err(|why| internal(why.to_owned()))?;
-    let text = drawn.scenario.to_file(&parsed).map_err(|e| internal(e.to_string()))?;
+    let parsed = Name::new(&name).map_err(Failure::internal)?;
+    let text = drawn.scenario.to_file(&parsed).map_err(Failure::internal)?;
     std::fs::write(file(dir, "words", &name), text)?;
     if case.waived {
-        let text = toml::to_string_pretty(&ground.setup.policy).map_err(|e| internal(e.to_string()))?;
+        let text = toml::to_string_pretty(&ground.setup.policy).map_err(Failure::internal)?;
         std::fs::write(file(dir, "policies", &case.of), text)?;
     }
     Ok(())

@@ -59,6 +59,11 @@ impl Failure {
         Self { exit, message: message.into(), problems: Vec::new(), reproduce: None }
     }
 
+    /// An error that ours alone can be.
+    pub fn internal(error: impl std::fmt::Display) -> Self {
+        Self::new(Exit::Internal, error.to_string())
+    }
+
     /// With the one line that reproduces it.
     #[must_use]
     pub fn reproduced_by(mut self, line: impl Into<String>) -> Self {

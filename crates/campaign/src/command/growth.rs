@@ -70,7 +70,7 @@ fn places(context: &Context) -> Result<Vec<Place>, Failure> {
     let wanted = Wanted::default();
     let planned = plan::plan(context, &plan::file_of(context, "nominal")?, &wanted)?.1;
     let [nominal] = planned.as_slice() else {
-        return Err(Failure::new(Exit::Internal, "`nominal` has more than one variation"));
+        return Err(Failure::internal("`nominal` has more than one variation"));
     };
     let place = |of, n, path: &str, value| {
         let variation = &nominal.variation;

@@ -4,8 +4,6 @@
 //! With `--cut` the unit's connection to the broker is cut before the first and stays so: then it is how long until the
 //! display says that nobody answers. It measures and prints; no test asserts its numbers.
 
-use comfy_table::Table;
-use comfy_table::presets::UTF8_FULL_CONDENSED;
 use serde::Serialize;
 use serde_json::json;
 use wire::codec::Text;
@@ -20,7 +18,7 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, campaign, engine, out};
 use crate::oracle::Witnessed;
-use crate::report::SCHEMA_VERSION;
+use crate::report::{SCHEMA_VERSION, started};
 use crate::scenario::{self, Settings};
 use crate::stats::Sample;
 
@@ -175,8 +173,7 @@ impl Hold {
 }
 
 fn table(measured: &Measured) -> String {
-    let mut table = Table::new();
-    table.load_style(UTF8_FULL_CONDENSED);
+    let mut table = started();
     table.set_header(["from the hand until", "n", "mean ms", "p95 ms", "p95 below, ms (95 %)"]);
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |value| format!("{value:.1}"));
     for Stage { stage, from_the_hand_ms: sample } in &measured.stages {

@@ -200,19 +200,18 @@ impl Judge {
         let missing = |e| Failure::new(Exit::Environment, format!("python3 {}: {e}", file.display()));
         let mut process = started.map_err(missing)?;
         let pipes = process.stdin.take().zip(process.stdout.take());
-        let (to, from) = pipes.ok_or_else(|| Failure::new(Exit::Internal, "the second judge has no pipes"))?;
+        let (to, from) = pipes.ok_or_else(|| Failure::internal("the second judge has no pipes"))?;
         Ok(Self { process, to: Some(BufWriter::new(to)), from: BufReader::new(from) })
     }
 
     fn ask(&mut self, evidence: &Evidence) -> Result<Second, Failure> {
-        let Some(to) = &mut self.to else { return Err(Failure::new(Exit::Internal, "the second judge is gone")) };
+        let Some(to) = &mut self.to else { return Err(Failure::internal("the second judge is gone")) };
         keep::lines(to, evidence)?;
         to.write_all(b"{\"end\":true}\n")?;
         to.flush()?;
         let mut line = String::new();
         self.from.read_line(&mut line)?;
-        serde_json::from_str(&line)
-            .map_err(|e| Failure::new(Exit::Internal, format!("the second judge said no verdict: {e}")))
+        serde_json::from_str(&line).map_err(|e| Failure::internal(format!("the second judge said no verdict: {e}")))
     }
 }
 

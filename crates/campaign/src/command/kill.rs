@@ -123,7 +123,7 @@ fn planned(context: &Context, args: &Args, nominal: &Scenario, mode: Mode) -> Re
 
 fn owed(process: Process) -> Result<&'static Owed, Failure> {
     let node = node_of(process);
-    demise::owed(node).ok_or_else(|| Failure::new(Exit::Internal, format!("nothing is stated of the death of {node}")))
+    demise::owed(node).ok_or_else(|| Failure::internal(format!("nothing is stated of the death of {node}")))
 }
 
 /// The class of a trial that ends in this mode by itself.

@@ -4,8 +4,6 @@
 //! say, so that IDLE has seconds of its own beside those in which connections are set up, and by a time that differs from run to
 //! run, so that a window does not begin with an order because the script does.
 
-use comfy_table::Table;
-use comfy_table::presets::UTF8_FULL_CONDENSED;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
@@ -17,7 +15,7 @@ use super::{Context, out};
 use crate::leak::measure::{Leak, measure};
 use crate::leak::{Run, Sees};
 use crate::progress::Progress;
-use crate::report::SCHEMA_VERSION;
+use crate::report::{SCHEMA_VERSION, started};
 
 /// A mission, and missions that end in DEGRADED and in HOLD_SAFE. Nothing is done to the links in any: what the observer sees
 /// is what the platform says, and not the attack.
@@ -84,8 +82,7 @@ fn later_s(seed: u64) -> f64 {
 
 fn shown(leak: &Leak) -> String {
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-    let mut table = Table::new();
-    table.load_style(UTF8_FULL_CONDENSED);
+    let mut table = started();
     let modes = leak.rows.iter().map(|row| format!("as {}", row.mode.name()));
     table.set_header(["was".to_owned()].into_iter().chain(modes).chain(["by run, 95 %".to_owned()]));
     for row in &leak.rows {

@@ -47,8 +47,8 @@ impl Lines {
 
     /// Adds a line.
     pub(super) fn put(&self, value: &impl Serialize) -> Result<At, Failure> {
-        let line = serde_json::to_string(value).map_err(|e| Failure::new(Exit::Internal, e.to_string()))? + "\n";
-        let bytes = u32::try_from(line.len()).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+        let line = serde_json::to_string(value).map_err(Failure::internal)? + "\n";
+        let bytes = u32::try_from(line.len()).map_err(Failure::internal)?;
         let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
         let at = At { from: *end, bytes };
         if let Err(error) = (&self.file).write_all(line.as_bytes()) {

@@ -8,8 +8,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use perception::head::Brought;
+use perception::model::hex_digest;
 use serde::Serialize;
-use sha2::{Digest, Sha256};
 use wire::bounds::Bounds;
 
 use super::failure::{Exit, Failure};
@@ -80,9 +80,7 @@ fn hash_directory(root: &Path, directory: &str, files: &mut BTreeMap<String, Str
             continue;
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let digest = Sha256::digest(fs::read(&path)?);
-        let hex: String = digest.iter().map(|byte| format!("{byte:02x}")).collect();
-        files.insert(format!("{directory}/{name}"), hex);
+        files.insert(format!("{directory}/{name}"), hex_digest(&fs::read(&path)?));
     }
     Ok(())
 }
@@ -121,7 +119,7 @@ pub(super) fn write_result(dir: &Path, name: &str, kind: &'static str, of: &impl
 
 /// Writes a value as JSON into the run directory.
 pub(super) fn write_json(dir: &Path, name: &str, value: &impl Serialize) -> Result<(), Failure> {
-    let text = serde_json::to_string_pretty(value).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+    let text = serde_json::to_string_pretty(value).map_err(Failure::internal)?;
     Ok(fs::write(dir.join(name), text + "\n")?)
 }
 
@@ -134,7 +132,7 @@ pub(super) fn write_text(dir: &Path, name: &str, text: &str) -> Result<(), Failu
 pub(super) fn write_trials(dir: &Path, name: &str, trials: &[Trial]) -> Result<(), Failure> {
     let mut file = std::io::BufWriter::new(fs::File::create(dir.join(name))?);
     for trial in trials {
-        let line = serde_json::to_string(trial).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+        let line = serde_json::to_string(trial).map_err(Failure::internal)?;
         writeln!(file, "{line}")?;
     }
     Ok(file.flush()?)
@@ -151,7 +149,7 @@ pub(super) fn say(line: std::fmt::Arguments<'_>) {
 
 /// Prints a result as one JSON object on stdout, with the name of its kind.
 pub(super) fn print_json(kind: &'static str, of: &impl Serialize) -> Result<(), Failure> {
-    let text = serde_json::to_string(&Named { kind, of }).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+    let text = serde_json::to_string(&Named { kind, of }).map_err(Failure::internal)?;
     say(format_args!("{text}"));
     Ok(())
 }

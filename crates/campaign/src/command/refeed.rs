@@ -95,7 +95,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 /// Inputs a CPU second of the two cores with a boundary.
 fn speed(context: &Context, cases: &[Planned]) -> Result<Spread, Failure> {
     let nominal = cases.iter().find(|c| c.variation.scenario.name.as_str() == "nominal");
-    let nominal = nominal.ok_or_else(|| Failure::new(Exit::Internal, "no null attack"))?;
+    let nominal = nominal.ok_or_else(|| Failure::internal("no null attack"))?;
     let fed = engine::eaten(nominal, context.seed)?.only(|node| node == NodeId::GATEWAY || node == NodeId::UNIT_A);
     let round = |_| {
         let before = batch::cpu_seconds(Mode::Twin);

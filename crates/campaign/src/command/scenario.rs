@@ -46,8 +46,7 @@ pub(super) fn run(context: &Context, verb: &Verb) -> Result<Exit, Failure> {
         Verb::Check { files } => check(context, files),
         Verb::Schema => {
             let schema = scenario::schema();
-            let text =
-                serde_json::to_string_pretty(&schema).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+            let text = serde_json::to_string_pretty(&schema).map_err(Failure::internal)?;
             out::say(format_args!("{text}"));
             Ok(Exit::Fine)
         }

@@ -158,8 +158,8 @@ fn finding(
     let told = why.as_deref().unwrap_or("It ends in a class that was looked for.");
     let scenario = ground.as_regression(&shrunk.word, &args.find, told).map_err(unfit)?;
     let file = dir.join(format!("{name}.toml"));
-    let parsed = Name::new(name).map_err(|why| Failure::new(Exit::Internal, why))?;
-    let text = scenario.to_file(&parsed).map_err(|e| Failure::new(Exit::Internal, e.to_string()))?;
+    let parsed = Name::new(name).map_err(Failure::internal)?;
+    let text = scenario.to_file(&parsed).map_err(Failure::internal)?;
     std::fs::write(&file, text)?;
     let policy = match (&args.policy, args.waive.is_empty()) {
         (_, false) => format!(" --policy {}", dir.join(POLICY_FILE).display()),
@@ -222,5 +222,5 @@ fn stopped_by(args: &Args, ground: &Ground, word: &Word) -> Result<Vec<String>, 
 }
 
 fn policy_text(ground: &Ground) -> Result<String, Failure> {
-    toml::to_string_pretty(&ground.setup.policy).map_err(|e| Failure::new(Exit::Internal, e.to_string()))
+    toml::to_string_pretty(&ground.setup.policy).map_err(Failure::internal)
 }

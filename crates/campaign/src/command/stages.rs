@@ -2,8 +2,6 @@
 //!
 //! It measures the null attack and prints; no test asserts its numbers.
 
-use comfy_table::Table;
-use comfy_table::presets::UTF8_FULL_CONDENSED;
 use serde::Serialize;
 
 use super::bring::Bring;
@@ -12,7 +10,7 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, out};
 use crate::progress::Progress;
-use crate::report::SCHEMA_VERSION;
+use crate::report::{SCHEMA_VERSION, started};
 use crate::stages::{Delays, Quantiles, Row};
 
 #[derive(Debug, clap::Args)]
@@ -60,8 +58,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 fn table(measured: &Measured) -> String {
-    let mut table = Table::new();
-    table.load_style(UTF8_FULL_CONDENSED);
+    let mut table = started();
     table.set_header(["stage", "live: n", "p5 / p50 / p95, us", "twin: n", "p5 / p50 / p95, us", "gap p50", "gap p95"]);
     let quantiles = |q: Quantiles| format!("{} / {} / {}", q.p5_us, q.p50_us, q.p95_us);
     for row in &measured.stages {

@@ -97,9 +97,15 @@ pub fn latency_table(rows: &[LiveLatency]) -> String {
     )
 }
 
-pub(super) fn new_table(columns: &[&str]) -> Table {
+/// An empty table as all of them look.
+pub(crate) fn started() -> Table {
     let mut table = Table::new();
     table.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Dynamic);
+    table
+}
+
+pub(super) fn new_table(columns: &[&str]) -> Table {
+    let mut table = started();
     table.set_header(columns.to_vec());
     table
 }

@@ -19,7 +19,6 @@ use super::theme::Palette;
 use super::words::{metres, seconds};
 use crate::shown::{Shown, ShownUnit};
 use crate::site::{Place, Site};
-use crate::text::class_name;
 
 /// The largest circle that is drawn, metres: beyond it, "anywhere" is what it says.
 const WIDEST: f32 = 60.0;
@@ -205,7 +204,7 @@ fn things(desk: &Desk, shown: &Shown, view: &View) -> Vec<Thing> {
                 may_be: may_be(labelled.age()),
                 tone,
                 shape,
-                label: label(&format!("{} {}", track.id.0, class_name(track.class)), freshness, word, labelled.age()),
+                label: label(&format!("{} {}", track.id.0, track.class.name()), freshness, word, labelled.age()),
                 freshness,
                 track: Some(id),
                 yaw: None,

@@ -16,7 +16,6 @@ use super::words::{metres, origin, seconds};
 use crate::act::{Act, Alarm};
 use crate::age::Labelled;
 use crate::shown::{Shown, ShownUnit};
-use crate::text::class_name;
 
 /// What the table is ordered by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -139,7 +138,7 @@ fn word_of(row: &Row<'_>) -> (Tone, Shape, &'static str) {
 }
 
 fn class(row: &Row<'_>) -> &'static str {
-    class_name(row.track.get().0.class)
+    row.track.get().0.class.name()
 }
 
 /// The cells of a row; whether its name was pressed.

@@ -37,7 +37,7 @@ pub fn judge(detection: &Detection, blobs: Option<&[Blob]>) -> Warmth {
         Some(_) => belongs(&b.bounds, &detection.bounds),
         None => fills(&b.bounds, &detection.bounds),
     });
-    let own = own.max_by_key(|b| (overlap(&b.bounds, &detection.bounds), b.peak_ck));
+    let own = own.max_by_key(|b| (b.bounds.overlap(&detection.bounds), b.peak_ck));
     match (expected, own) {
         (None, None) => Warmth::Neutral,
         (None, Some(blob)) if blob.peak_ck < PERSON_CK.0 => Warmth::Neutral,
@@ -53,20 +53,11 @@ fn belongs(blob: &PixelBox, detection: &PixelBox) -> bool {
         && x <= detection.x1.saturating_add(SLACK_PX)
         && y + SLACK_PX >= detection.y0
         && y <= detection.y1.saturating_add(SLACK_PX);
-    let shared = overlap(blob, detection);
-    shared > 0 && (middle || 2 * shared >= area(blob).min(area(detection)))
+    let shared = blob.overlap(detection);
+    shared > 0 && (middle || 2 * shared >= blob.area().min(detection.area()))
 }
 
 /// What is warm behind a cold object, or before a part of it, does not make it warm.
 fn fills(blob: &PixelBox, detection: &PixelBox) -> bool {
-    2 * overlap(blob, detection) >= area(detection)
-}
-
-fn overlap(a: &PixelBox, b: &PixelBox) -> u32 {
-    let side = |low: u16, high: u16| u32::from(high.saturating_sub(low));
-    side(a.x0.max(b.x0), a.x1.min(b.x1)) * side(a.y0.max(b.y0), a.y1.min(b.y1))
-}
-
-fn area(b: &PixelBox) -> u32 {
-    overlap(b, b)
+    2 * blob.overlap(detection) >= detection.area()
 }
