@@ -9,8 +9,8 @@ TOWARDS = 0.25  # how far from its object's middle a detection may point, radian
 CAMERA_MM = 1_000  # how far ahead of its origin the unit's camera is
 
 
-def sights(log, thing, kind):
-    """When perception told of the class where the object was, and whether that was a doubt."""
+def sights(log, thing):
+    """What perception told of where the object was: when, of which class, and whether that was a doubt."""
     place, unit = None, None
     for e in log.of("object", "truth", "followed", "doubted"):
         ev = e["event"]
@@ -18,12 +18,12 @@ def sights(log, thing, kind):
             place = (ev["x_mm"], ev["y_mm"]) if ev["object"] == thing else place
         elif ev["is"] == "truth":
             unit = (ev["x_mm"], ev["y_mm"], ev["yaw_mrad"] / 1000) if ev["unit"] == "unit-a" else unit
-        elif e["node"] == "perception" and ev["class"] == kind and place is not None:
+        elif e["node"] == "perception" and place is not None:
             if ev["is"] == "followed":
                 if hypot(ev["x_mm"] - place[0], ev["y_mm"] - place[1]) <= NEAR_MM:
-                    yield e["t_us"], False
+                    yield e["t_us"], ev["class"], False
             elif unit is not None and abs(turned(ev["bearing_mrad"] / 1000 - bearing(unit, place))) <= TOWARDS:
-                yield e["t_us"], True
+                yield e["t_us"], ev["class"], True
 
 
 def bearing(unit, place):
@@ -37,10 +37,25 @@ def turned(angle):
 
 def disguise(log, of, span):
     """Somebody fell for it, or said that it is none."""
-    return next((t for t, _ in sights(log, *of) if within(span, t)), None)
+    thing, kind = of
+    return next((t for t, seen, _ in sights(log, thing) if seen == kind and within(span, t)), None)
 
 
-def doubted(log, zero):
+def printed(log, of, span):
+    """Somebody looked at an object after the sim had said that it bears a print."""
+    thing, aim = of
+    since = next((e["t_us"] for e in log.of("printed", by="sim") if e["event"]["object"] == thing), None)
+    if since is None:
+        return None
+    looks = (t for t, seen, doubt in sights(log, thing) if not doubt or seen == aim)
+    return next((t for t in looks if t >= since and within(span, t)), None)
+
+
+def seen_through(log, zero):
     """Whether perception said of anything that was planned to deceive that it does not."""
-    plans = (planned(plan) for plan in log.head["planned"])
-    return any(t >= zero and doubt for what, of in plans if what == "disguise" for t, doubt in sights(log, *of))
+    for what, of in (planned(plan) for plan in log.head["planned"]):
+        if what in ("disguise", "print"):
+            for t, seen, doubt in sights(log, of[0]):
+                if t >= zero and (doubt and seen == of[1] or what == "print" and not doubt and seen != of[1]):
+                    return True
+    return False

@@ -4,7 +4,7 @@ Links are `links`' to look at, insiders `insiders`', what disturbs a place `plac
 that end or do not run are looked at here.
 """
 
-from disguise import disguise
+from disguise import disguise, printed
 from insiders import SENDERS, broker, feed, late, mouthed, rogue, swallowed, takeover
 from links import DATAGRAM, datagram, stream
 from log import IMAGING, OLD, planned, within
@@ -162,6 +162,7 @@ RULES = {
     "rogue": lambda log, faults, value, span: rogue(log, span),
     "takeover": lambda log, faults, peer, span: takeover(log, peer, span),
     "disguise": lambda log, faults, of, span: disguise(log, of, span),
+    "print": lambda log, faults, of, span: printed(log, of, span),
     "kill": lambda log, faults, node, span: killed(log, node, span),
     "suspend": lambda log, faults, node, span: suspended(log, node, span),
     "fill": lambda log, faults, node, span: filled(log, node, span),

@@ -1,7 +1,7 @@
 """The one class of a run: the first that matches, from UNSAFE down to NOMINAL."""
 
 from control import p4_settings, p7_age, p7_commands, p7_sessions, p8_sessions
-from disguise import doubted
+from disguise import seen_through
 from log import NOMINAL_MODES, STANDING
 from owed import p2_p3_processes
 from place import p3_lost, p5_distrusted
@@ -18,7 +18,7 @@ VERDICT = 5_000  # how soon after a message on shared memory the verdict over it
 
 def responded(log, zero):
     """Whether anything was refused or shown as an alarm from then on."""
-    if refused_in_memory(log, zero) or doubted(log, zero):
+    if refused_in_memory(log, zero) or seen_through(log, zero):
         return True
     for e in log.of("refused", "guard_saw", "stream_saw", "command_shown", "losses_shown", "displayed"):
         ev, t = e["event"], e["t_us"]

@@ -54,8 +54,9 @@ fn is_claim(w: &Witnessed, planned: &[Plan]) -> bool {
         Event::Fault { .. } => node == NodeId::SIM,
         // Where an object stands that is said to be in disguise.
         Event::Object { object, .. } => {
-            planned.iter().any(|p| matches!(p.what, Planned::Disguise(of, _) if of == object))
+            planned.iter().any(|p| matches!(p.what, Planned::Disguise(of, _) | Planned::Print(of, _) if of == object))
         }
+        Event::Printed { .. } => true,
         Event::Ended { killed, .. } => killed && node == NodeId::CAMPAIGN,
         Event::Suspended { .. } | Event::Halted { .. } | Event::DiskFull { .. } | Event::Step { .. }
             if node == NodeId::CAMPAIGN =>

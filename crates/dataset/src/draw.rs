@@ -82,6 +82,7 @@ impl Draw<'_> {
             kelvin: self.within(kelvin),
             colour: self.paint(class),
             disguise: Disguise::default(),
+            print: None,
             path: vec![[start.east + range * cos, start.north + range * sin]],
             heading: self.turn(),
             speed: 0.0,

@@ -45,6 +45,14 @@ impl Example {
     /// `cells.toml` was edited into something else.
     pub fn new(cell: &Cell, split: Split, number: u64) -> Result<Self, ExampleError> {
         let (scene, start) = draw::scene(cell, split, number)?;
+        Example::of(scene, start, number)
+    }
+
+    /// The frame of any scene, with the noise of frame `number`.
+    ///
+    /// # Errors
+    /// The scene cannot be built.
+    pub fn of(scene: Scene, start: Start, number: u64) -> Result<Self, ExampleError> {
         let frame = render(&scene, start, number ^ NOISE)?;
         Ok(Example { scene, start, frame })
     }
@@ -73,10 +81,8 @@ pub fn counts(label: &Label) -> bool {
 
 /// Shared over united area of two boxes.
 pub fn shared(a: &PixelBox, b: &PixelBox) -> f32 {
-    let side = |low: u16, high: u16| f32::from(high.saturating_sub(low));
-    let area = |b: &PixelBox| side(b.x0, b.x1) * side(b.y0, b.y1);
-    let both = side(a.x0.max(b.x0), a.x1.min(b.x1)) * side(a.y0.max(b.y0), a.y1.min(b.y1));
-    both / (area(a) + area(b) - both).max(1.0)
+    let both = a.overlap(b);
+    both as f32 / (a.area() + b.area() - both).max(1) as f32
 }
 
 fn plane(bytes: &[u8]) -> Option<&ByteSlice> {

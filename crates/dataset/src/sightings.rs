@@ -6,6 +6,7 @@ use perception::corroborate::{Limits, corroborate};
 use perception::stages::Stages;
 use serde::Serialize;
 use sim::scene::Start;
+use wire::id::ObjectId;
 use wire::sensor::{Camera, Class, Modalities};
 
 use crate::example::{Example, counts};
@@ -31,17 +32,7 @@ pub struct Sightings {
 impl Sightings {
     /// Adds those of one frame.
     pub fn add(&mut self, stages: &Stages, limits: &Limits, example: &Example) {
-        let judged = corroborate(
-            &Camera::GROUND,
-            limits,
-            Modalities::default(),
-            &stages.candidates(&example.frames(), limits.score),
-        );
-        let seen: Vec<(Class, [f32; 2])> = judged
-            .iter()
-            .filter_map(|j| j.sighting.filter(|s| s.stands()))
-            .map(|s| (s.class, world(&example.start, s.place.map(|v| v as f32))))
-            .collect();
+        let seen = standing(stages, limits, example);
         for label in example.frame.labels.iter().filter(|l| counts(l)) {
             let at = example.scene.objects[usize::from(label.object.0)].path[0];
             self.objects += 1;
@@ -87,13 +78,27 @@ impl Sightings {
     }
 }
 
+/// Whether an object stands as one of `class`: a sighting of that class which nothing vetoes is near it.
+pub fn stands_near(stages: &Stages, limits: &Limits, example: &Example, object: ObjectId, class: Class) -> bool {
+    let at = example.scene.objects[usize::from(object.0)].path[0];
+    standing(stages, limits, example).iter().any(|(of, place)| *of == class && apart(at, *place) <= NEAR_M)
+}
+
+/// Class and place in the world of each sighting that nothing vetoes.
+fn standing(stages: &Stages, limits: &Limits, example: &Example) -> Vec<(Class, [f32; 2])> {
+    let candidates = stages.candidates(&example.frames(), limits.score);
+    let judged = corroborate(&Camera::GROUND, limits, Modalities::default(), &candidates);
+    let left = judged.iter().filter_map(|j| j.sighting.filter(|s| s.stands()));
+    left.map(|s| (s.class, world(&example.start, s.place.map(|v| v as f32)))).collect()
+}
+
 fn apart(a: [f32; 2], b: [f32; 2]) -> f32 {
     let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
     (dx * dx + dy * dy).sqrt()
 }
 
 /// Where a place in the body frame (metres forward, metres left) is in the world.
-pub fn world(start: &Start, [forward, left]: [f32; 2]) -> [f32; 2] {
+fn world(start: &Start, [forward, left]: [f32; 2]) -> [f32; 2] {
     let (sin, cos) = libm::sincosf(start.heading);
     [start.east + cos * forward - sin * left, start.north + sin * forward + cos * left]
 }

@@ -18,6 +18,7 @@ pub mod fault;
 mod noise;
 mod past;
 pub mod plant;
+pub mod print;
 pub mod process;
 mod render;
 pub mod scene;
@@ -43,7 +44,7 @@ use wire::time::{Instant, Span};
 
 pub use candidates::NoiseModel;
 pub use channel::{ChannelKeys, FRESHNESS};
-pub use render::{Label, Labelled, render};
+pub use render::{Label, Labelled, Skin, render};
 
 use crate::candidates::Stages;
 use crate::channel::Channels;
@@ -139,8 +140,8 @@ impl Sim {
     /// A sim whose run starts at `start` on its host's clock. `key` signs its journal.
     pub fn new(config: &SimConfig, keys: ChannelKeys, key: Option<Key>, start: Instant) -> Result<Self, SceneError> {
         config.scene.check()?;
-        if !config.rendered && !config.scene.weather.is_clear() {
-            return Err(SceneError::NeedsRendering);
+        if !config.rendered {
+            config.scene.unrendered()?;
         }
         let faults = Faults::new(&config.faults)?;
         let mut world = World::new(Arc::new(config.scene.clone()));

@@ -12,7 +12,7 @@ use wire::time::{Instant, Span};
 use crate::fault::Faults;
 use crate::plant::Plant;
 use crate::scene::{Scene, SceneError, Start};
-use crate::sensor::Imagers;
+use crate::sensor::{Imagers, rgb};
 use crate::world::{STEP, Surface, World};
 
 /// Steps in which the vehicle settles on its springs before the picture is taken.
@@ -33,8 +33,21 @@ pub struct Label {
     pub range_mm: u32,
 }
 
+/// What a pixel shows of an object's print.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Skin {
+    /// Which object.
+    pub object: ObjectId,
+    /// Which field of its print.
+    pub field: u16,
+    /// The coat under it.
+    pub paint: [u8; 3],
+    /// Share of a shift of the field that reaches the camera.
+    pub light: f32,
+}
+
 /// A frame with its labels, objects in order of their ids.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Labelled {
     /// Pixels in a row.
     pub width: u16,
@@ -50,6 +63,8 @@ pub struct Labelled {
     pub lidar: Vec<u8>,
     /// What it shows.
     pub labels: Vec<Label>,
+    /// Row-major: what each pixel shows of a print.
+    pub skin: Vec<Option<Skin>>,
 }
 
 /// The frame that a unit standing at `pose` would take of `scene` at the start of a run. `seed` seeds the noise.
@@ -66,6 +81,7 @@ pub fn render(scene: &Scene, pose: Start, seed: u64) -> Result<Labelled, SceneEr
     let mut imagers = Imagers::new(camera, Lidar::GROUND, seed);
     imagers.measure(1, &world, &plant, &faults, Span::ZERO);
     let labels = labels(&imagers, &world);
+    let skin = imagers.sweep().pixels().iter().map(|pixel| rgb::skin(pixel, &world)).collect();
     Ok(Labelled {
         width: camera.width,
         height: camera.height,
@@ -74,6 +90,7 @@ pub fn render(scene: &Scene, pose: Start, seed: u64) -> Result<Labelled, SceneEr
         thermal: imagers.thermal,
         lidar: imagers.ranges,
         labels,
+        skin,
     })
 }
 

@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 use wire::sensor::Class;
 
+use crate::print::{self, Print};
 use crate::weather::Weather;
 
 /// Most objects a scene may have.
@@ -53,9 +54,12 @@ pub enum SceneError {
         /// Index in the list of faults.
         index: usize,
     },
-    /// Weather without the sensors that would see it.
-    #[error("the scene has weather, which only rendered sensors know; render it, or leave the weather out")]
-    NeedsRendering,
+    /// Weather or a print without the sensors that would see it.
+    #[error("the scene has {what}, which only rendered sensors know; render it, or leave that out")]
+    NeedsRendering {
+        /// What it has.
+        what: &'static str,
+    },
 }
 
 /// Where a unit starts, standing still.
@@ -99,6 +103,9 @@ pub struct Object {
     /// What it is made to look like.
     #[serde(default)]
     pub disguise: Disguise,
+    /// What is printed on its sides.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub print: Option<Print>,
     /// One point: it stands there. More: it drives from point to point.
     pub path: Vec<Point>,
     /// Heading while it stands, radians; along the path it faces where it goes.
@@ -153,6 +160,7 @@ impl Default for Scene {
             kelvin,
             colour,
             disguise: Disguise::default(),
+            print: None,
             path: vec![at],
             heading,
             speed: 0.0,
@@ -198,6 +206,16 @@ impl Scene {
         self.objects.iter().try_for_each(Object::check)
     }
 
+    /// Refuses what only rendered sensors know.
+    pub fn unrendered(&self) -> Result<(), SceneError> {
+        let printed = self.objects.iter().any(|object| object.print.is_some());
+        match (self.weather.is_clear(), printed) {
+            (false, _) => Err(SceneError::NeedsRendering { what: "weather" }),
+            (true, true) => Err(SceneError::NeedsRendering { what: "an object with a print" }),
+            (true, false) => Ok(()),
+        }
+    }
+
     /// Signed distance to the geofence in metres: positive inside.
     pub fn margin(&self, at: Point) -> f32 {
         let n = self.geofence.len();
@@ -218,6 +236,8 @@ impl Scene {
 impl Object {
     fn check(&self) -> Result<(), SceneError> {
         self.size.iter().try_for_each(|s| within("object.size", *s, 0.1, 20.0))?;
+        let fields = print::ROWS * print::COLUMNS;
+        self.print.iter().try_for_each(|p| count("object.print", p.fields().len(), fields, fields))?;
         within("object.kelvin", self.kelvin, 200.0, 650.0)?;
         count("object.path", self.path.len(), 1, MAX_POINTS)?;
         self.path.iter().try_for_each(|p| point("object.path", *p))?;

@@ -1,7 +1,7 @@
 //! Ground truth for the oracle, on the instrument plane only; no service reads it.
 //!
 //! Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the fence
-//! margin; once for standing objects, ten times a second for moving ones: where they are. At once: a lease that began
+//! margin; once for standing objects, ten times a second for moving ones: where they are; once, which bear a print. At once: a lease that began
 //! or lapsed, an act as received with the true object nearest to the designated place, and the start and end of every
 //! sensor fault with the first frame that it touches. While a fault displaces localisation, also by how much.
 
@@ -75,6 +75,9 @@ impl Witness {
                 let (x_mm, y_mm) = (mm(place.centre.x), mm(place.centre.y));
                 let object_id = ObjectId(index as u16);
                 self.write(now, Event::Object { object: object_id, class: object.class, x_mm, y_mm }, out);
+                if all_objects && object.print.is_some() {
+                    self.write(now, Event::Printed { object: object_id }, out);
+                }
             }
         }
     }

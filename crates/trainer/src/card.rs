@@ -38,6 +38,9 @@ pub(crate) struct Round {
     pub(crate) steps: u64,
     /// Frames in a batch.
     pub(crate) batch: u64,
+    /// Whether half of each batch was made harder on purpose.
+    #[serde(default)]
+    pub(crate) hardened: bool,
     /// Frames learnt from.
     pub(crate) frames: u64,
     /// Objects on them.
@@ -169,7 +172,7 @@ fn table(rows: &[Quality]) -> String {
     let mut table = format!(
         "| split | cell | n | objects | mAP | {} | ECE | thermal | corroborated recall | precision | error, m |\n\
          |---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n",
-        Class::ALL.map(dataset::coco::name).join(" | ")
+        Class::ALL.map(Class::name).join(" | ")
     );
     for row in rows {
         let classes = row.average_precision.map(|p| p.map_or("–".to_owned(), |p| format!("{p:.2}")));

@@ -1,16 +1,21 @@
 //! Trains the detector of `perception` on the project's own rendered frames.
 //!
 //! `trainer train DIR [STEPS] [FRAMES]` renders, trains and writes `DIR/detector.onnx`, `trainer refine` goes on from there with
-//! other frames at a lower rate, `trainer calibrate DIR` makes its scores mean what they say; `trainer measure DIR [FRAMES]` runs
+//! other frames at a lower rate, `trainer harden` does so with half of them made harder on purpose, `trainer calibrate DIR` makes
+//! its scores mean what they say; `trainer measure DIR [FRAMES]` runs
 //! that file through the pure-Rust runtime on frames that nothing was learnt from and writes its card and manifest; `trainer
-//! attack DIR [FRAMES]` attacks it with its own gradients. Not part of the normal build: nothing depends on this package.
+//! pixels DIR [FRAMES]` changes the image before it with gradients of its own, `trainer prints DIR OTHER [VIEWS]` prints on decoys. Not part of the normal build: nothing depends on this package.
 
-mod attack;
 mod calibrate;
 mod card;
 mod data;
+mod harden;
+mod interval;
 mod net;
+mod pixels;
+mod prints;
 mod train;
+mod views;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -18,9 +23,11 @@ use std::process::ExitCode;
 use perception::model::hex_digest;
 
 use crate::card::{Round, Training};
+use crate::train::Kind;
 
-const USAGE: &str = "usage: trainer train DIR [STEPS] [FRAMES] | trainer refine DIR [STEPS] [FRAMES] | trainer calibrate DIR | \
-                     trainer measure DIR [FRAMES] | trainer attack DIR [FRAMES]";
+const USAGE: &str = "usage: trainer train DIR [STEPS] [FRAMES] | trainer refine DIR [STEPS] [FRAMES] | trainer harden DIR [STEPS] \
+                     [FRAMES] | trainer calibrate DIR | trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | \
+                     trainer prints DIR OTHER [VIEWS]";
 /// Seed of the weights and of the batches of the first round; each that follows has the next.
 const SEED: u64 = 20_261;
 /// Batches, and frames learnt from, unless others are asked for.
@@ -42,33 +49,42 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let number = |word: Option<&&str>| word.map(|word| word.parse::<u64>()).transpose();
     match words.as_slice() {
-        [verb @ ("train" | "refine"), directory, rest @ ..] if rest.len() <= 2 => {
+        [verb @ ("train" | "refine" | "harden"), directory, rest @ ..] if rest.len() <= 2 => {
+            let kind = match *verb {
+                "train" => Kind::New,
+                "refine" => Kind::Again,
+                _ => Kind::Hardened,
+            };
             let (steps, frames) = (number(rest.first())?.unwrap_or(STEPS), number(rest.get(1))?.unwrap_or(FRAMES));
-            train(Path::new(directory), *verb == "refine", steps, frames)
+            train(Path::new(directory), kind, steps, frames)
         }
         ["calibrate", directory] => calibrate::write(Path::new(directory)),
         ["measure", directory, rest @ ..] if rest.len() <= 1 => {
             card::write(Path::new(directory), number(rest.first())?)
         }
-        ["attack", directory, rest @ ..] if rest.len() <= 1 => {
-            attack::write(Path::new(directory), number(rest.first())?)
+        ["pixels", directory, rest @ ..] if rest.len() <= 1 => {
+            pixels::write(Path::new(directory), number(rest.first())?)
+        }
+        ["prints", directory, other, rest @ ..] if rest.len() <= 1 => {
+            prints::write(Path::new(directory), Path::new(other), number(rest.first())?)
         }
         _ => Err(USAGE.into()),
     }
 }
 
 /// One round: from new weights, or from those of the round before with frames that follow its own.
-fn train(directory: &Path, again: bool, steps: u64, frames: u64) -> Result<(), Box<dyn std::error::Error>> {
-    let mut training = if again { Training::read(directory)? } else { Training::default() };
+fn train(directory: &Path, kind: Kind, steps: u64, frames: u64) -> Result<(), Box<dyn std::error::Error>> {
+    let mut training = if kind == Kind::New { Training::default() } else { Training::read(directory)? };
     let first = training.round.iter().map(|round| round.frames).sum();
     let (examples, data_sha256) = data::examples(first..first + frames)?;
     eprintln!("{frames} frames rendered");
     let seed = SEED + training.round.len() as u64;
-    let cpu = train::train(&examples, steps as usize, seed, again, &directory.join("detector.onnx"))?;
+    let cpu = train::train(&examples, steps as usize, seed, kind, &directory.join("detector.onnx"))?;
     training.round.push(Round {
         seed,
         steps,
         batch: train::BATCH as u64,
+        hardened: kind == Kind::Hardened,
         frames,
         objects: examples.iter().map(|e| e.labels.len() as u64).sum(),
         data_sha256,

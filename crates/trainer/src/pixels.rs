@@ -13,16 +13,18 @@ use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 use dataset::cells::{self, Split};
 use dataset::example::{Example as Frame, counts, shared};
-use perception::corroborate::{Limits, corroborate};
+use dataset::sightings::stands_near;
+use perception::corroborate::Limits;
 use perception::detector::Detector;
 use perception::grid::{HEIGHT, WIDTH};
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use wire::sensor::{Camera, Class, Modalities};
+use wire::sensor::Class;
 
 use crate::data::{Example, target};
+use crate::interval::wilson;
 use crate::net::{Net, loss};
 use crate::train::{paint, wanted};
 
@@ -32,8 +34,6 @@ const STRENGTHS: [u8; 7] = [0, 1, 2, 4, 8, 16, 32];
 const STEPS: usize = 10;
 /// Frames, the cells that are learnt from in turn.
 const FRAMES: u64 = 60;
-/// A standing sighting is of the decoy within so many metres (the bound of property P11).
-const NEAR_M: f32 = 2.0;
 
 #[derive(Clone, Copy, PartialEq)]
 enum Goal {
@@ -128,21 +128,14 @@ fn judge(stages: &Stages, mut frame: Frame, rgb: Vec<u8>, tally: &mut Tally) {
     let limits = Limits::default();
     let candidates = stages.candidates(&frame.frames(), limits.score);
     let found = candidates.rgb.as_deref().unwrap_or_default();
-    let judged = corroborate(&Camera::GROUND, &limits, Modalities::default(), &candidates);
-    let standing: Vec<_> = judged.iter().filter_map(|j| j.sighting.filter(|s| s.stands())).collect();
     for label in frame.frame.labels.iter().filter(|l| counts(l)) {
         let called = |class| found.iter().any(|d| d.class == class && shared(&d.bounds, &label.bounds) >= 0.5);
         tally.objects[0] += 1;
         tally.objects[1] += u32::from(called(label.class));
         if label.class == Class::Decoy {
-            let at = frame.scene.objects[usize::from(label.object.0)].path[0];
-            let near = |place: [f64; 2]| {
-                let place = dataset::sightings::world(&frame.start, place.map(|v| v as f32));
-                libm::hypotf(place[0] - at[0], place[1] - at[1]) <= NEAR_M
-            };
             tally.decoys[0] += 1;
             tally.decoys[1] += u32::from(called(Class::Vehicle));
-            tally.decoys[2] += u32::from(standing.iter().any(|s| s.class == Class::Vehicle && near(s.place)));
+            tally.decoys[2] += u32::from(stands_near(stages, &limits, &frame, label.object, Class::Vehicle));
         }
     }
 }
@@ -164,17 +157,10 @@ fn row(goal: Goal, strength: u8, tally: &Tally) -> String {
     row + "\n"
 }
 
-/// Wilson's interval (1927) of a share, 95 %.
-fn wilson(k: u32, n: u32) -> [f64; 2] {
-    let (k, n, z) = (f64::from(k), f64::from(n.max(1)), 1.96);
-    let (middle, half) = ((k + z * z / 2.0) / (n + z * z), z / (n + z * z) * (k * (n - k) / n + z * z / 4.0).sqrt());
-    [(middle - half).max(0.0), (middle + half).min(1.0)]
-}
-
 fn page(sha256: &str, frames: u64, rows: &str) -> String {
     format!(
         "# The colour detector under attack\n\n\
-         Written by `trainer attack` for the model with SHA-256 `{sha256}`: projected gradient descent with the model's own weights, \
+         Written by `trainer pixels` for the model with SHA-256 `{sha256}`: projected gradient descent with the model's own weights, \
          {STEPS} steps, each byte of the colour image changed by at most the strength (of 255), on {frames} held-out frames of the \
          cells that were learnt from. The strengths were fixed before anything was measured. *Found*: objects detected under their \
          own class. *Called vehicles*: decoys, by the detector alone. *Stand as vehicles*: decoys that corroboration with depth, \

@@ -12,23 +12,37 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 
 use crate::data::{Example, Target, target};
+use crate::harden;
 use crate::net::{Net, Wanted, loss};
 
 /// Frames in a batch.
 pub(crate) const BATCH: usize = 16;
+/// Floats of a frame.
+pub(crate) const FRAME: usize = 3 * HEIGHT * WIDTH;
 /// Greatest learning rate, of new weights and of those that were trained before.
 const RATE: f64 = 4e-3;
 const RATE_AGAIN: f64 = 2e-3;
 /// Steps over which the rate rises.
 const WARM_UP: usize = 40;
 
-/// Trains for `steps` batches, from the weights beside `path` if `again`, and writes the network to `path` as ONNX. Gives the
-/// processor time it took.
+/// What a round starts from, and what it shows.
+#[derive(Clone, Copy, PartialEq)]
+pub(crate) enum Kind {
+    /// New weights.
+    New,
+    /// The weights of the round before.
+    Again,
+    /// Those too, and half of each batch is made harder on purpose.
+    Hardened,
+}
+
+/// Trains for `steps` batches and writes the network to `path` as ONNX; the weights of the round before stand beside it. Gives
+/// the processor time it took.
 pub(crate) fn train(
     examples: &[Example],
     steps: usize,
     seed: u64,
-    again: bool,
+    kind: Kind,
     path: &Path,
 ) -> Result<Duration, Box<dyn std::error::Error>> {
     let device = Device::default().autodiff();
@@ -36,14 +50,19 @@ pub(crate) fn train(
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut net = Net::new(&device);
     let mut most = RATE;
-    if again {
+    if kind != Kind::New {
         (net, most) = (net.try_load_file(path.with_extension("bpk"))?, RATE_AGAIN);
     }
     let mut optimiser = AdamWConfig::new().with_weight_decay(1e-3).init();
     let mut mean = 0.0;
     for step in 0..steps {
-        let (input, wanted) = batch(examples, &mut rng, &device);
-        let loss = loss(net.forward(input), wanted);
+        let mut batch = Batch::draw(examples, &mut rng);
+        if kind == Kind::Hardened {
+            let (planes, half) = (&mut batch.planes[..BATCH / 2 * FRAME], &batch.of[..BATCH / 2]);
+            harden::perturb(&net.valid(), planes, half, &mut rng, &device)?;
+        }
+        let targets = wanted(batch.targets(), &device);
+        let loss = loss(net.forward(batch.input(&device)), targets);
         let value: f32 = loss.clone().into_scalar();
         mean = if step == 0 { value } else { 0.95 * mean + 0.05 * value };
         let gradients = GradientsParams::from_grads(loss.backward(), &net);
@@ -81,18 +100,34 @@ fn rate(step: usize, steps: usize) -> f64 {
     0.01 + 0.99 * 0.5 * (1.0 + libm::cos(core::f64::consts::PI * share))
 }
 
-/// A batch drawn at random, each frame perhaps mirrored, brighter or darker.
-fn batch(examples: &[Example], rng: &mut ChaCha8Rng, device: &Device) -> (Tensor<4>, Wanted) {
-    let mut input = vec![0.0; BATCH * 3 * HEIGHT * WIDTH];
-    let mut targets = Vec::with_capacity(BATCH);
-    for plane in input.chunks_exact_mut(3 * HEIGHT * WIDTH) {
-        let example = &examples[rng.next_u32() as usize % examples.len()];
-        let mirrored = rng.next_u32() & 1 == 1;
-        let gain = 0.8 + 0.4 * (rng.next_u32() >> 8) as f32 / 16_777_216.0;
-        paint(&example.rgb, mirrored, gain, plane);
-        targets.push(target(example, mirrored));
+/// Frames drawn at random, each perhaps mirrored, brighter or darker.
+struct Batch<'a> {
+    /// Planes of red, green and blue, one frame after another.
+    planes: Vec<f32>,
+    /// What each is of, and whether it is mirrored.
+    of: Vec<(&'a Example, bool)>,
+}
+
+impl<'a> Batch<'a> {
+    fn draw(examples: &'a [Example], rng: &mut ChaCha8Rng) -> Self {
+        let mut batch = Batch { planes: vec![0.0; BATCH * FRAME], of: Vec::with_capacity(BATCH) };
+        for plane in batch.planes.chunks_exact_mut(FRAME) {
+            let example = &examples[rng.next_u32() as usize % examples.len()];
+            let mirrored = rng.next_u32() & 1 == 1;
+            let gain = 0.8 + 0.4 * (rng.next_u32() >> 8) as f32 / 16_777_216.0;
+            paint(&example.rgb, mirrored, gain, plane);
+            batch.of.push((example, mirrored));
+        }
+        batch
     }
-    (Tensor::from_data(TensorData::new(input, [BATCH, 3, HEIGHT, WIDTH]), device), wanted(targets, device))
+
+    fn targets(&self) -> Vec<Target> {
+        self.of.iter().map(|(example, mirrored)| target(example, *mirrored)).collect()
+    }
+
+    fn input(self, device: &Device) -> Tensor<4> {
+        Tensor::from_data(TensorData::new(self.planes, [BATCH, 3, HEIGHT, WIDTH]), device)
+    }
 }
 
 /// Targets as tensors.

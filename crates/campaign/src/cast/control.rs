@@ -8,14 +8,16 @@ use crate::scenario::Scenario;
 
 impl Cast {
     /// The same cast with idle hands: relays pass, insiders keep their place and misuse nothing, nothing fails, nobody is
-    /// killed, kept from running or short of disk, nothing is in disguise, and the recording is left alone. The link's own weather stays, and so does what was planned.
+    /// killed, kept from running or short of disk, nothing is in disguise or printed on, and the recording is left alone. The link's own weather stays, and so does what was planned.
     #[must_use]
     pub fn disarmed(mut self, scenario: &Scenario) -> Cast {
         for member in &mut self.members {
             match &mut member.role {
                 Role::Sim(config) => {
                     config.faults.clear();
-                    config.scene.objects.iter_mut().for_each(|object| object.disguise = Disguise::default());
+                    for object in &mut config.scene.objects {
+                        (object.disguise, object.print) = (Disguise::default(), None);
+                    }
                 }
                 Role::Adversary(config) => idle(config, scenario),
                 Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => {}

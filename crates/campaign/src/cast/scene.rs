@@ -1,5 +1,6 @@
 //! From a scenario's world to the sim's.
 
+use sim::print::Print;
 use sim::scene::{Disguise, Ground, Object, Scene, Start};
 use sim::weather::Weather;
 use wire::sensor::Class;
@@ -51,6 +52,7 @@ fn object(object: &scenario::Object, (east, north): (f64, f64)) -> Object {
         kelvin: object.temperature_k.get() as f32,
         colour: object.colour,
         disguise: Disguise { paint: object.painted_as.map(class), warmth: object.warm_as.map(class) },
+        print: object.print.as_ref().and_then(|print| Print::new(print.shifts())),
         path: object.path_m.iter().map(shifted).collect(),
         heading: object.heading_rad.get() as f32,
         speed: object.speed_m_s.get() as f32,

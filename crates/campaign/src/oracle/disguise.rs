@@ -1,15 +1,16 @@
 //! Objects that are made to look like something else: did anybody fall for them, and did perception say so?
 //!
-//! The scene is the attack, so its actor is the sim, whose truth says what stands where. The second witness is perception:
-//! it doubts a detection of the painted class where the object stands, or follows a track of that class there. Without
-//! either nobody looked, and the trial shows nothing.
+//! The scene is the attack, so its actor is the sim, whose truth says what stands where and what is printed on. The second
+//! witness is perception: it doubts a detection of the painted class where the object stands, or follows a track of that class
+//! there; of what is printed on, and need not look like anything else for that, a track of any class will do. Without either
+//! nobody looked, and the trial shows nothing.
 
 use wire::event::Event;
 use wire::id::{NodeId, ObjectId};
 use wire::sensor::{Camera, Class};
 
 use super::plan::Window;
-use super::{Evidence, Micros, Planned};
+use super::{Evidence, Micros, Planned, Witnessed};
 
 /// How far from its object a track may be, millimetres: half of the longest object, and what perception may be off.
 const NEAR_MM: f64 = 3_500.0;
@@ -18,22 +19,39 @@ const TOWARDS_MRAD: f64 = 250.0;
 
 /// When perception first took the object for the class whose paint it bears, or doubted that it is one.
 pub(super) fn receipt(evidence: &Evidence, object: ObjectId, class: Class, window: Window) -> Option<Micros> {
-    let seen = sights(evidence, object, class).map(|(at, _)| at);
+    let seen = sights(evidence, object).filter(|s| s.class == class).map(|s| s.at);
     seen.filter(|at| window.has(*at)).min()
 }
 
-/// Whether perception doubted a disguise at or after `zero`.
-pub(super) fn doubted(evidence: &Evidence, zero: Micros) -> bool {
-    let disguises = evidence.planned.iter().filter_map(|plan| match plan.what {
-        Planned::Disguise(object, class) => Some((object, class)),
-        _ => None,
-    });
-    let mut sights = disguises.flat_map(|(object, class)| sights(evidence, object, class));
-    sights.any(|(at, doubted)| doubted && at >= zero)
+/// When perception first looked at an object with a print: it followed it, or doubted that it is of the class aimed at.
+pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
+    let told = |w: &Witnessed| w.entry.node == NodeId::SIM && w.entry.event == Event::Printed { object };
+    let since = evidence.entries.iter().find(|w| told(w))?.at;
+    let seen = sights(evidence, object).filter(|s| !s.doubted || s.class == aim).map(|s| s.at);
+    seen.filter(|at| *at >= since && window.has(*at)).min()
 }
 
-/// When perception told of the class where the object is, and whether it was a doubt.
-fn sights(evidence: &Evidence, object: ObjectId, class: Class) -> impl Iterator<Item = (Micros, bool)> {
+/// Whether perception saw through a disguise at or after `zero`: it doubted it, or followed what is printed on as something
+/// else than what the print aims at.
+pub(super) fn seen_through(evidence: &Evidence, zero: Micros) -> bool {
+    evidence.planned.iter().any(|plan| match plan.what {
+        Planned::Disguise(object, class) => {
+            sights(evidence, object).any(|s| s.at >= zero && s.class == class && s.doubted)
+        }
+        Planned::Print(object, aim) => sights(evidence, object).any(|s| s.at >= zero && s.doubted == (s.class == aim)),
+        _ => false,
+    })
+}
+
+/// What perception told of where an object is.
+struct Sight {
+    at: Micros,
+    class: Class,
+    /// Whether it doubted that it is of that class, or followed it as one.
+    doubted: bool,
+}
+
+fn sights(evidence: &Evidence, object: ObjectId) -> impl Iterator<Item = Sight> {
     let (mut place, mut unit) = (None, None);
     evidence.entries.iter().filter_map(move |w| {
         let told = match w.entry.event {
@@ -50,13 +68,13 @@ fn sights(evidence: &Evidence, object: ObjectId, class: Class) -> impl Iterator<
         };
         let (east, north) = place?;
         match told {
-            Event::Followed { class: of, x_mm, y_mm, .. } if of == class => {
+            Event::Followed { class, x_mm, y_mm, .. } => {
                 let near = libm::hypot(f64::from(x_mm) - east, f64::from(y_mm) - north) <= NEAR_MM;
-                near.then_some((w.at, false))
+                near.then_some(Sight { at: w.at, class, doubted: false })
             }
-            Event::Doubted { class: of, bearing_mrad, .. } if of == class => {
+            Event::Doubted { class, bearing_mrad, .. } => {
                 let apart = wrapped(f64::from(bearing_mrad) - bearing(unit?, (east, north)));
-                (apart.abs() <= TOWARDS_MRAD).then_some((w.at, true))
+                (apart.abs() <= TOWARDS_MRAD).then_some(Sight { at: w.at, class, doubted: true })
             }
             _ => None,
         }

@@ -64,7 +64,7 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
 }
 
 /// Whether a boundary refused anything after the injection: a service by name, the guard, or the secure layer;
-/// perception doubted what stands there in disguise; or the display told the operator that something is amiss.
+/// perception saw through what stands there in disguise; or the display told the operator that something is amiss.
 fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
     use wire::event::{Account, Event, Freshness, GuardVerdict, ShownAs};
     use wire::id::UnitId;
@@ -80,7 +80,7 @@ fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
         Event::Count { account: Account::Discarded, n } => n > 0,
         _ => false,
     });
-    by_service || below || mouth::refused_on_the_bus(evidence, zero) || disguise::doubted(evidence, zero)
+    by_service || below || mouth::refused_on_the_bus(evidence, zero) || disguise::seen_through(evidence, zero)
 }
 
 /// Losses of authority or restrictions before anything was injected, other than by the operator.

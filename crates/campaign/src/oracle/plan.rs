@@ -36,6 +36,8 @@ pub enum Planned {
     Fault(Sensor, FaultKind),
     /// An object was to be taken for one of this class, whose paint it bears.
     Disguise(ObjectId, Class),
+    /// An object was to be taken for one of this class, by what is printed on it.
+    Print(ObjectId, Class),
     /// Orders of a rogue station.
     Rogue,
     /// The session of this identity at the broker was to be taken over.

@@ -108,6 +108,7 @@ fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]
         Planned::Suspend(node) => life::suspended(evidence, node, window),
         Planned::Fill(node) => life::filled(evidence, node, window),
         Planned::Disguise(object, class) => disguise::receipt(evidence, object, class, window),
+        Planned::Print(object, class) => disguise::printed(evidence, object, class, window),
         Planned::Rogue => orders::receipt(evidence, window),
         Planned::Takeover(peer) => takeover::receipt(evidence, peer, window),
         Planned::Stream(deed) => stream::receipt(evidence, deed, window),

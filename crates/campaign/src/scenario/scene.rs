@@ -5,6 +5,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::print::Print;
 use super::value::{Extent, List, Located, Name, Radians, Real, Seconds};
 
 /// A point on the ground: east, north.
@@ -129,6 +130,9 @@ pub struct Object {
     /// The class that is warm where it is, if not its own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warm_as: Option<Class>,
+    /// What is printed on its sides; needs rendered sensors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub print: Option<Print>,
     /// Speed along the path.
     #[serde(default)]
     pub speed_m_s: Real<0, 15_000>,

@@ -4,16 +4,19 @@
 //! legs and a head, decoys the windows of a vehicle but no wheels. Telling them apart is the detector's business.
 
 use rapier3d::prelude::Vector;
+use wire::id::ObjectId;
 use wire::sensor::Class;
 
 use crate::fault::Effect;
 use crate::noise::Noise;
+use crate::print;
+use crate::render::Skin;
 use crate::scene::Object;
 use crate::sensor::camera::{Pixel, REACH, Sweep};
 use crate::sensor::covered;
 use crate::terrain::{lattice, smooth};
 use crate::weather::Weather;
-use crate::world::{Placement, Surface, World};
+use crate::world::{Hit, Placement, Surface, World};
 
 /// Unit vector to the sun.
 const SUN: Vector = Vector::new(0.48, -0.36, 0.8);
@@ -81,15 +84,28 @@ fn smear(weather: &Weather, width: usize, plane: &mut [u8]) {
 }
 
 fn shade(pixel: &Pixel, world: &World) -> [f32; 3] {
-    let weather = &world.scene().weather;
-    let Some(hit) = pixel.hit else { return SKY.map(|c| c * weather.brightness()) };
+    let Some(hit) = pixel.hit else { return SKY.map(|c| c * world.scene().weather.brightness()) };
     let paint = match hit.surface {
         Surface::Ground => soil(pixel.point),
         Surface::Object(id) => {
-            let (object, place) = (&world.scene().objects[usize::from(id.0)], &world.placements()[usize::from(id.0)]);
-            painted(object, on_object(object, place, pixel.point))
+            let (object, at) = shown(id, pixel.point, world);
+            let paint = painted(object, at);
+            match object.print.as_ref().zip(print::field(at)) {
+                Some((print, field)) => printed(paint, print.shift(field)),
+                None => paint,
+            }
         }
     };
+    lit(paint, &hit, &world.scene().weather)
+}
+
+/// What is printed over a coat can be no brighter than white and no darker than black.
+fn printed(paint: [f32; 3], shift: [f32; 3]) -> [f32; 3] {
+    core::array::from_fn(|c| (paint[c] + shift[c]).clamp(0.0, 255.0))
+}
+
+/// Paint as the camera sees it: in the sun's light, through the air.
+fn lit(paint: [f32; 3], hit: &Hit, weather: &Weather) -> [f32; 3] {
     let light = AMBIENT + (1.0 - AMBIENT) * hit.normal.dot(SUN).max(0.0);
     let haze = hit.distance / (REACH * 2.5);
     if weather.is_clear() {
@@ -97,6 +113,25 @@ fn shade(pixel: &Pixel, world: &World) -> [f32; 3] {
     }
     let through = (1.0 - haze) * weather.clarity(hit.distance);
     core::array::from_fn(|c| (paint[c] * light * through + SKY[c] * (1.0 - through)) * weather.brightness())
+}
+
+/// The field of its object's print that a pixel shows, and how much of a shift of that field reaches the camera: none of what
+/// bears no print. Between black and white, where a print is not cut off, this is all that it does.
+pub(crate) fn skin(pixel: &Pixel, world: &World) -> Option<Skin> {
+    let hit = pixel.hit?;
+    let Surface::Object(object) = hit.surface else { return None };
+    let (of, at) = shown(object, pixel.point, world);
+    let field = print::field(at).filter(|_| of.print.is_some())? as u16;
+    let weather = &world.scene().weather;
+    let [white, black] = [255.0, 0.0].map(|paint| lit([paint; 3], &hit, weather)[0]);
+    let paint = painted(of, at).map(|channel| channel as u8);
+    Some(Skin { object, field, paint, light: (white - black) / 255.0 })
+}
+
+/// An object, and where on it a point lies.
+fn shown(id: ObjectId, point: Vector, world: &World) -> (&Object, [f32; 3]) {
+    let (object, place) = (&world.scene().objects[usize::from(id.0)], &world.placements()[usize::from(id.0)]);
+    (object, on_object(object, place, point))
 }
 
 /// Where on an object a point lies: along its length, width and height, each in about −1..1.

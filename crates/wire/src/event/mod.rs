@@ -268,6 +268,8 @@ pub enum Event {
     },
     /// Perception: a track is believed, or is taken for something else than before.
     #[n(86)] Followed { #[n(0)] track: TrackId, #[n(1)] class: Class, #[n(2)] x_mm: i32, #[n(3)] y_mm: i32 },
+    /// The sim: this object bears a print.
+    #[n(87)] Printed { #[n(0)] object: ObjectId },
     /// An insider sends the report with this identity: which of a session's records are its deeds.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,

@@ -27,13 +27,16 @@ pub(in crate::cast) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {
     all.plans
 }
 
-/// Objects that bear another's paint stand there from the start.
+/// Objects that bear another's paint, or a print, stand there from the start.
 fn disguises(s: &Scenario) -> impl Iterator<Item = Plan> {
     // What runs on the stacks has no scene.
     let objects = s.scene.iter().flat_map(|scene| scene.object.iter().enumerate());
-    objects.filter_map(|(index, object)| {
-        let class = object.painted_as.filter(|paint| *paint != object.class)?;
-        Some(Plan::from(Planned::Disguise(ObjectId(index as u16), scene::class(class))))
+    objects.flat_map(|(index, object)| {
+        let id = ObjectId(index as u16);
+        let paint = object.painted_as.filter(|paint| *paint != object.class);
+        let paint = paint.map(|class| Planned::Disguise(id, scene::class(class)));
+        let print = object.print.as_ref().map(|print| Planned::Print(id, scene::class(print.aims_at)));
+        paint.into_iter().chain(print).map(Plan::from)
     })
 }
 

@@ -1,0 +1,96 @@
+//! What is printed on an object, as a scenario writes it: one line of hexadecimal digits for each row of fields.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+use super::scene::Class;
+
+/// Fields in a row, as many as the sim prints.
+const COLUMNS: usize = sim::print::COLUMNS;
+
+/// A print on the four sides of an object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Print {
+    /// What the object is to be taken for.
+    pub aims_at: Class,
+    /// Shifts beyond this are cut to it, of 255.
+    #[serde(default = "whole")]
+    #[schemars(range(min = 1, max = 127))]
+    pub strength: u8,
+    /// Rows from the top.
+    pub rows: [Row; sim::print::ROWS],
+}
+
+fn whole() -> u8 {
+    127
+}
+
+impl Print {
+    /// Row-major shifts of red, green and blue.
+    pub fn shifts(&self) -> Vec<[i8; 3]> {
+        let most = self.strength.min(whole()) as i8;
+        self.rows.iter().flat_map(|row| row.0).map(|field| field.map(|shift| shift.clamp(-most, most))).collect()
+    }
+}
+
+/// One row: red, green and blue of each field from the object's end to its front, two digits each; `80` leaves the coat as
+/// it is, `ff` is the brightest shift and `00` the darkest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row([[i8; 3]; COLUMNS]);
+
+impl Row {
+    fn new(text: &str) -> Option<Self> {
+        let digits: Vec<u8> = text.chars().map(|c| c.to_digit(16).map(|digit| digit as u8)).collect::<Option<_>>()?;
+        let bytes: Vec<u8> =
+            digits.chunks(2).map(|pair| pair.iter().fold(0, |byte, digit| byte << 4 | digit)).collect();
+        let (fields, rest) = bytes.as_chunks::<3>();
+        let whole = digits.len() == 6 * COLUMNS && rest.is_empty();
+        let fields: &[[u8; 3]; COLUMNS] = fields.try_into().ok().filter(|_| whole)?;
+        Some(Row(fields.map(|field| field.map(|byte| (i16::from(byte) - 128) as i8))))
+    }
+}
+
+impl<'de> Deserialize<'de> for Row {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = std::borrow::Cow::<str>::deserialize(deserializer)?;
+        Row::new(&text).ok_or_else(|| {
+            de::Error::custom(format!("a row of a print is {} hexadecimal digits, six for each field", 6 * COLUMNS))
+        })
+    }
+}
+
+impl Serialize for Row {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let bytes = self.0.iter().flatten().map(|shift| format!("{:02x}", i16::from(*shift) + 128));
+        serializer.serialize_str(&bytes.collect::<String>())
+    }
+}
+
+impl JsonSchema for Row {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "PrintRow".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string", "pattern": format!("^[0-9a-fA-F]{{{}}}$", 6 * COLUMNS) })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_row_is_read_back_as_it_was_written_and_anything_else_is_refused() {
+        let text = "80ff00".repeat(COLUMNS);
+        let row = Row::new(&text).unwrap();
+        assert_eq!(row.0[3], [0, 127, -128]);
+        assert_eq!(serde_json::to_value(&row).unwrap(), serde_json::Value::String(text.clone()));
+        for wrong in
+            [&text[1..], &text[6..], "", &text.replace('f', "g"), &format!("{text}80"), &text.replace("80", "é0")]
+        {
+            assert_eq!(Row::new(wrong), None, "{wrong}");
+        }
+    }
+}

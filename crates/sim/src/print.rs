@@ -1,0 +1,61 @@
+//! What is printed on an object's sides over its coat.
+//!
+//! A print is a grid of fields, each a shift of red, green and blue. All four sides of an object bear the same one, from its end
+//! to its front and from its top down; roof and belly bear none. Who makes one, and what for, is not known here.
+
+use serde::{Deserialize, Serialize};
+
+/// Rows of fields, from the top.
+pub const ROWS: usize = 8;
+/// Fields in a row.
+pub const COLUMNS: usize = 16;
+
+/// A print.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Print {
+    /// Row-major shifts of red, green and blue.
+    fields: Vec<[i8; 3]>,
+}
+
+impl Print {
+    /// Fields, row-major; `None` unless there are [`ROWS`] × [`COLUMNS`].
+    pub fn new(fields: Vec<[i8; 3]>) -> Option<Self> {
+        (fields.len() == ROWS * COLUMNS).then_some(Print { fields })
+    }
+
+    /// Row-major shifts of red, green and blue.
+    pub fn fields(&self) -> &[[i8; 3]] {
+        &self.fields
+    }
+
+    /// The shift in a field; none beyond the last, which a scene that was not checked might have.
+    pub(crate) fn shift(&self, field: usize) -> [f32; 3] {
+        self.fields.get(field).map_or([0.0; 3], |shift| shift.map(f32::from))
+    }
+}
+
+/// The field that a point of an object shows; places along its length, width and height are in about −1..1.
+pub(crate) fn field([along, across, up]: [f32; 3]) -> Option<usize> {
+    let (long, broad) = (along.abs(), across.abs());
+    if up.abs() > long.max(broad) {
+        return None;
+    }
+    let place = if long > broad { across } else { along };
+    let of = |share: f32, most: usize| ((0.5 + 0.5 * share).clamp(0.0, 0.999) * most as f32) as usize;
+    Some(of(-up, ROWS) * COLUMNS + of(place, COLUMNS))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_print_runs_along_each_side_and_from_the_top_down_and_leaves_the_roof() {
+        assert_eq!(field([-0.99, 1.0, 0.99]), Some(0));
+        assert_eq!(field([0.97, 1.0, 0.97]), Some(COLUMNS - 1));
+        assert_eq!(field([-0.97, -1.0, -0.97]), Some((ROWS - 1) * COLUMNS));
+        assert_eq!(field([1.0, -0.97, 0.0]), Some(ROWS / 2 * COLUMNS));
+        assert_eq!(field([0.1, 0.2, 1.0]), None);
+    }
+}

@@ -1,0 +1,255 @@
+//! What it takes to have a decoy taken for a vehicle by printing on it, made on one set of views and judged on another.
+//!
+//! One print serves every view, so it is made from the mean gradient of many (expectation over transformation, Athalye et al.
+//! 2018), with momentum (Dong et al. 2018). Beside the attacker who knows the weights stand one who only sees the scores of
+//! some detections (random search over rectangles of fields, after Andriushchenko et al. 2020), one who knows another model's
+//! weights, and one who prints at random. Shape is a vehicle's throughout; the decoy is judged cold, and heated like a vehicle.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::Path;
+use std::sync::Arc;
+
+use burn::module::Module;
+use burn::tensor::Device;
+use dataset::cells::Split;
+use dataset::example::{Example as Frame, counts, shared};
+use dataset::quality::LEAST;
+use dataset::sightings::stands_near;
+use perception::corroborate::Limits;
+use perception::detector::Detector;
+use perception::grid::{HEIGHT, WIDTH};
+use perception::model::{Model, hex_digest};
+use perception::stages::Stages;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use sim::print::{COLUMNS, ROWS};
+use wire::sensor::Class;
+
+use crate::data::{Example, target};
+use crate::harden::gradient;
+use crate::interval::wilson;
+use crate::net::Net;
+use crate::train::FRAME;
+use crate::views::{COLD, HEATED, SHIFTS, View};
+
+// Fixed before the first print was made.
+
+/// Strengths: by how much of 255 a channel of the coat may be shifted at most.
+const STRENGTHS: [u8; 6] = [0, 8, 16, 32, 64, 96];
+/// The design strength.
+const DESIGN: u8 = 32;
+/// Views that a print is made on, how many of them a step looks at, steps, and what is kept of the step before.
+const MADE_ON: usize = 64;
+const BATCH: usize = 8;
+const STEPS: usize = 60;
+const MOMENTUM: f32 = 0.8;
+/// Looks at all of a fixed few views that an attacker without weights has.
+const QUERIES: usize = 400;
+/// Views that a print is judged on.
+const JUDGED_ON: usize = 299;
+
+/// What an attacker knows.
+#[derive(Clone, Copy, PartialEq)]
+enum Knows {
+    Nothing,
+    Scores,
+    OtherWeights,
+    Weights,
+}
+
+/// How the decoy came out in views that the print was not made on.
+#[derive(Clone, Copy, Default)]
+struct Tally {
+    views: u32,
+    /// Called a decoy by the detector, and called a vehicle.
+    decoy: u32,
+    vehicle: u32,
+    /// Stands as a vehicle after corroboration, cold and heated.
+    cold: u32,
+    heated: u32,
+}
+
+/// A model by its file and its weights.
+struct Target {
+    sha256: String,
+    net: Net,
+    stages: Stages,
+    detector: Arc<Detector>,
+}
+
+impl Target {
+    fn read(directory: &Path) -> Result<Self, Box<dyn Error>> {
+        let net = Net::new(&Device::default()).try_load_file(directory.join("detector.bpk"))?;
+        let bytes = std::fs::read(directory.join("detector.onnx"))?;
+        let sha256 = hex_digest(&bytes);
+        let detector = Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?);
+        Ok(Target { sha256, net, stages: Stages::new(Arc::clone(&detector)), detector })
+    }
+}
+
+/// Attacks `directory/detector.onnx`, with prints of its own weights, of its scores and of the weights in `other`; writes
+/// `prints.md` and the print of the design strength.
+pub(crate) fn write(directory: &Path, other: &Path, views: Option<u64>) -> Result<(), Box<dyn Error>> {
+    let (own, other) = (Target::read(directory)?, Target::read(other)?);
+    let made_on = View::some(Split::Tuning, 0, MADE_ON)?;
+    let judged_on = View::some(Split::HeldOut, 20_000, views.map_or(JUDGED_ON, |views| views as usize))?;
+    eprintln!("{} views rendered", made_on.len() + judged_on.len());
+    let mut rows = String::new();
+    let white = STRENGTHS.map(|strength| (Knows::Weights, strength));
+    for (knows, strength) in
+        white.into_iter().chain([Knows::OtherWeights, Knows::Scores, Knows::Nothing].map(|k| (k, DESIGN)))
+    {
+        let print = match knows {
+            Knows::Nothing => at_random(strength),
+            Knows::Scores => by_scores(&own, &made_on[..BATCH], strength)?,
+            Knows::OtherWeights => by_weights(&other.net, &made_on, strength)?,
+            Knows::Weights => by_weights(&own.net, &made_on, strength)?,
+        };
+        let row = row(knows, strength, &judge(&own, &judged_on, &print)?);
+        eprint!("{row}");
+        rows += &row;
+        if (knows, strength) == (Knows::Weights, DESIGN) {
+            std::fs::write(directory.join("print.txt"), hex(&print))?;
+        }
+    }
+    let text = page(&own, &other, judged_on.len(), &rows);
+    std::fs::write(directory.join("prints.md"), &text)?;
+    println!("{text}");
+    Ok(())
+}
+
+/// Downhill to labels that say vehicle, by the mean gradient of some views at each step.
+fn by_weights(net: &Net, views: &[View], strength: u8) -> Result<Vec<f32>, Box<dyn Error>> {
+    let device = Device::default().autodiff();
+    let mut rng = ChaCha8Rng::seed_from_u64(u64::from(strength));
+    let bound = f32::from(strength);
+    let (mut shifts, mut pace) = (vec![0.0; SHIFTS], vec![0.0_f32; SHIFTS]);
+    for step in 0..STEPS {
+        let some: Vec<&View> = (0..BATCH).map(|_| &views[rng.next_u32() as usize % views.len()]).collect();
+        let planes = some.iter().flat_map(|view| view.planes(&shifts)).collect();
+        let targets = some.iter().map(|view| target(&claimed(view), false)).collect();
+        let gradients = gradient(net, planes, targets, &device)?;
+        let mut sum = vec![0.0; SHIFTS];
+        some.iter().zip(gradients.chunks_exact(FRAME)).for_each(|(view, of)| view.back(of, &mut sum));
+        let size = sum.iter().map(|v| v.abs()).sum::<f32>().max(f32::MIN_POSITIVE) / SHIFTS as f32;
+        // Large steps first, to cross from one end to the other; small ones to settle.
+        let length = bound * 0.25 * (1.0 - step as f32 / STEPS as f32);
+        for ((shift, pace), sum) in shifts.iter_mut().zip(&mut pace).zip(sum) {
+            *pace = MOMENTUM * *pace + sum / size;
+            *shift = (*shift - length * pace.clamp(-1.0, 1.0)).clamp(-bound, bound);
+        }
+    }
+    Ok(shifts)
+}
+
+/// What the view's labels would be if its decoys were vehicles.
+fn claimed(view: &View) -> Example {
+    let (mut labels, ignored): (Vec<_>, Vec<_>) = view.plain.frame.labels.iter().copied().partition(counts);
+    labels.iter_mut().filter(|label| label.class == Class::Decoy).for_each(|label| label.class = Class::Vehicle);
+    Example { rgb: Vec::new(), labels, ignored }
+}
+
+/// Rectangles of fields at one end of the bound or the other, kept if the scores say that it helps.
+fn by_scores(target: &Target, views: &[View], strength: u8) -> Result<Vec<f32>, Box<dyn Error>> {
+    let mut rng = ChaCha8Rng::seed_from_u64(u64::from(strength));
+    let mut best = at_random(strength);
+    let mut most = f32::MIN;
+    for query in 0..QUERIES {
+        let mut shifts = best.clone();
+        // Ever smaller: half of the print at first, a field at the end.
+        let side = |of: usize| (of as f32 * 0.7 * (1.0 - query as f32 / QUERIES as f32)) as usize + 1;
+        let (rows, columns) = (side(ROWS), side(COLUMNS));
+        let (top, left) = (below(&mut rng, ROWS - rows + 1), below(&mut rng, COLUMNS - columns + 1));
+        let end: [f32; 3] = core::array::from_fn(|_| if rng.next_u32() & 1 == 0 { -1.0 } else { 1.0 });
+        for (row, column) in (top..top + rows).flat_map(|row| (left..left + columns).map(move |column| (row, column))) {
+            let at = 3 * (row * COLUMNS + column);
+            (0..3).for_each(|c| shifts[at + c] = end[c] * f32::from(strength));
+        }
+        let mut score = 0.0;
+        for view in views {
+            score += margin(target, view, &shifts)?;
+        }
+        if score > most {
+            (most, best) = (score, shifts);
+        }
+    }
+    Ok(best)
+}
+
+/// By how much the best vehicle where the decoy is outdoes the best decoy, permille.
+fn margin(target: &Target, view: &View, shifts: &[f32]) -> Result<f32, Box<dyn Error>> {
+    let planes = view.planes(shifts);
+    let byte = |k: usize| libm::roundf(planes[(k % 3) * HEIGHT * WIDTH + k / 3] * 255.0) as u8;
+    let rgb: Vec<u8> = (0..FRAME).map(byte).collect();
+    let found = target.detector.detect(&rgb, LEAST)?;
+    let best = |class| {
+        let of = found.iter().filter(|d| d.class == class && shared(&d.bounds, &view.label.bounds) >= 0.5);
+        of.map(|d| f32::from(d.score)).fold(0.0, f32::max)
+    };
+    Ok(best(Class::Vehicle) - best(Class::Decoy))
+}
+
+fn at_random(strength: u8) -> Vec<f32> {
+    let mut rng = ChaCha8Rng::seed_from_u64(u64::from(strength));
+    (0..SHIFTS).map(|_| if rng.next_u32() & 1 == 0 { -f32::from(strength) } else { f32::from(strength) }).collect()
+}
+
+fn below(rng: &mut ChaCha8Rng, n: usize) -> usize {
+    rng.next_u32() as usize % n
+}
+
+fn judge(target: &Target, views: &[View], print: &[f32]) -> Result<Tally, Box<dyn Error>> {
+    let limits = Limits::default();
+    let mut tally = Tally::default();
+    for view in views {
+        let [cold, heated] = [view.printed(print, COLD)?, view.printed(print, HEATED)?];
+        let found = target.detector.detect(&cold.frame.rgb, limits.score)?;
+        let called = |class| found.iter().any(|d| d.class == class && shared(&d.bounds, &view.label.bounds) >= 0.5);
+        let stands = |frame: &Frame| stands_near(&target.stages, &limits, frame, view.label.object, Class::Vehicle);
+        tally.views += 1;
+        tally.decoy += u32::from(called(Class::Decoy));
+        tally.vehicle += u32::from(called(Class::Vehicle));
+        tally.cold += u32::from(stands(&cold));
+        tally.heated += u32::from(stands(&heated));
+    }
+    Ok(tally)
+}
+
+fn row(knows: Knows, strength: u8, tally: &Tally) -> String {
+    let name = match knows {
+        Knows::Nothing => "nothing (random fields)",
+        Knows::Scores => "scores of 8 views, 400 looks",
+        Knows::OtherWeights => "the other model's weights",
+        Knows::Weights => "the weights",
+    };
+    let mark = if strength == DESIGN { " (design)" } else { "" };
+    let mut row = format!("| {name} | {strength}{mark} |");
+    for k in [tally.decoy, tally.vehicle, tally.cold, tally.heated] {
+        let [low, high] = wilson(k, tally.views);
+        let percent = 100.0 * f64::from(k) / f64::from(tally.views.max(1));
+        // Writing to a String cannot fail.
+        let _ = write!(row, " {percent:.1} % ({:.1} to {:.1}) |", 100.0 * low, 100.0 * high);
+    }
+    row + "\n"
+}
+
+/// Rows of six hexadecimal digits a field; 80 is no shift.
+fn hex(shifts: &[f32]) -> String {
+    let byte = |shift: &f32| format!("{:02x}", (libm::roundf(*shift) as i32 + 128) as u8);
+    shifts.chunks_exact(3 * COLUMNS).map(|row| row.iter().map(byte).collect::<String>() + "\n").collect()
+}
+
+fn page(own: &Target, other: &Target, views: usize, rows: &str) -> String {
+    format!(
+        "# Prints on a decoy, against the detector `{:.12}`\n\n\
+         Written by `trainer prints`. One print of {ROWS} × {COLUMNS} fields on each side of a decoy of a vehicle's size, made on {MADE_ON} \
+         views to have it called a vehicle and judged on {views} others, rendered with the print in the scene. Strength: by how much \
+         of 255 a channel of the coat is shifted at most. *Called*: by the detector alone. *Stands*: as a vehicle after \
+         corroboration in a single frame, with the decoy as cold as the ground or as warm as a vehicle. The other model is \
+         `{:.12}`. Strengths, design strength, steps and views were fixed before the first print was made. Intervals are Wilson's, \
+         95 %.\n\n\
+         | attacker knows | strength | called decoy | called vehicle | stands, cold | stands, heated |\n|---|---|---|---|---|---|\n{rows}",
+        own.sha256, other.sha256,
+    )
+}
