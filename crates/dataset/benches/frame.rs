@@ -1,0 +1,179 @@
+//! What one frame costs from the first ray to the track, stage by stage: CPU time of one thread, random held-out scenes.
+//!
+//! Run with `cargo bench --bench frame`. With `-- --python PYTHON` the same rays and images go to MuJoCo's `mj_multiRay` and to
+//! Python's onnxruntime in one run (`tools/referee/frame.py`), between two measurements here; with `-- --runtime LIBRARY` the model
+//! runs in that ONNX Runtime library here too.
+
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Arc;
+use std::time::Duration;
+
+use dataset::cells::{self, Split};
+use dataset::example::Example;
+use perception::corroborate::{Limits, Sighting, corroborate};
+use perception::detector::Detector;
+use perception::lidar::Scanner;
+use perception::pose::Placement;
+use perception::tracker::Tracker;
+use perception::{depth, runtime, thermal};
+use rustix::time::{ClockId, clock_gettime};
+use serde_json::json;
+use sim::fault::Faults;
+use sim::plant::Plant;
+use sim::sensor::Imagers;
+use sim::sensor::camera::{REACH, Sweep, eye, ray};
+use sim::terrain::{CELLS, SIDE};
+use sim::world::{STEP, World};
+use wire::id::FrameId;
+use wire::sensor::{Camera, Candidates, Lidar, Modalities, ProductMode};
+use wire::time::{Instant, Span};
+
+const FRAMES: u64 = 300;
+/// Frames that are not counted.
+const WARM_UP: u64 = 20;
+/// Times that the rays of one scene are cast, and that one image is looked at.
+const CASTS: usize = 200;
+const IMAGES: usize = 50;
+
+const STAGES: [&str; 7] = [
+    "sensors: rays and images",
+    "detector",
+    "thermal regions",
+    "depth samples",
+    "LiDAR clusters",
+    "corroboration",
+    "tracker",
+];
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().collect();
+    let after =
+        |name: &str| arguments.iter().position(|a| a == name).and_then(|k| arguments.get(k + 1)).map(PathBuf::from);
+    if let Some(library) = after("--runtime") {
+        runtime::adopt(&library)?;
+    }
+    println!("{}", runtime::describe()?);
+    let detector = Detector::built_in()?;
+    stages(&detector)?;
+    let (world, plant) = settled(0)?;
+    let image = Example::new(cells::named("clear")?, Split::HeldOut, 0)?.frame.rgb;
+    here(&world, &plant, &detector, &image)?;
+    if let Some(python) = after("--python") {
+        referee(&python, &world, &plant, &image)?;
+        here(&world, &plant, &detector, &image)?;
+    }
+    Ok(())
+}
+
+fn here(world: &World, plant: &Plant, detector: &Detector, image: &[u8]) -> Result<(), Box<dyn Error>> {
+    let (rays, inference) = (rays(world, plant) / 1e6, inference(detector, image)? * 1e3);
+    println!("here: {rays:.2} million rays a second; an inference with what is made of it {inference:.3} ms");
+    Ok(())
+}
+
+/// Frames through every stage, each on its own.
+fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
+    let (camera, limits, scanner) = (Camera::GROUND, Limits::default(), Scanner::new(&Lidar::GROUND));
+    let ego = Placement { east: 0.0, north: 0.0, cos: 1.0, sin: 0.0, sigma: 0.1 };
+    let mut took: Vec<[Duration; STAGES.len()]> = Vec::new();
+    let mut tracker = Tracker::default();
+    for k in 0..FRAMES + WARM_UP {
+        let (world, plant) = settled(k)?;
+        let faults = Faults::new(&[])?;
+        let mut imagers = Imagers::new(camera, Lidar::GROUND, k);
+        let (frame, stamp) = (FrameId(k + 1), Instant((k + 1) * 50_000));
+        let (sensing, ()) = timed(|| imagers.measure(k + 1, &world, &plant, &faults, Span::ZERO));
+        let (detecting, rgb) = timed(|| detector.detect(&imagers.rgb, limits.score));
+        let rgb = rgb?;
+        let (warming, thermal) = timed(|| thermal::blobs(&imagers.thermal, camera.width, camera.height));
+        let (sampling, depth) = timed(|| depth::samples(&imagers.depth, camera.width, camera.height, &rgb));
+        let (clustering, lidar) = timed(|| scanner.clusters(&imagers.ranges));
+        let all = Candidates { frame, stamp, mode: ProductMode::Live, rgb: Some(rgb), depth, thermal, lidar };
+        let (judging, judged) = timed(|| corroborate(&camera, &limits, Modalities::default(), &all));
+        let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
+        let (tracking, ()) = timed(|| tracker.update(frame, stamp, Some(&ego), &sightings));
+        took.push([sensing, detecting, warming, sampling, clustering, judging, tracking]);
+    }
+    let counted = &took[WARM_UP as usize..];
+    for (stage, name) in STAGES.iter().enumerate() {
+        row(name, counted.iter().map(|frame| frame[stage]).collect());
+    }
+    row("whole frame", counted.iter().map(|frame| frame.iter().sum()).collect());
+    Ok(())
+}
+
+fn row(name: &str, mut of: Vec<Duration>) {
+    of.sort();
+    let at = |share: f64| of[((of.len() - 1) as f64 * share) as usize].as_secs_f64() * 1e3;
+    println!("{name:26} p50 {:7.3} ms   p99 {:7.3} ms   n {}", at(0.5), at(0.99), of.len());
+}
+
+fn timed<T>(run: impl FnOnce() -> T) -> (Duration, T) {
+    let before = cpu();
+    let given = run();
+    (cpu() - before, given)
+}
+
+/// Processor time of this thread.
+fn cpu() -> Duration {
+    let time = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
+}
+
+fn settled(number: u64) -> Result<(World, Plant), Box<dyn Error>> {
+    let (scene, start) = dataset::draw::scene(cells::named("clear")?, Split::HeldOut, number)?;
+    let mut world = World::new(Arc::new(scene));
+    let mut plant = Plant::new(&mut world, &start);
+    for k in 1..=40 {
+        plant.step(Instant(k * STEP.0), &mut world);
+    }
+    Ok((world, plant))
+}
+
+/// Rays of the camera a second.
+fn rays(world: &World, plant: &Plant) -> f64 {
+    let mut sweep = Sweep::new(&Camera::GROUND);
+    let (state, view) = (plant.state(world), world.view(plant.body()));
+    let (took, ()) = timed(|| (0..CASTS).for_each(|_| sweep.cast(&Camera::GROUND, &state, &view)));
+    (sweep.pixels().len() * CASTS) as f64 / took.as_secs_f64()
+}
+
+/// The same rays and the same image, elsewhere.
+fn referee(python: &Path, world: &World, plant: &Plant, image: &[u8]) -> Result<(), Box<dyn Error>> {
+    let (camera, state) = (Camera::GROUND, plant.state(world));
+    let mut sweep = Sweep::new(&camera);
+    sweep.cast(&camera, &state, &world.view(plant.body()));
+    let centre = |k: usize| [(k % sweep.width()) as f32 + 0.5, (k / sweep.width()) as f32 + 0.5];
+    let rays: Vec<_> =
+        (0..sweep.pixels().len()).map(|k| (state.rotation * ray(&camera, centre(k))).to_array()).collect();
+    let ranges: Vec<_> = sweep.pixels().iter().map(|pixel| pixel.hit.map(|hit| hit.distance)).collect();
+    let terrain = (0..=CELLS).map(|row| (0..=CELLS).map(|column| world.terrain().at(row, column)).collect::<Vec<_>>());
+    let objects = world.scene().objects.iter().zip(world.placements()).map(|(object, place)| {
+        json!({ "class": object.class.name(), "size": object.size, "centre": place.centre.to_array(), "facing": place.facing })
+    });
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let told = json!({
+        "side": SIDE, "terrain": terrain.collect::<Vec<_>>(), "objects": objects.collect::<Vec<_>>(), "reach": REACH,
+        "eye": eye(&camera, &state).to_array(), "rays": rays, "ranges": ranges, "image": image, "casts": CASTS, "images": IMAGES,
+        "model": root.join("crates/perception/models/detector.onnx"),
+    });
+    let file = std::env::temp_dir().join(format!("holdsafe-frame-{}.json", std::process::id()));
+    std::fs::write(&file, told.to_string())?;
+    let ran = Command::new(python).arg(root.join("tools/referee/frame.py")).arg(&file).status();
+    std::fs::remove_file(&file)?;
+    if ran?.success() { Ok(()) } else { Err("the referee failed".into()) }
+}
+
+/// Seconds of an inference with what is made of it.
+fn inference(detector: &Detector, image: &[u8]) -> Result<f64, Box<dyn Error>> {
+    let mut took = Vec::new();
+    for _ in 0..IMAGES {
+        let (time, found) = timed(|| detector.detect(image, 500));
+        found?;
+        took.push(time);
+    }
+    took.sort();
+    Ok(took[IMAGES / 2].as_secs_f64())
+}
