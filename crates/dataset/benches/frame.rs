@@ -15,7 +15,7 @@ use dataset::example::Example;
 use perception::corroborate::{Limits, Sighting, corroborate};
 use perception::detector::Detector;
 use perception::lidar::Scanner;
-use perception::pose::Placement;
+use perception::pose::Ego;
 use perception::tracker::Tracker;
 use perception::{depth, runtime, thermal};
 use rustix::time::{ClockId, clock_gettime};
@@ -27,7 +27,7 @@ use sim::sensor::camera::{REACH, Sweep, eye, ray};
 use sim::terrain::{CELLS, SIDE};
 use sim::world::{STEP, World};
 use wire::id::FrameId;
-use wire::sensor::{Camera, Candidates, Lidar, Modalities, ProductMode};
+use wire::sensor::{Camera, Candidates, Fix, Lidar, Modalities, Navigation, Pose, ProductMode, ReceiverTime};
 use wire::time::{Instant, Span};
 
 const FRAMES: u64 = 300;
@@ -40,7 +40,7 @@ const IMAGES: usize = 50;
 const STAGES: [&str; 7] = [
     "sensors: rays and images",
     "detector",
-    "thermal regions",
+    "thermal network",
     "depth samples",
     "LiDAR clusters",
     "corroboration",
@@ -76,7 +76,8 @@ fn here(world: &World, plant: &Plant, detector: &Detector, image: &[u8]) -> Resu
 /// Frames through every stage, each on its own.
 fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
     let (camera, limits, scanner) = (Camera::GROUND, Limits::default(), Scanner::new(&Lidar::GROUND));
-    let ego = Placement { east: 0.0, north: 0.0, cos: 1.0, sin: 0.0, sigma: 0.1 };
+    let pose = Pose { x_mm: 0, y_mm: 0, yaw_mrad: 0 };
+    let (mut ego, network) = (Ego::default(), Detector::thermal()?);
     let mut took: Vec<[Duration; STAGES.len()]> = Vec::new();
     let mut tracker = Tracker::default();
     for k in 0..FRAMES + WARM_UP {
@@ -87,13 +88,14 @@ fn stages(detector: &Detector) -> Result<(), Box<dyn Error>> {
         let (sensing, ()) = timed(|| imagers.measure(k + 1, &world, &plant, &faults, Span::ZERO));
         let (detecting, rgb) = timed(|| detector.detect(&imagers.rgb, limits.score));
         let rgb = rgb?;
-        let (warming, thermal) = timed(|| thermal::blobs(&imagers.thermal, camera.width, camera.height));
+        let (warming, thermal) = timed(|| thermal::blobs(&network, &imagers.thermal, camera.width, camera.height));
         let (sampling, depth) = timed(|| depth::samples(&imagers.depth, camera.width, camera.height, &rgb));
         let (clustering, lidar) = timed(|| scanner.clusters(&imagers.ranges));
+        ego.note(&Navigation { stamp, fix: Some(Fix { pose, sigma_mm: 100, time: ReceiverTime(0) }), odometry: None });
         let all = Candidates { frame, stamp, mode: ProductMode::Live, rgb: Some(rgb), depth, thermal, lidar };
         let (judging, judged) = timed(|| corroborate(&camera, &limits, Modalities::default(), &all));
         let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
-        let (tracking, ()) = timed(|| tracker.update(frame, stamp, Some(&ego), &sightings));
+        let (tracking, ()) = timed(|| tracker.update(frame, stamp, ego.at(stamp, STEP).as_ref(), &sightings));
         took.push([sensing, detecting, warming, sampling, clustering, judging, tracking]);
     }
     let counted = &took[WARM_UP as usize..];

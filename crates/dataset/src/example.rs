@@ -4,7 +4,7 @@ use minicbor::bytes::ByteSlice;
 use sim::scene::{Scene, SceneError, Start};
 use sim::{Label, Labelled, render};
 use wire::id::FrameId;
-use wire::sensor::{Frames, PixelBox};
+use wire::sensor::Frames;
 use wire::time::Instant;
 
 use crate::cells::{Cell, CellsError, Split};
@@ -77,12 +77,6 @@ impl Example {
 pub fn counts(label: &Label) -> bool {
     let b = &label.bounds;
     b.x1 - b.x0 >= LEAST.0 && b.y1 - b.y0 >= LEAST.1 && label.pixels >= LEAST.2
-}
-
-/// Shared over united area of two boxes.
-pub fn shared(a: &PixelBox, b: &PixelBox) -> f32 {
-    let both = a.overlap(b);
-    both as f32 / (a.area() + b.area() - both).max(1) as f32
 }
 
 fn plane(bytes: &[u8]) -> Option<&ByteSlice> {

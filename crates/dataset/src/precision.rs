@@ -10,7 +10,7 @@ use rand_core::{RngCore, SeedableRng};
 use sim::Label;
 use wire::sensor::{Class, Detection};
 
-use crate::example::{counts, shared};
+use crate::example::counts;
 
 /// Intersection over union from which a detection is of an object.
 pub const SAME: f32 = 0.5;
@@ -47,15 +47,15 @@ pub fn judge(labels: &[Label], detections: &[Detection]) -> Outcome {
     let mut open: Vec<&Label> = labels.iter().filter(|l| counts(l)).collect();
     open.iter().for_each(|l| outcome.objects[l.class as usize] += 1);
     for detection in best {
-        let fits = |l: &Label| l.class == detection.class && shared(&l.bounds, &detection.bounds) >= SAME;
-        let place = |l: &&Label| shared(&l.bounds, &detection.bounds);
+        let fits = |l: &Label| l.class == detection.class && l.bounds.shared(&detection.bounds) >= SAME;
+        let place = |l: &&Label| l.bounds.shared(&detection.bounds);
         let taken = open.iter().enumerate().filter(|(_, l)| fits(l)).max_by(|a, b| place(a.1).total_cmp(&place(b.1)));
         let right = match taken.map(|(k, _)| k) {
             Some(k) => {
                 open.swap_remove(k);
                 true
             }
-            None if labels.iter().any(|l| !counts(l) && shared(&l.bounds, &detection.bounds) > SMALL) => continue,
+            None if labels.iter().any(|l| !counts(l) && l.bounds.shared(&detection.bounds) > SMALL) => continue,
             None => false,
         };
         outcome.judged.push(Judged { class: detection.class, score: detection.score, right });

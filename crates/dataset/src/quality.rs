@@ -1,10 +1,9 @@
 //! What a detector and the stages beside it are worth in one cell.
 
 use std::ops::Range;
-use std::sync::Arc;
 
 use perception::corroborate::Limits;
-use perception::detector::{Detector, DetectorError};
+use perception::detector::DetectorError;
 use perception::stages::Stages;
 use serde::Serialize;
 
@@ -60,25 +59,24 @@ pub struct Quality {
     pub sightings: Sightings,
 }
 
-/// Measures `detector` on frames `numbers` of a cell's split; calibration and sightings at `limits`.
+/// Measures `stages` on frames `numbers` of a cell's split; calibration and sightings at `limits`.
 ///
 /// # Errors
-/// A frame cannot be made, or the detector fails on one.
+/// A frame cannot be made, or a detector fails on one.
 pub fn measure(
-    detector: &Arc<Detector>,
+    stages: &Stages,
     cell: &Cell,
     split: Split,
     numbers: Range<u64>,
     limits: &Limits,
 ) -> Result<Quality, QualityError> {
-    let stages = Stages::new(detector.clone());
     let (mut outcomes, mut claims, mut sightings) = (Vec::new(), Claims::default(), Sightings::default());
     for number in numbers {
         let example = Example::new(cell, split, number)?;
-        let found = detector.detect(&example.frame.rgb, LEAST)?;
+        let found = stages.detector().detect(&example.frame.rgb, LEAST)?;
         outcomes.push(precision::judge(&example.frame.labels, &found));
-        claims.add(&example);
-        sightings.add(&stages, limits, &example);
+        claims.add(stages.thermal(), &example);
+        sightings.add(stages, limits, &example);
     }
     let all: Vec<&Outcome> = outcomes.iter().collect();
     let bins = calibration::bins(&outcomes, limits.score);

@@ -77,6 +77,14 @@ impl Detector {
         Detector::new(Model::built_in()?)
     }
 
+    /// The network of the thermal stage that this crate ships.
+    ///
+    /// # Errors
+    /// It was edited, or the runtime refused it.
+    pub fn thermal() -> Result<Self, DetectorError> {
+        Detector::new(Model::thermal()?)
+    }
+
     /// [`Detector::with_head`] for a model of the shipped one's shapes.
     ///
     /// # Errors

@@ -83,7 +83,7 @@ pub enum PerceptionError {
     /// The setup lacks a channel.
     #[error(transparent)]
     Channel(#[from] NoChannel),
-    /// The built-in detector was refused.
+    /// A built-in detector was refused.
     #[error(transparent)]
     Detector(#[from] DetectorError),
     /// The configuration names a detector that the caller has not loaded.
@@ -123,18 +123,19 @@ impl Perception {
     /// The setup lacks a channel, the built-in detector was refused, or the configured one is not loaded.
     pub fn new(setup: Setup, config: PerceptionConfig, now: Instant) -> Result<Self, PerceptionError> {
         let detector = match &config.detector {
-            _ if !config.rendered => None,
-            None => Some(Arc::new(Detector::built_in()?)),
-            Some(Brought { loaded: Some(detector), .. }) => Some(Arc::clone(detector)),
+            _ if !config.rendered => return Self::make(setup, config, None, now),
+            None => Arc::new(Detector::built_in()?),
+            Some(Brought { loaded: Some(detector), .. }) => Arc::clone(detector),
             Some(other) => return Err(PerceptionError::NotLoaded(other.model.path.display().to_string())),
         };
-        Self::make(setup, config, detector, now)
+        let stages = Stages::new(detector, Arc::new(Detector::thermal()?));
+        Self::make(setup, config, Some(stages), now)
     }
 
     fn make(
         setup: Setup,
         config: PerceptionConfig,
-        detector: Option<Arc<Detector>>,
+        stages: Option<Stages>,
         now: Instant,
     ) -> Result<Self, PerceptionError> {
         let limit = setup.bounds.product_limit();
@@ -146,7 +147,7 @@ impl Perception {
             journal: Journal::new(setup.node, setup.boot, Some(setup.key())),
             camera: Camera::GROUND,
             unheard: unheard(&setup.policy),
-            stages: detector.map(Stages::new),
+            stages,
             ego: Ego::default(),
             tracker: Tracker::default(),
             contents: Contents::default(),

@@ -9,6 +9,7 @@ use sha2::{Digest, Sha256};
 pub const MAX_MODEL: usize = 32 << 20;
 
 const BUILT_IN: &[u8] = include_bytes!("../models/detector.onnx");
+const THERMAL: &[u8] = include_bytes!("../models/thermal.onnx");
 const MANIFEST: &str = include_str!("../models/manifest.toml");
 
 /// A file outside this crate, by path and hash.
@@ -81,11 +82,24 @@ impl Model<'static> {
     pub fn built_in() -> Result<Self, ModelError> {
         Model::pinned(BUILT_IN, built_in_sha256().ok_or(ModelError::Unpinned)?)
     }
+
+    /// The network of the thermal stage that this crate ships.
+    ///
+    /// # Errors
+    /// The same.
+    pub fn thermal() -> Result<Self, ModelError> {
+        Model::pinned(THERMAL, stated("thermal_sha256").ok_or(ModelError::Unpinned)?)
+    }
 }
 
 /// The hash that the manifest states, for a run's own manifest.
 pub fn built_in_sha256() -> Option<&'static str> {
-    MANIFEST.lines().find_map(|line| line.strip_prefix("sha256 = \"")?.strip_suffix('"'))
+    stated("sha256")
+}
+
+fn stated(name: &str) -> Option<&'static str> {
+    let value = |line: &'static str| line.strip_prefix(name)?.strip_prefix(" = \"")?.strip_suffix('"');
+    MANIFEST.lines().find_map(value)
 }
 
 /// SHA-256 in lower-case hexadecimal.

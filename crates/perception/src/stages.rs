@@ -9,18 +9,29 @@ use crate::detector::Detector;
 use crate::lidar::Scanner;
 use crate::{depth, thermal};
 
-/// The stages with their model. A clone shares the model.
+/// The stages with their models. A clone shares the models.
 #[derive(Clone, Debug)]
 pub struct Stages {
     camera: Camera,
     detector: Arc<Detector>,
+    thermal: Arc<Detector>,
     scanner: Scanner,
 }
 
 impl Stages {
-    /// For the ground platform's sensors.
-    pub fn new(detector: Arc<Detector>) -> Self {
-        Stages { camera: Camera::GROUND, detector, scanner: Scanner::new(&Lidar::GROUND) }
+    /// For the ground platform's sensors: a detector that sees the colour image, and one that sees the bands of the thermal.
+    pub fn new(detector: Arc<Detector>, thermal: Arc<Detector>) -> Self {
+        Stages { camera: Camera::GROUND, detector, thermal, scanner: Scanner::new(&Lidar::GROUND) }
+    }
+
+    /// The detector that sees the colour image.
+    pub fn detector(&self) -> &Detector {
+        &self.detector
+    }
+
+    /// The detector that sees the bands of the thermal image.
+    pub fn thermal(&self) -> &Detector {
+        &self.thermal
     }
 
     /// The candidates of one frame; detections of at least `least` permille. Depth samples refer to detections, so
@@ -33,7 +44,8 @@ impl Stages {
             (Some(plane), Some(found)) => depth::samples(plane, width, height, found),
             (Some(_) | None, Some(_) | None) => None,
         };
-        let thermal = frames.thermal.filter(|_| sized).and_then(|plane| thermal::blobs(plane, width, height));
+        let thermal =
+            frames.thermal.filter(|_| sized).and_then(|plane| thermal::blobs(&self.thermal, plane, width, height));
         let lidar = frames.lidar.and_then(|plane| self.scanner.clusters(plane));
         Candidates { frame: frames.frame, stamp: frames.stamp, mode: ProductMode::Live, rgb, depth, thermal, lidar }
     }

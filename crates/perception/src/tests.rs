@@ -139,7 +139,15 @@ fn candidates(frame: FrameId, stamp: Instant, things: &[Thing]) -> Candidates {
         detection: index as u8,
         median_mm: ((t.forward - 1.0 + t.depth_error) * 1000.0) as u16 + noise,
     });
-    let blob = |t: &Thing| t.peak_ck.map(|peak_ck| Blob { bounds: bounds(t), mean_ck: peak_ck - 500 + noise, peak_ck });
+    let blob = |t: &Thing| {
+        t.peak_ck.map(|peak_ck| Blob {
+            bounds: bounds(t),
+            mean_ck: peak_ck - 500 + noise,
+            peak_ck,
+            class: t.class,
+            score: 900,
+        })
+    };
     let clusters = things.iter().filter(|t| t.lidar).map(|t| Cluster {
         x_mm: (t.forward * 1000.0) as i32 + i32::from(noise),
         y_mm: (t.left * 1000.0) as i32,

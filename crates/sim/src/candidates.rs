@@ -48,6 +48,9 @@ pub struct NoiseModel {
     pub lidar_range: f32,
 }
 
+/// How sure the thermal stage is, permille. A placeholder, as all of these are.
+const WARM: u16 = 900;
+
 impl Default for NoiseModel {
     fn default() -> Self {
         NoiseModel {
@@ -247,13 +250,17 @@ impl Stages {
             if warmer > 4.0 && !missed && !hidden(&self.camera, effect, &s.bounds) {
                 let mean_ck = thermal::centikelvin(ambient + 0.75 * warmer + jitter);
                 let peak_ck = thermal::centikelvin(ambient + warmer + jitter);
-                found.push(Blob { bounds: s.bounds, mean_ck, peak_ck });
+                let class = match s.object.warm_as() {
+                    like @ (Class::Vehicle | Class::Person) => like,
+                    Class::Decoy | Class::Obstacle => Class::Obstacle,
+                };
+                found.push(Blob { bounds: s.bounds, mean_ck, peak_ck, class, score: WARM });
             }
         }
         if self.thermal.chance(self.model.false_positive) {
             let bounds = phantom(&self.camera, &mut self.thermal);
             let warm = thermal::centikelvin(ambient + 6.0 + 6.0 * self.thermal.uniform());
-            found.push(Blob { bounds, mean_ck: warm, peak_ck: warm + 150 });
+            found.push(Blob { bounds, mean_ck: warm, peak_ck: warm + 150, class: Class::Obstacle, score: WARM });
         }
         found
     }

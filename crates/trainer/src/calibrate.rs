@@ -10,11 +10,14 @@ use std::path::Path;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 use dataset::cells::{self, Split};
-use dataset::example::Example;
+use dataset::example::Example as Frame;
 use dataset::precision::judge;
 use perception::grid::{HEIGHT, WIDTH, decode};
+use sim::Label;
 
+use crate::data::{felt, heated, seen};
 use crate::net::Net;
+use crate::sense::Sense;
 use crate::train::{paint, save};
 
 /// Tuning frames of each cell that is learnt from.
@@ -24,27 +27,31 @@ const LEAST: u16 = 100;
 /// Steps of Newton's method; it has converged after far fewer.
 const STEPS: usize = 30;
 
-/// Recalibrates `directory/detector.onnx` and the weights beside it.
-pub(crate) fn write(directory: &Path) -> Result<(), Box<dyn Error>> {
+/// Recalibrates a model and the weights beside it.
+pub(crate) fn write(sense: Sense, directory: &Path) -> Result<(), Box<dyn Error>> {
     let device = Device::default();
-    let path = directory.join("detector.onnx");
-    let net = Net::new(&device).try_load_file(path.with_extension("bpk"))?;
-    let (slope, offset) = fit(&sample(&net, &device)?);
+    let path = sense.model(directory);
+    let net = Net::new(sense, &device).try_load_file(path.with_extension("bpk"))?;
+    let (slope, offset) = fit(&sample(sense, &net, &device)?);
     println!("objectness: {slope:.3} x {offset:+.3}");
     save(&net.calibrated(slope as f32, offset as f32, &device), &path)
 }
 
 /// Logit of each detection's score, and whether it was right.
-fn sample(net: &Net, device: &Device) -> Result<Vec<(f64, bool)>, Box<dyn Error>> {
+fn sample(sense: Sense, net: &Net, device: &Device) -> Result<Vec<(f64, bool)>, Box<dyn Error>> {
     let mut sample = Vec::new();
     for cell in cells::all()?.iter().filter(|cell| cell.learnt) {
         for number in 0..FRAMES {
-            let frame = Example::new(cell, Split::Tuning, number)?.frame;
+            let example = match sense {
+                Sense::Colour => seen(Frame::new(cell, Split::Tuning, number)?),
+                Sense::Thermal => felt(heated(cell, Split::Tuning, number)?),
+            };
             let mut plane = vec![0.0; 3 * HEIGHT * WIDTH];
-            paint(&frame.rgb, false, 1.0, &mut plane);
+            paint(&example.image, false, 1.0, &mut plane);
             let input = Tensor::<4>::from_data(TensorData::new(plane, [1, 3, HEIGHT, WIDTH]), device);
             let raw = net.forward(input).into_data().try_to_vec::<f32>()?;
-            let judged = judge(&frame.labels, &decode(&raw, LEAST)).judged;
+            let labels: Vec<Label> = example.labels.into_iter().chain(example.ignored).collect();
+            let judged = judge(&labels, &decode(&raw, LEAST)).judged;
             let share = |score: u16| (f64::from(score) / 1000.0).clamp(0.001, 0.999);
             sample.extend(judged.iter().map(|j| (libm::log(share(j.score) / (1.0 - share(j.score))), j.right)));
         }

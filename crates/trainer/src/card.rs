@@ -7,10 +7,16 @@ use std::sync::Arc;
 use dataset::cells::{self, Split};
 use dataset::quality::{Quality, measure};
 use dataset::sightings::Sightings;
+use dataset::warmth::Claims;
 use perception::corroborate::Limits;
 use perception::model::{Model, hex_digest};
+use perception::stages::Stages;
 use perception::{detector::Detector, runtime};
 use wire::sensor::Class;
+
+use crate::data::heated;
+use crate::interval::wilson;
+use crate::sense::Sense;
 
 /// Frames of each cell and split that the card rests on.
 const FRAMES: u64 = 300;
@@ -38,9 +44,9 @@ pub(crate) struct Round {
     pub(crate) steps: u64,
     /// Frames in a batch.
     pub(crate) batch: u64,
-    /// Whether half of each batch was made harder on purpose.
+    /// By how much of 255 half of each batch was made harder at most.
     #[serde(default)]
-    pub(crate) hardened: bool,
+    pub(crate) hardened: u8,
     /// Frames learnt from.
     pub(crate) frames: u64,
     /// Objects on them.
@@ -54,46 +60,71 @@ pub(crate) struct Round {
 }
 
 impl Training {
-    /// What `directory/training.toml` says.
-    pub(crate) fn read(directory: &Path) -> Result<Self, Box<dyn std::error::Error>> {
-        Ok(toml::from_str(&std::fs::read_to_string(directory.join("training.toml"))?)?)
+    /// What stands beside a model.
+    pub(crate) fn read(sense: Sense, directory: &Path) -> Result<Self, Box<dyn std::error::Error>> {
+        Ok(toml::from_str(&std::fs::read_to_string(sense.training(directory))?)?)
     }
 
     /// Writes it there.
-    pub(crate) fn write(&self, directory: &Path) -> Result<(), Box<dyn std::error::Error>> {
-        Ok(std::fs::write(directory.join("training.toml"), toml::to_string(self)?)?)
+    pub(crate) fn write(&self, sense: Sense, directory: &Path) -> Result<(), Box<dyn std::error::Error>> {
+        Ok(std::fs::write(sense.training(directory), toml::to_string(self)?)?)
     }
 }
 
-/// Measures `directory/detector.onnx` and writes `manifest.toml` and `detector.md` beside it.
+/// A model of a directory, loaded, with how it was made.
+struct Made {
+    bytes: usize,
+    sha256: String,
+    training: Training,
+    detector: Arc<Detector>,
+}
+
+impl Made {
+    fn read(sense: Sense, directory: &Path) -> Result<Self, Box<dyn std::error::Error>> {
+        let bytes = std::fs::read(sense.model(directory))?;
+        let sha256 = hex_digest(&bytes);
+        let detector = Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?);
+        Ok(Made { bytes: bytes.len(), sha256, training: Training::read(sense, directory)?, detector })
+    }
+}
+
+/// Measures the models of `directory` and writes `manifest.toml`, `detector.md` and `thermal.md` beside them.
 pub(crate) fn write(directory: &Path, frames: Option<u64>) -> Result<(), Box<dyn std::error::Error>> {
     let frames = frames.unwrap_or(FRAMES);
-    let training = Training::read(directory)?;
-    let bytes = std::fs::read(directory.join("detector.onnx"))?;
-    let sha256 = hex_digest(&bytes);
-    let detector = Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?);
-    let mut rows = Vec::new();
+    let [colour, thermal] = [Made::read(Sense::Colour, directory)?, Made::read(Sense::Thermal, directory)?];
+    let stages = Stages::new(Arc::clone(&colour.detector), Arc::clone(&thermal.detector));
+    let (mut rows, mut warm) = (Vec::new(), Vec::new());
     for split in [Split::HeldOut, Split::Novel] {
         for cell in cells::all()? {
-            let row = measure(&detector, cell, split, 0..frames, &Limits::default())?;
+            let row = measure(&stages, cell, split, 0..frames, &Limits::default())?;
+            let mut claims = Claims::default();
+            for number in 0..frames {
+                claims.add(&thermal.detector, &heated(cell, split, number)?);
+            }
             eprintln!("{} {}: {:.3}", row.split, row.cell, row.mean_average_precision);
             rows.push(row);
+            warm.push(claims);
         }
     }
-    let points = points(&detector)?;
+    let points = points(&stages)?;
     let runtime = runtime::describe()?;
-    std::fs::write(directory.join("manifest.toml"), manifest(&sha256, &training, &rows, runtime)?)?;
-    let card = card(&sha256, bytes.len(), &training, &rows, &points, runtime);
-    std::fs::write(directory.join("detector.md"), &card)?;
-    println!("{card}");
+    std::fs::write(directory.join("manifest.toml"), manifest(&colour, &thermal, &rows, runtime)?)?;
+    let cards =
+        [("detector.md", card(&colour, &rows, &points, runtime)), ("thermal.md", thermal_card(&thermal, &rows, &warm))];
+    for (name, card) in cards {
+        std::fs::write(directory.join(name), &card)?;
+        println!("{card}");
+    }
     Ok(())
 }
 
 #[derive(serde::Serialize)]
 struct Manifest<'a> {
     sha256: &'a str,
+    thermal_sha256: &'a str,
     runtime: &'a str,
     training: &'a Training,
+    thermal_training: &'a Training,
     measured: Vec<Measured<'a>>,
 }
 
@@ -106,7 +137,7 @@ struct Measured<'a> {
     calibration_error: f64,
 }
 
-fn manifest(sha256: &str, training: &Training, rows: &[Quality], runtime: &str) -> Result<String, toml::ser::Error> {
+fn manifest(colour: &Made, thermal: &Made, rows: &[Quality], runtime: &str) -> Result<String, toml::ser::Error> {
     let round = |v: f64| (v * 1000.0).round() / 1000.0;
     let measured = rows.iter().map(|row| Measured {
         cell: &row.cell,
@@ -115,17 +146,25 @@ fn manifest(sha256: &str, training: &Training, rows: &[Quality], runtime: &str) 
         mean_average_precision: round(row.mean_average_precision),
         calibration_error: round(row.calibration_error),
     });
-    let manifest = Manifest { sha256, runtime, training, measured: measured.collect() };
-    let head = "# Written by `trainer measure`; perception refuses detector.onnx if its hash is not the one below.\n";
+    let manifest = Manifest {
+        sha256: &colour.sha256,
+        thermal_sha256: &thermal.sha256,
+        runtime,
+        training: &colour.training,
+        thermal_training: &thermal.training,
+        measured: measured.collect(),
+    };
+    let head = "# Written by `trainer measure`; perception refuses a model if its hash is not the one below.\n";
     Ok(format!("{head}{}", toml::to_string(&manifest)?))
 }
 
-fn card(sha256: &str, bytes: usize, training: &Training, rows: &[Quality], points: &str, runtime: &str) -> String {
+fn card(made: &Made, rows: &[Quality], points: &str, runtime: &str) -> String {
+    let Made { bytes, sha256, training, .. } = made;
     format!(
         "# Model card: the colour detector\n\n\
          A single-shot convolutional detector, 160 × 120 RGB to a grid of cells of objectness, four classes (vehicle, \
          person, decoy, obstacle) and a box. {bytes} bytes, SHA-256 `{sha256}`.\n\n\
-         **Made by** `trainer train`, `refine` and `measure` from rendered frames of the cells marked as learnt in \
+         **Made by** `trainer train`, `refine`, `harden`, `calibrate` and `measure` from rendered frames of the cells marked as learnt in \
          `crates/dataset/cells.toml`:\n\n{}\n\
          **Measured** through `{runtime}` on frames that nothing was learnt from: seeds held out, and *novel* shapes, paints \
          and grounds; cells marked * are conditions that nothing was learnt from. An object counts from 3 columns, 6 rows \
@@ -136,21 +175,58 @@ fn card(sha256: &str, bytes: usize, training: &Training, rows: &[Quality], point
          **The threshold** beside others, on {TUNING} tuning frames of each cell that is learnt from, which nothing above is measured \
          on.\n\n{points}\n\
          **Not for** anything but this simulation. It knows one camera, one sun and the paints of these classes; \
-         nothing here says how it would do on a photograph. How it fares under attack is in `robustness.md`.\n",
+         nothing here says how it would do on a photograph. How it fares under attack is in `robustness.md` and `prints.md`.\n",
         rounds(training),
         Limits::default().score,
         table(rows),
     )
 }
 
+fn thermal_card(made: &Made, rows: &[Quality], warm: &[Claims]) -> String {
+    let mut table = String::from(
+        "| split | cell | vehicles and persons borne out | cold fakes found out | balanced accuracy | heated fakes found out |\n\
+         |---|---|---|---|---|---|\n",
+    );
+    let share = |k: u32, n: u32| {
+        let [low, high] = wilson(k, n);
+        format!("{:.3} ({low:.3} to {high:.3}) of {n}", f64::from(k) / f64::from(n.max(1)))
+    };
+    for (row, warm) in rows.iter().zip(warm) {
+        let (claims, mark) = (&row.claims, if row.learnt { "" } else { " *" });
+        let balanced = row.thermal_balanced_accuracy.map_or("–".to_owned(), |a| format!("**{a:.3}**"));
+        let [honest, cold, heated] = [
+            share(claims.supported, claims.honest),
+            share(claims.contradicted, claims.false_claims),
+            share(warm.heated_contradicted, warm.heated),
+        ];
+        // Writing to a String cannot fail.
+        let _ = writeln!(table, "| {} | {}{mark} | {honest} | {cold} | {balanced} | {heated} |", row.split, row.cell);
+    }
+    format!(
+        "# Model card: the thermal stage\n\n\
+         A network of the colour detector's form and half its channels over three bands of the thermal image (warmth above the ground in \
+         two spans, absolute temperature). It finds vehicles and persons by where they are warm; what is warm and neither it calls an \
+         obstacle. {} bytes, SHA-256 `{}`.\n\n\
+         **Made by** `trainer train thermal`, `calibrate thermal` and `measure` from rendered frames of the learnt cells, in which a third of decoys \
+         and obstacles are heated evenly, to between 8 and 45 K above the ground:\n\n{}\n\
+         **Measured** with true boxes on frames that nothing was learnt from, cells marked * conditions that nothing was learnt from. A vehicle or \
+         person under its own name should be borne out, a decoy or obstacle that is called a vehicle found out. *Heated fakes* are decoys \
+         and obstacles heated as in training, on frames of their own. Intervals are Wilson's, 95 %.\n\n{table}\n\
+         **Not for** a decoy that is warm where a vehicle is: nothing here tells it from one (`decoy_warm`).\n",
+        made.bytes,
+        made.sha256,
+        rounds(&made.training),
+    )
+}
+
 /// Corroborated recall and precision by threshold.
-fn points(detector: &Arc<Detector>) -> Result<String, Box<dyn std::error::Error>> {
+fn points(stages: &Stages) -> Result<String, Box<dyn std::error::Error>> {
     let mut table = String::from("| threshold | corroborated recall | precision |\n|---|---|---|\n");
     for score in THRESHOLDS {
         let limits = Limits { score, ..Limits::default() };
         let mut all = Sightings::default();
         for cell in cells::all()?.iter().filter(|cell| cell.learnt) {
-            all = all.with(&measure(detector, cell, Split::Tuning, 1_000..1_000 + TUNING, &limits)?.sightings);
+            all = all.with(&measure(stages, cell, Split::Tuning, 1_000..1_000 + TUNING, &limits)?.sightings);
         }
         writeln!(table, "| {score} | {:.3} | {:.3} |", all.recall(), all.precision())?;
     }
@@ -158,11 +234,13 @@ fn points(detector: &Arc<Detector>) -> Result<String, Box<dyn std::error::Error>
 }
 
 fn rounds(training: &Training) -> String {
-    let head = "| round | seed | steps | batch | frames | objects | processor time, min | data, SHA-256 | cells, SHA-256 |\n\
-                |---|---|---|---|---|---|---|---|---|\n";
+    let head = "| round | seed | steps | batch | hardened | frames | objects | processor time, min | data, SHA-256 | cells, SHA-256 |\n\
+                |---|---|---|---|---|---|---|---|---|---|\n";
     let row = |(k, r): (usize, &Round)| {
         let (data, cells) = (&r.data_sha256, &r.cells_sha256);
-        let counts = [r.seed, r.steps, r.batch, r.frames, r.objects, r.cpu_minutes].map(|n| n.to_string()).join(" | ");
+        let counts = [r.seed, r.steps, r.batch, u64::from(r.hardened), r.frames, r.objects, r.cpu_minutes]
+            .map(|n| n.to_string())
+            .join(" | ");
         format!("| {} | {counts} | `{data}` | `{cells}` |\n", k + 1)
     };
     training.round.iter().enumerate().map(row).fold(head.to_owned(), |all, row| all + &row)

@@ -3,22 +3,32 @@
 //! The grid is that of `perception::grid`: cells of 4 pixels, and in each the objectness, one channel a class, and
 //! the box as offset of its middle in cells and logarithm of its sides in units of 16 pixels.
 
-use dataset::cells::{self, Split};
+use dataset::cells::{self, Cell, Split};
+use dataset::draw;
 use dataset::example::{Example as Frame, ExampleError, counts};
+use dataset::warmth::HEATED_K;
 use perception::grid::{CELL, COLUMNS, ROWS, UNIT};
+use perception::thermal::bands;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
 use sha2::{Digest, Sha256};
 use sim::Label;
+use wire::sensor::Class;
+
+use crate::sense::Sense;
 
 /// Cells of the grid.
 pub(crate) const CELLS: usize = ROWS * COLUMNS;
 
+/// By how much more than [`HEATED_K`] what is heated may be warmer than the ground, kelvin.
+const HOTTER_K: f32 = 37.0;
 /// Share of an object's sides whose cells are its own.
 const MIDDLE: f32 = 0.4;
 
 /// One frame with what it shows.
 pub(crate) struct Example {
-    /// Row-major, 3 bytes a pixel.
-    pub(crate) rgb: Vec<u8>,
+    /// Colour or bands of warmth: row-major, 3 bytes a pixel.
+    pub(crate) image: Vec<u8>,
     /// Objects large enough to be found.
     pub(crate) labels: Vec<Label>,
     /// Objects too small to be judged by.
@@ -40,23 +50,62 @@ pub(crate) struct Target {
 }
 
 /// Frames of what may be learnt from, the cells in turn, with the hash of all that is in them.
-pub(crate) fn examples(frames: std::ops::Range<u64>) -> Result<(Vec<Example>, String), ExampleError> {
+pub(crate) fn examples(sense: Sense, frames: std::ops::Range<u64>) -> Result<(Vec<Example>, String), ExampleError> {
     let learnt: Vec<_> = cells::all()?.iter().filter(|cell| cell.learnt).collect();
     let (mut hash, mut examples) = (Sha256::new(), Vec::new());
     for k in frames {
-        let cell = learnt[k as usize % learnt.len()];
-        let frame = Frame::new(cell, Split::Training, k / learnt.len() as u64)?.frame;
-        hash.update(&frame.rgb);
-        for l in &frame.labels {
+        let (cell, number) = (learnt[k as usize % learnt.len()], k / learnt.len() as u64);
+        let example = match sense {
+            Sense::Colour => seen(Frame::new(cell, Split::Training, number)?),
+            Sense::Thermal => felt(heated(cell, Split::Training, number)?),
+        };
+        hash.update(&example.image);
+        let mut labels: Vec<&Label> = example.labels.iter().chain(&example.ignored).collect();
+        labels.sort_by_key(|l| l.object);
+        for l in labels {
             let b = l.bounds;
             let numbers = [l.class as u16, b.x0, b.y0, b.x1, b.y1, l.pixels as u16];
             numbers.iter().for_each(|n| hash.update(n.to_le_bytes()));
         }
-        let (labels, ignored) = frame.labels.into_iter().partition(counts);
-        examples.push(Example { rgb: frame.rgb, labels, ignored });
+        examples.push(example);
     }
     let digest: [u8; 32] = hash.finalize().into();
     Ok((examples, digest.iter().map(|b| format!("{b:02x}")).collect()))
+}
+
+/// What can be seen in a frame.
+pub(crate) fn seen(frame: Frame) -> Example {
+    let frame = frame.frame;
+    let (labels, ignored) = frame.labels.into_iter().partition(counts);
+    Example { image: frame.rgb, labels, ignored }
+}
+
+/// What is warm in a frame: vehicles and persons as such, whatever else was heated as an obstacle, which is to say as warm and
+/// neither. What nobody heated is not there.
+pub(crate) fn felt(example: Frame) -> Example {
+    let Frame { scene, frame, .. } = example;
+    let warm = |label: &Label| scene.objects[usize::from(label.object.0)].kelvin >= scene.ground.kelvin + HEATED_K;
+    let known = |class| matches!(class, Class::Vehicle | Class::Person);
+    let mut labels: Vec<Label> = frame.labels.into_iter().filter(|l| known(l.class) || warm(l)).collect();
+    labels.iter_mut().filter(|l| !known(l.class)).for_each(|l| l.class = Class::Obstacle);
+    let (labels, ignored) = labels.into_iter().partition(counts);
+    let image = bands(&frame.thermal, frame.width, frame.height).unwrap_or_default();
+    Example { image, labels, ignored }
+}
+
+/// A frame of a scene in which a third of all decoys and obstacles are heated evenly.
+pub(crate) fn heated(cell: &Cell, split: Split, number: u64) -> Result<Frame, ExampleError> {
+    let (mut scene, start) = draw::scene(cell, split, number)?;
+    let mut rng = ChaCha8Rng::seed_from_u64(number);
+    let ground = scene.ground.kelvin;
+    for object in scene.objects.iter_mut().filter(|o| matches!(o.class, Class::Decoy | Class::Obstacle)) {
+        let mut uniform = || (rng.next_u32() >> 8) as f32 / 16_777_216.0;
+        let (heat, above) = (uniform() < 1.0 / 3.0, HEATED_K + HOTTER_K * uniform());
+        if heat {
+            object.kelvin = ground + above;
+        }
+    }
+    Frame::of(scene, start, number)
 }
 
 /// The grid of targets. A cell belongs to the smallest object whose middle part covers its middle, and in any case to

@@ -19,23 +19,24 @@ use crate::train::{FRAME, wanted};
 
 /// Steps of descent for each frame.
 const STEPS: usize = 2;
-/// Greatest strength of prints, and of changes to single pixels, of 1.
-const PRINT: f32 = 0.4;
-const PIXEL: f32 = 8.0 / 255.0;
+/// A change to single pixels is this much weaker than a print at most.
+const PIXEL: f32 = 0.08;
 /// Shares of a strength by which a field starts at most, and moves at each step.
 const FIRST: f32 = 0.5;
 const MOVE: f32 = 0.75;
 
-/// Changes `planes`, one frame after another, to what the weights are worse at. Each is of an example, perhaps mirrored.
+/// Changes `planes`, one frame after another, to what the weights are worse at, by at most `most` of 255. Each is of an example,
+/// perhaps mirrored.
 pub(crate) fn perturb(
     net: &Net,
     planes: &mut [f32],
     examples: &[(&Example, bool)],
     rng: &mut ChaCha8Rng,
+    most: u8,
     device: &Device,
 ) -> Result<(), Box<dyn std::error::Error>> {
     let clean = planes.to_vec();
-    let mut changes: Vec<Change> = examples.iter().map(|(e, mirrored)| Change::new(e, *mirrored, rng)).collect();
+    let mut changes: Vec<Change> = examples.iter().map(|(e, mirrored)| Change::new(e, *mirrored, most, rng)).collect();
     for _ in 0..STEPS {
         apply(&changes, &clean, planes);
         let targets = changes.iter().zip(examples).map(|(c, (_, mirrored))| target(&c.wanted, *mirrored)).collect();
@@ -79,10 +80,10 @@ struct Change {
 }
 
 impl Change {
-    fn new(example: &Example, mirrored: bool, rng: &mut ChaCha8Rng) -> Self {
+    fn new(example: &Example, mirrored: bool, most: u8, rng: &mut ChaCha8Rng) -> Self {
         let mut uniform = || (rng.next_u32() >> 8) as f32 / 16_777_216.0;
         let (downhill, prints, share) = (uniform() < 0.5, uniform() < 0.75, uniform());
-        let strength = share * if prints { PRINT } else { PIXEL };
+        let strength = share * f32::from(most) / 255.0 * if prints { 1.0 } else { PIXEL };
         let fields = if prints { printed(&example.labels, mirrored) } else { (0..HEIGHT * WIDTH).map(Some).collect() };
         let count = fields.iter().flatten().max().map_or(0, |most| most + 1);
         let mut labels = example.labels.clone();
@@ -90,7 +91,7 @@ impl Change {
             labels.iter_mut().for_each(|label| label.class = other(label.class));
         }
         Change {
-            wanted: Example { rgb: Vec::new(), labels, ignored: example.ignored.clone() },
+            wanted: Example { image: Vec::new(), labels, ignored: example.ignored.clone() },
             downhill,
             strength,
             field: fields,

@@ -1,10 +1,11 @@
-//! Trains the detector of `perception` on the project's own rendered frames.
+//! Trains the networks of `perception` on the project's own rendered frames, and attacks them.
 //!
-//! `trainer train DIR [STEPS] [FRAMES]` renders, trains and writes `DIR/detector.onnx`, `trainer refine` goes on from there with
-//! other frames at a lower rate, `trainer harden` does so with half of them made harder on purpose, `trainer calibrate DIR` makes
-//! its scores mean what they say; `trainer measure DIR [FRAMES]` runs
-//! that file through the pure-Rust runtime on frames that nothing was learnt from and writes its card and manifest; `trainer
-//! pixels DIR [FRAMES]` changes the image before it with gradients of its own, `trainer prints DIR OTHER [VIEWS]` prints on decoys. Not part of the normal build: nothing depends on this package.
+//! `trainer train colour|thermal DIR [STEPS] [FRAMES]` renders, trains and writes a model, `trainer refine` goes on from there with
+//! other frames at a lower rate, `trainer harden` does so with half of them made harder on purpose, `trainer calibrate` makes
+//! scores mean what they say. `trainer measure DIR [FRAMES]` runs both files through the pure-Rust runtime on frames that nothing
+//! was learnt from and writes their card and manifest; `trainer pixels DIR [FRAMES]` changes the image before the colour network
+//! with gradients of its own, `trainer prints DIR OTHER [VIEWS]` prints on decoys. Not part of the normal build: nothing depends
+//! on this package.
 
 mod calibrate;
 mod card;
@@ -14,6 +15,7 @@ mod interval;
 mod net;
 mod pixels;
 mod prints;
+mod sense;
 mod train;
 mod views;
 
@@ -23,16 +25,18 @@ use std::process::ExitCode;
 use perception::model::hex_digest;
 
 use crate::card::{Round, Training};
+use crate::sense::Sense;
 use crate::train::Kind;
 
-const USAGE: &str = "usage: trainer train DIR [STEPS] [FRAMES] | trainer refine DIR [STEPS] [FRAMES] | trainer harden DIR [STEPS] \
-                     [FRAMES] | trainer calibrate DIR | trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | \
-                     trainer prints DIR OTHER [VIEWS]";
+const USAGE: &str = "usage: trainer train|refine|harden colour|thermal DIR [STEPS] [FRAMES] [STRENGTH] | trainer calibrate colour|thermal DIR | \
+                     trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | trainer prints DIR OTHER [VIEWS]";
 /// Seed of the weights and of the batches of the first round; each that follows has the next.
 const SEED: u64 = 20_261;
 /// Batches, and frames learnt from, unless others are asked for.
 const STEPS: u64 = 2_000;
 const FRAMES: u64 = 5_400;
+/// By how much of 255 frames are made harder at most.
+const STRENGTH: u8 = 102;
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -49,16 +53,17 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let number = |word: Option<&&str>| word.map(|word| word.parse::<u64>()).transpose();
     match words.as_slice() {
-        [verb @ ("train" | "refine" | "harden"), directory, rest @ ..] if rest.len() <= 2 => {
+        [verb @ ("train" | "refine" | "harden"), what, directory, rest @ ..] if rest.len() <= 3 => {
+            let most = number(rest.get(2))?.map_or(Ok(STRENGTH), u8::try_from)?;
             let kind = match *verb {
                 "train" => Kind::New,
                 "refine" => Kind::Again,
-                _ => Kind::Hardened,
+                _ => Kind::Hardened(most),
             };
             let (steps, frames) = (number(rest.first())?.unwrap_or(STEPS), number(rest.get(1))?.unwrap_or(FRAMES));
-            train(Path::new(directory), kind, steps, frames)
+            train(sense(what)?, Path::new(directory), kind, steps, frames)
         }
-        ["calibrate", directory] => calibrate::write(Path::new(directory)),
+        ["calibrate", what, directory] => calibrate::write(sense(what)?, Path::new(directory)),
         ["measure", directory, rest @ ..] if rest.len() <= 1 => {
             card::write(Path::new(directory), number(rest.first())?)
         }
@@ -72,24 +77,34 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
     }
 }
 
+fn sense(name: &str) -> Result<Sense, String> {
+    Sense::named(name).ok_or_else(|| format!("{name}: colour or thermal"))
+}
+
 /// One round: from new weights, or from those of the round before with frames that follow its own.
-fn train(directory: &Path, kind: Kind, steps: u64, frames: u64) -> Result<(), Box<dyn std::error::Error>> {
-    let mut training = if kind == Kind::New { Training::default() } else { Training::read(directory)? };
+fn train(
+    sense: Sense,
+    directory: &Path,
+    kind: Kind,
+    steps: u64,
+    frames: u64,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let mut training = if kind == Kind::New { Training::default() } else { Training::read(sense, directory)? };
     let first = training.round.iter().map(|round| round.frames).sum();
-    let (examples, data_sha256) = data::examples(first..first + frames)?;
+    let (examples, data_sha256) = data::examples(sense, first..first + frames)?;
     eprintln!("{frames} frames rendered");
     let seed = SEED + training.round.len() as u64;
-    let cpu = train::train(&examples, steps as usize, seed, kind, &directory.join("detector.onnx"))?;
+    let cpu = train::train(sense, &examples, steps as usize, seed, kind, &sense.model(directory))?;
     training.round.push(Round {
         seed,
         steps,
         batch: train::BATCH as u64,
-        hardened: kind == Kind::Hardened,
+        hardened: if let Kind::Hardened(most) = kind { most } else { 0 },
         frames,
         objects: examples.iter().map(|e| e.labels.len() as u64).sum(),
         data_sha256,
         cells_sha256: hex_digest(dataset::cells::text().as_bytes()),
         cpu_minutes: cpu.as_secs() / 60,
     });
-    training.write(directory)
+    training.write(sense, directory)
 }

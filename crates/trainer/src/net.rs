@@ -10,6 +10,8 @@ use burn::nn::{BatchNorm, BatchNormConfig, PaddingConfig2d};
 use burn::tensor::activation::{log_softmax, relu, sigmoid};
 use burn::tensor::{Device, Tensor, TensorData};
 
+use crate::sense::Sense;
+
 /// Channels that the head gives.
 pub(crate) const CHANNELS: usize = 9;
 
@@ -44,17 +46,15 @@ pub(crate) struct Net {
 
 impl Net {
     /// With weights drawn from the device's seed.
-    pub(crate) fn new(device: &Device) -> Self {
-        // Channels, stride, dilation.
-        let plan =
-            [([3, 16], 2, 1), ([16, 24], 1, 1), ([24, 32], 2, 1), ([32, 48], 1, 1), ([48, 48], 1, 2), ([48, 48], 1, 4)];
-        Net {
-            blocks: plan
-                .into_iter()
-                .map(|(channels, stride, dilation)| Block::new(channels, stride, dilation, device))
-                .collect(),
-            head: Conv2dConfig::new([48, CHANNELS], [1, 1]).init(device),
+    pub(crate) fn new(sense: Sense, device: &Device) -> Self {
+        // Stride, dilation.
+        let plan = [(2, 1), (1, 1), (2, 1), (1, 1), (1, 2), (1, 4)];
+        let (mut blocks, mut into) = (Vec::with_capacity(plan.len()), 3);
+        for ((stride, dilation), out) in plan.into_iter().zip(sense.channels()) {
+            blocks.push(Block::new([into, out], stride, dilation, device));
+            into = out;
         }
+        Net { blocks, head: Conv2dConfig::new([into, CHANNELS], [1, 1]).init(device) }
     }
 
     /// The same network with objectness `slope · x + offset`: what calibration asks for, folded into the head.

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use burn::module::Module;
 use burn::tensor::{Device, Tensor, TensorData};
 use dataset::cells::{self, Split};
-use dataset::example::{Example as Frame, counts, shared};
+use dataset::example::{Example as Frame, counts};
 use dataset::sightings::stands_near;
 use perception::corroborate::Limits;
 use perception::detector::Detector;
@@ -26,6 +26,7 @@ use wire::sensor::Class;
 use crate::data::{Example, target};
 use crate::interval::wilson;
 use crate::net::{Net, loss};
+use crate::sense::Sense;
 use crate::train::{paint, wanted};
 
 /// Strengths, of 255, fixed before anything was measured.
@@ -57,10 +58,10 @@ struct Tally {
 /// Attacks `directory/detector.onnx` through the weights beside it and writes `robustness.md`.
 pub(crate) fn write(directory: &Path, frames: Option<u64>) -> Result<(), Box<dyn Error>> {
     let device = Device::default().autodiff();
-    let net = Net::new(&Device::default()).try_load_file(directory.join("detector.bpk"))?;
+    let net = Net::new(Sense::Colour, &Device::default()).try_load_file(directory.join("detector.bpk"))?;
     let bytes = std::fs::read(directory.join("detector.onnx"))?;
     let sha256 = hex_digest(&bytes);
-    let stages = Stages::new(Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?));
+    let stages = Stages::new(Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?), Arc::new(Detector::thermal()?));
     let mut rows = String::new();
     for goal in [Goal::None, Goal::Hide, Goal::Impersonate] {
         for strength in STRENGTHS {
@@ -97,7 +98,7 @@ fn perturb(net: &Net, frame: &Frame, goal: Goal, strength: u8, device: &Device) 
     if goal == Goal::Impersonate {
         labels.iter_mut().filter(|l| l.class == Class::Decoy).for_each(|l| l.class = Class::Vehicle);
     }
-    let example = Example { rgb: clean.clone(), labels, ignored: Vec::new() };
+    let example = Example { image: clean.clone(), labels, ignored: Vec::new() };
     let mut plane = vec![0.0; 3 * HEIGHT * WIDTH];
     paint(clean, false, 1.0, &mut plane);
     let tensor = |plane: Vec<f32>| Tensor::<4>::from_data(TensorData::new(plane, [1, 3, HEIGHT, WIDTH]), device);
@@ -129,7 +130,7 @@ fn judge(stages: &Stages, mut frame: Frame, rgb: Vec<u8>, tally: &mut Tally) {
     let candidates = stages.candidates(&frame.frames(), limits.score);
     let found = candidates.rgb.as_deref().unwrap_or_default();
     for label in frame.frame.labels.iter().filter(|l| counts(l)) {
-        let called = |class| found.iter().any(|d| d.class == class && shared(&d.bounds, &label.bounds) >= 0.5);
+        let called = |class| found.iter().any(|d| d.class == class && d.bounds.shared(&label.bounds) >= 0.5);
         tally.objects[0] += 1;
         tally.objects[1] += u32::from(called(label.class));
         if label.class == Class::Decoy {

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use burn::module::Module;
 use burn::tensor::Device;
 use dataset::cells::Split;
-use dataset::example::{Example as Frame, counts, shared};
+use dataset::example::{Example as Frame, counts};
 use dataset::quality::LEAST;
 use dataset::sightings::stands_near;
 use perception::corroborate::Limits;
@@ -30,6 +30,7 @@ use crate::data::{Example, target};
 use crate::harden::gradient;
 use crate::interval::wilson;
 use crate::net::Net;
+use crate::sense::Sense;
 use crate::train::FRAME;
 use crate::views::{COLD, HEATED, SHIFTS, View};
 
@@ -80,11 +81,12 @@ struct Target {
 
 impl Target {
     fn read(directory: &Path) -> Result<Self, Box<dyn Error>> {
-        let net = Net::new(&Device::default()).try_load_file(directory.join("detector.bpk"))?;
+        let net = Net::new(Sense::Colour, &Device::default()).try_load_file(directory.join("detector.bpk"))?;
         let bytes = std::fs::read(directory.join("detector.onnx"))?;
         let sha256 = hex_digest(&bytes);
         let detector = Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?);
-        Ok(Target { sha256, net, stages: Stages::new(Arc::clone(&detector)), detector })
+        let thermal = Arc::new(Detector::thermal()?);
+        Ok(Target { sha256, net, stages: Stages::new(Arc::clone(&detector), thermal), detector })
     }
 }
 
@@ -147,7 +149,7 @@ fn by_weights(net: &Net, views: &[View], strength: u8) -> Result<Vec<f32>, Box<d
 fn claimed(view: &View) -> Example {
     let (mut labels, ignored): (Vec<_>, Vec<_>) = view.plain.frame.labels.iter().copied().partition(counts);
     labels.iter_mut().filter(|label| label.class == Class::Decoy).for_each(|label| label.class = Class::Vehicle);
-    Example { rgb: Vec::new(), labels, ignored }
+    Example { image: Vec::new(), labels, ignored }
 }
 
 /// Rectangles of fields at one end of the bound or the other, kept if the scores say that it helps.
@@ -184,7 +186,7 @@ fn margin(target: &Target, view: &View, shifts: &[f32]) -> Result<f32, Box<dyn E
     let rgb: Vec<u8> = (0..FRAME).map(byte).collect();
     let found = target.detector.detect(&rgb, LEAST)?;
     let best = |class| {
-        let of = found.iter().filter(|d| d.class == class && shared(&d.bounds, &view.label.bounds) >= 0.5);
+        let of = found.iter().filter(|d| d.class == class && d.bounds.shared(&view.label.bounds) >= 0.5);
         of.map(|d| f32::from(d.score)).fold(0.0, f32::max)
     };
     Ok(best(Class::Vehicle) - best(Class::Decoy))
@@ -205,7 +207,7 @@ fn judge(target: &Target, views: &[View], print: &[f32]) -> Result<Tally, Box<dy
     for view in views {
         let [cold, heated] = [view.printed(print, COLD)?, view.printed(print, HEATED)?];
         let found = target.detector.detect(&cold.frame.rgb, limits.score)?;
-        let called = |class| found.iter().any(|d| d.class == class && shared(&d.bounds, &view.label.bounds) >= 0.5);
+        let called = |class| found.iter().any(|d| d.class == class && d.bounds.shared(&view.label.bounds) >= 0.5);
         let stands = |frame: &Frame| stands_near(&target.stages, &limits, frame, view.label.object, Class::Vehicle);
         tally.views += 1;
         tally.decoy += u32::from(called(Class::Decoy));

@@ -14,6 +14,7 @@ use rand_core::{RngCore, SeedableRng};
 use crate::data::{Example, Target, target};
 use crate::harden;
 use crate::net::{Net, Wanted, loss};
+use crate::sense::Sense;
 
 /// Frames in a batch.
 pub(crate) const BATCH: usize = 16;
@@ -32,13 +33,14 @@ pub(crate) enum Kind {
     New,
     /// The weights of the round before.
     Again,
-    /// Those too, and half of each batch is made harder on purpose.
-    Hardened,
+    /// Those too, and half of each batch is made harder on purpose, by at most so much of 255.
+    Hardened(u8),
 }
 
 /// Trains for `steps` batches and writes the network to `path` as ONNX; the weights of the round before stand beside it. Gives
 /// the processor time it took.
 pub(crate) fn train(
+    sense: Sense,
     examples: &[Example],
     steps: usize,
     seed: u64,
@@ -48,7 +50,7 @@ pub(crate) fn train(
     let device = Device::default().autodiff();
     device.seed(seed);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut net = Net::new(&device);
+    let mut net = Net::new(sense, &device);
     let mut most = RATE;
     if kind != Kind::New {
         (net, most) = (net.try_load_file(path.with_extension("bpk"))?, RATE_AGAIN);
@@ -56,10 +58,10 @@ pub(crate) fn train(
     let mut optimiser = AdamWConfig::new().with_weight_decay(1e-3).init();
     let mut mean = 0.0;
     for step in 0..steps {
-        let mut batch = Batch::draw(examples, &mut rng);
-        if kind == Kind::Hardened {
+        let mut batch = Batch::draw(sense, examples, &mut rng);
+        if let Kind::Hardened(most) = kind {
             let (planes, half) = (&mut batch.planes[..BATCH / 2 * FRAME], &batch.of[..BATCH / 2]);
-            harden::perturb(&net.valid(), planes, half, &mut rng, &device)?;
+            harden::perturb(&net.valid(), planes, half, &mut rng, most, &device)?;
         }
         let targets = wanted(batch.targets(), &device);
         let loss = loss(net.forward(batch.input(&device)), targets);
@@ -109,13 +111,15 @@ struct Batch<'a> {
 }
 
 impl<'a> Batch<'a> {
-    fn draw(examples: &'a [Example], rng: &mut ChaCha8Rng) -> Self {
+    fn draw(sense: Sense, examples: &'a [Example], rng: &mut ChaCha8Rng) -> Self {
         let mut batch = Batch { planes: vec![0.0; BATCH * FRAME], of: Vec::with_capacity(BATCH) };
         for plane in batch.planes.chunks_exact_mut(FRAME) {
             let example = &examples[rng.next_u32() as usize % examples.len()];
             let mirrored = rng.next_u32() & 1 == 1;
             let gain = 0.8 + 0.4 * (rng.next_u32() >> 8) as f32 / 16_777_216.0;
-            paint(&example.rgb, mirrored, gain, plane);
+            // A temperature is what it is.
+            let gain = if sense == Sense::Colour { gain } else { 1.0 };
+            paint(&example.image, mirrored, gain, plane);
             batch.of.push((example, mirrored));
         }
         batch

@@ -240,6 +240,12 @@ impl PixelBox {
         self.overlap(self)
     }
 
+    /// Shared over united area.
+    pub fn shared(&self, other: &PixelBox) -> f32 {
+        let both = self.overlap(other);
+        both as f32 / (self.area() + other.area() - both).max(1) as f32
+    }
+
     /// Pixels inside both.
     pub fn overlap(&self, other: &PixelBox) -> u32 {
         let side = |low: u16, high: u16| u32::from(high.saturating_sub(low));
@@ -261,7 +267,7 @@ pub struct Detection {
     pub bounds: PixelBox,
 }
 
-/// A warm region of the thermal image.
+/// Something warm in the thermal image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Blob {
     /// Where in the image.
@@ -273,6 +279,12 @@ pub struct Blob {
     /// Highest temperature, centikelvin.
     #[n(2)]
     pub peak_ck: u16,
+    /// What is warm like that: a vehicle, a person, or, as an obstacle, neither.
+    #[n(3)]
+    pub class: Class,
+    /// How sure the thermal stage is, permille.
+    #[n(4)]
+    pub score: u16,
 }
 
 /// Depth inside a detection's box.

@@ -10,7 +10,7 @@ use dataset::coco::{Coco, Found};
 use dataset::example::Example;
 use dataset::quality::LEAST;
 use dataset::sheet::{self, Entry};
-use perception::detector::Detector;
+use perception::detector::{Detector, DetectorError};
 use perception::model::hex_digest;
 use perception::stages::Stages;
 use serde::Serialize;
@@ -148,13 +148,16 @@ fn keep(dir: &Path, path: &str, content: &[u8], files: &mut BTreeMap<String, Str
 }
 
 fn sheet(context: &Context, file: &Path, cells: &[&Cell], split: Split) -> Result<Exit, Failure> {
-    let detector = Detector::built_in().map_err(Failure::internal)?;
+    let shipped = || -> Result<Stages, DetectorError> {
+        Ok(Stages::new(Arc::new(Detector::built_in()?), Arc::new(Detector::thermal()?)))
+    };
+    let stages = shipped().map_err(Failure::internal)?;
     let examples = cells.iter().map(|cell| Example::new(cell, split, context.seed).map_err(Failure::internal));
     let examples = examples.collect::<Result<Vec<_>, _>>()?;
     let title = |cell: &Cell| format!("{}, {} frame {}", cell.name, split.name(), context.seed);
     let entries = cells.iter().zip(&examples).map(|(cell, example)| Entry { title: title(cell), example });
     let entries: Vec<Entry<'_>> = entries.collect();
-    let drawn = sheet::draw(&entries, &Stages::new(Arc::new(detector))).map_err(Failure::internal)?;
+    let drawn = sheet::draw(&entries, &stages).map_err(Failure::internal)?;
     std::fs::write(file, drawn).map_err(|e| Failure::new(Exit::Usage, format!("--sheet {}: {e}", file.display())))?;
     out::say(format_args!("{}", file.display()));
     Ok(Exit::Fine)

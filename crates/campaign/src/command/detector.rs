@@ -10,6 +10,7 @@ use dataset::quality::{Quality, measure};
 use perception::corroborate::Limits;
 use perception::detector::Detector;
 use perception::runtime;
+use perception::stages::Stages;
 use serde::Serialize;
 
 use super::bring::Bring;
@@ -41,10 +42,12 @@ struct Measured {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (cells, splits) = (chosen(&args.cell)?, [Split::HeldOut, Split::Novel]);
+    let thermal = Arc::new(Detector::thermal().map_err(Failure::internal)?);
     let detector = match args.bring.load()?.and_then(|loaded| loaded.brought.loaded) {
         Some(brought) => brought,
         None => Arc::new(Detector::built_in().map_err(Failure::internal)?),
     };
+    let stages = Stages::new(detector, thermal);
     let progress = Progress::new("cells", cells.len() * splits.len(), context.talk);
     let mut rows = Vec::new();
     for split in splits {
@@ -53,7 +56,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
                 return Err(Failure::new(Exit::Interrupted, "interrupted"));
             }
             let numbers = context.seed..context.seed + args.frames;
-            rows.push(measure(&detector, cell, split, numbers, &Limits::default()).map_err(Failure::internal)?);
+            rows.push(measure(&stages, cell, split, numbers, &Limits::default()).map_err(Failure::internal)?);
             progress.step();
         }
     }

@@ -267,7 +267,9 @@ fn candidates() -> Vec<Named> {
         mode: ProductMode::Live,
         rgb: Some([Detection { class: Class::Decoy, score: 640, bounds }].into_iter().collect()),
         depth: Some([DepthSample { detection: 0, median_mm: 9000 }].into_iter().collect()),
-        thermal: Some([Blob { bounds, mean_ck: 30_500, peak_ck: 31_000 }].into_iter().collect()),
+        thermal: Some(
+            [Blob { bounds, mean_ck: 30_500, peak_ck: 31_000, class: Class::Person, score: 730 }].into_iter().collect(),
+        ),
         lidar: Some([Cluster { x_mm: 9100, y_mm: -400, width_mm: 1800, height_mm: 1500 }].into_iter().collect()),
     };
     let looked = Candidates { rgb: Some(List::default()), depth: None, thermal: Some(List::default()), ..full.clone() };

@@ -1,0 +1,51 @@
+//! Which of the two networks is meant: the one that looks at colour, or the one that looks at warmth.
+
+use std::path::{Path, PathBuf};
+
+/// What a network looks at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Sense {
+    /// The colour image; every class.
+    Colour,
+    /// The bands of the thermal image; what is warm.
+    Thermal,
+}
+
+impl Sense {
+    /// By its name on the command line.
+    pub(crate) fn named(name: &str) -> Option<Sense> {
+        [Sense::Colour, Sense::Thermal].into_iter().find(|sense| sense.name() == name)
+    }
+
+    /// Its name on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Sense::Colour => "colour",
+            Sense::Thermal => "thermal",
+        }
+    }
+
+    /// The model's file; its weights stand beside it.
+    pub(crate) fn model(self, directory: &Path) -> PathBuf {
+        directory.join(match self {
+            Sense::Colour => "detector.onnx",
+            Sense::Thermal => "thermal.onnx",
+        })
+    }
+
+    /// How it was made.
+    pub(crate) fn training(self, directory: &Path) -> PathBuf {
+        directory.join(match self {
+            Sense::Colour => "training.toml",
+            Sense::Thermal => "thermal-training.toml",
+        })
+    }
+
+    /// Channels of each convolution of its network. Warmth has less to say than colour.
+    pub(crate) fn channels(self) -> [usize; 6] {
+        match self {
+            Sense::Colour => [16, 24, 32, 48, 48, 48],
+            Sense::Thermal => [8, 12, 16, 24, 24, 24],
+        }
+    }
+}
