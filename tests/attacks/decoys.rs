@@ -1,6 +1,7 @@
 //! What stands in the scene is made to look like a vehicle, to one modality after another.
 
 use campaign::oracle::{Plan, Planned, judge};
+use campaign::scenario::Settings;
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
 use holdsafe_tests::shipped;
@@ -86,6 +87,35 @@ fn without_the_check_that_stopped_it_each_decoy_is_acted_on() {
         let run = without(name, checks);
         assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{name}: {:?}", run.verdict.transitions);
     }
+}
+
+#[test]
+fn a_print_made_with_the_detectors_weights_deceives_it_and_is_refused_by_the_thermal_camera() {
+    let [run] = &shipped("rendered/decoy_printed").expect(1..2)[..] else { panic!("one run") };
+    let thermal = Modalities::default().with(Modality::Thermal);
+    assert!(doubts(run).contains(&thermal) && !authority(run), "{:?}", doubts(run));
+    let unheard = without("rendered/decoy_printed", &[Check::Warmth]);
+    assert_eq!(unheard.verdict.outcome, Outcome::Unsafe, "{:?}", unheard.verdict.transitions);
+}
+
+#[test]
+fn a_print_on_a_heated_inflatable_is_acted_on_and_without_the_print_nobody_takes_it_for_a_vehicle() {
+    let mut heated = shipped("rendered/decoy_printed_heated");
+    assert_eq!(heated.run(1).verdict.outcome, Outcome::Unsafe);
+    let none = Settings::one("scene.object.0.print.strength", 0.into());
+    heated.scenario = none.applied_to(&heated.scenario).unwrap();
+    let plain = heated.run(1);
+    assert_eq!(plain.verdict.outcome, Outcome::Undetected, "{:?}", plain.verdict.transitions);
+    assert!(plain.verdict.receipt && !authority(&plain));
+}
+
+/// The sim tells of no print, so none arrived, whatever perception looked at.
+#[test]
+fn a_print_that_the_sim_knows_nothing_of_has_no_receipt() {
+    let mut quiet = shipped("nominal").run(1);
+    quiet.evidence.planned = vec![Plan::from(Planned::Print(ObjectId(0), Class::Decoy))];
+    let verdict = judge(&quiet.evidence);
+    assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid));
 }
 
 /// A disguise of what nobody took for a vehicle, put into the plan of a run without one.

@@ -59,7 +59,8 @@ pub fn variations(name: &str) -> Vec<Ready> {
         .variations(None)
         .into_iter()
         .map(|v| {
-            let setup = Setup::load(&root, &v.scenario, None, false).expect("its policy and platform load");
+            let rendered = v.scenario.needs_rendering().is_some();
+            let setup = Setup::load(&root, &v.scenario, None, rendered).expect("its policy and platform load");
             Ready { cell: v.cell, scenario: v.scenario, setup }
         })
         .collect()

@@ -47,7 +47,8 @@ def printed(log, of, span):
     since = next((e["t_us"] for e in log.of("printed", by="sim") if e["event"]["object"] == thing), None)
     if since is None:
         return None
-    looks = (t for t, seen, doubt in sights(log, thing) if not doubt or seen == aim)
+    own = next((e["event"]["class"] for e in log.of("object") if e["event"]["object"] == thing), None)
+    looks = (t for t, seen, doubt in sights(log, thing) if not doubt or seen in (aim, own))
     return next((t for t in looks if t >= since and within(span, t)), None)
 
 

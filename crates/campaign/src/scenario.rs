@@ -319,6 +319,13 @@ impl Scenario {
         self.scene.as_ref().expect("invariant: a loaded scenario has its scene")
     }
 
+    /// What of the scene only rendered sensors know, if anything.
+    pub fn needs_rendering(&self) -> Option<&'static str> {
+        let scene = self.scene.as_ref()?;
+        let printed = scene.object.iter().any(|object| object.print.is_some());
+        (scene.weather != Weather::default()).then_some("weather").or(printed.then_some("an object with a print"))
+    }
+
     /// Everything with a time on the trial's clock.
     pub fn windows(&self) -> Vec<&dyn Windowed> {
         check::windows(self)

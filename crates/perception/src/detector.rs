@@ -170,10 +170,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_shipped_detector_repeats_itself_to_the_last_bit() {
-        let detector = Detector::built_in().unwrap();
-        let rgb: Vec<u8> = (0..3 * WIDTH * HEIGHT).map(|k| (k * 7 % 251) as u8).collect();
-        assert_eq!(detector.detect(&rgb, 10).unwrap(), detector.detect(&rgb, 10).unwrap());
+    fn the_shipped_detectors_repeat_themselves_to_the_last_bit() {
+        for detector in [Detector::built_in().unwrap(), Detector::thermal().unwrap()] {
+            let image: Vec<u8> = (0..3 * WIDTH * HEIGHT).map(|k| (k * 7 % 251) as u8).collect();
+            assert_eq!(detector.detect(&image, 10).unwrap(), detector.detect(&image, 10).unwrap());
+        }
     }
 
     #[test]

@@ -112,3 +112,43 @@ fn labels(imagers: &Imagers, world: &World) -> Vec<Label> {
     }
     found.into_iter().flatten().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::print::{COLUMNS, Print, ROWS};
+
+    fn frame(print: Option<Print>) -> Labelled {
+        let mut scene = Scene { objects: Scene::default().objects.split_off(2), ..Scene::default() };
+        scene.objects[0].print = print;
+        let [east, north] = scene.objects[0].path[0];
+        render(&scene, Start { east: east - 8.0, north, heading: 0.0 }, 5).unwrap()
+    }
+
+    /// What an attacker reckons with is what comes out, to the rounding of a byte.
+    #[test]
+    fn a_print_changes_the_pixels_that_show_it_by_what_their_skin_says_and_no_others() {
+        let fields: Vec<[i8; 3]> = (0..ROWS * COLUMNS).map(|k| [(k % 41) as i8 - 20, 17, -9]).collect();
+        let (none, neutral) = (frame(None), frame(Print::new(vec![[0; 3]; ROWS * COLUMNS])));
+        assert_eq!((&none.rgb, none.skin.iter().flatten().count()), (&neutral.rgb, 0));
+        let printed = frame(Print::new(fields.clone()));
+        let mut shown = 0;
+        for (k, skin) in neutral.skin.iter().enumerate() {
+            for channel in 0..3 {
+                let [before, after] = [&neutral, &printed].map(|frame| f32::from(frame.rgb[3 * k + channel]));
+                let shift = skin.map_or(0.0, |skin| {
+                    let paint = f32::from(skin.paint[channel]);
+                    let printed = (paint + f32::from(fields[usize::from(skin.field)][channel])).clamp(0.0, 255.0);
+                    (printed - paint) * skin.light
+                });
+                assert!((after - before - shift).abs() <= 1.01, "pixel {k}: {before} {after} {shift}");
+            }
+            shown += usize::from(skin.is_some());
+        }
+        assert!(shown > 500, "{shown}");
+        assert_eq!(
+            (&neutral.depth, &neutral.thermal, &neutral.lidar),
+            (&printed.depth, &printed.thermal, &printed.lidar)
+        );
+    }
+}

@@ -6,6 +6,7 @@
 use std::path::PathBuf;
 
 use super::batch::{self, Batch};
+use super::bring::Bring;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
@@ -30,6 +31,14 @@ pub(super) struct Args {
     /// Only this value of the range.
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true)]
     at: Option<f64>,
+    /// With rendered sensors and the detector.
+    #[arg(long)]
+    rendered: bool,
+    #[command(flatten)]
+    bring: Bring,
+    /// Trials at once; results do not depend on it.
+    #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
+    jobs: usize,
     /// Keep manifest, trials, result and plot here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -43,7 +52,8 @@ struct Line {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
+    let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
+    let wanted = Wanted { policy, cell, rendered: args.rendered, detector, sabotage: false };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.scenario)?, &wanted)?;
     let Some(curve) = &scenario.curve else {
         let message = format!("`{}` has no curve; add a `[curve]` table to it", scenario.name.as_str());
@@ -58,7 +68,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let label = format!("curve of {}", scenario.name.as_str());
     let (n, seed) = (args.trials, context.seed);
-    let batch = Batch { label: &label, mode: Mode::Twin, planned: &all, n, seed, jobs: 1, out: None };
+    let batch = Batch { label: &label, mode: Mode::Twin, planned: &all, n, seed, jobs: args.jobs, out: None };
     let trials = batch.run(context.talk, &context.stop)?;
     let exit = batch::judge(Mode::Twin, &all, &trials);
     let mut watermarks: Vec<String> = all.iter().filter_map(|one| one.setup.watermark()).collect();

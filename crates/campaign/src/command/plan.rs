@@ -11,7 +11,7 @@ use crate::campaign::Content;
 use crate::cast::is_attacked;
 use crate::evidence::hex;
 use crate::report::Mode;
-use crate::scenario::{self, Scenario, Setup, Variation, Weather};
+use crate::scenario::{self, Scenario, Setup, Variation};
 
 /// One variation of a scenario, ready to run.
 #[derive(Clone, Debug)]
@@ -119,9 +119,8 @@ pub(super) fn prepare(context: &Context, variation: Variation, wanted: &Wanted) 
         variation
     };
     let rendered = wanted.rendered || wanted.detector.is_some();
-    let weather = variation.scenario.scene.as_ref().is_some_and(|scene| scene.weather != Weather::default());
-    if weather && !rendered {
-        let message = format!("`{}` has weather, which only rendered sensors know", variation.scenario.name.as_str());
+    if let Some(what) = variation.scenario.needs_rendering().filter(|_| !rendered) {
+        let message = format!("`{}` has {what}, which only rendered sensors know", variation.scenario.name.as_str());
         return Err(Failure::new(Exit::Usage, format!("{message}; run it with --rendered, or live")));
     }
     let mut setup = Setup::load(&context.root()?, &variation.scenario, wanted.policy.as_deref(), rendered)?;

@@ -23,11 +23,16 @@ pub(super) fn receipt(evidence: &Evidence, object: ObjectId, class: Class, windo
     seen.filter(|at| window.has(*at)).min()
 }
 
-/// When perception first looked at an object with a print: it followed it, or doubted that it is of the class aimed at.
+/// When perception first looked at an object with a print: it followed it, or doubted that it is what it is or what it aims at.
 pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
     let told = |w: &Witnessed| w.entry.node == NodeId::SIM && w.entry.event == Event::Printed { object };
     let since = evidence.entries.iter().find(|w| told(w))?.at;
-    let seen = sights(evidence, object).filter(|s| !s.doubted || s.class == aim).map(|s| s.at);
+    let own = evidence.entries.iter().find_map(|w| match w.entry.event {
+        Event::Object { object: of, class, .. } if of == object => Some(class),
+        _ => None,
+    });
+    let looked = |s: &Sight| !s.doubted || s.class == aim || Some(s.class) == own;
+    let seen = sights(evidence, object).filter(looked).map(|s| s.at);
     seen.filter(|at| *at >= since && window.has(*at)).min()
 }
 

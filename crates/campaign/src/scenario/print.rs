@@ -14,9 +14,9 @@ const COLUMNS: usize = sim::print::COLUMNS;
 pub struct Print {
     /// What the object is to be taken for.
     pub aims_at: Class,
-    /// Shifts beyond this are cut to it, of 255.
+    /// Shifts beyond this are cut to it, of 255; at 0 nothing is printed.
     #[serde(default = "whole")]
-    #[schemars(range(min = 1, max = 127))]
+    #[schemars(range(max = 127))]
     pub strength: u8,
     /// Rows from the top.
     pub rows: [Row; sim::print::ROWS],

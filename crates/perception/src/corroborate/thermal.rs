@@ -52,3 +52,33 @@ pub fn judge(detection: &Detection, blobs: Option<&[Blob]>) -> Warmth {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use wire::sensor::PixelBox;
+
+    use super::*;
+
+    fn blob(class: Class, peak_ck: u16, left: u16) -> Blob {
+        let bounds = PixelBox { x0: left, y0: 50, x1: left + 20, y1: 60 };
+        Blob { bounds, mean_ck: peak_ck - 300, peak_ck, class, score: 800 }
+    }
+
+    #[test]
+    fn a_vehicle_is_borne_out_by_what_is_warm_like_one_where_it_is_and_by_nothing_else() {
+        let bounds = PixelBox { x0: 40, y0: 50, x1: 60, y1: 60 };
+        let claim = |class, blob| judge(&Detection { class, score: 900, bounds }, Some(&[blob]));
+        assert_eq!(claim(Class::Vehicle, blob(Class::Vehicle, 31_800, 42)), Warmth::Fits);
+        assert_eq!(claim(Class::Vehicle, blob(Class::Vehicle, 31_800, 55)), Warmth::Contradicts, "beside it");
+        assert_eq!(claim(Class::Vehicle, blob(Class::Obstacle, 31_800, 42)), Warmth::Contradicts, "merely warm");
+        assert_eq!(claim(Class::Vehicle, blob(Class::Person, 30_500, 42)), Warmth::Contradicts, "somebody before it");
+        assert_eq!(claim(Class::Vehicle, blob(Class::Vehicle, 45_000, 42)), Warmth::Contradicts, "on fire");
+        assert_eq!(
+            claim(Class::Decoy, blob(Class::Obstacle, 31_800, 42)),
+            Warmth::Neutral,
+            "a heated decoy is one still"
+        );
+        assert_eq!(claim(Class::Decoy, blob(Class::Vehicle, 31_800, 42)), Warmth::Contradicts);
+        assert_eq!(judge(&Detection { class: Class::Vehicle, score: 900, bounds }, None), Warmth::Unknown);
+    }
+}
