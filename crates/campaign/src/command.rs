@@ -43,6 +43,7 @@ mod rare;
 mod recorded;
 mod refeed;
 mod reference;
+mod rendering;
 mod replay;
 mod report;
 mod run;

@@ -10,8 +10,8 @@ use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{
-    Context, agreement, cost, detector, growth, hold, intervene, judges, kill, leak, liveness, load, out, refeed, run,
-    stages, window, worth,
+    Context, agreement, cost, detector, growth, hold, intervene, judges, kill, leak, liveness, load, out, refeed,
+    rendering, run, stages, window, worth,
 };
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
@@ -55,6 +55,8 @@ pub(super) enum Bench {
     Agreement(agreement::Args),
     /// What the detector and the stages beside it are worth, by conditions, on frames that nothing was learnt from.
     Detector(detector::Args),
+    /// The same seeds with rendered sensors and without: how often a trial ends otherwise.
+    Rendering(rendering::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -104,6 +106,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Replay(args) => refeed::run(context, args),
         Bench::Agreement(args) => agreement::run(context, args),
         Bench::Detector(args) => detector::run(context, args),
+        Bench::Rendering(args) => rendering::run(context, args),
     }
 }
 

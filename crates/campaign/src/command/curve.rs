@@ -36,9 +36,6 @@ pub(super) struct Args {
     rendered: bool,
     #[command(flatten)]
     bring: Bring,
-    /// Trials at once; results do not depend on it.
-    #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
-    jobs: usize,
     /// Keep manifest, trials, result and plot here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -68,7 +65,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let label = format!("curve of {}", scenario.name.as_str());
     let (n, seed) = (args.trials, context.seed);
-    let batch = Batch { label: &label, mode: Mode::Twin, planned: &all, n, seed, jobs: args.jobs, out: None };
+    let batch = Batch { label: &label, mode: Mode::Twin, planned: &all, n, seed, jobs: 1, out: None };
     let trials = batch.run(context.talk, &context.stop)?;
     let exit = batch::judge(Mode::Twin, &all, &trials);
     let mut watermarks: Vec<String> = all.iter().filter_map(|one| one.setup.watermark()).collect();

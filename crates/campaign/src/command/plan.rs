@@ -66,8 +66,9 @@ pub(super) fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure>
     if name.ends_with(".toml") || name.contains('/') {
         return Ok(PathBuf::from(name));
     }
-    let path = context.root()?.join("scenarios").join(format!("{name}.toml"));
-    if path.is_file() {
+    let folder = context.root()?.join("scenarios");
+    let paths = [folder.join(format!("{name}.toml")), folder.join("rendered").join(format!("{name}.toml"))];
+    if let Some(path) = paths.into_iter().find(|path| path.is_file()) {
         return Ok(path);
     }
     let known: Vec<String> = scenario::shipped(&context.root()?)?.iter().map(|p| stem(p)).collect();
