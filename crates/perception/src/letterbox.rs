@@ -42,12 +42,17 @@ impl Letterbox {
 
     /// Planes of red, green and blue in 0..1, from row-major RGB of the camera's size.
     pub(crate) fn tensor(&self, rgb: &[u8]) -> Array4<f32> {
+        let byte = |channel: usize, y: usize, x: usize| f32::from(rgb[3 * (y * WIDTH + x) + channel]) / 255.0;
+        if self.is_plain() {
+            return Array4::from_shape_fn((1, 3, HEIGHT, WIDTH), |(_, channel, row, column)| {
+                byte(channel, row, column)
+            });
+        }
         let value = |(_, channel, row, column): (usize, usize, usize, usize)| {
             let (Some(Tap(y0, y1, v)), Some(Tap(x0, x1, u))) = (self.rows[row], self.columns[column]) else {
                 return GREY;
             };
-            let at = |y: usize, x: usize| f32::from(rgb[3 * (y * WIDTH + x) + channel]) / 255.0;
-            let along = |y: usize| at(y, x0) * (1.0 - u) + at(y, x1) * u;
+            let along = |y: usize| byte(channel, y, x0) * (1.0 - u) + byte(channel, y, x1) * u;
             along(y0) * (1.0 - v) + along(y1) * v
         };
         Array4::from_shape_fn((1, 3, self.rows.len(), self.columns.len()), value)
