@@ -134,14 +134,17 @@ mod tests {
         let printed = frame(Print::new(fields.clone()));
         let mut shown = 0;
         for (k, skin) in neutral.skin.iter().enumerate() {
-            for channel in 0..3 {
-                let [before, after] = [&neutral, &printed].map(|frame| f32::from(frame.rgb[3 * k + channel]));
-                let shift = skin.map_or(0.0, |skin| {
+            let reckoned: [f32; 3] = skin.map_or([0.0; 3], |skin| {
+                let field = fields[usize::from(skin.field)];
+                core::array::from_fn(|channel| {
                     let paint = f32::from(skin.paint[channel]);
-                    let printed = (paint + f32::from(fields[usize::from(skin.field)][channel])).clamp(0.0, 255.0);
-                    (printed - paint) * skin.light
-                });
-                assert!((after - before - shift).abs() <= 1.01, "pixel {k}: {before} {after} {shift}");
+                    ((paint + f32::from(field[channel])).clamp(0.0, 255.0) - paint) * skin.light
+                })
+            });
+            let [before, after] = [&neutral, &printed].map(|frame| &frame.rgb[3 * k..][..3]);
+            for ((before, after), shift) in before.iter().zip(after).zip(reckoned) {
+                let came = f32::from(*after) - f32::from(*before);
+                assert!((came - shift).abs() <= 1.01, "pixel {k}: {came} {shift}");
             }
             shown += usize::from(skin.is_some());
         }

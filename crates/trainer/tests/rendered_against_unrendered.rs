@@ -82,7 +82,7 @@ fn run(rendered: bool, length: Span) -> Vec<Track> {
         }
         while let Some(output) = perception.output() {
             if let Output::Bus { topic: Topic::Tracks, bytes } = output {
-                let body = wire::bus::body(&bytes).unwrap();
+                let body = wire::bus::body(&bytes).expect("a bus message");
                 let message: Tracks = wire::codec::decode(body, 4096).expect("its own message");
                 last = message.tracks.to_vec();
             }
