@@ -2,14 +2,14 @@
 //!
 //! A row is a frame; columns are colour, depth, thermal and LiDAR from above. Over the colour image a thin white box is the
 //! truth; a thick one is a detection, solid where the other modalities bear it out, dashed where they contradict it, dotted
-//! where they are silent. Over the thermal image are its warm regions, and over the LiDAR's scan its clusters.
+//! where they are silent. Over the thermal image is what is warm, in the colour of what it is warm like, and over the LiDAR's scan its clusters.
 
 use std::fmt::Write as _;
 
 use base64::Engine as _;
 use perception::corroborate::{Judgement, Limits, corroborate};
 use perception::stages::Stages;
-use wire::sensor::{Camera, Candidates, Class, Lidar, Modalities, Modality, PixelBox};
+use wire::sensor::{Blob, Camera, Candidates, Class, Lidar, Modalities, Modality, PixelBox};
 
 use crate::coco::picture;
 use crate::example::Example;
@@ -148,7 +148,8 @@ fn thermal(example: &Example, candidates: &Candidates) -> Result<(Vec<u8>, Strin
     };
     let grey: Vec<u8> = example.frame.thermal.chunks_exact(2).map(shade).collect();
     let blobs = candidates.thermal.iter().flat_map(|list| list.iter());
-    let marks = blobs.map(|b| outline(&b.bounds, "stroke=\"#ff5a4d\" stroke-width=\"1\"")).collect();
+    let mark = |b: &Blob| outline(&b.bounds, &format!("stroke=\"{}\" stroke-width=\"1\"", colour(b.class)));
+    let marks = blobs.map(mark).collect();
     let size = (example.frame.width, example.frame.height);
     Ok((picture(size, png::ColorType::Grayscale, png::BitDepth::Eight, &grey)?, marks))
 }
