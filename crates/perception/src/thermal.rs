@@ -20,7 +20,7 @@ const PLAUSIBLE: core::ops::RangeInclusive<u16> = 20_000..=64_000;
 /// or the network failed.
 pub fn blobs(network: &Detector, plane: &[u8], width: u16, height: u16) -> Option<List<Blob, 32>> {
     let kelvin = centikelvin(plane, width, height)?;
-    let found = network.detect(&bands(plane, width, height)?, LEAST).ok()?;
+    let found = network.detect(&image(&kelvin, usize::from(width)), LEAST).ok()?;
     Some(found.iter().filter_map(|detection| blob(&kelvin, usize::from(width), detection)).collect())
 }
 
@@ -46,14 +46,17 @@ const ABSOLUTE: (i32, i32) = (25_000, 35_000);
 /// The image that the network sees in a plane: for each pixel three bytes, how much warmer than the ground it is in two spans,
 /// and how warm it is. `None` when the plane is not of this size.
 pub fn bands(plane: &[u8], width: u16, height: u16) -> Option<Vec<u8>> {
-    let kelvin = centikelvin(plane, width, height)?;
-    let ground = i32::from(median(&kelvin, usize::from(width)));
+    Some(image(&centikelvin(plane, width, height)?, usize::from(width)))
+}
+
+fn image(kelvin: &[u16], width: usize) -> Vec<u8> {
+    let ground = i32::from(median(kelvin, width));
     let byte = |value: i32, (low, high): (i32, i32)| ((value - low).clamp(0, high - low) * 255 / (high - low)) as u8;
     let bands = |k: &u16| {
         let k = i32::from(*k);
         [byte(k - ground, COARSE), byte(k - ground, FINE), byte(k, ABSOLUTE)]
     };
-    Some(kelvin.iter().flat_map(bands).collect())
+    kelvin.iter().flat_map(bands).collect()
 }
 
 fn centikelvin(plane: &[u8], width: u16, height: u16) -> Option<Vec<u16>> {

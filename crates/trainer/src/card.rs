@@ -99,7 +99,8 @@ pub(crate) fn write(directory: &Path, frames: Option<u64>) -> Result<(), Box<dyn
             let row = measure(&stages, cell, split, 0..frames, &Limits::default())?;
             let mut claims = Claims::default();
             for number in 0..frames {
-                claims.add(&thermal.detector, &heated(cell, split, number)?);
+                let (frame, which) = heated(cell, split, number)?;
+                claims.add(&thermal.detector, &frame, |object| which.contains(&object));
             }
             eprintln!("{} {}: {:.3}", row.split, row.cell, row.mean_average_precision);
             rows.push(row);
@@ -184,7 +185,7 @@ fn card(made: &Made, rows: &[Quality], points: &str, runtime: &str) -> String {
 
 fn thermal_card(made: &Made, rows: &[Quality], warm: &[Claims]) -> String {
     let mut table = String::from(
-        "| split | cell | vehicles and persons borne out | cold fakes found out | balanced accuracy | heated fakes found out |\n\
+        "| split | cell | vehicles and persons borne out | fakes found out | balanced accuracy | heated fakes found out |\n\
          |---|---|---|---|---|---|\n",
     );
     let share = |k: u32, n: u32| {
@@ -197,7 +198,7 @@ fn thermal_card(made: &Made, rows: &[Quality], warm: &[Claims]) -> String {
         let [honest, cold, heated] = [
             share(claims.supported, claims.honest),
             share(claims.contradicted, claims.false_claims),
-            share(warm.heated_contradicted, warm.heated),
+            share(warm.contradicted, warm.false_claims),
         ];
         // Writing to a String cannot fail.
         let _ = writeln!(table, "| {} | {}{mark} | {honest} | {cold} | {balanced} | {heated} |", row.split, row.cell);

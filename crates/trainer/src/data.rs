@@ -6,13 +6,13 @@
 use dataset::cells::{self, Cell, Split};
 use dataset::draw;
 use dataset::example::{Example as Frame, ExampleError, counts};
-use dataset::warmth::HEATED_K;
 use perception::grid::{CELL, COLUMNS, ROWS, UNIT};
 use perception::thermal::bands;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use sha2::{Digest, Sha256};
 use sim::Label;
+use wire::id::ObjectId;
 use wire::sensor::Class;
 
 use crate::sense::Sense;
@@ -20,7 +20,9 @@ use crate::sense::Sense;
 /// Cells of the grid.
 pub(crate) const CELLS: usize = ROWS * COLUMNS;
 
-/// By how much more than [`HEATED_K`] what is heated may be warmer than the ground, kelvin.
+/// What is warmer than the ground by so much is warm, whoever made it so, kelvin.
+const WARM_K: f32 = 8.0;
+/// By how much more than that what is heated may be.
 const HOTTER_K: f32 = 37.0;
 /// Share of an object's sides whose cells are its own.
 const MIDDLE: f32 = 0.4;
@@ -57,7 +59,7 @@ pub(crate) fn examples(sense: Sense, frames: std::ops::Range<u64>) -> Result<(Ve
         let (cell, number) = (learnt[k as usize % learnt.len()], k / learnt.len() as u64);
         let example = match sense {
             Sense::Colour => seen(Frame::new(cell, Split::Training, number)?),
-            Sense::Thermal => felt(heated(cell, Split::Training, number)?),
+            Sense::Thermal => felt(heated(cell, Split::Training, number)?.0),
         };
         hash.update(&example.image);
         let mut labels: Vec<&Label> = example.labels.iter().chain(&example.ignored).collect();
@@ -80,11 +82,11 @@ pub(crate) fn seen(frame: Frame) -> Example {
     Example { image: frame.rgb, labels, ignored }
 }
 
-/// What is warm in a frame: vehicles and persons as such, whatever else was heated as an obstacle, which is to say as warm and
-/// neither. What nobody heated is not there.
+/// What is warm in a frame: vehicles and persons as such, whatever else is warm as an obstacle, which is to say as warm and
+/// neither. Other things as cold as the ground are not there.
 pub(crate) fn felt(example: Frame) -> Example {
     let Frame { scene, frame, .. } = example;
-    let warm = |label: &Label| scene.objects[usize::from(label.object.0)].kelvin >= scene.ground.kelvin + HEATED_K;
+    let warm = |label: &Label| scene.objects[usize::from(label.object.0)].kelvin >= scene.ground.kelvin + WARM_K;
     let known = |class| matches!(class, Class::Vehicle | Class::Person);
     let mut labels: Vec<Label> = frame.labels.into_iter().filter(|l| known(l.class) || warm(l)).collect();
     labels.iter_mut().filter(|l| !known(l.class)).for_each(|l| l.class = Class::Obstacle);
@@ -93,19 +95,24 @@ pub(crate) fn felt(example: Frame) -> Example {
     Example { image, labels, ignored }
 }
 
-/// A frame of a scene in which a third of all decoys and obstacles are heated evenly.
-pub(crate) fn heated(cell: &Cell, split: Split, number: u64) -> Result<Frame, ExampleError> {
+/// A frame of a scene in which a third of all decoys and obstacles are heated evenly, and which those are.
+pub(crate) fn heated(cell: &Cell, split: Split, number: u64) -> Result<(Frame, Vec<ObjectId>), ExampleError> {
     let (mut scene, start) = draw::scene(cell, split, number)?;
     let mut rng = ChaCha8Rng::seed_from_u64(number);
     let ground = scene.ground.kelvin;
-    for object in scene.objects.iter_mut().filter(|o| matches!(o.class, Class::Decoy | Class::Obstacle)) {
+    let mut which = Vec::new();
+    for (index, object) in scene.objects.iter_mut().enumerate() {
+        if matches!(object.class, Class::Vehicle | Class::Person) {
+            continue;
+        }
         let mut uniform = || (rng.next_u32() >> 8) as f32 / 16_777_216.0;
-        let (heat, above) = (uniform() < 1.0 / 3.0, HEATED_K + HOTTER_K * uniform());
+        let (heat, above) = (uniform() < 1.0 / 3.0, WARM_K + HOTTER_K * uniform());
         if heat {
             object.kelvin = ground + above;
+            which.push(ObjectId(index as u16));
         }
     }
-    Frame::of(scene, start, number)
+    Ok((Frame::of(scene, start, number)?, which))
 }
 
 /// The grid of targets. A cell belongs to the smallest object whose middle part covers its middle, and in any case to

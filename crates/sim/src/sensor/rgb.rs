@@ -90,10 +90,8 @@ fn shade(pixel: &Pixel, world: &World) -> [f32; 3] {
         Surface::Object(id) => {
             let (object, at) = shown(id, pixel.point, world);
             let paint = painted(object, at);
-            match object.print.as_ref().zip(print::field(at)) {
-                Some((print, field)) => printed(paint, print.shift(field)),
-                None => paint,
-            }
+            let shift = object.print.as_ref().and_then(|print| Some(print.shift(print::field(at)?)));
+            shift.map_or(paint, |shift| printed(paint, shift))
         }
     };
     lit(paint, &hit, &world.scene().weather)
