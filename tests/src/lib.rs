@@ -4,6 +4,7 @@ pub mod parsers;
 
 use std::path::{Path, PathBuf};
 
+use campaign::cast::needs_rendering;
 use campaign::scenario::{self, Scenario, Setup};
 use campaign::trial::Outcome;
 use campaign::twin::trial::{Run, conclude, start};
@@ -59,7 +60,7 @@ pub fn variations(name: &str) -> Vec<Ready> {
         .variations(None)
         .into_iter()
         .map(|v| {
-            let rendered = v.scenario.needs_rendering().is_some();
+            let rendered = needs_rendering(&v.scenario).is_some();
             let setup = Setup::load(&root, &v.scenario, None, rendered).expect("its policy and platform load");
             Ready { cell: v.cell, scenario: v.scenario, setup }
         })

@@ -67,7 +67,7 @@ pub use read::{MAX_FILE_BYTES, load, load_platform, parse, parse_platform, parse
 pub use rogue::{Mandate, Order, Rogue, Takeover, Values, Way};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene, Weather};
 pub use set::Settings;
-pub use setup::{Setup, find_root, load_policy, parse_policy, shipped};
+pub use setup::{Setup, find_root, load_policy, parse_policy, rendered, shipped};
 pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
 pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
@@ -317,13 +317,6 @@ impl Scenario {
     /// The scene; `read` refuses a scenario without one, but for those on the real stacks, which have no platform.
     pub fn scene(&self) -> &Scene {
         self.scene.as_ref().expect("invariant: a loaded scenario has its scene")
-    }
-
-    /// What of the scene only rendered sensors know, if anything.
-    pub fn needs_rendering(&self) -> Option<&'static str> {
-        let scene = self.scene.as_ref()?;
-        let printed = scene.object.iter().any(|object| object.print.is_some());
-        (scene.weather != Weather::default()).then_some("weather").or(printed.then_some("an object with a print"))
     }
 
     /// Everything with a time on the trial's clock.

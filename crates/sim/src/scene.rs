@@ -55,7 +55,7 @@ pub enum SceneError {
         index: usize,
     },
     /// Weather or a print without the sensors that would see it.
-    #[error("the scene has {what}, which only rendered sensors know; render it, or leave that out")]
+    #[error("the scene has {what}, which only rendered sensors know")]
     NeedsRendering {
         /// What it has.
         what: &'static str,

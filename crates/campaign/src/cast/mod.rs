@@ -37,6 +37,7 @@ pub use attack::is_attacked;
 pub use keys::RunSecret;
 pub use member::{Host, Member, Role, Seat};
 pub use process::{Ordeal, OrdealKind, Turn, next_turn, node_of};
+pub use scene::needs_rendering;
 
 /// Who may give commands, in every run. Nobody holds the second one's key but the rogue of some scenarios.
 const OPERATORS: [NodeId; 2] = [NodeId::OPERATOR, NodeId::OPERATOR_2];

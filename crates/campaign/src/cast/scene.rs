@@ -1,7 +1,7 @@
 //! From a scenario's world to the sim's.
 
 use sim::print::Print;
-use sim::scene::{Disguise, Ground, Object, Scene, Start};
+use sim::scene::{Disguise, Ground, Object, Scene, SceneError, Start};
 use sim::weather::Weather;
 use wire::sensor::Class;
 
@@ -33,6 +33,13 @@ pub(super) fn of(scenario: &Scenario, shift_m: (f64, f64), start: Option<&scenar
         },
         weather: weather(&world.weather),
     }
+}
+
+/// Why a scenario's scene cannot be run without rendering, if it cannot.
+pub fn needs_rendering(scenario: &Scenario) -> Option<SceneError> {
+    // What runs on the stacks has no scene.
+    scenario.scene.as_ref()?;
+    of(scenario, (0.0, 0.0), None).unrendered().err()
 }
 
 /// A point in millimetres, as configurations carry it.

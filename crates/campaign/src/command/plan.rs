@@ -8,7 +8,7 @@ use super::Context;
 use super::bring::Loaded;
 use super::failure::{Exit, Failure};
 use crate::campaign::Content;
-use crate::cast::is_attacked;
+use crate::cast::{is_attacked, needs_rendering};
 use crate::evidence::hex;
 use crate::report::Mode;
 use crate::scenario::{self, Scenario, Setup, Variation};
@@ -71,7 +71,9 @@ pub(super) fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure>
     if let Some(path) = paths.into_iter().find(|path| path.is_file()) {
         return Ok(path);
     }
-    let known: Vec<String> = scenario::shipped(&context.root()?)?.iter().map(|p| stem(p)).collect();
+    let root = context.root()?;
+    let shipped = [scenario::shipped(&root)?, scenario::rendered(&root)?].concat();
+    let known: Vec<String> = shipped.iter().map(|p| stem(p)).collect();
     Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; there are: {}", known.join(", "))))
 }
 
@@ -120,9 +122,9 @@ pub(super) fn prepare(context: &Context, variation: Variation, wanted: &Wanted) 
         variation
     };
     let rendered = wanted.rendered || wanted.detector.is_some();
-    if let Some(what) = variation.scenario.needs_rendering().filter(|_| !rendered) {
-        let message = format!("`{}` has {what}, which only rendered sensors know", variation.scenario.name.as_str());
-        return Err(Failure::new(Exit::Usage, format!("{message}; run it with --rendered, or live")));
+    if let Some(why) = needs_rendering(&variation.scenario).filter(|_| !rendered) {
+        let message = format!("`{}`: {why}; run it with --rendered, or live", variation.scenario.name.as_str());
+        return Err(Failure::new(Exit::Usage, message));
     }
     let mut setup = Setup::load(&context.root()?, &variation.scenario, wanted.policy.as_deref(), rendered)?;
     setup.detector = wanted.detector.as_ref().map(|loaded| loaded.brought.clone());

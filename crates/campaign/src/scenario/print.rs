@@ -4,6 +4,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
 use super::scene::Class;
+use super::value::Whole;
 
 /// Fields in a row, as many as the sim prints.
 const COLUMNS: usize = sim::print::COLUMNS;
@@ -16,20 +17,19 @@ pub struct Print {
     pub aims_at: Class,
     /// Shifts beyond this are cut to it, of 255; at 0 nothing is printed.
     #[serde(default = "whole")]
-    #[schemars(range(max = 127))]
-    pub strength: u8,
+    pub strength: Whole<0, 127>,
     /// Rows from the top.
     pub rows: [Row; sim::print::ROWS],
 }
 
-fn whole() -> u8 {
-    127
+fn whole() -> Whole<0, 127> {
+    Whole::new(127).expect("invariant: a constant within its range")
 }
 
 impl Print {
     /// Row-major shifts of red, green and blue.
     pub fn shifts(&self) -> Vec<[i8; 3]> {
-        let most = self.strength.min(whole()) as i8;
+        let most = self.strength.get() as i8;
         self.rows.iter().flat_map(|row| row.0).map(|field| field.map(|shift| shift.clamp(-most, most))).collect()
     }
 }

@@ -97,8 +97,20 @@ pub fn find_root(from: &Path) -> Option<PathBuf> {
 /// # Errors
 /// When the directory cannot be listed.
 pub fn shipped(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    scenarios(&root.join("scenarios"))
+}
+
+/// The shipped scenarios that run rendered alone.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn rendered(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    scenarios(&root.join("scenarios/rendered"))
+}
+
+fn scenarios(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
-    for entry in std::fs::read_dir(root.join("scenarios"))? {
+    for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();
         if path.extension().is_some_and(|e| e == "toml") && path.is_file() {
             files.push(path);
