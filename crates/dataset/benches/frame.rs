@@ -7,18 +7,17 @@
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::Arc;
 use std::time::Duration;
 
 use dataset::cells::{self, Split};
 use dataset::example::Example;
+use link::clock::thread_cpu_us;
 use perception::corroborate::{Limits, Sighting, corroborate};
 use perception::detector::Detector;
 use perception::lidar::Scanner;
 use perception::pose::Ego;
 use perception::tracker::Tracker;
 use perception::{depth, runtime, thermal};
-use rustix::time::{ClockId, clock_gettime};
 use serde_json::json;
 use sim::fault::Faults;
 use sim::plant::Plant;
@@ -113,25 +112,14 @@ fn row(name: &str, mut of: Vec<Duration>) {
 }
 
 fn timed<T>(run: impl FnOnce() -> T) -> (Duration, T) {
-    let before = cpu();
+    let before = thread_cpu_us();
     let given = run();
-    (cpu() - before, given)
-}
-
-/// Processor time of this thread.
-fn cpu() -> Duration {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec.unsigned_abs() as u32)
+    (Duration::from_micros(thread_cpu_us() - before), given)
 }
 
 fn settled(number: u64) -> Result<(World, Plant), Box<dyn Error>> {
     let (scene, start) = dataset::draw::scene(cells::named("clear")?, Split::HeldOut, number)?;
-    let mut world = World::new(Arc::new(scene));
-    let mut plant = Plant::new(&mut world, &start);
-    for k in 1..=40 {
-        plant.step(Instant(k * STEP.0), &mut world);
-    }
-    Ok((world, plant))
+    Ok(sim::settled(&scene, start)?)
 }
 
 /// Rays of the camera a second.

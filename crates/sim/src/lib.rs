@@ -44,7 +44,7 @@ use wire::time::{Instant, Span};
 
 pub use candidates::NoiseModel;
 pub use channel::{ChannelKeys, FRESHNESS};
-pub use render::{Label, Labelled, Skin, render};
+pub use render::{Label, Labelled, Skin, render, settled};
 
 use crate::candidates::Stages;
 use crate::channel::Channels;

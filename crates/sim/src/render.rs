@@ -67,16 +67,22 @@ pub struct Labelled {
     pub skin: Vec<Option<Skin>>,
 }
 
-/// The frame that a unit standing at `pose` would take of `scene` at the start of a run. `seed` seeds the noise.
-pub fn render(scene: &Scene, pose: Start, seed: u64) -> Result<Labelled, SceneError> {
+/// The world of `scene` with a unit that stands at `pose`, come to rest.
+pub fn settled(scene: &Scene, pose: Start) -> Result<(World, Plant), SceneError> {
     let scene = Scene { start: pose, ..scene.clone() };
     scene.check()?;
-    let faults = Faults::new(&[])?;
     let mut world = World::new(Arc::new(scene));
     let mut plant = Plant::new(&mut world, &pose);
     for k in 1..=SETTLE {
         plant.step(Instant(k * STEP.0), &mut world);
     }
+    Ok((world, plant))
+}
+
+/// The frame that a unit standing at `pose` would take of `scene` at the start of a run. `seed` seeds the noise.
+pub fn render(scene: &Scene, pose: Start, seed: u64) -> Result<Labelled, SceneError> {
+    let faults = Faults::new(&[])?;
+    let (world, plant) = settled(scene, pose)?;
     let camera = Camera::GROUND;
     let mut imagers = Imagers::new(camera, Lidar::GROUND, seed);
     imagers.measure(1, &world, &plant, &faults, Span::ZERO);

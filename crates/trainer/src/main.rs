@@ -28,8 +28,8 @@ use crate::card::{Round, Training};
 use crate::sense::Sense;
 use crate::train::Kind;
 
-const USAGE: &str = "usage: trainer train|refine|harden colour|thermal DIR [STEPS] [FRAMES] [STRENGTH] | trainer calibrate colour|thermal DIR | \
-                     trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | trainer prints DIR OTHER [VIEWS]";
+const USAGE: &str = "usage: trainer train|refine colour|thermal DIR [STEPS] [FRAMES] | trainer harden colour|thermal DIR [STEPS] [FRAMES] \
+                     [STRENGTH] | trainer calibrate colour|thermal DIR | trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | trainer prints DIR OTHER [VIEWS]";
 /// Seed of the weights and of the batches of the first round; each that follows has the next.
 const SEED: u64 = 20_261;
 /// Batches, and frames learnt from, unless others are asked for.
@@ -53,7 +53,9 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let number = |word: Option<&&str>| word.map(|word| word.parse::<u64>()).transpose();
     match words.as_slice() {
-        [verb @ ("train" | "refine" | "harden"), what, directory, rest @ ..] if rest.len() <= 3 => {
+        [verb @ ("train" | "refine" | "harden"), what, directory, rest @ ..]
+            if rest.len() <= 2 + usize::from(*verb == "harden") =>
+        {
             let most = number(rest.get(2))?.map_or(Ok(STRENGTH), u8::try_from)?;
             let kind = match *verb {
                 "train" => Kind::New,

@@ -51,9 +51,9 @@ pub(crate) fn train(
     device.seed(seed);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut net = Net::new(sense, &device);
-    let mut most = RATE;
+    let mut greatest = RATE;
     if kind != Kind::New {
-        (net, most) = (net.try_load_file(path.with_extension("bpk"))?, RATE_AGAIN);
+        (net, greatest) = (net.try_load_file(path.with_extension("bpk"))?, RATE_AGAIN);
     }
     let mut optimiser = AdamWConfig::new().with_weight_decay(1e-3).init();
     let mut mean = 0.0;
@@ -68,7 +68,7 @@ pub(crate) fn train(
         let value: f32 = loss.clone().into_scalar();
         mean = if step == 0 { value } else { 0.95 * mean + 0.05 * value };
         let gradients = GradientsParams::from_grads(loss.backward(), &net);
-        net = optimiser.step(most * rate(step, steps), net, gradients);
+        net = optimiser.step(greatest * rate(step, steps), net, gradients);
         if step % 20 == 0 || step + 1 == steps {
             eprintln!("step {step:5} of {steps}: loss {mean:.4}");
         }
