@@ -49,6 +49,7 @@ mod report;
 mod run;
 mod scenario;
 mod search;
+mod sensing;
 mod stages;
 mod transitions;
 mod verify;

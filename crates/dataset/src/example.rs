@@ -59,17 +59,21 @@ impl Example {
 
     /// As perception gets it.
     pub fn frames(&self) -> Frames<'_> {
-        let frame = &self.frame;
-        Frames {
-            frame: FrameId(1),
-            stamp: Instant(1),
-            width: frame.width,
-            height: frame.height,
-            rgb: plane(&frame.rgb),
-            depth: plane(&frame.depth),
-            thermal: plane(&frame.thermal),
-            lidar: plane(&frame.lidar),
-        }
+        frames(&self.frame, FrameId(1), Instant(1))
+    }
+}
+
+/// Planes as perception gets them.
+pub fn frames(frame: &Labelled, number: FrameId, stamp: Instant) -> Frames<'_> {
+    Frames {
+        frame: number,
+        stamp,
+        width: frame.width,
+        height: frame.height,
+        rgb: plane(&frame.rgb),
+        depth: plane(&frame.depth),
+        thermal: plane(&frame.thermal),
+        lidar: plane(&frame.lidar),
     }
 }
 

@@ -4,6 +4,8 @@
 //! - [`draw`] makes a scene of a seed, [`example`] a labelled frame of a scene.
 //! - [`precision`] is the detector's average precision, [`calibration`] what its scores mean, [`warmth`] the thermal
 //!   stage, [`sightings`] what corroboration makes of both; [`quality`] measures them all, cell by cell.
+//! - [`rides`] drives a unit through scenes in which things move; [`tracking`] scores tracks over a ride, [`likeness`] sets the
+//!   noise model beside the stages that it stands in for.
 //! - [`coco`] writes frames for others to learn from, [`sheet`] a picture of them for people.
 //!
 //! Sensors are `sim`'s and stages are `perception`'s; nothing here is a second copy of either. Files are the command's.
@@ -13,8 +15,11 @@ pub mod cells;
 pub mod coco;
 pub mod draw;
 pub mod example;
+pub mod likeness;
 pub mod precision;
 pub mod quality;
+pub mod rides;
 pub mod sheet;
 pub mod sightings;
+pub mod tracking;
 pub mod warmth;

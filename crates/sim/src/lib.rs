@@ -21,6 +21,7 @@ pub mod plant;
 pub mod print;
 pub mod process;
 mod render;
+pub mod ride;
 pub mod scene;
 pub mod sensor;
 pub mod terrain;

@@ -83,21 +83,24 @@ pub fn settled(scene: &Scene, pose: Start) -> Result<(World, Plant), SceneError>
 pub fn render(scene: &Scene, pose: Start, seed: u64) -> Result<Labelled, SceneError> {
     let faults = Faults::new(&[])?;
     let (world, plant) = settled(scene, pose)?;
-    let camera = Camera::GROUND;
-    let mut imagers = Imagers::new(camera, Lidar::GROUND, seed);
+    let mut imagers = Imagers::new(Camera::GROUND, Lidar::GROUND, seed);
     imagers.measure(1, &world, &plant, &faults, Span::ZERO);
-    let labels = labels(&imagers, &world);
-    let skin = imagers.sweep().pixels().iter().map(|pixel| rgb::skin(pixel, &world)).collect();
-    Ok(Labelled {
+    Ok(labelled(&imagers, &world))
+}
+
+/// The newest frame of `imagers`, with what it shows of `world`.
+pub(crate) fn labelled(imagers: &Imagers, world: &World) -> Labelled {
+    let camera = imagers.camera();
+    Labelled {
         width: camera.width,
         height: camera.height,
-        rgb: imagers.rgb,
-        depth: imagers.depth,
-        thermal: imagers.thermal,
-        lidar: imagers.ranges,
-        labels,
-        skin,
-    })
+        rgb: imagers.rgb.clone(),
+        depth: imagers.depth.clone(),
+        thermal: imagers.thermal.clone(),
+        lidar: imagers.ranges.clone(),
+        labels: labels(imagers, world),
+        skin: imagers.sweep().pixels().iter().map(|pixel| rgb::skin(pixel, world)).collect(),
+    }
 }
 
 fn labels(imagers: &Imagers, world: &World) -> Vec<Label> {

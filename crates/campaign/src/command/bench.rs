@@ -11,7 +11,7 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{
     Context, agreement, cost, detector, growth, hold, intervene, judges, kill, leak, liveness, load, out, refeed,
-    rendering, run, stages, window, worth,
+    rendering, run, sensing, stages, window, worth,
 };
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
@@ -57,6 +57,8 @@ pub(super) enum Bench {
     Detector(detector::Args),
     /// The same seeds with rendered sensors and without: how often a trial ends otherwise.
     Rendering(rendering::Args),
+    /// Rides through random scenes: how well tracks follow what there is, and the noise model beside the stages it stands in for.
+    Sensing(sensing::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -107,6 +109,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Agreement(args) => agreement::run(context, args),
         Bench::Detector(args) => detector::run(context, args),
         Bench::Rendering(args) => rendering::run(context, args),
+        Bench::Sensing(args) => sensing::run(context, args),
     }
 }
 

@@ -1,0 +1,335 @@
+//! What the stages of a rendered frame give, and what the noise model gives in their place, asked the same questions.
+//!
+//! Of each object that a frame shows: did the stage find it, and where; by range, and by whether something hides part of
+//! it. Of each frame: what was found that is of nothing. Of each ride: how long the stage went on missing what it had missed,
+//! for one miss that lasts costs a track and ten that are scattered do not.
+
+use perception::corroborate::Limits;
+use serde::Serialize;
+use sim::Label;
+use sim::ride::Shot;
+use sim::scene::{Object, Scene};
+use wire::sensor::{Candidates, Class, Cluster, PixelBox};
+
+use crate::example::counts;
+use crate::rides::apart;
+
+/// Upper ends of the ranges that are told apart, metres along the optical axis; the last is open.
+pub const RANGES_M: [f32; 3] = [8.0, 13.0, 18.0];
+/// A box is of an object from this share of shared over united area on.
+const SAME: f32 = 0.3;
+/// An object counts as hidden in part when less than this share of its box's area is left of it.
+const WHOLE: f32 = 0.7;
+/// A box is of nothing when it shares less than this with each object's box.
+const NOTHING: f32 = 0.05;
+/// A cluster is of an object within this distance of its outline, metres.
+const NEAR_M: f32 = 0.8;
+/// What the noise model may depart by, committed before it was fitted: shares found and shares under their class, by so
+/// much either way, where at least [`LEAST_ASKED`] were asked for.
+const SHARE: f64 = 0.05;
+const LEAST_ASKED: u32 = 100;
+/// Findings of nothing, per frame.
+const STRAY: f64 = 0.02;
+/// Lengths of rows of misses, and distances: by this factor either way.
+const FACTOR: f64 = 1.5;
+/// Mean score, 0 to 1.
+const SCORE: f64 = 0.05;
+/// Warmer than the ground by this, an object is one that the thermal stage is asked for, kelvin.
+const WARM_K: f32 = 8.0;
+
+/// A stage.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// Colour detections.
+    Colour,
+    /// Warm regions.
+    Thermal,
+    /// LiDAR clusters.
+    Lidar,
+}
+
+impl Stage {
+    /// Every one.
+    pub const ALL: [Stage; 3] = [Stage::Colour, Stage::Thermal, Stage::Lidar];
+
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Colour => "colour",
+            Stage::Thermal => "thermal",
+            Stage::Lidar => "LiDAR",
+        }
+    }
+}
+
+/// Asked and found.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Found {
+    /// Objects that frames show.
+    pub asked: u32,
+    /// Of those, found.
+    pub found: u32,
+}
+
+impl Found {
+    /// Share found.
+    pub fn share(self) -> Option<f64> {
+        (self.asked > 0).then(|| f64::from(self.found) / f64::from(self.asked))
+    }
+
+    fn add(&mut self, found: bool) {
+        self.asked += 1;
+        self.found += u32::from(found);
+    }
+}
+
+/// What one stage gave.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Given {
+    /// By range, of what nothing hides.
+    pub whole: [Found; RANGES_M.len() + 1],
+    /// Of what something hides in part, at any range.
+    pub partly: Found,
+    /// Found under its own class, or as warm as its class is; of LiDAR all.
+    pub named: u32,
+    /// Frames.
+    pub frames: u32,
+    /// Found where nothing is.
+    pub stray: u32,
+    /// Misses in a row, and how many rows of them there were.
+    pub missed: u32,
+    /// Rows of misses.
+    pub bursts: u32,
+    /// Sum of squared distances: of boxes' middles in pixels, of clusters' in metres.
+    pub squares: f64,
+    /// Sum of the scores of what was found, permille.
+    pub scores: u64,
+}
+
+impl Given {
+    /// Mean length of a row of misses, frames.
+    pub fn burst(&self) -> f64 {
+        f64::from(self.missed) / f64::from(self.bursts.max(1))
+    }
+
+    /// Of what something hides or not, asked and found.
+    pub fn all(&self) -> Found {
+        let sum = |a: Found, b: &Found| Found { asked: a.asked + b.asked, found: a.found + b.found };
+        self.whole.iter().fold(self.partly, sum)
+    }
+
+    /// Root of the mean squared distance of what was found: pixels, or metres of LiDAR.
+    pub fn error(&self) -> f64 {
+        (self.squares / f64::from(self.all().found.max(1))).sqrt()
+    }
+
+    /// Found where nothing is, per frame.
+    pub fn strays(&self) -> f64 {
+        f64::from(self.stray) / f64::from(self.frames.max(1))
+    }
+
+    /// Mean score of what was found, 0 to 1.
+    pub fn score(&self) -> f64 {
+        self.scores as f64 / 1000.0 / f64::from(self.all().found.max(1))
+    }
+
+    /// Of what was found, the share under its class.
+    pub fn named(&self) -> f64 {
+        f64::from(self.named) / f64::from(self.all().found.max(1))
+    }
+}
+
+/// The three stages on one way, over a number of rides.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Likeness {
+    /// In the order of [`Stage::ALL`].
+    pub stages: [Given; 3],
+    /// Per stage and object of this ride: whether the frame before asked and missed.
+    #[serde(skip)]
+    missing: [Vec<bool>; 3],
+}
+
+/// In what the noise model's findings depart from a stage's by more than the tolerances allow.
+pub fn departures(rendered: &Given, stand_in: &Given) -> Vec<String> {
+    let mut all = Vec::new();
+    let mut share = |what: String, a: Option<f64>, b: Option<f64>, least: f64| {
+        if let (Some(a), Some(b)) = (a, b)
+            && (a - b).abs() > least
+        {
+            all.push(format!("{what}: {b:.3} for {a:.3}"));
+        }
+    };
+    let bins = rendered.whole.iter().zip(&stand_in.whole).enumerate().map(|(k, (a, b))| (bin(k), a, b));
+    let bins = bins.chain([("hidden in part".to_owned(), &rendered.partly, &stand_in.partly)]);
+    for (what, a, b) in bins.filter(|(_, a, _)| a.asked >= LEAST_ASKED) {
+        share(what, a.share(), b.share(), SHARE);
+    }
+    share("under its class".to_owned(), Some(rendered.named()), Some(stand_in.named()), SHARE);
+    share("of nothing, a frame".to_owned(), Some(rendered.strays()), Some(stand_in.strays()), STRAY);
+    share("score".to_owned(), Some(rendered.score()), Some(stand_in.score()), SCORE);
+    let mut factor = |what: &str, a: f64, b: f64| {
+        if a > 0.0 && b > 0.0 && !(1.0 / FACTOR..=FACTOR).contains(&(b / a)) {
+            all.push(format!("{what}: {b:.2} for {a:.2}"));
+        }
+    };
+    factor("misses in a row", rendered.burst(), stand_in.burst());
+    factor("off", rendered.error(), stand_in.error());
+    all
+}
+
+/// A range in words.
+pub fn bin(place: usize) -> String {
+    match RANGES_M.get(place) {
+        Some(end) => format!("to {end} m"),
+        None => format!("beyond {} m", RANGES_M[RANGES_M.len() - 1]),
+    }
+}
+
+/// What a stage found of an object.
+struct Sight {
+    distance: f64,
+    named: bool,
+    score: u16,
+}
+
+impl Likeness {
+    /// A new ride begins.
+    pub fn begin(&mut self, objects: usize) {
+        self.missing = core::array::from_fn(|_| vec![false; objects]);
+    }
+
+    /// Takes one frame's candidates.
+    pub fn take(&mut self, candidates: &Candidates, limits: &Limits, shot: &Shot, scene: &Scene) {
+        for (k, stage) in Stage::ALL.into_iter().enumerate() {
+            let (given, missing) = (&mut self.stages[k], &mut self.missing[k]);
+            given.frames += 1;
+            given.stray += stray(stage, candidates, limits, shot, scene);
+            for label in shot.shown.labels.iter().filter(|l| counts(l)) {
+                let index = usize::from(label.object.0);
+                let object = &scene.objects[index];
+                if stage == Stage::Thermal && !warm(object, scene) {
+                    continue;
+                }
+                let sight = sight(stage, candidates, limits, label, (object, body(shot, shot.places[index])));
+                let whole = shot.boxes[index].is_none_or(|b| label.bounds.area() as f32 >= WHOLE * b.area() as f32);
+                let metres = label.range_mm as f32 / 1000.0;
+                let place = RANGES_M.iter().position(|end| metres < *end).unwrap_or(RANGES_M.len());
+                let row = if whole { &mut given.whole[place] } else { &mut given.partly };
+                row.add(sight.is_some());
+                let missed = sight.is_none();
+                given.missed += u32::from(missed);
+                given.bursts += u32::from(missed && !missing[index]);
+                missing[index] = missed;
+                if let Some(sight) = sight {
+                    given.squares += sight.distance * sight.distance;
+                    given.named += u32::from(sight.named);
+                    given.scores += u64::from(sight.score);
+                }
+            }
+        }
+    }
+}
+
+/// The best that a stage has of an object.
+fn sight(
+    stage: Stage,
+    candidates: &Candidates,
+    limits: &Limits,
+    label: &Label,
+    (object, place): (&Object, [f32; 2]),
+) -> Option<Sight> {
+    let of_box = |bounds: &PixelBox, named, score| {
+        (label.bounds.shared(bounds), Sight { distance: middles(&label.bounds, bounds), named, score })
+    };
+    let best = |all: Vec<(f32, Sight)>| {
+        all.into_iter().filter(|(shared, _)| *shared >= SAME).max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, sight)| sight)
+    };
+    match stage {
+        Stage::Colour => {
+            let found = candidates.rgb.iter().flat_map(|found| found.iter()).filter(|d| d.score >= limits.score);
+            best(found.map(|d| of_box(&d.bounds, d.class == object.class, d.score)).collect())
+        }
+        Stage::Thermal => {
+            let found = candidates.thermal.iter().flat_map(|found| found.iter());
+            best(found.map(|b| of_box(&b.bounds, b.class == object.class, b.score)).collect())
+        }
+        Stage::Lidar => {
+            let found = candidates.lidar.iter().flat_map(|found| found.iter());
+            let distances = found.map(|c| apart(middle(c), place));
+            let nearest = distances.min_by(f32::total_cmp).filter(|metres| *metres <= reach(object));
+            nearest.map(|metres| Sight { distance: f64::from(metres), named: true, score: 0 })
+        }
+    }
+}
+
+/// How many of a stage's findings are of nothing.
+fn stray(stage: Stage, candidates: &Candidates, limits: &Limits, shot: &Shot, scene: &Scene) -> u32 {
+    let of_none = |bounds: &PixelBox| shot.boxes.iter().flatten().all(|b| b.shared(bounds) < NOTHING);
+    let far = |cluster: &&Cluster| {
+        let clear = |(object, place): (&Object, &[f32; 2])| apart(middle(cluster), body(shot, *place)) > reach(object);
+        scene.objects.iter().zip(&shot.places).all(clear)
+    };
+    let count = match stage {
+        Stage::Colour => {
+            let found = candidates.rgb.iter().flat_map(|found| found.iter());
+            found.filter(|d| d.score >= limits.score && of_none(&d.bounds)).count()
+        }
+        Stage::Thermal => {
+            candidates.thermal.iter().flat_map(|found| found.iter()).filter(|b| of_none(&b.bounds)).count()
+        }
+        Stage::Lidar => candidates.lidar.iter().flat_map(|found| found.iter()).filter(far).count(),
+    };
+    count as u32
+}
+
+/// Whether the thermal stage is asked for it.
+fn warm(object: &Object, scene: &Scene) -> bool {
+    matches!(object.class, Class::Vehicle | Class::Person) && object.kelvin - scene.ground.kelvin >= WARM_K
+}
+
+/// From its middle, metres.
+fn reach(object: &Object) -> f32 {
+    0.5 * object.size[0].max(object.size[1]) + NEAR_M
+}
+
+fn middle(cluster: &Cluster) -> [f32; 2] {
+    [cluster.x_mm as f32 / 1000.0, cluster.y_mm as f32 / 1000.0]
+}
+
+/// Where a place in the world is in the unit's body frame: metres forward, metres left.
+fn body(shot: &Shot, [east, north]: [f32; 2]) -> [f32; 2] {
+    let (sin, cos) = libm::sincosf(shot.pose.heading);
+    let (dx, dy) = (east - shot.pose.east, north - shot.pose.north);
+    [cos * dx + sin * dy, cos * dy - sin * dx]
+}
+
+/// Between the middles of two boxes, pixels.
+fn middles(a: &PixelBox, b: &PixelBox) -> f64 {
+    let middle = |b: &PixelBox| [f64::from(b.x0 + b.x1) / 2.0, f64::from(b.y0 + b.y1) / 2.0];
+    let ([ax, ay], [bx, by]) = (middle(a), middle(b));
+    (ax - bx).hypot(ay - by)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stand_in_departs_where_it_finds_more_or_strays_more_or_misses_for_longer_than_is_allowed() {
+        let found = |asked, found| Found { asked, found };
+        let given = |far: u32, stray, missed| Given {
+            whole: [found(200, 190), found(200, 180), found(50, 10), found(200, far)],
+            named: 500,
+            frames: 100,
+            stray,
+            missed,
+            bursts: 10,
+            ..Given::default()
+        };
+        assert_eq!(departures(&given(140, 2, 60), &given(149, 3, 50)), Vec::<String>::new());
+        let told = departures(&given(140, 2, 60), &given(180, 9, 30));
+        let what: Vec<&str> = told.iter().filter_map(|t| t.split(':').next()).collect();
+        assert_eq!(what, ["beyond 18 m", "under its class", "of nothing, a frame", "misses in a row"]);
+    }
+}

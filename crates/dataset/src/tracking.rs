@@ -1,0 +1,186 @@
+//! How well tracks follow what there is, over a ride.
+//!
+//! Per frame the generalised optimal sub-pattern assignment metric (Rahmathullah, García-Fernández, Svensson 2017) with
+//! α = 2, p = 2 and c = [`CUT_OFF_M`]: the root of the squared distances of the pairs plus half c² for each object missed and each
+//! track that is of nothing. Identity switches as by CLEAR MOT (Bernardin, Stiefelhagen 2008). What a frame does not show
+//! (hidden, beside the image, too small) is neither asked for nor held against a track that coasts on it.
+
+use pathfinding::kuhn_munkres::kuhn_munkres_min;
+use pathfinding::matrix::Matrix;
+use perception::corroborate::{Limits, Sighting, corroborate};
+use perception::pose::Ego;
+use perception::tracker::Tracker;
+use serde::Serialize;
+use sim::ride::Shot;
+use wire::id::TrackId;
+use wire::sensor::{Camera, Candidates, Modalities};
+use wire::time::Span;
+use wire::track::Track;
+
+use crate::example::counts;
+use crate::rides::apart;
+
+/// From here on an object and a track are not of one another, metres: the bound of property P11.
+pub const CUT_OFF_M: f32 = 2.0;
+/// Localisation is good for so long.
+const FIX: Span = Span::ms(500);
+
+/// Sums over frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Tracking {
+    /// Frames.
+    pub frames: u32,
+    /// Objects that frames show.
+    pub shown: u32,
+    /// Of those, with a track.
+    pub followed: u32,
+    /// Of those, by a track of their class.
+    pub named: u32,
+    /// Tracks of nothing.
+    pub stray: u32,
+    /// Times that an object came under another track than before.
+    pub switches: u32,
+    /// Sum of the squared distances of tracks from their objects, square metres.
+    pub squares_m2: f64,
+    /// Sum of the metric, metres.
+    pub gospa_m: f64,
+}
+
+impl Tracking {
+    /// Both together.
+    #[must_use]
+    pub fn with(self, other: &Tracking) -> Self {
+        Tracking {
+            frames: self.frames + other.frames,
+            shown: self.shown + other.shown,
+            followed: self.followed + other.followed,
+            named: self.named + other.named,
+            stray: self.stray + other.stray,
+            switches: self.switches + other.switches,
+            squares_m2: self.squares_m2 + other.squares_m2,
+            gospa_m: self.gospa_m + other.gospa_m,
+        }
+    }
+
+    /// Mean of the metric over frames, metres.
+    pub fn gospa(&self) -> f64 {
+        self.gospa_m / f64::from(self.frames.max(1))
+    }
+
+    /// Root of the mean square distance of tracks from their objects, metres.
+    pub fn error_m(&self) -> f64 {
+        (self.squares_m2 / f64::from(self.followed.max(1))).sqrt()
+    }
+}
+
+/// Perception's way from candidates to tracks, scored on the way.
+#[derive(Default)]
+pub struct Follower {
+    ego: Ego,
+    tracker: Tracker,
+    /// The track that each object came under last.
+    last: Vec<Option<TrackId>>,
+    score: Tracking,
+}
+
+impl Follower {
+    /// Takes one frame's candidates.
+    pub fn take(&mut self, candidates: &Candidates, limits: &Limits, shot: &Shot, scene: &sim::scene::Scene) {
+        self.ego.note(&shot.navigation);
+        let judged = corroborate(&Camera::GROUND, limits, Modalities::default(), candidates);
+        let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
+        self.tracker.update(shot.frame, shot.stamp, self.ego.at(shot.stamp, FIX).as_ref(), &sightings);
+        let tracks: Vec<Track> = self.tracker.tracks().iter().copied().collect();
+        self.last.resize(shot.places.len(), None);
+        let pairs = pairs(&shot.places, &tracks);
+        let shows = |object: usize| shot.shown.labels.iter().any(|l| usize::from(l.object.0) == object && counts(l));
+        let mut squares = 0.0;
+        let (shown, mut followed) = ((0..shot.places.len()).filter(|k| shows(*k)).count() as u32, 0);
+        for (object, track) in pairs.iter().filter(|(object, _)| shows(*object)) {
+            let metres = f64::from(apart(shot.places[*object], place(track)));
+            squares += metres * metres;
+            followed += 1;
+            self.score.named += u32::from(track.class == scene.objects[*object].class);
+            let before = self.last[*object].replace(track.id);
+            self.score.switches += u32::from(before.is_some_and(|before| before != track.id));
+        }
+        let stray = (tracks.len() - pairs.len()) as u32;
+        let half = f64::from(CUT_OFF_M * CUT_OFF_M) / 2.0;
+        self.score.frames += 1;
+        self.score.shown += shown;
+        self.score.followed += followed;
+        self.score.stray += stray;
+        self.score.squares_m2 += squares;
+        self.score.gospa_m += (squares + half * f64::from(shown - followed + stray)).sqrt();
+    }
+
+    /// The sums so far.
+    pub fn score(&self) -> Tracking {
+        self.score
+    }
+}
+
+/// Objects and tracks that are of one another: the assignment with the least sum of squared distances, cut off.
+fn pairs<'a>(places: &[[f32; 2]], tracks: &'a [Track]) -> Vec<(usize, &'a Track)> {
+    if places.is_empty() || tracks.is_empty() {
+        return Vec::new();
+    }
+    let squared = |object: usize, track: usize| {
+        let metres = apart(places[object], place(&tracks[track])).min(CUT_OFF_M);
+        (metres * metres * 1e6) as i64
+    };
+    // The assignment wants at least as many columns as rows.
+    let turned = tracks.len() < places.len();
+    let size = if turned { (tracks.len(), places.len()) } else { (places.len(), tracks.len()) };
+    let matrix = Matrix::from_fn(
+        size.0,
+        size.1,
+        |(row, column)| if turned { squared(column, row) } else { squared(row, column) },
+    );
+    let (_, columns) = kuhn_munkres_min(&matrix);
+    let pair = |(row, column): (usize, usize)| if turned { (column, &tracks[row]) } else { (row, &tracks[column]) };
+    let near = |(object, track): &(usize, &Track)| apart(places[*object], place(track)) < CUT_OFF_M;
+    columns.into_iter().enumerate().map(pair).filter(near).collect()
+}
+
+fn place(track: &Track) -> [f32; 2] {
+    [track.x_mm as f32 / 1000.0, track.y_mm as f32 / 1000.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wire::id::FrameId;
+    use wire::sensor::Class;
+    use wire::time::Instant;
+
+    fn track(id: u32, x_mm: i32) -> Track {
+        let none = Modalities::default();
+        Track {
+            id: TrackId(id),
+            class: Class::Vehicle,
+            x_mm,
+            y_mm: 0,
+            vx_mm_s: 0,
+            vy_mm_s: 0,
+            sigma_mm: 100,
+            confidence: 900,
+            supported: none,
+            vetoed: none,
+            updated: Instant(0),
+            frame: FrameId(1),
+        }
+    }
+
+    #[test]
+    fn tracks_go_to_the_objects_that_leave_least_over_and_nothing_beyond_the_cut_off_is_a_pair() {
+        let tracks = [track(1, 1_000), track(2, 2_400), track(3, 9_000)];
+        let found = |places: &[[f32; 2]]| pairs(places, &tracks).iter().map(|(k, t)| (*k, t.id.0)).collect::<Vec<_>>();
+        // Greedy, the first object would take the second track, which is nearer to it, and leave the other with none.
+        assert_eq!(found(&[[1.8, 0.0], [3.9, 0.0]]), [(0, 1), (1, 2)]);
+        assert_eq!(found(&[[5.0, 0.0]]), []);
+        let mut many = found(&[[30.0, 0.0], [9.5, 0.0], [1.0, 0.0], [2.4, 0.0], [40.0, 0.0]]);
+        many.sort_unstable();
+        assert_eq!(many, [(1, 3), (2, 1), (3, 2)]);
+    }
+}
