@@ -18,8 +18,6 @@ use crate::rides::apart;
 pub const RANGES_M: [f32; 3] = [8.0, 13.0, 18.0];
 /// A box is of an object from this share of shared over united area on.
 const SAME: f32 = 0.3;
-/// An object counts as hidden in part when less than this share of its box's area is left of it.
-const WHOLE: f32 = 0.7;
 /// A box is of nothing when it shares less than this with each object's box.
 const NOTHING: f32 = 0.05;
 /// A cluster is of an object within this distance of its outline, metres.
@@ -70,6 +68,8 @@ pub struct Found {
     pub asked: u32,
     /// Of those, found.
     pub found: u32,
+    /// Of those, under their own class, or as warm as their class is; of LiDAR all.
+    pub named: u32,
 }
 
 impl Found {
@@ -78,9 +78,15 @@ impl Found {
         (self.asked > 0).then(|| f64::from(self.found) / f64::from(self.asked))
     }
 
-    fn add(&mut self, found: bool) {
+    /// Of those found, the share under their class.
+    pub fn named(self) -> f64 {
+        f64::from(self.named) / f64::from(self.found.max(1))
+    }
+
+    fn add(&mut self, sight: Option<&Sight>) {
         self.asked += 1;
-        self.found += u32::from(found);
+        self.found += u32::from(sight.is_some());
+        self.named += u32::from(sight.is_some_and(|s| s.named));
     }
 }
 
@@ -91,8 +97,6 @@ pub struct Given {
     pub whole: [Found; RANGES_M.len() + 1],
     /// Of what something hides in part, at any range.
     pub partly: Found,
-    /// Found under its own class, or as warm as its class is; of LiDAR all.
-    pub named: u32,
     /// Frames.
     pub frames: u32,
     /// Found where nothing is.
@@ -115,7 +119,11 @@ impl Given {
 
     /// Of what something hides or not, asked and found.
     pub fn all(&self) -> Found {
-        let sum = |a: Found, b: &Found| Found { asked: a.asked + b.asked, found: a.found + b.found };
+        let sum = |a: Found, b: &Found| Found {
+            asked: a.asked + b.asked,
+            found: a.found + b.found,
+            named: a.named + b.named,
+        };
         self.whole.iter().fold(self.partly, sum)
     }
 
@@ -132,11 +140,6 @@ impl Given {
     /// Mean score of what was found, 0 to 1.
     pub fn score(&self) -> f64 {
         self.scores as f64 / 1000.0 / f64::from(self.all().found.max(1))
-    }
-
-    /// Of what was found, the share under its class.
-    pub fn named(&self) -> f64 {
-        f64::from(self.named) / f64::from(self.all().found.max(1))
     }
 }
 
@@ -165,7 +168,7 @@ pub fn departures(rendered: &Given, stand_in: &Given) -> Vec<String> {
     for (what, a, b) in bins.filter(|(_, a, _)| a.asked >= LEAST_ASKED) {
         share(what, a.share(), b.share(), SHARE);
     }
-    share("under its class".to_owned(), Some(rendered.named()), Some(stand_in.named()), SHARE);
+    share("under its class".to_owned(), Some(rendered.all().named()), Some(stand_in.all().named()), SHARE);
     share("of nothing, a frame".to_owned(), Some(rendered.strays()), Some(stand_in.strays()), STRAY);
     share("score".to_owned(), Some(rendered.score()), Some(stand_in.score()), SCORE);
     let mut factor = |what: &str, a: f64, b: f64| {
@@ -212,18 +215,16 @@ impl Likeness {
                     continue;
                 }
                 let sight = sight(stage, candidates, limits, label, (object, body(shot, shot.places[index])));
-                let whole = shot.boxes[index].is_none_or(|b| label.bounds.area() as f32 >= WHOLE * b.area() as f32);
                 let metres = label.range_mm as f32 / 1000.0;
                 let place = RANGES_M.iter().position(|end| metres < *end).unwrap_or(RANGES_M.len());
-                let row = if whole { &mut given.whole[place] } else { &mut given.partly };
-                row.add(sight.is_some());
+                let row = if shot.hidden[index] { &mut given.partly } else { &mut given.whole[place] };
+                row.add(sight.as_ref());
                 let missed = sight.is_none();
                 given.missed += u32::from(missed);
                 given.bursts += u32::from(missed && !missing[index]);
                 missing[index] = missed;
                 if let Some(sight) = sight {
                     given.squares += sight.distance * sight.distance;
-                    given.named += u32::from(sight.named);
                     given.scores += u64::from(sight.score);
                 }
             }
@@ -317,10 +318,9 @@ mod tests {
 
     #[test]
     fn a_stand_in_departs_where_it_finds_more_or_strays_more_or_misses_for_longer_than_is_allowed() {
-        let found = |asked, found| Found { asked, found };
+        let found = |asked, found| Found { asked, found, named: found - found / 10 };
         let given = |far: u32, stray, missed| Given {
             whole: [found(200, 190), found(200, 180), found(50, 10), found(200, far)],
-            named: 500,
             frames: 100,
             stray,
             missed,
@@ -330,6 +330,6 @@ mod tests {
         assert_eq!(departures(&given(140, 2, 60), &given(149, 3, 50)), Vec::<String>::new());
         let told = departures(&given(140, 2, 60), &given(180, 9, 30));
         let what: Vec<&str> = told.iter().filter_map(|t| t.split(':').next()).collect();
-        assert_eq!(what, ["beyond 18 m", "under its class", "of nothing, a frame", "misses in a row"]);
+        assert_eq!(what, ["beyond 18 m", "of nothing, a frame", "misses in a row"]);
     }
 }

@@ -16,7 +16,10 @@ use crate::render::{Labelled, labelled, settled};
 use crate::scene::{Scene, SceneError, Start};
 use crate::sensor::Imagers;
 use crate::sensor::localisation::Navigators;
-use crate::world::{STEP, World};
+use crate::world::{Placement, STEP, World};
+
+/// Share of its box that nearer objects' boxes may cover before an object counts as hidden in part.
+const COVERED: f32 = 0.3;
 
 /// One frame of a ride.
 #[derive(Clone, Debug)]
@@ -37,6 +40,8 @@ pub struct Shot {
     pub places: Vec<[f32; 2]>,
     /// The box that each would have in the image if nothing hid it.
     pub boxes: Vec<Option<PixelBox>>,
+    /// Whether nearer ones hide a part of it there.
+    pub hidden: Vec<bool>,
 }
 
 /// A unit under way.
@@ -95,8 +100,12 @@ impl Ride {
         self.imagers.measure(number, &self.world, &self.plant, &self.faults, run);
         let state = self.plant.state(&self.world);
         let (fix, odometry) = self.navigators.read(number, &state, &self.faults, run);
-        let around = |(object, place)| candidates::bounds(&self.imagers.camera(), &state, object, place);
+        let around = |(object, place): (_, &Placement)| {
+            let bounds = candidates::bounds(&self.imagers.camera(), &state, object, place)?;
+            Some((bounds, (place.centre - state.position).length()))
+        };
         let placed = self.world.scene().objects.iter().zip(self.world.placements());
+        let boxes: Vec<Option<(PixelBox, f32)>> = placed.map(around).collect();
         Shot {
             frame,
             stamp,
@@ -105,9 +114,17 @@ impl Ride {
             pose: Start { east: state.position.x, north: state.position.y, heading: state.yaw() },
             navigation: Navigation { stamp, fix, odometry },
             places: self.world.placements().iter().map(|p| flat(p.centre)).collect(),
-            boxes: placed.map(around).collect(),
+            hidden: boxes.iter().map(|b| b.is_some_and(|b| hides(&boxes, b))).collect(),
+            boxes: boxes.iter().map(|b| b.map(|(bounds, _)| bounds)).collect(),
         }
     }
+}
+
+/// Whether boxes of nearer objects cover part of a box.
+fn hides(boxes: &[Option<(PixelBox, f32)>], (bounds, far): (PixelBox, f32)) -> bool {
+    let nearer = boxes.iter().flatten().filter(|(_, metres)| *metres < far);
+    let covered: u32 = nearer.map(|(other, _)| bounds.overlap(other)).sum();
+    covered as f32 > COVERED * bounds.area() as f32
 }
 
 fn flat(at: Vector) -> [f32; 2] {

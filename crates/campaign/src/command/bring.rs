@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use perception::detector::Detector;
 use perception::head::Brought;
 use perception::process;
+use perception::stages::Stages;
 
 use super::failure::{Exit, Failure};
 use crate::live::child::Services;
@@ -46,5 +48,15 @@ impl Bring {
         vet(&Services::Own(program), &brought, Limits::USUAL).map_err(refused)?;
         brought.loaded = Some(Arc::new(process::load(&brought).map_err(|e| refused(e.to_string()))?));
         Ok(Some(Loaded { brought, options }))
+    }
+
+    /// The stages of a frame with that detector, or else with the shipped one.
+    pub(super) fn stages(&self) -> Result<Stages, Failure> {
+        let thermal = Arc::new(Detector::thermal().map_err(Failure::internal)?);
+        let detector = match self.load()?.and_then(|loaded| loaded.brought.loaded) {
+            Some(brought) => brought,
+            None => Arc::new(Detector::built_in().map_err(Failure::internal)?),
+        };
+        Ok(Stages::new(detector, thermal))
     }
 }

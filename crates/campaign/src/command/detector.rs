@@ -3,14 +3,10 @@
 //!
 //! It measures and prints; no test asserts its numbers.
 
-use std::sync::Arc;
-
 use dataset::cells::Split;
 use dataset::quality::{Quality, measure};
 use perception::corroborate::Limits;
-use perception::detector::Detector;
 use perception::runtime;
-use perception::stages::Stages;
 use serde::Serialize;
 
 use super::bring::Bring;
@@ -42,12 +38,7 @@ struct Measured {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (cells, splits) = (chosen(&args.cell)?, [Split::HeldOut, Split::Novel]);
-    let thermal = Arc::new(Detector::thermal().map_err(Failure::internal)?);
-    let detector = match args.bring.load()?.and_then(|loaded| loaded.brought.loaded) {
-        Some(brought) => brought,
-        None => Arc::new(Detector::built_in().map_err(Failure::internal)?),
-    };
-    let stages = Stages::new(detector, thermal);
+    let stages = args.bring.stages()?;
     let progress = Progress::new("cells", cells.len() * splits.len(), context.talk);
     let mut rows = Vec::new();
     for split in splits {

@@ -3,8 +3,6 @@
 //!
 //! It measures and prints; no test asserts its numbers.
 
-use std::sync::Arc;
-
 use clap::builder::PossibleValuesParser;
 use dataset::cells::{Cell, Split};
 use dataset::example::frames;
@@ -12,26 +10,33 @@ use dataset::likeness::{Found, Given, Likeness, RANGES_M, Stage, bin, departures
 use dataset::rides::{self, FRAMES};
 use dataset::tracking::{Follower, Tracking};
 use perception::corroborate::Limits;
-use perception::detector::Detector;
 use perception::stages::Stages;
 use serde::Serialize;
 use sim::NoiseModel;
+use sim::ride::Ride;
+use sim::scene::Scene;
+use wire::id::NodeId;
 
 use super::bring::Bring;
 use super::dataset::chosen;
 use super::failure::{Exit, Failure};
+use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
+use crate::cast::{Role, RunSecret, cast};
 use crate::progress::Progress;
 use crate::report::{SCHEMA_VERSION, started};
 use crate::stats::mean::Mean;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
+    /// Ride through this scenario's scene as its trials draw it, from the start of its platform; without it, through random ones.
+    #[arg(value_name = "SCENARIO", conflicts_with_all = ["cell", "split"])]
+    scenario: Option<String>,
     /// Rides of each cell, five seconds each; the first has the number that --seed gives.
     #[arg(long, default_value_t = 30, value_parser = clap::value_parser!(u64).range(2..=100_000))]
     rides: u64,
     /// Conditions, as in crates/dataset/cells.toml; clear alone without it. The noise model is of clear air.
-    #[arg(long, value_name = "NAME", default_value = "clear")]
+    #[arg(long, value_name = "NAME", default_values_t = ["clear".to_owned()])]
     cell: Vec<String>,
     /// Which seeds, shapes, paints and grounds.
     #[arg(long, value_name = "SPLIT", default_value = "held-out",
@@ -49,7 +54,7 @@ struct Measured {
     rows: Vec<Row>,
 }
 
-/// One cell.
+/// One cell, or one scenario's scene.
 #[derive(Serialize)]
 struct Row {
     cell: String,
@@ -72,27 +77,27 @@ struct Way {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let cells = chosen(&args.cell)?;
-    let split = Split::ALL.into_iter().find(|split| split.name() == args.split);
-    let split = split.ok_or_else(|| Failure::new(Exit::Usage, format!("no split is called {}", args.split)))?;
-    let stages = stages(&args.bring)?;
-    let progress = Progress::new("rides", cells.len() * args.rides as usize, context.talk);
+    let grounds = grounds(context, args)?;
+    let stages = args.bring.stages()?;
+    let progress = Progress::new("rides", grounds.len() * args.rides as usize, context.talk);
     let mut rows = Vec::new();
-    for cell in cells {
+    for ground in &grounds {
         let (mut rendered, mut stand_in) = (Way::default(), Way::default());
         for number in context.seed..context.seed + args.rides {
             if context.stop.asked() {
                 return Err(Failure::new(Exit::Interrupted, "interrupted"));
             }
-            ride(&stages, (cell, split, number), &mut rendered, &mut stand_in)?;
+            let (scene, drive) = ground.ride(number)?;
+            ride(&stages, &scene, drive, &mut rendered, &mut stand_in);
             progress.step();
         }
         let (rendered, stand_in) = (rendered.done(), stand_in.done());
         let departs = departs(&rendered.likeness, &stand_in.likeness);
-        rows.push(Row { cell: cell.name.clone(), rides: args.rides, rendered, stand_in, departs });
+        rows.push(Row { cell: ground.name().to_owned(), rides: args.rides, rendered, stand_in, departs });
     }
     progress.finish();
-    let measured = Measured { schema_version: SCHEMA_VERSION, seed: context.seed, split: args.split.clone(), rows };
+    let split = if args.scenario.is_some() { "trials'" } else { &args.split }.to_owned();
+    let measured = Measured { schema_version: SCHEMA_VERSION, seed: context.seed, split, rows };
     if context.json {
         out::print_json("bench-sensing", &measured)?;
     } else {
@@ -101,23 +106,58 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Fine)
 }
 
-fn stages(bring: &Bring) -> Result<Stages, Failure> {
-    let thermal = Arc::new(Detector::thermal().map_err(Failure::internal)?);
-    let detector = match bring.load()?.and_then(|loaded| loaded.brought.loaded) {
-        Some(brought) => brought,
-        None => Arc::new(Detector::built_in().map_err(Failure::internal)?),
-    };
-    Ok(Stages::new(detector, thermal))
+/// What is ridden through.
+enum Grounds {
+    /// Random scenes under one set of conditions.
+    Random(&'static Cell, Split),
+    /// The scene of a scenario.
+    Shipped(Box<Planned>),
 }
 
-fn ride(
-    stages: &Stages,
-    (cell, split, number): (&Cell, Split, u64),
-    rendered: &mut Way,
-    stand_in: &mut Way,
-) -> Result<(), Failure> {
+fn grounds(context: &Context, args: &Args) -> Result<Vec<Grounds>, Failure> {
+    if let Some(name) = &args.scenario {
+        let wanted = Wanted { rendered: true, ..Wanted::default() };
+        let planned = plan::plan(context, &plan::file_of(context, name)?, &wanted)?.1;
+        if planned.iter().any(|planned| planned.variation.scenario.is_of_stacks()) {
+            return Err(Failure::new(Exit::Usage, format!("`{name}` runs on the real stacks and has no scene")));
+        }
+        return Ok(planned.into_iter().map(|planned| Grounds::Shipped(Box::new(planned))).collect());
+    }
+    let split = Split::ALL.into_iter().find(|split| split.name() == args.split);
+    let split = split.ok_or_else(|| Failure::new(Exit::Usage, format!("no split is called {}", args.split)))?;
+    Ok(chosen(&args.cell)?.into_iter().map(|cell| Grounds::Random(cell, split)).collect())
+}
+
+impl Grounds {
+    fn name(&self) -> &str {
+        match self {
+            Grounds::Random(cell, _) => &cell.name,
+            Grounds::Shipped(planned) => planned.variation.scenario.name.as_str(),
+        }
+    }
+
+    fn ride(&self, number: u64) -> Result<(Scene, Ride), Failure> {
+        match self {
+            Grounds::Random(cell, split) => {
+                rides::ride(cell, *split, number, NoiseModel::default()).map_err(Failure::internal)
+            }
+            Grounds::Shipped(planned) => {
+                let (scenario, setup) = (&planned.variation.scenario, &planned.setup);
+                let cast = cast(scenario, setup, number, &RunSecret::seeded(number));
+                let config = cast.members.iter().find_map(|member| {
+                    let Role::Sim(config) = &member.role else { return None };
+                    (config.node == NodeId::SIM).then_some(config)
+                });
+                let config = config.ok_or_else(|| Failure::internal("a cast without a sim"))?;
+                let drive = Ride::new(&config.scene, YARD, config.noise, config.seed);
+                Ok((config.scene.clone(), drive.map_err(Failure::internal)?))
+            }
+        }
+    }
+}
+
+fn ride(stages: &Stages, scene: &Scene, mut ride: Ride, rendered: &mut Way, stand_in: &mut Way) {
     let limits = Limits::default();
-    let (scene, mut ride) = rides::ride(cell, split, number, NoiseModel::default()).map_err(Failure::internal)?;
     let mut followers = [Follower::default(), Follower::default()];
     for way in [&mut *rendered, &mut *stand_in] {
         way.likeness.begin(scene.objects.len());
@@ -127,16 +167,18 @@ fn ride(
         let seen = stages.candidates(&frames(&shot.shown, shot.frame, shot.stamp), limits.score);
         let ways = [(&mut *rendered, &seen), (&mut *stand_in, &shot.stand_in)];
         for (follower, (way, candidates)) in followers.iter_mut().zip(ways) {
-            follower.take(candidates, &limits, &shot, &scene);
-            way.likeness.take(candidates, &limits, &shot, &scene);
+            follower.take(candidates, &limits, &shot, scene);
+            way.likeness.take(candidates, &limits, &shot, scene);
         }
     }
     for (follower, way) in followers.iter().zip([rendered, stand_in]) {
         way.tracking = way.tracking.with(&follower.score());
         way.by_ride.push(follower.score().gospa());
     }
-    Ok(())
 }
+
+/// How a shipped scene is ridden through: m/s, and 1/m.
+const YARD: (f32, f32) = (0.6, 0.0);
 
 impl Way {
     fn done(self) -> Self {
@@ -165,7 +207,8 @@ fn tables(measured: &Measured) -> String {
     ]);
     let mut stages = started();
     let head = ["cell", "stage", "way"].map(str::to_owned).into_iter().chain((0..=RANGES_M.len()).map(bin));
-    let tail = ["hidden in part", "stray a frame", "misses in a row", "off", "named", "score"].map(str::to_owned);
+    let tail = ["hidden in part", "stray a frame", "misses in a row", "off", "right class", "of hidden", "score"]
+        .map(str::to_owned);
     stages.set_header(head.chain(tail));
     for row in &measured.rows {
         for (name, way) in [("rendered", &row.rendered), ("noise model", &row.stand_in)] {
@@ -210,7 +253,8 @@ fn stage_row(cell: &str, stage: Stage, name: &str, given: &Given) -> Vec<String>
         format!("{:.3}", given.strays()),
         format!("{:.1}", given.burst()),
         format!("{:.2} {unit}", given.error()),
-        format!("{:.3}", given.named()),
+        format!("{:.3}", given.all().named()),
+        format!("{:.3}", given.partly.named()),
         format!("{:.2}", given.score()),
     ]);
     row
