@@ -12,8 +12,9 @@ use perception::pose::Ego;
 use perception::tracker::Tracker;
 use serde::Serialize;
 use sim::ride::Shot;
+use sim::scene::Scene;
 use wire::id::TrackId;
-use wire::sensor::{Camera, Candidates, Modalities};
+use wire::sensor::{Camera, Candidates, Class, Modalities};
 use wire::time::Span;
 use wire::track::Track;
 
@@ -78,60 +79,81 @@ impl Tracking {
 pub struct Follower {
     ego: Ego,
     tracker: Tracker,
+    scorer: Scorer,
+}
+
+impl Follower {
+    /// Takes one frame's candidates.
+    pub fn take(&mut self, candidates: &Candidates, limits: &Limits, shot: &Shot, scene: &Scene) {
+        self.ego.note(&shot.navigation);
+        let judged = corroborate(&Camera::GROUND, limits, Modalities::default(), candidates);
+        let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
+        self.tracker.update(shot.frame, shot.stamp, self.ego.at(shot.stamp, FIX).as_ref(), &sightings);
+        let shown = |k| shot.shown.labels.iter().any(|l| usize::from(l.object.0) == k && counts(l));
+        let objects = scene.objects.iter().zip(&shot.places).enumerate();
+        let truth: Vec<Truth> =
+            objects.map(|(k, (object, place))| Truth { class: object.class, place: *place, shown: shown(k) }).collect();
+        self.scorer.frame(&truth, &self.tracker.tracks());
+    }
+
+    /// The sums so far.
+    pub fn score(&self) -> Tracking {
+        self.scorer.score
+    }
+}
+
+/// An object as it is at a frame.
+struct Truth {
+    class: Class,
+    place: [f32; 2],
+    /// Whether the frame shows enough of it.
+    shown: bool,
+}
+
+#[derive(Default)]
+struct Scorer {
     /// The track that each object came under last.
     last: Vec<Option<TrackId>>,
     score: Tracking,
 }
 
-impl Follower {
-    /// Takes one frame's candidates.
-    pub fn take(&mut self, candidates: &Candidates, limits: &Limits, shot: &Shot, scene: &sim::scene::Scene) {
-        self.ego.note(&shot.navigation);
-        let judged = corroborate(&Camera::GROUND, limits, Modalities::default(), candidates);
-        let sightings: Vec<Sighting> = judged.iter().filter_map(|j| j.sighting).collect();
-        self.tracker.update(shot.frame, shot.stamp, self.ego.at(shot.stamp, FIX).as_ref(), &sightings);
-        let tracks: Vec<Track> = self.tracker.tracks().iter().copied().collect();
-        self.last.resize(shot.places.len(), None);
-        let pairs = pairs(&shot.places, &tracks);
-        let shows = |object: usize| shot.shown.labels.iter().any(|l| usize::from(l.object.0) == object && counts(l));
-        let mut squares = 0.0;
-        let (shown, mut followed) = ((0..shot.places.len()).filter(|k| shows(*k)).count() as u32, 0);
-        for (object, track) in pairs.iter().filter(|(object, _)| shows(*object)) {
-            let metres = f64::from(apart(shot.places[*object], place(track)));
+impl Scorer {
+    fn frame(&mut self, truth: &[Truth], tracks: &[Track]) {
+        self.last.resize(truth.len(), None);
+        let pairs = pairs(truth, tracks);
+        let score = &mut self.score;
+        let (shown, mut followed, mut squares) = (truth.iter().filter(|t| t.shown).count() as u32, 0, 0.0);
+        for (object, track) in pairs.iter().filter(|(object, _)| truth[*object].shown) {
+            let metres = f64::from(apart(truth[*object].place, place(track)));
             squares += metres * metres;
             followed += 1;
-            self.score.named += u32::from(track.class == scene.objects[*object].class);
+            score.named += u32::from(track.class == truth[*object].class);
             let before = self.last[*object].replace(track.id);
-            self.score.switches += u32::from(before.is_some_and(|before| before != track.id));
+            score.switches += u32::from(before.is_some_and(|before| before != track.id));
         }
         let stray = (tracks.len() - pairs.len()) as u32;
         let half = f64::from(CUT_OFF_M * CUT_OFF_M) / 2.0;
-        self.score.frames += 1;
-        self.score.shown += shown;
-        self.score.followed += followed;
-        self.score.stray += stray;
-        self.score.squares_m2 += squares;
-        self.score.gospa_m += (squares + half * f64::from(shown - followed + stray)).sqrt();
-    }
-
-    /// The sums so far.
-    pub fn score(&self) -> Tracking {
-        self.score
+        score.frames += 1;
+        score.shown += shown;
+        score.followed += followed;
+        score.stray += stray;
+        score.squares_m2 += squares;
+        score.gospa_m += (squares + half * f64::from(shown - followed + stray)).sqrt();
     }
 }
 
 /// Objects and tracks that are of one another: the assignment with the least sum of squared distances, cut off.
-fn pairs<'a>(places: &[[f32; 2]], tracks: &'a [Track]) -> Vec<(usize, &'a Track)> {
-    if places.is_empty() || tracks.is_empty() {
+fn pairs<'a>(truth: &[Truth], tracks: &'a [Track]) -> Vec<(usize, &'a Track)> {
+    if truth.is_empty() || tracks.is_empty() {
         return Vec::new();
     }
     let squared = |object: usize, track: usize| {
-        let metres = apart(places[object], place(&tracks[track])).min(CUT_OFF_M);
+        let metres = apart(truth[object].place, place(&tracks[track])).min(CUT_OFF_M);
         (metres * metres * 1e6) as i64
     };
     // The assignment wants at least as many columns as rows.
-    let turned = tracks.len() < places.len();
-    let size = if turned { (tracks.len(), places.len()) } else { (places.len(), tracks.len()) };
+    let turned = tracks.len() < truth.len();
+    let size = if turned { (tracks.len(), truth.len()) } else { (truth.len(), tracks.len()) };
     let matrix = Matrix::from_fn(
         size.0,
         size.1,
@@ -139,7 +161,7 @@ fn pairs<'a>(places: &[[f32; 2]], tracks: &'a [Track]) -> Vec<(usize, &'a Track)
     );
     let (_, columns) = kuhn_munkres_min(&matrix);
     let pair = |(row, column): (usize, usize)| if turned { (column, &tracks[row]) } else { (row, &tracks[column]) };
-    let near = |(object, track): &(usize, &Track)| apart(places[*object], place(track)) < CUT_OFF_M;
+    let near = |(object, track): &(usize, &Track)| apart(truth[*object].place, place(track)) < CUT_OFF_M;
     columns.into_iter().enumerate().map(pair).filter(near).collect()
 }
 
@@ -172,15 +194,45 @@ mod tests {
         }
     }
 
+    fn truth(places: &[[f32; 2]]) -> Vec<Truth> {
+        places.iter().map(|place| Truth { class: Class::Vehicle, place: *place, shown: true }).collect()
+    }
+
     #[test]
     fn tracks_go_to_the_objects_that_leave_least_over_and_nothing_beyond_the_cut_off_is_a_pair() {
         let tracks = [track(1, 1_000), track(2, 2_400), track(3, 9_000)];
-        let found = |places: &[[f32; 2]]| pairs(places, &tracks).iter().map(|(k, t)| (*k, t.id.0)).collect::<Vec<_>>();
+        let found =
+            |places: &[[f32; 2]]| pairs(&truth(places), &tracks).iter().map(|(k, t)| (*k, t.id.0)).collect::<Vec<_>>();
         // Greedy, the first object would take the second track, which is nearer to it, and leave the other with none.
         assert_eq!(found(&[[1.8, 0.0], [3.9, 0.0]]), [(0, 1), (1, 2)]);
         assert_eq!(found(&[[5.0, 0.0]]), []);
         let mut many = found(&[[30.0, 0.0], [9.5, 0.0], [1.0, 0.0], [2.4, 0.0], [40.0, 0.0]]);
         many.sort_unstable();
         assert_eq!(many, [(1, 3), (2, 1), (3, 2)]);
+    }
+
+    #[test]
+    fn the_metric_counts_distance_what_is_missed_and_what_is_of_nothing_and_no_object_that_is_not_shown() {
+        let mut scorer = Scorer::default();
+        let gospa = |scorer: &mut Scorer, truth: &[Truth], tracks: &[Track]| {
+            let before = scorer.score.gospa_m;
+            scorer.frame(truth, tracks);
+            scorer.score.gospa_m - before
+        };
+        let mut there = truth(&[[0.0, 0.0], [10.0, 0.0]]);
+        // One half a metre off, the other missed, a track of nothing: a quarter, and twice half of c squared.
+        let seen = gospa(&mut scorer, &there, &[track(1, 500), track(2, 20_000)]);
+        assert!((seen - 4.25f64.sqrt()).abs() < 1e-6, "{seen}");
+        // What the frame does not show is not missed, and a track that coasts on it is not of nothing.
+        there[1].shown = false;
+        assert!((gospa(&mut scorer, &there, &[track(1, 500), track(3, 10_300)]) - 0.5).abs() < 1e-6);
+        assert_eq!(
+            (scorer.score.shown, scorer.score.followed, scorer.score.stray, scorer.score.switches),
+            (3, 2, 1, 0)
+        );
+        // Under another track: a switch, once.
+        scorer.frame(&there, &[track(4, 100)]);
+        scorer.frame(&there, &[track(4, 100)]);
+        assert_eq!((scorer.score.switches, scorer.score.named), (1, 4));
     }
 }
