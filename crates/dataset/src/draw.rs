@@ -105,8 +105,8 @@ impl Draw<'_> {
         core::array::from_fn(|axis| self.within([sizes.least[axis], sizes.most[axis]]))
     }
 
-    fn within(&mut self, [low, high]: Range) -> f32 {
-        low + (high - low) * ((self.rng.next_u32() >> 8) as f32 / 16_777_216.0)
+    fn within(&mut self, range: Range) -> f32 {
+        within(&mut self.rng, range)
     }
 
     fn turn(&mut self) -> f32 {
@@ -118,7 +118,13 @@ impl Draw<'_> {
     }
 }
 
-fn distance([ax, ay]: [f32; 2], [bx, by]: [f32; 2]) -> f32 {
+/// Drawn evenly from a range.
+pub(crate) fn within(rng: &mut ChaCha8Rng, [low, high]: Range) -> f32 {
+    low + (high - low) * ((rng.next_u32() >> 8) as f32 / 16_777_216.0)
+}
+
+/// Between two places, metres.
+pub(crate) fn distance([ax, ay]: [f32; 2], [bx, by]: [f32; 2]) -> f32 {
     ((ax - bx) * (ax - bx) + (ay - by) * (ay - by)).sqrt()
 }
 

@@ -11,8 +11,8 @@ use sim::ride::Shot;
 use sim::scene::{Object, Scene};
 use wire::sensor::{Candidates, Class, Cluster, PixelBox};
 
+use crate::draw::distance;
 use crate::example::counts;
-use crate::rides::apart;
 
 /// Upper ends of the ranges that are told apart, metres along the optical axis; the last is open.
 pub const RANGES_M: [f32; 3] = [8.0, 13.0, 18.0];
@@ -257,7 +257,7 @@ fn sight(
         }
         Stage::Lidar => {
             let found = candidates.lidar.iter().flat_map(|found| found.iter());
-            let distances = found.map(|c| apart(middle(c), place));
+            let distances = found.map(|c| distance(middle(c), place));
             let nearest = distances.min_by(f32::total_cmp).filter(|metres| *metres <= reach(object));
             nearest.map(|metres| Sight { distance: f64::from(metres), named: true, score: 0 })
         }
@@ -268,7 +268,8 @@ fn sight(
 fn stray(stage: Stage, candidates: &Candidates, limits: &Limits, shot: &Shot, scene: &Scene) -> u32 {
     let of_none = |bounds: &PixelBox| shot.boxes.iter().flatten().all(|b| b.shared(bounds) < NOTHING);
     let far = |cluster: &&Cluster| {
-        let clear = |(object, place): (&Object, &[f32; 2])| apart(middle(cluster), body(shot, *place)) > reach(object);
+        let clear =
+            |(object, place): (&Object, &[f32; 2])| distance(middle(cluster), body(shot, *place)) > reach(object);
         scene.objects.iter().zip(&shot.places).all(clear)
     };
     let count = match stage {

@@ -4,14 +4,14 @@
 //! before the unit. Rides share no randomness with the frames of their cell.
 
 use rand_chacha::ChaCha8Rng;
-use rand_core::{RngCore, SeedableRng};
+use rand_core::SeedableRng;
 use sim::NoiseModel;
 use sim::ride::Ride;
 use sim::scene::{Object, Scene};
 use wire::sensor::Class;
 
 use crate::cells::{Cell, Range, Split};
-use crate::draw;
+use crate::draw::{self, distance, within};
 use crate::example::ExampleError;
 
 /// Frames of a ride, ten a second.
@@ -73,17 +73,7 @@ fn goes(moved: &Object, index: usize, scene: &Scene) -> bool {
     let others =
         scene.objects.iter().enumerate().filter(|(k, _)| *k != index).flat_map(|(_, o)| o.path.iter().copied());
     let kept: Vec<[f32; 2]> = others.chain((0..=4).map(ahead)).collect();
-    (0..=10).map(point).all(|at: [f32; 2]| kept.iter().all(|other| apart(at, *other) > CLEAR))
-}
-
-/// Distance, metres.
-pub(crate) fn apart(a: [f32; 2], b: [f32; 2]) -> f32 {
-    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
-    (dx * dx + dy * dy).sqrt()
-}
-
-fn within(rng: &mut ChaCha8Rng, [low, high]: Range) -> f32 {
-    low + (high - low) * ((rng.next_u32() >> 8) as f32 / 16_777_216.0)
+    (0..=10).map(point).all(|at: [f32; 2]| kept.iter().all(|other| distance(at, *other) > CLEAR))
 }
 
 #[cfg(test)]

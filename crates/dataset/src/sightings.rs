@@ -9,6 +9,7 @@ use sim::scene::Start;
 use wire::id::ObjectId;
 use wire::sensor::{Camera, Class, Modalities};
 
+use crate::draw::distance;
 use crate::example::{Example, counts};
 
 /// A sighting is right within this distance of an object of its class, metres.
@@ -37,11 +38,11 @@ impl Sightings {
             let at = example.scene.objects[usize::from(label.object.0)].path[0];
             self.objects += 1;
             self.found +=
-                u32::from(seen.iter().any(|(class, place)| *class == label.class && apart(at, *place) <= NEAR_M));
+                u32::from(seen.iter().any(|(class, place)| *class == label.class && distance(at, *place) <= NEAR_M));
         }
         for (class, place) in &seen {
             let objects = example.scene.objects.iter().filter(|o| o.class == *class);
-            let nearest = objects.map(|o| apart(o.path[0], *place)).min_by(f32::total_cmp);
+            let nearest = objects.map(|o| distance(o.path[0], *place)).min_by(f32::total_cmp);
             self.given += 1;
             if let Some(metres) = nearest.filter(|metres| *metres <= NEAR_M) {
                 self.right += 1;
@@ -81,7 +82,7 @@ impl Sightings {
 /// Whether an object stands as one of `class`: a sighting of that class which nothing vetoes is near it.
 pub fn stands_near(stages: &Stages, limits: &Limits, example: &Example, object: ObjectId, class: Class) -> bool {
     let at = example.scene.objects[usize::from(object.0)].path[0];
-    standing(stages, limits, example).iter().any(|(of, place)| *of == class && apart(at, *place) <= NEAR_M)
+    standing(stages, limits, example).iter().any(|(of, place)| *of == class && distance(at, *place) <= NEAR_M)
 }
 
 /// Class and place in the world of each sighting that nothing vetoes.
@@ -90,11 +91,6 @@ fn standing(stages: &Stages, limits: &Limits, example: &Example) -> Vec<(Class, 
     let judged = corroborate(&Camera::GROUND, limits, Modalities::default(), &candidates);
     let left = judged.iter().filter_map(|j| j.sighting.filter(|s| s.stands()));
     left.map(|s| (s.class, world(&example.start, s.place.map(|v| v as f32)))).collect()
-}
-
-fn apart(a: [f32; 2], b: [f32; 2]) -> f32 {
-    let (dx, dy) = (a[0] - b[0], a[1] - b[1]);
-    (dx * dx + dy * dy).sqrt()
 }
 
 /// Where a place in the body frame (metres forward, metres left) is in the world.

@@ -18,8 +18,8 @@ use wire::sensor::{Camera, Candidates, Class, Modalities};
 use wire::time::Span;
 use wire::track::Track;
 
+use crate::draw::distance;
 use crate::example::counts;
-use crate::rides::apart;
 
 /// From here on an object and a track are not of one another, metres: the bound of property P11.
 pub const CUT_OFF_M: f32 = 2.0;
@@ -124,7 +124,7 @@ impl Scorer {
         let score = &mut self.score;
         let (shown, mut followed, mut squares) = (truth.iter().filter(|t| t.shown).count() as u32, 0, 0.0);
         for (object, track) in pairs.iter().filter(|(object, _)| truth[*object].shown) {
-            let metres = f64::from(apart(truth[*object].place, place(track)));
+            let metres = f64::from(distance(truth[*object].place, place(track)));
             squares += metres * metres;
             followed += 1;
             score.named += u32::from(track.class == truth[*object].class);
@@ -148,7 +148,7 @@ fn pairs<'a>(truth: &[Truth], tracks: &'a [Track]) -> Vec<(usize, &'a Track)> {
         return Vec::new();
     }
     let squared = |object: usize, track: usize| {
-        let metres = apart(truth[object].place, place(&tracks[track])).min(CUT_OFF_M);
+        let metres = distance(truth[object].place, place(&tracks[track])).min(CUT_OFF_M);
         (metres * metres * 1e6) as i64
     };
     // The assignment wants at least as many columns as rows.
@@ -161,7 +161,7 @@ fn pairs<'a>(truth: &[Truth], tracks: &'a [Track]) -> Vec<(usize, &'a Track)> {
     );
     let (_, columns) = kuhn_munkres_min(&matrix);
     let pair = |(row, column): (usize, usize)| if turned { (column, &tracks[row]) } else { (row, &tracks[column]) };
-    let near = |(object, track): &(usize, &Track)| apart(truth[*object].place, place(track)) < CUT_OFF_M;
+    let near = |(object, track): &(usize, &Track)| distance(truth[*object].place, place(track)) < CUT_OFF_M;
     columns.into_iter().enumerate().map(pair).filter(near).collect()
 }
 
