@@ -11,6 +11,17 @@ pub struct BenchLive {
     pub losses: Vec<Run>,
     /// Beside the paper's.
     pub live_latency_ms: Vec<LiveLatency>,
+    /// The relay in the path and nothing done, live.
+    pub live_null_attack: Option<Run>,
+    /// The same for hours in the twin, at 2 % loss.
+    pub twin_null_attack_at_2_percent_loss: Option<Run>,
+}
+
+impl BenchLive {
+    /// Everything that was run.
+    pub fn runs(&self) -> impl Iterator<Item = &Run> {
+        self.losses.iter().chain(&self.live_null_attack).chain(&self.twin_null_attack_at_2_percent_loss)
+    }
 }
 
 /// Latencies of one loss, and the paper's.

@@ -51,7 +51,7 @@ pub enum Found {
     /// `search`.
     Search(Search),
     /// `bench-live`.
-    BenchLive(BenchLive),
+    BenchLive(Box<BenchLive>),
     /// `curve`.
     Curve(Curve),
     /// `ablation`.
@@ -198,7 +198,7 @@ fn found(bytes: &[u8]) -> Result<Found, Reason> {
         "reference" => Found::Reference(object(bytes)?),
         "campaign" => Found::Campaign(object(bytes)?),
         "search" => Found::Search(object(bytes)?),
-        "bench-live" => Found::BenchLive(object(bytes)?),
+        "bench-live" => Found::BenchLive(Box::new(object(bytes)?)),
         "curve" => Found::Curve(object(bytes)?),
         "ablation" => Found::Ablation(object(bytes)?),
         "bench-twin" => Found::TwinCost(object(bytes)?),

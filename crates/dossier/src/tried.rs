@@ -97,7 +97,7 @@ pub fn tried(given: &Given) -> Vec<Tried<'_>> {
         Found::Runs(runs) => runs.iter().flat_map(of_run).collect(),
         Found::Reference(reference) => reference.rows.iter().map(|row| of_reference(reference.seed, row)).collect(),
         Found::Campaign(campaign) => campaign.rows.iter().map(of_campaign).collect(),
-        Found::BenchLive(bench) => bench.losses.iter().flat_map(of_run).collect(),
+        Found::BenchLive(bench) => bench.runs().flat_map(of_run).collect(),
         Found::Search(_) | Found::Curve(_) | Found::Ablation(_) | Found::TwinCost(_) => Vec::new(),
     }
 }
@@ -221,5 +221,24 @@ mod tests {
         let line = command("teammate", Some("verbatim/silent"), Evidence::Live, 3, 7);
         assert_eq!(line, "holdsafe run teammate --cell verbatim/silent --trials 3 --seed 7 --live");
         assert_eq!(command("loss", None, Evidence::Stack, 59, 1), "holdsafe run loss --trials 59 --seed 1");
+    }
+
+    #[test]
+    fn a_null_attack_that_ended_otherwise_than_stated_is_not_left_out() {
+        let text = r#"{"kind": "bench-live", "schema_version": 1, "losses": [], "live_latency_ms": [],
+            "live_null_attack": {"scenario": "nominal", "mode": "live", "seed": 2, "expected": ["NOMINAL", "FALSE_TRIP"],
+                "trials": [{"seed": 2, "outcome": "INVALID", "decision_hash": "00", "sim_seconds": 600.0}],
+                "summary": {"n": 1, "outcomes": {"INVALID": 1}, "unsafe_upper_95": 1.0,
+                    "unsafe_upper_95_invalid_counted": 1.0, "distinct_decisions": 1, "latency_ms": LATENCIES,
+                    "cpu_seconds": 1.0, "sim_seconds": 600.0}},
+            "twin_null_attack_at_2_percent_loss": null}"#;
+        let none = r#"{"n": 0, "mean": null, "p95": null, "p95_upper_95": null}"#;
+        let latencies = format!(r#"{{"to_degraded": {none}, "to_hold_safe": {none}, "to_authority_revoked": {none}}}"#);
+        let text = text.replace("LATENCIES", &latencies);
+        let mut results = crate::results::Results::default();
+        results.read("live.json", text.as_bytes()).expect("a bench");
+        let all: Vec<_> = results.given().iter().flat_map(tried).collect();
+        assert_eq!(all.len(), 1);
+        assert_eq!(all[0].unexpected().collect::<Vec<_>>(), [(Outcome::Invalid, 1)]);
     }
 }
