@@ -33,12 +33,18 @@ const ORIGINS: [(&str, Place); 16] = [
 /// log cannot tell from it.
 type Moved = (&'static str, &'static [(&'static str, u32, u32)], Place, &'static [Place]);
 
-const MOVES: [Moved; 13] = [
+const MOVES: [Moved; 16] = [
     ("processes", &[("gateway-hangs", 4_600, 1_200)], Place::Gateway, &[]),
     ("processes", &[("adversary-hangs", 4_600, 470)], Place::Telemetry, &[]),
     ("processes", &[("adversary-hangs", 4_600, 1_200)], Place::Telemetry, &[]),
     ("processes", &[("gateway-hangs", 5_500, 4_000)], Place::Gateway, &[]),
+    // One that comes back, and whose records are refused until the end of the run.
+    ("processes", &[("gateway-hangs", 5_090, 3_770)], Place::Gateway, &[]),
     ("processes", &[("autonomy-hangs", 4_500, 1_000)], Place::Unit, &[]),
+    // As long as a unit without navigation may be silent too.
+    ("processes", &[("autonomy-hangs", 5_660, 410)], Place::Unit, &[]),
+    // Back again when its loss is found.
+    ("sensors", &[("thermal-out", 3_560, 240)], Place::Sensor(Sensor::Thermal), &[]),
     ("processes", &[("sim-hangs", 4_500, 1_500)], Place::World, &[]),
     ("processes", &[("perception-hangs", 4_500, 1_500)], Place::Perception, &[]),
     ("path", &[("cut", 4_600, 1_200)], Place::Telemetry, &[]),

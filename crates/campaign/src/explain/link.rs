@@ -139,12 +139,17 @@ fn written_unheard(log: &Log, change: &Change) -> Option<u64> {
     if before.boot != after.boot {
         return Some(0);
     }
+    let since = by_themselves(log, change, until);
+    Some(after.sequence.0.saturating_sub(before.sequence.0 + 1).saturating_sub(since))
+}
+
+/// How many of the gateway's records came after the change, up to `until`, and were refused, with no other beside them.
+fn by_themselves(log: &Log, change: &Change, until: Micros) -> u64 {
     let mut came: Vec<Micros> = refused_down(log, change.at, until).iter().map(|(at, _)| *at).collect();
     let refused = came.len();
     came.push(until);
     let alone = |i: &usize| came.iter().enumerate().all(|(k, at)| k == *i || at.abs_diff(came[*i]) > AT_ONCE);
-    let since = (0..refused).filter(alone).count() as u64;
-    Some(after.sequence.0.saturating_sub(before.sequence.0 + 1).saturating_sub(since))
+    (0..refused).filter(alone).count() as u64
 }
 
 /// The same up to the end, by what the gateway says in its closing account that it sent; nothing where it served others as well.
@@ -155,7 +160,9 @@ fn written_in_all(log: &Log, change: &Change) -> Option<u64> {
         return None;
     }
     gateway().find_map(|event| match event {
-        Event::Count { account: Account::Sent, n } => Some(n.saturating_sub(before.sequence.0)),
+        Event::Count { account: Account::Sent, n } => {
+            Some(n.saturating_sub(before.sequence.0).saturating_sub(by_themselves(log, change, Micros::MAX)))
+        }
         _ => None,
     })
 }

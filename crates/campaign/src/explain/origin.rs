@@ -1,15 +1,20 @@
 //! From the cause that the unit names to the place where it began.
 
-use wire::event::{Event, Inconsistency};
+use wire::event::{Event, Inconsistency, Interface};
 use wire::feed::CommandStage;
 use wire::id::{CommandId, NodeId, UnitId};
 use wire::mode::{Because, Cause, Guard};
+use wire::refusal::Reason;
 
 use super::{Change, Log, Origin, Place, Stage, Step, link, sensing};
 use crate::oracle::Micros;
 
 /// A running unit writes something at least so often: fixes a few times a second, records ten times.
 const UNIT_SPEAKS: Micros = 450_000;
+/// What waited for a unit that stood still is taken in within so little.
+const AT_ONCE: Micros = 5_000;
+/// A unit that is behind with all that it reads was late by at least this.
+const BEHIND: Micros = 250_000;
 
 /// Where `change` comes from.
 pub(super) fn find(log: &Log, change: &Change) -> Origin {
@@ -139,10 +144,28 @@ fn stood_still(log: &Log, change: &Change) -> Option<Origin> {
         matches!(event, Event::Accepted { .. } | Event::Refused { .. }).then_some(())
     });
     let behind = waited.is_some_and(|(at, ())| at - change.at < 50_000);
-    (gap > UNIT_SPEAKS && (behind || !blind)).then(|| {
+    let still = gap > UNIT_SPEAKS && (behind || !blind) || gap > BEHIND && behind_everywhere(log, change);
+    still.then(|| {
         let what = format!("the unit itself wrote nothing for {} ms", gap / 1000);
         of_unit(Place::Unit, before, what)
     })
+}
+
+/// With its verdict the unit takes in what had waited for it, from its own host and from the gateway: these have in common nothing but
+/// the unit.
+fn behind_everywhere(log: &Log, change: &Change) -> bool {
+    let took_in = |wanted: &dyn Fn(&Event) -> bool| {
+        let found = log.first(NodeId::UNIT_A, change.at, |event| wanted(event).then_some(()));
+        found.is_some_and(|(at, ())| at - change.at < AT_ONCE)
+    };
+    let late = |event: &Event| matches!(event, Event::Refused { at: Interface::Bus(_), reason: Reason::Stale, .. });
+    let heard = |event: &Event| {
+        matches!(
+            event,
+            Event::Refused { at: Interface::Downlink, .. } | Event::Accepted { at: Interface::Downlink, .. }
+        )
+    };
+    took_in(&late) && took_in(&heard)
 }
 
 /// A teammate's claim that contradicts something.

@@ -144,8 +144,10 @@ fn pause(log: &Log, change: &Change) -> Option<Micros> {
     spoken.windows(2).find(|pair| pair[1] - pair[0] > WORLD_SPEAKS).map(|pair| pair[0])
 }
 
-/// The newest frame at the change that lacks a modality that `wanted` picks: since when it is lacking, the frame, and which.
+/// The frame from which on a modality that `wanted` picks is lacking at the change, or was until shortly before it: what is whole again
+/// when its loss is found was lacking all the same, if it went after its last product. Since when, the frame, and which.
 fn missing(log: &Log, change: &Change, wanted: impl Fn(Modality) -> bool) -> Option<(Micros, u64, Modality)> {
+    let since = silent_since(change);
     let frames = log.by(NodeId::PERCEPTION).filter(|w| w.at <= change.at);
     let frames: Vec<(Micros, u64, Modalities)> = frames
         .filter_map(|w| match w.entry.event {
@@ -153,10 +155,13 @@ fn missing(log: &Log, change: &Change, wanted: impl Fn(Modality) -> bool) -> Opt
             _ => None,
         })
         .collect();
-    let (.., newest) = frames.last()?;
-    let modality = Modality::ALL.into_iter().find(|m| wanted(*m) && !newest.has(*m))?;
-    let run = frames.iter().rev().take_while(|(.., present)| !present.has(modality));
-    run.last().map(|(at, frame, _)| (*at, *frame, modality))
+    let lacks = |modality: Modality| {
+        let last = frames.iter().rposition(|(.., present)| !present.has(modality))?;
+        let run = frames[..=last].iter().rev().take_while(|(.., present)| !present.has(modality));
+        let (at, frame, _) = run.last()?;
+        (last + 1 == frames.len() || *at >= since).then_some((*at, *frame, modality))
+    };
+    Modality::ALL.into_iter().filter(|m| wanted(*m)).find_map(lacks)
 }
 
 fn lacking(log: &Log, change: &Change, since: Micros, frame: u64, modality: Modality) -> Origin {
