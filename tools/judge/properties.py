@@ -131,7 +131,7 @@ def p5(log):
     accepted, given = set(), {}
     for t, k, kind in log.intents():
         given.setdefault((k, json.dumps(kind, sort_keys=True)), t)
-    rogue = {key(e["event"]["command"]) for e in log.of("rogue")}
+    rogue = {(key(e["event"]["command"]), e["event"]["key"]) for e in log.of("rogue")}
     for e in log.of("accepted", "displayed", "executed"):
         ev, t = e["event"], e["t_us"]
         if ev["is"] == "accepted" and e["node"] == "gateway":
@@ -142,7 +142,8 @@ def p5(log):
             k = key(ev["command"])
             if given.get((k, json.dumps(ev["kind"], sort_keys=True)), float("inf")) > t:
                 # With an operator's own key one may stop a unit: nobody can tell, and it is safe.
-                if not (k in rogue and kind_name(ev["kind"]) in ("hold", "disarm")):
+                operator = ev["command"]["operator"]
+                if not ((k, operator) in rogue and kind_name(ev["kind"]) in ("hold", "disarm")):
                     yield "P5", t, "executed and never given"
 
 
