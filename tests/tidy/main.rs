@@ -86,6 +86,7 @@ fn dependencies_point_one_way() {
         "console",
         "dataset",
         "dossier",
+        "viewer",
         "campaign",
     ];
     let allowed = |name: &str| -> &[&str] {
@@ -105,8 +106,9 @@ fn dependencies_point_one_way() {
                 "console",
                 "dataset",
                 "dossier",
+                "viewer",
             ],
-            "dataset" => &["wire", "sim", "perception"],
+            "dataset" | "viewer" => &["wire", "sim", "perception"],
             _ => &["wire", "link"],
         }
     };

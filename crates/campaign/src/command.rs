@@ -20,6 +20,7 @@ mod doctor;
 mod drawn;
 mod engine;
 mod explain;
+mod export;
 mod failure;
 mod ground;
 mod growth;
@@ -134,6 +135,8 @@ enum Verb {
     Diff(diff::Args),
     /// Say why the platform changed its mode, by what its services logged.
     Explain(explain::Args),
+    /// Write a run as an MCAP file that Foxglove and other viewers open: scene, images, detections, tracks, modes and log.
+    Export(export::Args),
     /// Make one HTML page of results and recorded runs, for a reviewer, and its figures as files.
     Report(report::Args),
     /// Check the evidence of a run: chains and seals.
@@ -215,6 +218,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Replay(args)) => replay::run(&context, &args),
         Some(Verb::Diff(args)) => diff::run(&context, &args),
         Some(Verb::Explain(args)) => explain::run(&context, &args),
+        Some(Verb::Export(args)) => export::run(&context, &args),
         Some(Verb::Report(args)) => report::run(&context, &args),
         Some(Verb::Verify(args)) => verify::run(&context, &args),
         Some(Verb::Scenario(verb)) => scenario::run(&context, &verb),

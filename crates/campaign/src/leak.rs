@@ -100,8 +100,7 @@ impl Run {
             if ![NodeId::RELAY_TELEMETRY, NodeId::RELAY_COMMAND].contains(&node.id) {
                 continue;
             }
-            let draw = cast.clocks[usize::from(node.host)];
-            let clock = HostClock { zero: draw.zero_us, drift_ppm: draw.drift_ppm };
+            let clock = HostClock::from(cast.clocks[usize::from(node.host)]);
             pieces.extend(mouth.iter().filter_map(|fed| piece(clock.when(fed.now), &fed.input)));
         }
         Self { seed, windows: windows(&pieces, &changes(twin.log()), cast.duration) }

@@ -22,6 +22,7 @@ pub mod live;
 pub mod liveness;
 pub mod oracle;
 pub mod parallel;
+pub mod passed;
 pub mod progress;
 pub mod rare;
 pub mod refeed;

@@ -15,6 +15,7 @@ use wire::id::NodeId;
 use crate::cast::{Cast, Member};
 use crate::evidence::{decision, kind_of};
 use crate::oracle::Micros;
+use crate::passed::{Passed, kept};
 use crate::scenario::{Scenario, Setup};
 use crate::twin::assemble::{AssemblyError, part};
 use crate::twin::clock::HostClock;
@@ -98,6 +99,17 @@ impl Fed {
         self
     }
 
+    /// What passed between the services, in order of time.
+    pub fn passed(&self) -> Vec<Passed> {
+        let each = self.cast.members.iter().zip(&self.mouths).flat_map(|(member, mouth)| {
+            let (node, clock) = (member.node(), HostClock::from(self.cast.clocks[member.host as usize]));
+            mouth.iter().filter_map(move |of| kept(node, clock.when(of.now), &of.input))
+        });
+        let mut passed: Vec<Passed> = each.collect();
+        passed.sort_by_key(|of| of.at);
+        passed
+    }
+
     /// The cast of the run.
     pub fn cast(&self) -> &Cast {
         &self.cast
@@ -105,8 +117,7 @@ impl Fed {
 }
 
 fn one(cast: &Cast, member: &Member, mouth: &[Mouthful], same: Same) -> Result<Refed, AssemblyError> {
-    let draw = cast.clocks[member.host as usize];
-    let clock = HostClock { zero: draw.zero_us, drift_ppm: draw.drift_ppm };
+    let clock = HostClock::from(cast.clocks[member.host as usize]);
     let mut core = part(member, clock.read(0))?;
     // What a core says when it is made went into the run's log before its mouth opened.
     while core.output().is_some() {}

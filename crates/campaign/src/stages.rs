@@ -122,8 +122,7 @@ impl Delays {
     pub fn take_twin(&mut self, cast: &Cast, twin: &Twin) {
         let mut words = Vec::new();
         for (node, mouthfuls) in twin.nodes().iter().zip(twin.mouths().unwrap_or_default()) {
-            let draw = cast.clocks[usize::from(node.host)];
-            let clock = clock::HostClock { zero: draw.zero_us, drift_ppm: draw.drift_ppm };
+            let clock = clock::HostClock::from(cast.clocks[usize::from(node.host)]);
             for mouthful in mouthfuls {
                 let at = clock.when(mouthful.now);
                 words.extend(heard(at, node.id, &mouthful.input));

@@ -8,6 +8,8 @@ mod campaigns;
 mod detectors;
 #[path = "command/evidence.rs"]
 mod evidence;
+#[path = "command/exports.rs"]
+mod exports;
 #[path = "command/frames.rs"]
 mod frames;
 #[path = "command/judge.rs"]

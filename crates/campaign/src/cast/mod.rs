@@ -100,6 +100,14 @@ impl Cast {
         self
     }
 
+    /// The world of the unit under test.
+    pub fn world(&self) -> Option<&sim::SimConfig> {
+        self.members.iter().find_map(|member| {
+            let Role::Sim(config) = &member.role else { return None };
+            (config.node == NodeId::SIM).then_some(config)
+        })
+    }
+
     /// Whether the broker's table of rights stands: the policy's word, which is the same for everybody.
     pub fn rights(&self) -> Requirement {
         self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))

@@ -103,7 +103,11 @@ pub(super) fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wante
     }
     if variations.is_empty() {
         let labels: Vec<String> = scenario.cell.iter().map(|c| c.name.as_str().to_owned()).collect();
-        let message = format!("no cell of `{}` fits; there are: {}", scenario.name.as_str(), labels.join(", "));
+        let name = scenario.name.as_str();
+        let message = match labels.is_empty() {
+            true => format!("`{name}` has no cells; leave --cell out"),
+            false => format!("no cell of `{name}` fits; there are: {}", labels.join(", ")),
+        };
         return Err(Failure::new(Exit::Usage, message));
     }
     variations.into_iter().map(|variation| prepare(context, variation, wanted)).collect()

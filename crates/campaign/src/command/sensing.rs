@@ -15,14 +15,13 @@ use serde::Serialize;
 use sim::NoiseModel;
 use sim::ride::Ride;
 use sim::scene::Scene;
-use wire::id::NodeId;
 
 use super::bring::Bring;
 use super::dataset::chosen;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::cast::{Role, RunSecret, cast};
+use crate::cast::{RunSecret, cast};
 use crate::progress::Progress;
 use crate::report::{SCHEMA_VERSION, started};
 use crate::stats::mean::Mean;
@@ -144,11 +143,7 @@ impl Grounds {
             Grounds::Shipped(planned) => {
                 let (scenario, setup) = (&planned.variation.scenario, &planned.setup);
                 let cast = cast(scenario, setup, number, &RunSecret::seeded(number));
-                let config = cast.members.iter().find_map(|member| {
-                    let Role::Sim(config) = &member.role else { return None };
-                    (config.node == NodeId::SIM).then_some(config)
-                });
-                let config = config.ok_or_else(|| Failure::internal("a cast without a sim"))?;
+                let config = cast.world().ok_or_else(|| Failure::internal("a cast without a sim"))?;
                 let drive = Ride::new(&config.scene, YARD, config.noise, config.seed);
                 Ok((config.scene.clone(), drive.map_err(Failure::internal)?))
             }

@@ -23,7 +23,7 @@ use super::part::Part;
 use super::queue::NodeIndex;
 use super::trunk::Trunk;
 use super::{Assembly, Node};
-use crate::cast::{Cast, ClockDraw, Member, Ordeal, OrdealKind, Role, sim_keys};
+use crate::cast::{Cast, Member, Ordeal, OrdealKind, Role, sim_keys};
 
 /// A core could not be made from its setup.
 #[derive(Debug, thiserror::Error)]
@@ -41,7 +41,7 @@ pub fn assemble(
     mouths: bool,
     trunk: Option<&Arc<Trunk>>,
 ) -> Result<Assembly, AssemblyError> {
-    let clocks: Vec<HostClock> = cast.clocks.iter().map(clock).collect();
+    let clocks: Vec<HostClock> = cast.clocks.iter().copied().map(HostClock::from).collect();
     let verified = trunk.map_or_else(Verified::default, |trunk| trunk.verified());
     let made = cast.members.iter().map(|member| {
         let along = trunk.and_then(|trunk| trunk.along(member, WorldId(0)));
@@ -81,10 +81,6 @@ pub fn assemble(
         mouths,
         verified,
     })
-}
-
-fn clock(draw: &ClockDraw) -> HostClock {
-    HostClock { zero: draw.zero_us, drift_ppm: draw.drift_ppm }
 }
 
 fn fresh(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<Part, AssemblyError> {

@@ -3,6 +3,7 @@
 use wire::time::Instant;
 
 use super::queue::Micros;
+use crate::cast::ClockDraw;
 
 /// Maps true time to one host's monotonic clock and back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,6 +12,12 @@ pub struct HostClock {
     pub zero: u64,
     /// Drift in parts per million, positive when fast.
     pub drift_ppm: i64,
+}
+
+impl From<ClockDraw> for HostClock {
+    fn from(ClockDraw { zero_us: zero, drift_ppm }: ClockDraw) -> Self {
+        HostClock { zero, drift_ppm }
+    }
 }
 
 impl HostClock {

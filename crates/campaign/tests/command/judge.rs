@@ -62,6 +62,11 @@ pub(super) struct Line {
 }
 
 impl Line {
+    /// Who wrote it.
+    pub(super) fn node(&self) -> String {
+        self.rest["node"].as_str().unwrap().to_owned()
+    }
+
     fn is(&self, what: &str) -> bool {
         self.event["is"] == what
     }

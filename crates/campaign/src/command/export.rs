@@ -1,0 +1,162 @@
+//! `holdsafe export RUN`: a run as an MCAP file with Foxglove's schemas, from a recording or from a run in the twin.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use perception::stages::Stages;
+use serde::Serialize;
+use sim::scene::Scene;
+use viewer::Viewer;
+use wire::core::Topic;
+
+use super::bring::Bring;
+use super::failure::{Exit, Failure};
+use super::plan::{self, Wanted};
+use super::recorded::Recorded;
+use super::{Context, engine, out};
+use crate::oracle::Witnessed;
+use crate::passed::{Passed, recorded};
+use crate::report::SCHEMA_VERSION;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Run directory of one trial, or a scenario that is run in the twin under --seed.
+    #[arg(value_name = "RUN")]
+    run: String,
+    /// The file to write.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Of a scenario: only this cell; else the first.
+    #[arg(long)]
+    cell: Option<String>,
+    /// Of a scenario: a policy file in place of its own.
+    #[arg(long, value_name = "FILE")]
+    policy: Option<PathBuf>,
+    /// Of a scenario: sensors are rendered, and their images are in the file.
+    #[arg(long)]
+    rendered: bool,
+    #[command(flatten)]
+    bring: Bring,
+}
+
+#[derive(Serialize)]
+struct Exported {
+    schema_version: u32,
+    run: String,
+    file: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    watermark: Option<String>,
+    channels: Vec<Channel>,
+    /// Messages between services that could not be read and are left out.
+    unread: u64,
+}
+
+#[derive(Serialize)]
+struct Channel {
+    topic: String,
+    schema: String,
+    messages: u32,
+}
+
+/// What there is to be shown of a run.
+struct Found {
+    entries: Vec<Witnessed>,
+    passed: Vec<Passed>,
+    scene: Option<Scene>,
+    watermark: Option<String>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let found = if Path::new(&args.run).is_dir() { of_recording(args)? } else { of_scenario(context, args)? };
+    if found.entries.is_empty() {
+        return Err(Failure::new(Exit::NoEvidence, format!("{}: no entry of any service", args.run)));
+    }
+    let watermark = found.watermark.clone();
+    let (channels, unread) = write(args, found)?;
+    let channels: Vec<Channel> =
+        channels.into_iter().map(|of| Channel { topic: of.topic, schema: of.schema, messages: of.messages }).collect();
+    let (run, file) = (args.run.clone(), args.out.display().to_string());
+    if context.json {
+        let object = Exported { schema_version: SCHEMA_VERSION, run, file, watermark, channels, unread };
+        out::print_json("export", &object)?;
+        return Ok(Exit::Fine);
+    }
+    watermark.iter().for_each(|mark| out::say(format_args!("{mark}")));
+    for Channel { topic, schema, messages } in &channels {
+        out::say(format_args!("{topic:32} {schema:28} {messages:8}"));
+    }
+    if unread > 0 {
+        eprintln!("{unread} messages between services could not be read and are left out");
+    }
+    Ok(Exit::Fine)
+}
+
+fn of_recording(args: &Args) -> Result<Found, Failure> {
+    if args.policy.is_some() || args.cell.is_some() || args.rendered {
+        let message =
+            format!("{} is recorded, as it was run; name a scenario for another cell, policy or rendering", args.run);
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let directory = Path::new(&args.run);
+    let found = Recorded::read(directory)?;
+    found.warn(&args.run);
+    let passed = recorded(directory, &found.entries)
+        .map_err(|why| Failure::new(Exit::Usage, format!("{}: mouth logs: {why}", args.run)))?;
+    Ok(Found { entries: found.entries, passed, scene: None, watermark: None })
+}
+
+fn of_scenario(context: &Context, args: &Args) -> Result<Found, Failure> {
+    let wanted = Wanted {
+        policy: args.policy.clone(),
+        cell: args.cell.clone(),
+        rendered: args.rendered,
+        detector: args.bring.load()?,
+        ..Wanted::default()
+    };
+    let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.run)?, &wanted)?;
+    let one = planned.first().filter(|_| !scenario.is_of_stacks());
+    let one = one.ok_or_else(|| Failure::new(Exit::Usage, format!("`{}` has no run in the twin", args.run)))?;
+    // The same run twice: once judged, once with everything kept that its cores were fed.
+    let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
+    let eaten = engine::eaten(one, context.seed)?;
+    let scene = eaten.cast().world().map(|world| world.scene.clone());
+    Ok(Found { entries: evidence.entries, passed: eaten.passed(), scene, watermark: one.setup.watermark() })
+}
+
+/// Writes the file beside its place and puts it there when it is whole.
+fn write(args: &Args, found: Found) -> Result<(Vec<viewer::Channel>, u64), Failure> {
+    let unwritable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", args.out.display()));
+    let beside = args.out.with_extension("mcap.new");
+    let file = File::create(&beside).map_err(|e| unwritable(e.to_string()))?;
+    let stages = found.passed.iter().any(|of| of.topic == Topic::Frames).then(|| args.bring.stages());
+    let done = show(BufWriter::new(file), found, stages.transpose()?).map_err(|e| unwritable(e.to_string()));
+    if done.is_ok() {
+        std::fs::rename(&beside, &args.out).map_err(|e| unwritable(e.to_string()))?;
+    } else {
+        // It is of no use to anybody, and what failed is told.
+        let _ = std::fs::remove_file(&beside);
+    }
+    done
+}
+
+/// Tells of the run in order of time: of messages before what was written of them.
+fn show(
+    file: BufWriter<File>,
+    found: Found,
+    stages: Option<Stages>,
+) -> Result<(Vec<viewer::Channel>, u64), viewer::ViewError> {
+    let mut viewer = Viewer::new(file, found.scene, stages)?;
+    let mut passed = found.passed.iter().peekable();
+    for w in &found.entries {
+        while let Some(of) = passed.next_if(|of| of.at <= w.at) {
+            viewer.message(of.at, of.topic, &of.bytes)?;
+        }
+        viewer.event(w.at, &w.entry)?;
+    }
+    for of in passed {
+        viewer.message(of.at, of.topic, &of.bytes)?;
+    }
+    let unread = viewer.unread();
+    Ok((viewer.finish()?, unread))
+}

@@ -1,0 +1,61 @@
+//! A run as a file for viewers.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use super::evidence::{object, recorded};
+use super::judge::Line;
+use super::{holdsafe, root};
+
+/// Messages by topic, as told.
+fn told(exported: &serde_json::Value) -> BTreeMap<String, u64> {
+    let channels = exported["channels"].as_array().unwrap();
+    channels.iter().map(|c| (c["topic"].as_str().unwrap().to_owned(), c["messages"].as_u64().unwrap())).collect()
+}
+
+#[test]
+fn every_event_of_a_recorded_run_is_in_its_file_for_viewers_and_of_a_run_in_the_twin_what_was_seen_too() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "thermal_loss");
+    let file = dir.path().join("run.mcap");
+    let of = |run: &str| holdsafe(&["export", run, "--out", file.to_str().unwrap(), "--json"]);
+    let recording = told(&object(&of(run.to_str().unwrap())));
+    let length = fs::metadata(&file).unwrap().len();
+    let log = fs::read_to_string(run.join("events.jsonl")).unwrap();
+    let nodes = log.lines().skip(1).map(|line| serde_json::from_str::<Line>(line).unwrap().node());
+    let mut expected: BTreeMap<String, u64> = BTreeMap::new();
+    // What guards and relays noted is in the log and in no recording.
+    nodes.for_each(|node| *expected.entry(format!("/audit/{node}")).or_default() += 1);
+    let audit = |told: &BTreeMap<String, u64>| -> BTreeMap<String, u64> {
+        told.iter().filter(|(topic, _)| topic.starts_with("/audit/")).map(|(t, n)| (t.clone(), *n)).collect()
+    };
+    for (topic, n) in audit(&recording) {
+        assert_eq!(expected.get(&topic), Some(&n), "{topic}");
+    }
+    assert!(recording.contains_key("/audit/unit-a") && recording.contains_key("/mode/unit-a"), "{recording:?}");
+    assert!(!recording.contains_key("/tracks"), "a recording of the twin has no mouth logs");
+    let twin = told(&object(&of("thermal_loss")));
+    assert_eq!(audit(&twin), expected);
+    assert!(twin["/tracks"] > 80 && fs::metadata(&file).unwrap().len() > length, "{twin:?}");
+}
+
+#[test]
+fn an_export_that_cannot_be_written_leaves_nothing_and_says_what_to_do() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("run.mcap");
+    let out = out.to_str().unwrap();
+    let run = root();
+    let mistakes: [(&[&str], &str); 4] = [
+        (&["export", "nominal", "--out", "/nowhere/run.mcap"], "/nowhere/run.mcap"),
+        (&["export", "alert", "--cell", "none", "--out", out], "`alert` has no cells; leave --cell out"),
+        (&["export", "no_such_run", "--out", out], "no such file"),
+        (&["export", run.to_str().unwrap(), "--out", out], "holdsafe"),
+    ];
+    for (arguments, message) in mistakes {
+        let output = holdsafe(arguments);
+        let screen = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {screen}");
+        assert!(screen.contains(message) && !screen.contains("panicked"), "{arguments:?}: {screen}");
+    }
+    assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 0);
+}

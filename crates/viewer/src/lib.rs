@@ -1,0 +1,167 @@
+//! A run as an MCAP file with Foxglove's well-known schemas, for viewers and other programs that know these.
+//!
+//! [`Viewer`] is told of a run event by event, and of what passed between the services where that is known; it writes transforms,
+//! scene, images, clouds, detections, tracks, modes and a log. The file is made *of* the evidence and is none: nothing in it is
+//! chained or signed, and `holdsafe verify` never reads it. The same run gives the same bytes. Where the run comes from is the
+//! caller's business.
+//!
+//! Times are those of the run: zero is its start. Frames of reference: `world` (ENU, metres), a unit's body (x ahead, y left, z up), its
+//! `camera` (optical: x right, y down, z ahead) and its `lidar`.
+
+mod sensed;
+mod shape;
+mod stage;
+mod told;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::io::{Seek, Write};
+
+use foxglove::Encode;
+use foxglove::messages::Timestamp;
+use mcap::records::MessageHeader;
+use mcap::{WriteOptions, Writer};
+use perception::stages::Stages;
+use sim::scene::Scene;
+use wire::audit::Entry;
+use wire::event::Event;
+use wire::id::UnitId;
+
+pub use sensed::LARGEST;
+
+/// Trace time of a run, microseconds from its start.
+pub type Micros = u64;
+
+/// Why the file cannot be written.
+#[derive(Debug, thiserror::Error)]
+pub enum ViewError {
+    /// The file takes nothing more.
+    #[error("the MCAP file cannot be written: {0}")]
+    Mcap(#[from] mcap::McapError),
+    /// A message that the format has no room for.
+    #[error("no message for {topic}: {why}")]
+    Message {
+        /// Where it was to go.
+        topic: String,
+        /// Why.
+        why: String,
+    },
+}
+
+/// What a channel holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Topic.
+    pub topic: String,
+    /// Name of its schema.
+    pub schema: String,
+    /// Messages in it.
+    pub messages: u32,
+    id: u16,
+}
+
+/// A file under way.
+pub struct Viewer<W: Write + Seek> {
+    writer: Writer<W>,
+    channels: BTreeMap<String, Channel>,
+    /// What stands about, where that is known.
+    scene: Option<Scene>,
+    /// What looks at frames once more, to say what it sees in them.
+    stages: Option<Stages>,
+    /// Units whose sensors have been placed.
+    placed: Vec<UnitId>,
+    /// Messages of services that say nothing that can be read.
+    unread: u64,
+}
+
+impl<W: Write + Seek> Viewer<W> {
+    /// A file in `out`, of a run in `scene`; without one the ground and the sizes of objects are not told. What was seen in a frame does
+    /// not pass between services: `stages`, if they are those of the run, see the same in it again.
+    ///
+    /// # Errors
+    /// When `out` takes nothing.
+    pub fn new(out: W, scene: Option<Scene>, stages: Option<Stages>) -> Result<Self, ViewError> {
+        let options = WriteOptions::new().library("holdsafe").compression(Some(mcap::Compression::Zstd));
+        let writer = options.create(out)?;
+        let mut viewer = Viewer { writer, channels: BTreeMap::new(), scene, stages, placed: Vec::new(), unread: 0 };
+        viewer.ground()?;
+        Ok(viewer)
+    }
+
+    /// An entry of the log, at its time of the run.
+    ///
+    /// # Errors
+    /// When the file takes nothing more.
+    pub fn event(&mut self, at: Micros, entry: &Entry) -> Result<(), ViewError> {
+        self.told(at, entry)?;
+        #[expect(clippy::wildcard_enum_match_arm, reason = "the rest moves nothing")]
+        match entry.event {
+            Event::Truth { unit, x_mm, y_mm, yaw_mrad, .. } => self.moved(at, unit, [x_mm, y_mm], yaw_mrad),
+            Event::Object { object, class, x_mm, y_mm } => self.object(at, object, class, [x_mm, y_mm]),
+            _ => Ok(()),
+        }
+    }
+
+    /// Closes the file; what is in it, by topic.
+    ///
+    /// # Errors
+    /// When its index cannot be written.
+    pub fn finish(mut self) -> Result<Vec<Channel>, ViewError> {
+        self.writer.finish()?;
+        Ok(self.channels.into_values().collect())
+    }
+
+    /// How many of the messages that it was given say nothing that can be read.
+    pub fn unread(&self) -> u64 {
+        self.unread
+    }
+
+    /// One of Foxglove's messages.
+    fn put<T: Encode>(&mut self, at: Micros, topic: &str, message: &T) -> Result<(), ViewError> {
+        let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(256));
+        let why = |why: String| ViewError::Message { topic: topic.to_owned(), why };
+        message.encode(&mut bytes).map_err(|e| why(e.to_string()))?;
+        let schema = T::get_schema().ok_or_else(|| why("it has no schema".to_owned()))?;
+        self.write(at, topic, &T::get_message_encoding(), [&schema.name, &schema.encoding], &schema.data, &bytes)
+    }
+
+    /// One of our own.
+    fn put_json(
+        &mut self,
+        at: Micros,
+        topic: &str,
+        [name, schema]: [&str; 2],
+        of: &serde_json::Value,
+    ) -> Result<(), ViewError> {
+        self.write(at, topic, "json", [name, "jsonschema"], schema.as_bytes(), of.to_string().as_bytes())
+    }
+
+    fn write(
+        &mut self,
+        at: Micros,
+        topic: &str,
+        encoding: &str,
+        [name, schema_encoding]: [&str; 2],
+        schema: &[u8],
+        bytes: &[u8],
+    ) -> Result<(), ViewError> {
+        if !self.channels.contains_key(topic) {
+            let schema_id = self.writer.add_schema(name, schema_encoding, schema)?;
+            let id = self.writer.add_channel(schema_id, topic, encoding, &BTreeMap::new())?;
+            let channel = Channel { topic: topic.to_owned(), schema: name.to_owned(), messages: 0, id };
+            self.channels.insert(topic.to_owned(), channel);
+        }
+        let Some(channel) = self.channels.get_mut(topic) else { return Ok(()) };
+        let time = at.saturating_mul(1_000);
+        let header =
+            MessageHeader { channel_id: channel.id, sequence: channel.messages, log_time: time, publish_time: time };
+        channel.messages = channel.messages.saturating_add(1);
+        Ok(self.writer.write_to_known_channel(&header, bytes)?)
+    }
+}
+
+fn stamp(at: Micros) -> Timestamp {
+    Timestamp::new(u32::try_from(at / 1_000_000).unwrap_or(u32::MAX), (at % 1_000_000) as u32 * 1_000)
+}

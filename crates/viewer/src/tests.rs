@@ -1,0 +1,107 @@
+//! What is written is what other readers find, and what cannot be read is left out.
+
+use std::collections::BTreeMap;
+use std::io::Cursor;
+
+use wire::audit::Entry;
+use wire::bus::{ChannelKey, Sender};
+use wire::codec::encode;
+use wire::core::Topic;
+use wire::event::Event;
+use wire::id::{Boot, FrameId, NodeId, UnitId};
+use wire::mode::{Because, Cause, Guards, Mode};
+use wire::sensor::Frames;
+use wire::time::Instant;
+
+use crate::{Channel, Viewer};
+
+fn entry(node: NodeId, event: Event) -> Entry {
+    Entry { node, boot: Boot(1), counter: 1, at: Instant(5), event, previous: [0; 32] }
+}
+
+fn frames(rgb: &[u8], lidar: &[u8]) -> Vec<u8> {
+    let frames = Frames {
+        frame: FrameId(1),
+        stamp: Instant(7),
+        width: 4,
+        height: 2,
+        rgb: Some(rgb.into()),
+        depth: None,
+        thermal: None,
+        lidar: Some(lidar.into()),
+    };
+    Sender::new(Topic::Frames, NodeId::SIM, Boot(1), ChannelKey([1; 32])).seal(Instant(8), &encode(&frames))
+}
+
+/// A small run: a unit moves, degrades, and sees a frame; then `more` on shared memory.
+fn written(more: &[(Topic, Vec<u8>)]) -> (Vec<u8>, Vec<Channel>, u64) {
+    let mut file = Cursor::new(Vec::new());
+    let mut viewer = Viewer::new(&mut file, Some(sim::scene::Scene::default()), None).unwrap();
+    let moves = Event::Truth {
+        unit: UnitId::A,
+        x_mm: 1000,
+        y_mm: -2000,
+        yaw_mrad: 300,
+        speed_mm_s: 500,
+        set_speed_mm_s: 500,
+        leased: true,
+        fence_mm: 9000,
+    };
+    let degrades = Event::Transition {
+        from: Mode::Ready,
+        to: Mode::Degraded,
+        cause: Cause::Recovered,
+        because: Because::Itself,
+        failing: Guards::default(),
+    };
+    viewer.event(100, &entry(NodeId::SIM, moves)).unwrap();
+    viewer.message(150, Topic::Frames, &frames(&[9; 24], &[0xe8, 3])).unwrap();
+    viewer.event(200, &entry(NodeId::UNIT_A, degrades)).unwrap();
+    for (topic, bytes) in more {
+        viewer.message(300, *topic, bytes).unwrap();
+    }
+    let unread = viewer.unread();
+    let channels = viewer.finish().unwrap();
+    (file.into_inner(), channels, unread)
+}
+
+#[test]
+fn a_reader_finds_every_message_under_the_schema_that_is_told_and_the_same_run_gives_the_same_bytes() {
+    let (file, channels, unread) = written(&[]);
+    let mut found: BTreeMap<String, (String, u32)> = BTreeMap::new();
+    for message in mcap::MessageStream::new(&file).unwrap() {
+        let message = message.unwrap();
+        let schema = message.channel.schema.as_ref().unwrap().name.clone();
+        found.entry(message.channel.topic.clone()).or_insert((schema, 0)).1 += 1;
+    }
+    let told = channels.iter().map(|c| (c.topic.clone(), (c.schema.clone(), c.messages))).collect();
+    assert_eq!(found, told);
+    let topics: Vec<&str> = found.keys().map(String::as_str).collect();
+    let wanted = [
+        "/audit/sim",
+        "/audit/unit-a",
+        "/camera/calibration",
+        "/camera/rgb",
+        "/lidar",
+        "/log",
+        "/mode/unit-a",
+        "/tf",
+        "/truth",
+    ];
+    assert_eq!((topics.as_slice(), unread), (wanted.as_slice(), 0));
+    assert_eq!(file, written(&[]).0);
+}
+
+#[test]
+fn bytes_that_say_nothing_and_planes_of_another_size_are_left_out_and_a_cut_at_any_byte_harms_nothing() {
+    let whole = frames(&[9; 24], &[0xe8, 3]);
+    let cuts: Vec<(Topic, Vec<u8>)> = (0..whole.len()).map(|n| (Topic::Frames, whole[..n].to_vec())).collect();
+    let (_, channels, unread) = written(&cuts);
+    assert_eq!(unread, cuts.len() as u64, "of a frame that is cut off nothing is shown");
+    let images = |channels: &[Channel]| channels.iter().find(|c| c.topic == "/camera/rgb").unwrap().messages;
+    assert_eq!(images(&channels), 1);
+    // As many bytes as another image would have, and more returns than there are beams.
+    let other = frames(&[9; 21], &[0xff; 40_000]);
+    let (_, channels, unread) = written(&[(Topic::Frames, other), (Topic::Tracks, whole)]);
+    assert_eq!((images(&channels), unread), (1, 1), "what is no track is not taken for one");
+}

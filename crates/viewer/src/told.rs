@@ -1,0 +1,97 @@
+//! What services, relays and the launcher wrote: each entry as JSON, the log in words, and the modes as they are and as they are shown.
+
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+use std::io::{Seek, Write};
+
+use foxglove::messages::{Log, PoseInFrame, log};
+use serde_json::json;
+use wire::audit::Entry;
+use wire::event::{Event, GuardVerdict};
+use wire::mode::Mode;
+
+use crate::shape::{heading, metres, pose};
+use crate::stage::WORLD;
+use crate::{Micros, ViewError, Viewer, stamp};
+
+/// Schema of an entry: `docs/evidence.md` has the events' fields.
+const ENTRY: [&str; 2] = [
+    "holdsafe.Entry",
+    r#"{"type":"object","properties":{"boot":{"type":"integer"},"counter":{"type":"integer"},"local_us":{"type":"integer"},"event":{"type":"object","properties":{"is":{"type":"string"}}}}}"#,
+];
+const MODE: [&str; 2] = [
+    "holdsafe.Mode",
+    r#"{"type":"object","properties":{"mode":{"type":"string"},"from":{"type":"string"},"cause":{"type":"string"}}}"#,
+];
+const DISPLAY: [&str; 2] = [
+    "holdsafe.Display",
+    r#"{"type":"object","properties":{"mode":{"type":"string"},"freshness":{"type":"string"},"authority":{"type":"boolean"},"age_ms":{"type":"number"},"tracks_fresh":{"type":"integer"},"tracks_stale":{"type":"integer"}}}"#,
+];
+
+impl<W: Write + Seek> Viewer<W> {
+    pub(crate) fn told(&mut self, at: Micros, entry: &Entry) -> Result<(), ViewError> {
+        let Entry { node, boot, counter, at: local, event, .. } = entry;
+        let whole = json!({ "boot": boot, "counter": counter, "local_us": local, "event": event });
+        self.put_json(at, &format!("/audit/{node}"), ENTRY, &whole)?;
+        if let Some(level) = level(event) {
+            let line = Log {
+                timestamp: Some(stamp(at)),
+                level: level as i32,
+                message: json!(event).to_string(),
+                name: node.to_string(),
+                file: String::new(),
+                line: 0,
+            };
+            self.put(at, "/log", &line)?;
+        }
+        match *event {
+            Event::Transition { from, to, cause, .. } => {
+                let of = json!({ "mode": to.name(), "from": from.name(), "cause": cause.label() });
+                self.put_json(at, &format!("/mode/{node}"), MODE, &of)
+            }
+            Event::Displayed { unit, mode, authority, freshness, age, tracks_fresh, tracks_stale, .. } => {
+                let age_ms = age.as_ms();
+                let of = json!({
+                    "mode": mode.name(), "freshness": freshness, "authority": authority, "age_ms": age_ms,
+                    "tracks_fresh": tracks_fresh, "tracks_stale": tracks_stale,
+                });
+                self.put_json(at, &format!("/display/{unit}"), DISPLAY, &of)
+            }
+            Event::Located { pose_x_mm, pose_y_mm, .. } => {
+                let place = pose(metres(pose_x_mm), metres(pose_y_mm), 0.0, heading(0.0));
+                let of = PoseInFrame { timestamp: Some(stamp(at)), frame_id: WORLD.to_owned(), pose: Some(place) };
+                self.put(at, &format!("/localisation/{node}"), &of)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// How loud an event is; nothing for what is written all the time and stands elsewhere.
+fn level(event: &Event) -> Option<log::Level> {
+    Some(match event {
+        Event::Truth { .. }
+        | Event::Object { .. }
+        | Event::Displayed { .. }
+        | Event::Located { .. }
+        | Event::Accepted { .. }
+        | Event::GuardSaw { verdict: GuardVerdict::Passed, .. }
+        | Event::Sealed { .. }
+        | Event::Signed { .. }
+        | Event::MouthSaw { .. }
+        | Event::Ran { .. }
+        | Event::Kept { .. }
+        | Event::Imposed { .. }
+        | Event::Count { .. } => return None,
+        Event::Transition { to: Mode::HoldSafe | Mode::Degraded, .. } => log::Level::Error,
+        Event::Refused { .. }
+        | Event::Inconsistent { .. }
+        | Event::Repeated { .. }
+        | Event::Doubted { .. }
+        | Event::Crowded { .. }
+        | Event::GuardSaw { .. }
+        | Event::SessionLost { .. }
+        | Event::ChainBroken { .. } => log::Level::Warning,
+        _ => log::Level::Info,
+    })
+}
