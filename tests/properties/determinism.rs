@@ -1,7 +1,10 @@
 //! Same seed, same log; another seed, another log.
 
+use std::fs::File;
+
 use campaign::evidence::hashes;
-use holdsafe_tests::shipped;
+use campaign::reproduction::{Again, Reference, References};
+use holdsafe_tests::{root, shipped, variations};
 
 #[test]
 fn the_same_seed_gives_the_same_log_and_another_seed_another() {
@@ -14,3 +17,28 @@ fn the_same_seed_gives_the_same_log_and_another_seed_another() {
         assert_ne!(first.1, other.1, "{name}: decisions");
     }
 }
+
+/// One reference in so many is run again; `holdsafe reproduce` runs them all.
+const ONE_IN: usize = 4;
+
+#[test]
+fn runs_come_to_what_they_came_to_when_their_references_were_committed() {
+    let name = format!("references/{}-{}.jsonl", std::env::consts::ARCH, std::env::consts::OS);
+    let Ok(file) = File::open(root().join(&name)) else {
+        eprintln!("{name} is not committed: nothing is compared on this architecture");
+        return;
+    };
+    let references = References::read(file).expect("references can be read");
+    for then in references.runs.iter().step_by(ONE_IN) {
+        let ready = variations(&then.scenario).into_iter().find(|ready| ready.cell == then.cell);
+        let ready = ready.unwrap_or_else(|| panic!("{} {:?} is no more: {RENEW}", then.scenario, then.cell));
+        let run = ready.run(references.seed);
+        let now = Reference::of(&then.scenario, then.cell.as_deref(), &run.evidence, &run.verdict);
+        let again = then.again(&now, &run.evidence.entries);
+        assert_eq!(again, Again::Same, "{} {:?}: {RENEW}", then.scenario, then.cell);
+        assert_eq!(then.outcome, now.outcome, "{} {:?}: {RENEW}", then.scenario, then.cell);
+    }
+}
+
+/// What to do when that is wanted.
+const RENEW: &str = "if it is meant to be otherwise now, `holdsafe reproduce --renew` writes references anew, and their change is reviewed";

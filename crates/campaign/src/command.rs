@@ -47,6 +47,7 @@ mod reference;
 mod rendering;
 mod replay;
 mod report;
+mod reproduce;
 mod run;
 mod scenario;
 mod search;
@@ -139,6 +140,8 @@ enum Verb {
     Export(export::Args),
     /// Make one HTML page of results and recorded runs, for a reviewer, and its figures as files.
     Report(report::Args),
+    /// Run the shipped scenarios in the twin again, and say whether they come to what they came to when they were committed.
+    Reproduce(reproduce::Args),
     /// Check the evidence of a run: chains and seals.
     Verify(verify::Args),
     /// Scenario files.
@@ -219,6 +222,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Diff(args)) => diff::run(&context, &args),
         Some(Verb::Explain(args)) => explain::run(&context, &args),
         Some(Verb::Export(args)) => export::run(&context, &args),
+        Some(Verb::Reproduce(args)) => reproduce::run(&context, &args),
         Some(Verb::Report(args)) => report::run(&context, &args),
         Some(Verb::Verify(args)) => verify::run(&context, &args),
         Some(Verb::Scenario(verb)) => scenario::run(&context, &verb),

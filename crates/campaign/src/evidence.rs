@@ -139,14 +139,15 @@ pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().flat_map(|b| [DIGITS[usize::from(b >> 4)], DIGITS[usize::from(b & 15)]]).collect()
 }
 
+/// What hashes are over.
 #[derive(minicbor::Encode)]
-struct Canonical {
+pub(crate) struct Canonical {
     #[n(0)]
-    at: u64,
+    pub(crate) at: u64,
     #[n(1)]
-    node: NodeId,
+    pub(crate) node: NodeId,
     #[n(2)]
-    event: Event,
+    pub(crate) event: Event,
 }
 
 /// The event without its world, or nothing for the chain's own links.

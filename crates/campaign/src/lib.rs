@@ -27,6 +27,7 @@ pub mod progress;
 pub mod rare;
 pub mod refeed;
 pub mod report;
+pub mod reproduction;
 pub mod sabotage;
 pub mod scenario;
 pub mod search;
