@@ -10,6 +10,7 @@ mod bench;
 mod bring;
 mod campaign;
 mod catalogue;
+mod cite;
 mod console;
 mod cost;
 mod curve;
@@ -53,6 +54,7 @@ mod scenario;
 mod search;
 mod sensing;
 mod stages;
+mod tamper;
 mod transitions;
 mod verify;
 mod watch;
@@ -142,6 +144,8 @@ enum Verb {
     Report(report::Args),
     /// Run the shipped scenarios in the twin again, and say whether they come to what they came to when they were committed.
     Reproduce(reproduce::Args),
+    /// Say how to cite the results of a run: program, seed and digests, as BibTeX.
+    Cite(cite::Args),
     /// Check the evidence of a run: chains and seals.
     Verify(verify::Args),
     /// Scenario files.
@@ -223,6 +227,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Explain(args)) => explain::run(&context, &args),
         Some(Verb::Export(args)) => export::run(&context, &args),
         Some(Verb::Reproduce(args)) => reproduce::run(&context, &args),
+        Some(Verb::Cite(args)) => cite::run(&context, &args),
         Some(Verb::Report(args)) => report::run(&context, &args),
         Some(Verb::Verify(args)) => verify::run(&context, &args),
         Some(Verb::Scenario(verb)) => scenario::run(&context, &verb),

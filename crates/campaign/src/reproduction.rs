@@ -176,7 +176,8 @@ mod tests {
 
     fn revoked(at: Micros, authority: u32) -> Witnessed {
         let event = Event::Revoked { authority, cause: Cause::Expired };
-        let entry = Entry { node: NodeId::UNIT_A, boot: Boot(1), counter: 1, at: Instant(at), event, previous: [0; 32] };
+        let entry =
+            Entry { node: NodeId::UNIT_A, boot: Boot(1), counter: 1, at: Instant(at), event, previous: [0; 32] };
         Witnessed { at, entry }
     }
 
@@ -209,7 +210,9 @@ mod tests {
         whole.write(&mut file).expect("memory takes it");
         assert_eq!(References::read(&file[..]), Ok(whole));
         let text = String::from_utf8(file).expect("text");
-        for (from, to, line) in [("\"seed\":7", "\"seed\":-7", "line 1"), ("NOMINAL", "NONE", "line 2"), ("\":1,", "\":9,", "line 1")] {
+        for (from, to, line) in
+            [("\"seed\":7", "\"seed\":-7", "line 1"), ("NOMINAL", "NONE", "line 2"), ("\":1,", "\":9,", "line 1")]
+        {
             let refused = References::read(text.replacen(from, to, 1).as_bytes()).expect_err(to);
             assert!(refused.starts_with(line), "{to}: {refused}");
         }

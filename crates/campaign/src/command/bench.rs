@@ -11,7 +11,7 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{
     Context, agreement, cost, detector, growth, hold, intervene, judges, kill, leak, liveness, load, out, refeed,
-    rendering, run, sensing, stages, window, worth,
+    rendering, run, sensing, stages, tamper, window, worth,
 };
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
 use crate::scenario::{self, Scenario};
@@ -41,6 +41,8 @@ pub(super) enum Bench {
     Growth(growth::Args),
     /// The anti-replay window: late records that it refuses against what it lets in again, by width, loss and lateness.
     Window(window::Args),
+    /// Everything that can be done to a recording, tried: which of it is found, and where it is told.
+    Tamper(tamper::Args),
     /// How well lengths and times on the links tell the unit's mode, against chance, in the twin.
     Leak(leak::Args),
     /// How soon each way to draw words finds each weakness of a list, and what the findings shrink to.
@@ -98,6 +100,7 @@ pub(super) fn run(context: &Context, bench: &Bench) -> Result<Exit, Failure> {
         Bench::Stages(args) => stages::run(context, args),
         Bench::Liveness(args) => liveness::run(context, args),
         Bench::Window(args) => window::run(context, args),
+        Bench::Tamper(args) => tamper::run(context, args),
         Bench::Leak(args) => leak::run(context, args),
         Bench::Search(args) => worth::run(context, args),
         Bench::Twin(args) => cost::run(context, args),

@@ -264,9 +264,14 @@ pub(super) fn again(eaten: &Fed) -> Result<Vec<Refed>, EngineError> {
 
 /// One run in the twin: what the oracle saw, and what it said.
 pub(super) fn twin_verdict(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Evidence, Verdict), EngineError> {
-    let (cast, twin) = twin::trial::start(scenario, setup, seed, false).map_err(failed)?;
-    let run = twin::trial::conclude(cast, twin, setup);
+    let run = concluded(scenario, setup, seed)?;
     Ok((run.evidence, run.verdict))
+}
+
+/// One run in the twin to its end.
+pub(super) fn concluded(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<twin::trial::Run, EngineError> {
+    let (cast, twin) = twin::trial::start(scenario, setup, seed, false).map_err(failed)?;
+    Ok(twin::trial::conclude(cast, twin, setup))
 }
 
 /// The same with its receipts denied.

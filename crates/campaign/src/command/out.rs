@@ -14,6 +14,7 @@ use wire::bounds::Bounds;
 
 use super::failure::{Exit, Failure};
 use super::plan::Planned;
+use crate::campaign::PROGRAM;
 use crate::report::SCHEMA_VERSION;
 use crate::trial::Trial;
 
@@ -22,6 +23,8 @@ use crate::trial::Trial;
 pub(super) struct Manifest {
     schema_version: u32,
     version: &'static str,
+    /// Digest of the program's sources.
+    program: &'static str,
     build: &'static str,
     target: String,
     seed: u64,
@@ -43,6 +46,7 @@ impl Manifest {
         Ok(Self {
             schema_version: SCHEMA_VERSION,
             version: env!("CARGO_PKG_VERSION"),
+            program: PROGRAM,
             build: if cfg!(debug_assertions) { "debug" } else { "release" },
             target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
             seed,

@@ -174,8 +174,7 @@ fn renew(context: &Context, planned: &[Planned], file: &Path) -> Result<Exit, Fa
 
 /// References to nothing that is shipped; none where only some scenarios were asked for.
 fn gone<T>(references: &References, made: &[(Reference, T)], args: &Args) -> Vec<String> {
-    let stands =
-        |then: &&Reference| made.iter().any(|(now, _)| now.scenario == then.scenario && now.cell == then.cell);
+    let stands = |then: &&Reference| made.iter().any(|(now, _)| now.scenario == then.scenario && now.cell == then.cell);
     let all = references.runs.iter().filter(|then| args.scenarios.is_empty() && !stands(then));
     all.map(|then| label(&then.scenario, then.cell.as_deref())).collect()
 }
@@ -190,7 +189,9 @@ fn show(told: &Reproduced) {
         match (&row.then, &row.again) {
             (Some(then), Some(Again::Parted { second, now })) => {
                 let classes = format!("{} then, {} now", then.outcome.name(), row.now.outcome.name());
-                out::say(format_args!("{name}: decides otherwise from its second {second} on ({classes}); there it now decides"));
+                out::say(format_args!(
+                    "{name}: decides otherwise from its second {second} on ({classes}); there it now decides"
+                ));
                 for decided in now.iter().take(PRINTED) {
                     let event = serde_json::to_string(&decided.event).unwrap_or_default();
                     out::say(format_args!("  {:.3} s  {event}", decided.at_us as f64 / 1e6));

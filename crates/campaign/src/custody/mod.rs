@@ -12,6 +12,7 @@
 //! others a seal stands is not sealed.
 
 mod held;
+pub mod sweep;
 
 use std::collections::BTreeMap;
 

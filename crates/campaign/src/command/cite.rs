@@ -1,0 +1,191 @@
+//! `holdsafe cite RUN`: what to write where a result is used, with what it takes to tell that it is this one.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use perception::model::hex_digest;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::failure::{Exit, Failure};
+use super::{Context, out};
+use crate::evidence::hex;
+use crate::report::SCHEMA_VERSION;
+
+/// Who and what is cited, as services that read such files have it.
+const CITATION: &str = include_str!("../../../../CITATION.cff");
+/// The most that is read of a manifest.
+const MAX_MANIFEST_BYTES: u64 = 4 << 20;
+/// Results in a run's directory: tables and lines; recordings lie below and are named by them.
+const RESULTS: [&str; 4] = ["json", "jsonl", "parquet", "csv"];
+/// Digits of a digest that tell one entry from another in a bibliography.
+const SHORT: usize = 8;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Directory of a run, with its manifest.json.
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+}
+
+/// What is read of a manifest.
+#[derive(Deserialize)]
+struct Manifest {
+    version: String,
+    program: String,
+    build: String,
+    target: String,
+    seed: u64,
+    watermarks: Vec<String>,
+    bounds: BTreeMap<String, serde::de::IgnoredAny>,
+}
+
+#[derive(Serialize)]
+struct Cited {
+    schema_version: u32,
+    title: String,
+    version: String,
+    /// Digest of the program's sources.
+    program: String,
+    build: String,
+    target: String,
+    seed: u64,
+    scenarios: Vec<String>,
+    /// What each artefact of an ablation says.
+    watermarks: Vec<String>,
+    /// SHA-256 of each result, by its file.
+    results: BTreeMap<String, String>,
+    /// SHA-256 over those, and over the manifest.
+    digest: String,
+    bibtex: String,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let unusable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", args.run.display()));
+    let manifest = args.run.join("manifest.json");
+    let file =
+        File::open(&manifest).map_err(|e| unusable(format!("manifest.json: {e}; name the directory of a run")))?;
+    let mut text = Vec::new();
+    file.take(MAX_MANIFEST_BYTES).read_to_end(&mut text)?;
+    let read: Manifest = serde_json::from_slice(&text).map_err(|e| unusable(format!("manifest.json: {e}")))?;
+    let results = results(&args.run)?;
+    if results.is_empty() {
+        return Err(Failure::new(Exit::NoEvidence, format!("{}: no result beside the manifest", args.run.display())));
+    }
+    let cited = cited(read, results, &hex_digest(&text));
+    match context.json {
+        true => out::print_json("cite", &cited)?,
+        false => out::say(format_args!("{}", cited.bibtex)),
+    }
+    Ok(Exit::Fine)
+}
+
+/// The digest of each result in the directory itself.
+fn results(directory: &Path) -> Result<BTreeMap<String, String>, Failure> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(directory)? {
+        let path = entry?.path();
+        let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let is_result = path.extension().is_some_and(|e| RESULTS.iter().any(|known| e == *known));
+        if path.is_file() && is_result && name != "manifest.json" {
+            let mut digest = Sha256::new();
+            std::io::copy(&mut File::open(&path)?, &mut digest)?;
+            found.insert(name, hex(&digest.finalize()));
+        }
+    }
+    Ok(found)
+}
+
+fn cited(read: Manifest, results: BTreeMap<String, String>, manifest: &str) -> Cited {
+    let mut over = Sha256::new();
+    over.update(manifest);
+    results.iter().for_each(|(name, digest)| over.update(format!("\n{name} {digest}")));
+    let digest = hex(&over.finalize());
+    let scenarios: Vec<String> = read.bounds.keys().cloned().collect();
+    let title = of_citation("title");
+    let of = match scenarios.as_slice() {
+        [] => "no scenario".to_owned(),
+        [one] => format!("scenario {one}"),
+        [first, .., last] => format!("{} scenarios, {first} to {last}", scenarios.len()),
+    };
+    let marks: String = read.watermarks.iter().map(|mark| format!(", {mark}")).collect();
+    let Manifest { seed, build, target, program, .. } = &read;
+    let (program, key) = (short(program), short(&digest));
+    let note = format!("seed {seed}, {of}, {build} build for {target}, program {program}, results {key}{marks}");
+    let bibtex = bibtex(key, &title, &read.version, &note);
+    Cited {
+        schema_version: SCHEMA_VERSION,
+        title,
+        version: read.version,
+        program: read.program,
+        build: read.build,
+        target: read.target,
+        seed: read.seed,
+        scenarios,
+        watermarks: read.watermarks,
+        results,
+        digest,
+        bibtex,
+    }
+}
+
+/// An entry for BibTeX. There is no year in it, since nothing of a run tells when it was.
+fn bibtex(key: &str, title: &str, version: &str, note: &str) -> String {
+    let (author, title, note) = (of_citation("name"), escaped(title), escaped(note));
+    let fields = [
+        format!("author  = {{{{{author}}}}}"),
+        format!("title   = {{{{{title}}}}}"),
+        format!("version = {{{version}}}"),
+        format!("note    = {{{note}}}"),
+    ];
+    format!("@misc{{holdsafe-{key},\n  {}\n}}", fields.join(",\n  "))
+}
+
+fn short(digest: &str) -> &str {
+    digest.get(..SHORT).unwrap_or(digest)
+}
+
+/// What BibTeX and LaTeX would read otherwise; scenarios' names have underscores.
+fn escaped(text: &str) -> String {
+    let special = |c: char| matches!(c, '_' | '%' | '&' | '#' | '$' | '{' | '}');
+    text.chars().flat_map(|c| special(c).then_some('\\').into_iter().chain([c])).collect()
+}
+
+/// The value of a key of `CITATION.cff` that stands on one line.
+fn of_citation(key: &str) -> String {
+    let value =
+        CITATION.lines().find_map(|line| line.trim_start_matches(['-', ' ']).strip_prefix(key)?.strip_prefix(": "));
+    value.unwrap_or_default().trim_matches('"').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(results: &[(&str, &str)]) -> Cited {
+        let manifest = r#"{"version":"0.1.0","program":"0123456789","build":"release","target":"x","seed":7,
+                           "watermarks":["WAIVED: a_b"],"bounds":{"rgb_loss":{},"thermal_loss":{}}}"#;
+        let results = results.iter().map(|(name, digest)| ((*name).to_owned(), (*digest).to_owned())).collect();
+        cited(serde_json::from_str(manifest).expect("a manifest"), results, "m")
+    }
+
+    #[test]
+    fn an_entry_names_the_program_the_seed_and_the_results_and_latex_takes_it() {
+        let cited = of(&[("result.json", "aa")]);
+        assert_eq!(cited.title, "holdsafe: does trust decay safely?");
+        for part in [
+            "{The holdsafe contributors}",
+            "seed 7",
+            "program 01234567,",
+            "rgb\\_loss to thermal\\_loss",
+            "WAIVED: a\\_b",
+        ] {
+            assert!(cited.bibtex.contains(part), "{part}: {}", cited.bibtex);
+        }
+        assert_eq!(cited.bibtex.matches('{').count(), cited.bibtex.matches('}').count());
+        assert_ne!(cited.digest, of(&[("result.json", "ab")]).digest, "another result");
+        assert_ne!(cited.digest, of(&[("result.jsonl", "aa")]).digest, "under another name");
+    }
+}
