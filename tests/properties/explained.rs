@@ -87,6 +87,42 @@ fn what_looks_alike_is_told_apart_where_the_log_can_and_said_to_be_alike_where_i
 }
 
 #[test]
+fn a_link_that_holds_everything_back_is_told_from_a_gateway_that_stood_still_and_one_that_died_later() {
+    let of = |name: &str, moves: &[(&str, u32, &[u32])]| {
+        let (mut ready, alphabet) = (shipped("nominal"), alphabet(name));
+        let letters = moves.iter().map(|(name, begins, places)| {
+            let kind = alphabet.moves.iter().position(|m| m.name.as_str() == *name).expect("a move of it");
+            Letter { begins: begins / alphabet.tick_ms.unsigned() as u32, kind, places: places.to_vec() }
+        });
+        ready.scenario = Word::new(letters.collect()).in_scenario(&alphabet, &ready.scenario).expect("it fits");
+        ready
+    };
+    let place = |ready: &Ready| {
+        let run = ready.run(1);
+        let told = explain(&run.evidence.entries, &run.evidence.bounds);
+        let loss = told.into_iter().find(Explanation::restricts).expect("a loss");
+        (loss.origin.place, loss.origin.or)
+    };
+    // For 3.97 s, by 2.08 s.
+    assert_eq!(place(&of("path", &[("hold", 3_750, &[392, 207])])), (Place::Telemetry, vec![]));
+    let mut cut = of("path", &[("cut", 4_090, &[48])]);
+    let dies = Word::new(vec![Letter { begins: 563, kind: 3, places: vec![] }]);
+    let processes = alphabet("processes");
+    assert_eq!(processes.moves[3].name.as_str(), "gateway-ends");
+    cut.scenario = dies.in_scenario(&processes, &cut.scenario).expect("it fits");
+    assert_eq!(place(&cut), (Place::Telemetry, vec![]));
+}
+
+#[test]
+fn a_console_that_hangs_and_then_gives_a_hold_too_late_is_told_from_what_carries_orders() {
+    // In that alphabet the operator gives a HOLD at 7 s.
+    let mut ready = shipped("nominal");
+    ready.scenario = Word::default().in_scenario(&alphabet("stations"), &ready.scenario).expect("it fits");
+    let loss = first_loss(ready, "processes", &[("console-hangs", 4_830, 3_000)]);
+    assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::Console, &[][..]), "{loss:#?}");
+}
+
+#[test]
 fn a_gateway_of_several_units_that_stood_still_to_the_end_is_said_to_look_like_its_link() {
     let mut ready = shipped("nominal");
     ready.scenario = Word::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");

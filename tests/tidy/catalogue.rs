@@ -30,6 +30,16 @@ fn every_row_has_a_scenario_and_a_test_or_says_why_and_every_scenario_fits_its_r
 }
 
 #[test]
+fn the_papers_figures_are_those_that_the_code_gives() {
+    let ready = holdsafe_tests::shipped("teammate");
+    let cast = campaign::cast::cast(&ready.scenario, &ready.setup, 1, &campaign::cast::RunSecret::seeded(1));
+    assert!(
+        read("docs/figures.md") == catalogue().figures(&scenarios(), "teammate", &cast),
+        "docs/figures.md is not what the code gives: run `target/debug/holdsafe catalogue --figures > docs/figures.md`"
+    );
+}
+
+#[test]
 fn the_page_of_threats_is_the_one_that_the_catalogue_gives() {
     assert!(
         read("docs/threats.md") == catalogue().page(&scenarios()),

@@ -1,14 +1,17 @@
 //! The threat catalogue: one row a threat, from `docs/catalogue.toml`, and what in it does not fit the scenarios.
 //!
 //! A row's scenarios are those whose files name it; the row itself names its tests. Whether those tests exist is looked
-//! at by `tests/tidy`, which knows the sources. `page` writes docs/threats.md; running rows is left to `command::matrix`.
+//! at by `tests/tidy`, which knows the sources. `page` writes docs/threats.md, `figures`
+//! docs/figures.md; running rows is left to `command::matrix`.
 
+mod figures;
 mod page;
 
 use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
+use crate::cast::Cast;
 use crate::scenario::{Evidence, Problem, Problems, Requirement, Scenario, Stride, TechniqueId, ThreatId};
 
 /// The file, as it was when this program was built.
@@ -90,6 +93,11 @@ impl Catalogue {
     /// docs/threats.md.
     pub fn page(&self, scenarios: &[Scenario]) -> String {
         page::page(self, scenarios)
+    }
+
+    /// docs/figures.md; the architecture is that of a run of `shown`, whose cast this is.
+    pub fn figures(&self, scenarios: &[Scenario], shown: &str, cast: &Cast) -> String {
+        figures::page(self, scenarios, shown, cast)
     }
 
     fn doubles(&self) -> Vec<String> {

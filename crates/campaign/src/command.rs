@@ -162,7 +162,7 @@ enum Verb {
     /// Write labelled frames of random scenes, for a detector to learn from or be judged on; or draw a contact sheet.
     Dataset(dataset::Args),
     /// Print the threat catalogue: docs/threats.md, or its rows with --json.
-    Catalogue,
+    Catalogue(catalogue::Args),
     /// Say whether everything that a run needs is here.
     Doctor,
 }
@@ -236,7 +236,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Search(args)) => search::run(&context, &args),
         Some(Verb::Rare(args)) => rare::run(&context, &args),
         Some(Verb::Dataset(args)) => dataset::run(&context, &args),
-        Some(Verb::Catalogue) => catalogue::run(&context),
+        Some(Verb::Catalogue(args)) => catalogue::run(&context, &args),
         Some(Verb::Doctor) => doctor::run(&context),
     };
     result.unwrap_or_else(|failure| failure.tell(context.json))

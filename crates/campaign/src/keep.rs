@@ -3,6 +3,7 @@
 use std::io::{BufRead, Read, Write};
 use std::path::Path;
 
+use console::moment::MAX_MOMENTS;
 use console::process::player::{READING, TRUTH};
 use link::instrument::Frame;
 use link::recorder::Recording;
@@ -10,7 +11,9 @@ use serde::Deserialize;
 use serde_json::json;
 use wire::audit::Entry;
 use wire::bounds::Bounds;
+use wire::event::{Event, Suspension};
 use wire::id::{Boot, NodeId};
+use wire::time::{Instant, Span};
 
 use crate::cast::Cast;
 use crate::custody::Held;
@@ -33,6 +36,10 @@ pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {
 
 /// The file with the log as JSON lines.
 const EVENTS: &str = "events.jsonl";
+/// The most that is read of it.
+const MAX_LOG_BYTES: u64 = 1 << 28;
+/// What stands in the launcher's lines.
+const LAUNCHER: &str = r#""node":"campaign""#;
 /// How much of its beginning is read.
 const MAX_TOLD_BYTES: u64 = 1 << 20;
 
@@ -102,6 +109,71 @@ impl Told {
         };
         entries.iter().find(is_it)?.at.checked_sub(mark.t_us)
     }
+}
+
+/// What the launcher did to processes, as the log's JSON lines have it.
+#[derive(Deserialize)]
+#[serde(tag = "is", rename_all = "snake_case")]
+enum Launched {
+    Ended {
+        node: String,
+        killed: bool,
+    },
+    Restarted {
+        node: String,
+        boot: Boot,
+    },
+    Suspended {
+        node: String,
+        how: serde_json::Value,
+        on: bool,
+    },
+    DiskFull {
+        node: String,
+        on: bool,
+    },
+    #[serde(other)]
+    Other,
+}
+
+#[derive(Deserialize)]
+struct Note {
+    #[serde(flatten)]
+    mark: Mark,
+    local_us: u64,
+    event: Launched,
+}
+
+impl Note {
+    fn read(line: &str) -> Option<Witnessed> {
+        let Note { mark: Mark { t_us, node, boot, counter }, local_us, event } = serde_json::from_str(line).ok()?;
+        let of = |name: &str| NodeId::from_name(name);
+        let event = match event {
+            Launched::Ended { node, killed } => Event::Ended { node: of(&node)?, killed },
+            Launched::Restarted { node, boot } => Event::Restarted { node: of(&node)?, boot },
+            Launched::Suspended { node, how, on } => {
+                // How slow does not matter to who looks on.
+                let slow = Suspension::Slow { quota: 0, period: Span::ZERO };
+                let how = if how == "hang" { Suspension::Hang } else { slow };
+                Event::Suspended { node: of(&node)?, how, on }
+            }
+            Launched::DiskFull { node, on } => Event::DiskFull { node: of(&node)?, on },
+            Launched::Other => return None,
+        };
+        let node = of(&node).filter(|node| *node == NodeId::CAMPAIGN)?;
+        let entry = Entry { node, boot, counter, at: Instant(local_us), event, previous: [0; 32] };
+        Some(Witnessed { at: t_us, entry })
+    }
+}
+
+/// What the launcher noted of the run in `directory`, at times of the run: which processes it ended, started again or kept from running,
+/// and whose disk it filled. It goes by way of no recorder, so that this is of the log's JSON lines, of which a bounded number of
+/// bytes is read.
+pub fn launched(directory: &Path) -> Vec<Witnessed> {
+    let Ok(log) = std::fs::File::open(directory.join(EVENTS)) else { return Vec::new() };
+    let lines = std::io::BufReader::new(log.take(MAX_LOG_BYTES)).lines().map_while(Result::ok);
+    // Lines of others are told apart before they are taken for anything.
+    lines.filter(|line| line.contains(LAUNCHER)).filter_map(|line| Note::read(&line)).take(MAX_MOMENTS).collect()
 }
 
 /// Reads the first lines of the log's JSON lines, no more than a bounded number of bytes.

@@ -123,6 +123,16 @@ struct Row {
 
 /// The whole document: diagram and table, as committed in `docs/state-machine.md`.
 pub fn markdown() -> String {
+    let (diagram, table) = drawn();
+    format!("{INTRODUCTION}\n{diagram}\n{READING}\n{table}")
+}
+
+/// The diagram alone, a block of Mermaid text.
+pub fn diagram() -> String {
+    drawn().0
+}
+
+fn drawn() -> (String, String) {
     let bench = Bench::new();
     let mut table = String::from(
         "| state | stimulus | failing guards (first match) | next | cause | effects |\n|---|---|---|---|---|---|\n",
@@ -144,7 +154,7 @@ pub fn markdown() -> String {
             }
         }
     }
-    format!("{INTRODUCTION}\n{}\n{READING}\n{table}", diagram(&edges))
+    (states(&edges), table)
 }
 
 const INTRODUCTION: &str = "\
@@ -169,7 +179,7 @@ fn guards(failing: &[Vec<Guard>]) -> String {
     }
 }
 
-fn diagram(edges: &BTreeSet<(Mode, Mode, &str)>) -> String {
+fn states(edges: &BTreeSet<(Mode, Mode, &str)>) -> String {
     let mut text = String::from("```mermaid\nstateDiagram-v2\n    [*] --> IDLE\n");
     for (from, to) in Mode::ALL.into_iter().flat_map(|from| Mode::ALL.map(|to| (from, to))) {
         let labels: Vec<&str> = edges.iter().filter(|e| (e.0, e.1) == (from, to)).map(|e| e.2).collect();

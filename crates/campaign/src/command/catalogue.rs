@@ -1,9 +1,11 @@
-//! `holdsafe catalogue`: docs/threats.md out of docs/catalogue.toml and the scenarios, or the rows as JSON.
+//! `holdsafe catalogue`: docs/threats.md out of docs/catalogue.toml and the scenarios, the rows as JSON, or docs/figures.md.
 
 use serde::Serialize;
 
 use super::failure::{Exit, Failure};
+use super::plan::{self, Wanted};
 use super::{Context, out};
+use crate::cast::{RunSecret, cast};
 use crate::catalogue::{Catalogue, Row};
 use crate::report::SCHEMA_VERSION;
 use crate::scenario::{self, Scenario};
@@ -21,9 +23,24 @@ struct ListedRow<'a> {
     scenarios: Vec<&'a str>,
 }
 
-pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
+/// The scenario whose cast is drawn: two units, and one who is admitted and hostile.
+const DRAWN: &str = "teammate";
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// docs/figures.md: states, architecture, and which scenario tests which threat, as Mermaid diagrams.
+    #[arg(long, conflicts_with = "json")]
+    figures: bool,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (catalogue, scenarios) = load(context)?;
-    if context.json {
+    if args.figures {
+        let (_, planned) = plan::plan(context, &plan::file_of(context, DRAWN)?, &Wanted::default())?;
+        let one = planned.first().ok_or_else(|| Failure::internal("a scenario without a variation"))?;
+        let cast = cast(&one.variation.scenario, &one.setup, context.seed, &RunSecret::seeded(context.seed));
+        out::say(format_args!("{}", catalogue.figures(&scenarios, DRAWN, &cast).trim_end()));
+    } else if context.json {
         let named = |row: &Row| row.of(&scenarios).into_iter().map(|s| s.name.as_str()).collect();
         let rows = catalogue.row.iter().map(|row| ListedRow { row, scenarios: named(row) }).collect();
         out::print_json("catalogue", &Listed { schema_version: SCHEMA_VERSION, rows })?;

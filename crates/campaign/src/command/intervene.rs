@@ -309,6 +309,7 @@ impl<'a> Fault<'a> {
                 "autonomy" => vec![Place::Unit],
                 "gateway" => vec![Place::Gateway],
                 "broker" => vec![Place::CommandPlane],
+                "console" => vec![Place::Console],
                 "recorder" => vec![Place::Recorder],
                 "adversary" => vec![Place::Telemetry, Place::Uplink, Place::Downlink, Place::CommandPlane],
                 _ => Vec::new(),

@@ -14,7 +14,7 @@ const ASSUMED: &str = "no events.jsonl tells of the bounds and of when the run b
 
 /// A log, and what it is to be held against.
 pub(super) struct Recorded {
-    /// In (time, node, counter) order; times count from the start of the run.
+    /// In (time, node, counter) order; times count from the start of the run. What the launcher did to processes is among them.
     pub entries: Vec<Witnessed>,
     /// The first thing that does not hold of its chains.
     pub flaw: Option<String>,
@@ -31,6 +31,9 @@ impl Recorded {
         let told = keep::told(run).and_then(|told| Some((told.start(&entries)?, told.bounds)));
         let (start, bounds) = told.unwrap_or((entries.first().map_or(0, |w| w.at), Bounds::GROUND));
         entries.iter_mut().for_each(|w| w.at = w.at.saturating_sub(start));
+        // The launcher's word is beside the recording, and no part of what is verified.
+        entries.extend(keep::launched(run));
+        entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));
         Ok(Recorded { entries, flaw, assumed: told.is_none().then_some(ASSUMED), bounds })
     }
 

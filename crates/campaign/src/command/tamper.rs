@@ -125,11 +125,13 @@ struct Measured {
     cut_at_a_seal: Tally,
 }
 
+/// Length of the file and number of entries after a seal.
+type Sealed = (usize, usize);
+
 /// A recording with what it takes to judge it.
 struct Recorded {
     file: Vec<u8>,
-    /// Length of the file and number of entries after each seal.
-    sealed: Vec<(usize, usize)>,
+    sealed: Vec<Sealed>,
     cast: Cast,
     log: Vec<Logged>,
     held: Held,
@@ -191,7 +193,7 @@ fn recorded(context: &Context, args: &Args) -> Result<Recorded, Failure> {
     Ok(Recorded { file, sealed, cast: run.cast, log, held: run.held })
 }
 
-fn write(folder: &Path, log: &[Logged]) -> Result<(Vec<u8>, Vec<(usize, usize)>), Failure> {
+fn write(folder: &Path, log: &[Logged]) -> Result<(Vec<u8>, Vec<Sealed>), Failure> {
     let mut recording = Recording::new(folder.to_owned());
     let path = folder.join("audit-0.mcap");
     let mut sealed = Vec::new();

@@ -18,6 +18,8 @@ use crate::oracle::Micros;
 const SLACK: Micros = 150_000;
 /// Within so little time records come at once.
 const AT_ONCE: Micros = 5_000;
+/// A console that runs says what it shows several times a second.
+const CONSOLE_SPEAKS: Micros = 1_000_000;
 /// What the unit can say of a link that is silent both ways.
 const PASSES_NOTHING: &str = "nothing passes between unit and gateway, either way";
 
@@ -87,13 +89,30 @@ fn held(log: &Log, change: &Change, granted: Micros) -> Option<Origin> {
         }
         _ => None,
     })?;
-    let origin = from(NodeId::GATEWAY, Place::CommandPlane, sent, format!("HOLD {id} was sent and is not carried out"));
+    let origin = match late_console(log, sent) {
+        Some((since, until)) => {
+            let what = format!(
+                "the console itself wrote nothing for {} ms, and gave its orders after that",
+                (until - since) / 1000
+            );
+            let unheeded = format!("HOLD {id} was sent and is not carried out");
+            from(NodeId::CONSOLE, Place::Console, since, what).with(Stage::Health, sent, NodeId::GATEWAY, unheeded)
+        }
+        None => from(NodeId::GATEWAY, Place::CommandPlane, sent, format!("HOLD {id} was sent and is not carried out")),
+    };
     let asked = log.last(NodeId::CONSOLE, sent, |event| given(event, id));
     let origin = match asked {
         Some((at, ())) => origin.with(Stage::Cause, at, NodeId::CONSOLE, format!("{} asked for a HOLD", id.operator)),
         None => origin,
     };
     Some(origin.with(Stage::Health, sent, NodeId::GATEWAY, "no grant while a HOLD is unacknowledged"))
+}
+
+/// A pause of the console's that ends right before a command went out at `sent`: what it gave then it gave late.
+fn late_console(log: &Log, sent: Micros) -> Option<(Micros, Micros)> {
+    let written: Vec<Micros> = log.by(NodeId::CONSOLE).map(|w| w.at).take_while(|at| *at <= sent).collect();
+    let pause = written.windows(2).rev().find(|pair| pair[1] - pair[0] > CONSOLE_SPEAKS)?;
+    (pause[1] + SLACK >= sent).then_some((pause[0], pause[1]))
 }
 
 fn given(event: &Event, id: CommandId) -> Option<()> {
@@ -111,13 +130,16 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
         _ => None,
     });
     let gateway = |what: &str| from(NodeId::GATEWAY, Place::Gateway, last, what);
-    if !closed && ends < Micros::MAX {
+    let wrote_on = log.by(NodeId::GATEWAY).next_back().is_some_and(|w| w.at > change.at);
+    if !closed && !wrote_on && ends < Micros::MAX {
         return Some(gateway("the gateway wrote nothing more, and closed no account"));
     }
     if lost.is_some_and(|(at, ())| at <= change.at && at < ends) {
         return Some(gateway("the broker lost the gateway, and the unit hears nothing of it"));
     }
     match written_unheard(log, change).or_else(|| written_in_all(log, change)) {
+        // One that stood still has all that waited for it at once.
+        Some(0) if one_by_one(log, last) => None,
         Some(0) => {
             Some(gateway("the gateway wrote nothing: its records to the unit continue, or end, where they had stopped"))
         }
@@ -127,6 +149,17 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
             Some(from(NodeId::UNIT_A, Place::Telemetry, last, what).or(Place::Gateway))
         }
     }
+}
+
+/// Whether what the gateway next hears of the unit after `last` comes singly, as it was sent, though late.
+fn one_by_one(log: &Log, last: Micros) -> bool {
+    let taken = log.by(NodeId::GATEWAY).filter(|w| w.at > last).filter(|w| match w.entry.event {
+        Event::Accepted { at: Interface::Uplink, peer, .. } => peer == PeerId::UNIT_A,
+        Event::Refused { at: Interface::Uplink, peer, .. } => peer == Some(PeerId::UNIT_A),
+        _ => false,
+    });
+    let times: Vec<Micros> = taken.map(|w| w.at).take(2).collect();
+    matches!(times[..], [first, second] if second - first > AT_ONCE)
 }
 
 /// How many records the gateway wrote to the unit, by their numbers, between the last that was accepted before the change and the

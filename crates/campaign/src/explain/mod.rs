@@ -52,6 +52,8 @@ pub enum Place {
     CommandPlane,
     /// The gateway itself.
     Gateway,
+    /// The console itself did not run.
+    Console,
     /// What a teammate claims.
     Teammate(UnitId),
     /// The recorder and its seals.

@@ -108,6 +108,20 @@ fn a_report_is_made_of_results_and_runs_with_the_verdict_first() {
 }
 
 #[test]
+fn a_kill_that_only_the_launcher_knows_of_is_drawn_of_a_recorded_run_too() {
+    let dir = tempfile::tempdir().unwrap();
+    let (run, page) = (recorded(dir.path(), "process_ends"), dir.path().join("r.html"));
+    let of = || {
+        let output = holdsafe(&["report", run.to_str().unwrap(), "--out", page.to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        fs::read_to_string(&page).unwrap()
+    };
+    assert!(of().contains("kill of gateway"));
+    fs::remove_file(run.join("events.jsonl")).unwrap();
+    assert!(!of().contains("kill of gateway"), "it is in no recording");
+}
+
+#[test]
 fn a_report_refuses_what_it_does_not_know_and_what_it_has_already() {
     let dir = tempfile::tempdir().unwrap();
     recorded(dir.path(), "loss");
