@@ -3,7 +3,7 @@
 //! The state machine is drawn from `Machine::step`, the architecture from the cast of a run, and what tests which threat from the
 //! catalogue and the scenarios. Mermaid text, which code hosts and editors show as drawings.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use wire::core::Topic;
@@ -12,6 +12,7 @@ use wire::id::NodeId;
 use super::{Catalogue, Row};
 use crate::cast::{Cast, Host, Member};
 use crate::scenario::{Requirement, Scenario};
+use crate::trial::Outcome;
 
 const HEAD: &str = "# The paper's figures, from what runs here
 
@@ -113,36 +114,29 @@ fn channels(text: &mut String, members: &[&Member]) {
     }
 }
 
+/// One line a row, those of one interface together: interface, row, its scenarios, the classes that these expect.
 fn mapping(catalogue: &Catalogue, scenarios: &[Scenario]) -> String {
-    let mut text = "flowchart LR\n".to_owned();
-    let rows: Vec<(&Row, Vec<&Scenario>)> = catalogue
-        .row
-        .iter()
-        .filter(|row| row.requirement == Requirement::CommunicationTrust)
-        .map(|row| (row, row.of(scenarios)))
-        .filter(|(_, of)| !of.is_empty())
-        .collect();
-    let mut interfaces: Vec<&str> = rows.iter().map(|(row, _)| row.interface.as_str()).collect();
-    interfaces.sort_unstable();
-    interfaces.dedup();
-    for (row, of) in &rows {
-        let interface = interfaces.iter().position(|i| *i == row.interface).unwrap_or_default();
-        let _ = writeln!(text, "    I{interface}([\"{}\"]) --> {}", row.interface, row.id.as_str());
-        for scenario in of {
-            let name = scenario.name.as_str();
-            let _ = writeln!(text, "    {} --> {name}", row.id.as_str());
+    let mut by_interface: BTreeMap<&str, Vec<(&Row, Vec<&Scenario>)>> = BTreeMap::new();
+    for row in catalogue.row.iter().filter(|row| row.requirement == Requirement::CommunicationTrust) {
+        let of = row.of(scenarios);
+        if !of.is_empty() {
+            by_interface.entry(&row.interface).or_default().push((row, of));
         }
     }
-    let mut drawn: Vec<&Scenario> = rows.iter().flat_map(|(_, of)| of.iter().copied()).collect();
-    drawn.sort_by_key(|scenario| scenario.name.as_str());
-    drawn.dedup_by_key(|scenario| scenario.name.as_str());
-    for scenario in drawn {
-        let mut classes: Vec<&str> =
-            scenario.variations(None).iter().flat_map(|v| v.scenario.expected.iter()).map(|o| o.name()).collect();
-        classes.sort_unstable();
-        classes.dedup();
-        let classes = classes.join(", ");
-        let _ = writeln!(text, "    {} --> {}[[\"{classes}\"]]", scenario.name.as_str(), classes.replace(", ", "_or_"));
+    let mut text = "flowchart LR\n".to_owned();
+    for (i, (interface, rows)) in by_interface.iter().enumerate() {
+        let _ = writeln!(text, "    I{i}([\"{interface}\"])");
+        for (row, of) in rows {
+            let id = row.id.as_str();
+            let names: Vec<&str> = of.iter().map(|scenario| scenario.name.as_str()).collect();
+            let _ = writeln!(text, "    I{i} --> {id} --> {id}s[\"{}\"]", names.join("<br/>"));
+            let variations = of.iter().flat_map(|scenario| scenario.variations(None));
+            let classes: BTreeSet<Outcome> =
+                variations.flat_map(|v| v.scenario.expected.iter().copied().collect::<Vec<_>>()).collect();
+            for class in classes {
+                let _ = writeln!(text, "    {id}s --> {0}[[{0}]]", class.name());
+            }
+        }
     }
     text
 }
