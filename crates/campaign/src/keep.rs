@@ -214,3 +214,34 @@ pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_launcher_did_is_read_from_its_own_lines_and_from_no_others() {
+        let directory = std::env::temp_dir().join(format!("holdsafe-launched-{}", std::process::id()));
+        std::fs::create_dir_all(&directory).expect("a folder");
+        let line = |node: &str, event: &str| {
+            format!(r#"{{"boot":1,"counter":2,"event":{event},"local_us":9,"node":"{node}","t_us":7}}"#)
+        };
+        let hangs = r#"{"how":"hang","is":"suspended","node":"gateway","on":true}"#;
+        let slows = r#"{"how":{"slow":{"quota":50,"period":600}},"is":"suspended","node":"perception","on":true}"#;
+        let lines = [
+            r#"{"bounds":{}}"#.to_owned(),
+            line("campaign", hangs),
+            line("campaign", slows),
+            line("campaign", r#"{"is":"ended","killed":true,"node":"sim"}"#),
+            line("campaign", r#"{"is":"ran","node":"gateway"}"#),
+            line("campaign", r#"{"is":"ended","killed":true,"node":"nobody"}"#),
+            line("gateway", hangs),
+            r#"{"node":"campaign","event""#.to_owned(),
+        ];
+        std::fs::write(directory.join(EVENTS), lines.join("\n")).expect("a file");
+        let told: Vec<String> = truth::lasted(&launched(&directory)).into_iter().map(|l| l.what).collect();
+        assert_eq!(told, ["hang of gateway", "slowing of perception", "kill of sim"]);
+        std::fs::remove_dir_all(&directory).expect("it is there");
+        assert_eq!(launched(&directory), []);
+    }
+}

@@ -37,6 +37,18 @@ impl Split {
     }
 }
 
+impl core::str::FromStr for Split {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        let known = || Split::ALL.map(Split::name).join(", ");
+        Split::ALL
+            .into_iter()
+            .find(|split| split.name() == name)
+            .ok_or_else(|| format!("one of {} is expected", known()))
+    }
+}
+
 /// Least and greatest length, width and height, metres.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -133,9 +133,8 @@ fn mapping(catalogue: &Catalogue, scenarios: &[Scenario]) -> String {
             let variations = of.iter().flat_map(|scenario| scenario.variations(None));
             let classes: BTreeSet<Outcome> =
                 variations.flat_map(|v| v.scenario.expected.iter().copied().collect::<Vec<_>>()).collect();
-            for class in classes {
-                let _ = writeln!(text, "    {id}s --> {0}[[{0}]]", class.name());
-            }
+            let classes: Vec<&str> = classes.into_iter().map(Outcome::name).collect();
+            let _ = writeln!(text, "    {id}s --> {id}c[[\"{}\"]]", classes.join("<br/>"));
         }
     }
     text

@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use clap::builder::PossibleValuesParser;
 use dataset::cells::{self, Cell, Split};
 use dataset::coco::{Coco, Found};
 use dataset::example::Example;
@@ -29,9 +28,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "NAME")]
     cell: Vec<String>,
     /// Which seeds, shapes, paints and grounds.
-    #[arg(long, value_name = "SPLIT", default_value = "training",
-          value_parser = PossibleValuesParser::new(Split::ALL.map(Split::name)))]
-    split: String,
+    #[arg(long, value_name = "SPLIT", default_value = "training")]
+    split: Split,
     /// Frames of each cell; the first has the number that --seed gives.
     #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     frames: u64,
@@ -60,12 +58,10 @@ struct Manifest {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let split = Split::ALL.into_iter().find(|split| split.name() == args.split);
-    let split = split.ok_or_else(|| Failure::new(Exit::Usage, format!("no split is called {}", args.split)))?;
     let cells = chosen(&args.cell)?;
     match (&args.sheet, &args.dir) {
-        (Some(file), _) => sheet(context, file, &cells, split),
-        (None, Some(dir)) => write(context, args, dir, &cells, split),
+        (Some(file), _) => sheet(context, file, &cells, args.split),
+        (None, Some(dir)) => write(context, args, dir, &cells),
         (None, None) => Err(Failure::new(Exit::Usage, "name a folder, or --sheet FILE")),
     }
 }
@@ -79,7 +75,8 @@ pub(super) fn chosen(names: &[String]) -> Result<Vec<&'static Cell>, Failure> {
     names.iter().map(|name| cells::named(name).map_err(usage)).collect()
 }
 
-fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell], split: Split) -> Result<Exit, Failure> {
+fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell]) -> Result<Exit, Failure> {
+    let split = args.split;
     let manifest_path = dir.join("manifest.json");
     if manifest_path.exists() {
         let what = format!("{} is there already; name another folder", manifest_path.display());
@@ -118,7 +115,7 @@ fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell], split: Spl
     let manifest = Manifest {
         schema_version: SCHEMA_VERSION,
         version: env!("CARGO_PKG_VERSION"),
-        split: args.split.clone(),
+        split: split.name().to_owned(),
         cells: names,
         numbers: [context.seed, args.frames],
         frames: coco.images.len(),

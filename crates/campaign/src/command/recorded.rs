@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use wire::bounds::Bounds;
+use wire::id::NodeId;
 
 use super::engine::{self, EngineError};
 use crate::keep;
@@ -31,8 +32,10 @@ impl Recorded {
         let told = keep::told(run).and_then(|told| Some((told.start(&entries)?, told.bounds)));
         let (start, bounds) = told.unwrap_or((entries.first().map_or(0, |w| w.at), Bounds::GROUND));
         entries.iter_mut().for_each(|w| w.at = w.at.saturating_sub(start));
-        // The launcher's word is beside the recording, and no part of what is verified.
-        entries.extend(keep::launched(run));
+        // The launcher's word is beside a live run's recording, and no part of what is verified; the twin's has it.
+        if !entries.iter().any(|w| w.entry.node == NodeId::CAMPAIGN) {
+            entries.extend(keep::launched(run));
+        }
         entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));
         Ok(Recorded { entries, flaw, assumed: told.is_none().then_some(ASSUMED), bounds })
     }

@@ -3,7 +3,6 @@
 //!
 //! It measures and prints; no test asserts its numbers.
 
-use clap::builder::PossibleValuesParser;
 use dataset::cells::{Cell, Split};
 use dataset::example::frames;
 use dataset::likeness::{Found, Given, Likeness, RANGES_M, Stage, bin, departures};
@@ -38,9 +37,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "NAME", default_values_t = ["clear".to_owned()])]
     cell: Vec<String>,
     /// Which seeds, shapes, paints and grounds.
-    #[arg(long, value_name = "SPLIT", default_value = "held-out",
-          value_parser = PossibleValuesParser::new(Split::ALL.map(Split::name)))]
-    split: String,
+    #[arg(long, value_name = "SPLIT", default_value = "held-out")]
+    split: Split,
     #[command(flatten)]
     bring: Bring,
 }
@@ -95,7 +93,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         rows.push(Row { cell: ground.name().to_owned(), rides: args.rides, rendered, stand_in, departs });
     }
     progress.finish();
-    let split = if args.scenario.is_some() { "trials'" } else { &args.split }.to_owned();
+    let split = if args.scenario.is_some() { "trials'" } else { args.split.name() }.to_owned();
     let measured = Measured { schema_version: SCHEMA_VERSION, seed: context.seed, split, rows };
     if context.json {
         out::print_json("bench-sensing", &measured)?;
@@ -122,9 +120,7 @@ fn grounds(context: &Context, args: &Args) -> Result<Vec<Grounds>, Failure> {
         }
         return Ok(planned.into_iter().map(|planned| Grounds::Shipped(Box::new(planned))).collect());
     }
-    let split = Split::ALL.into_iter().find(|split| split.name() == args.split);
-    let split = split.ok_or_else(|| Failure::new(Exit::Usage, format!("no split is called {}", args.split)))?;
-    Ok(chosen(&args.cell)?.into_iter().map(|cell| Grounds::Random(cell, split)).collect())
+    Ok(chosen(&args.cell)?.into_iter().map(|cell| Grounds::Random(cell, args.split)).collect())
 }
 
 impl Grounds {

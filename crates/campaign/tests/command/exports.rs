@@ -48,8 +48,8 @@ fn an_export_that_cannot_be_written_leaves_nothing_and_says_what_to_do() {
     let mistakes: [(&[&str], &str); 4] = [
         (&["export", "nominal", "--out", "/nowhere/run.mcap"], "/nowhere/run.mcap"),
         (&["export", "alert", "--cell", "none", "--out", out], "`alert` has no cells; leave --cell out"),
-        (&["export", "no_such_run", "--out", out], "no such file"),
-        (&["export", run.to_str().unwrap(), "--out", out], "holdsafe"),
+        (&["export", "no_such_run", "--out", out], "no scenario `no_such_run`"),
+        (&["export", run.to_str().unwrap(), "--out", out], "name the directory of one run"),
     ];
     for (arguments, message) in mistakes {
         let output = holdsafe(arguments);
