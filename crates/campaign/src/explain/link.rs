@@ -20,8 +20,6 @@ const SLACK: Micros = 150_000;
 const AT_ONCE: Micros = 5_000;
 /// A console that runs says what it shows several times a second.
 const CONSOLE_SPEAKS: Micros = 1_000_000;
-/// So many records of one that is sent ten times a second have waited where somebody stood still for as long as a lease.
-const BACKLOG: usize = 3;
 /// What the unit can say of a link that is silent both ways.
 const PASSES_NOTHING: &str = "nothing passes between unit and gateway, either way";
 
@@ -139,9 +137,6 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     if lost.is_some_and(|(at, ())| at <= change.at && at < ends) {
         return Some(gateway("the broker lost the gateway, and the unit hears nothing of it"));
     }
-    if stood_still(log, last) {
-        return Some(gateway("the gateway wrote nothing, and then took in at once what had waited for it"));
-    }
     match written_unheard(log, change).or_else(|| written_in_all(log, change)) {
         // One that stood still has all that waited for it at once.
         Some(0) if one_by_one(log, last) => None,
@@ -156,33 +151,14 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     }
 }
 
-/// Whether the gateway next hears of the unit all that had waited for it at once, and the unit of the gateway nothing like that: what
-/// is between them would have kept both.
-fn stood_still(log: &Log, last: Micros) -> bool {
-    at_once(log, NodeId::GATEWAY, Interface::Uplink, PeerId::UNIT_A, last)
-        && !at_once(log, NodeId::UNIT_A, Interface::Downlink, PeerId::GATEWAY, last)
-}
-
-/// Whether the first [`BACKLOG`] records of `of` that `node` takes in after `last` come at once.
-fn at_once(log: &Log, node: NodeId, interface: Interface, of: PeerId, last: Micros) -> bool {
-    let times: Vec<Micros> = taken(log, node, interface, of, last).take(BACKLOG).collect();
-    times.len() == BACKLOG && times[BACKLOG - 1] - times[0] <= AT_ONCE
-}
-
-/// When `node` took in records of `of` after `last`, accepted or refused.
-fn taken(log: &Log, node: NodeId, interface: Interface, of: PeerId, last: Micros) -> impl Iterator<Item = Micros> {
-    let later = log.by(node).filter(move |w| w.at > last);
-    let records = later.filter(move |w| match w.entry.event {
-        Event::Accepted { at, peer, .. } => at == interface && peer == of,
-        Event::Refused { at, peer, .. } => at == interface && peer == Some(of),
-        _ => false,
-    });
-    records.map(|w| w.at)
-}
-
 /// Whether what the gateway next hears of the unit after `last` comes singly, as it was sent, though late.
 fn one_by_one(log: &Log, last: Micros) -> bool {
-    let times: Vec<Micros> = taken(log, NodeId::GATEWAY, Interface::Uplink, PeerId::UNIT_A, last).take(2).collect();
+    let taken = log.by(NodeId::GATEWAY).filter(|w| w.at > last).filter(|w| match w.entry.event {
+        Event::Accepted { at: Interface::Uplink, peer, .. } => peer == PeerId::UNIT_A,
+        Event::Refused { at: Interface::Uplink, peer, .. } => peer == Some(PeerId::UNIT_A),
+        _ => false,
+    });
+    let times: Vec<Micros> = taken.map(|w| w.at).take(2).collect();
     matches!(times[..], [first, second] if second - first > AT_ONCE)
 }
 
