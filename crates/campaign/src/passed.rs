@@ -48,7 +48,7 @@ pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Vec<Passed>, 
     for reader in [NodeId::PERCEPTION, NodeId::UNIT_A] {
         let Ok(file) = File::open(directory.join("mouth").join(format!("{reader}.cbor"))) else { continue };
         let Some(first) = entries.iter().find(|w| w.entry.node == reader) else { continue };
-        let on_run = |now: Instant| (first.at + now.0).saturating_sub(first.entry.at.0);
+        let on_run = |now: Instant| now.0.saturating_add(first.at).saturating_sub(first.entry.at.0);
         for entry in mouth::Reader::new(BufReader::new(file))? {
             let (now, input) = match entry {
                 Ok(mouth::Entry::Input { now, input }) => (now, input),

@@ -73,7 +73,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::NoEvidence, format!("{}: no entry of any service", args.run)));
     }
     let watermark = found.watermark.clone();
-    let (channels, unread) = write(args, found)?;
+    let (channels, unread) = write(context, args, found)?;
     let channels: Vec<Channel> =
         channels.into_iter().map(|of| Channel { topic: of.topic, schema: of.schema, messages: of.messages }).collect();
     let (run, file) = (args.run.clone(), args.out.display().to_string());
@@ -125,30 +125,36 @@ fn of_scenario(context: &Context, args: &Args) -> Result<Found, Failure> {
 }
 
 /// Writes the file beside its place and puts it there when it is whole.
-fn write(args: &Args, found: Found) -> Result<(Vec<viewer::Channel>, u64), Failure> {
+fn write(context: &Context, args: &Args, found: Found) -> Result<(Vec<viewer::Channel>, u64), Failure> {
     let unwritable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", args.out.display()));
+    let stages = found.passed.iter().any(|of| of.topic == Topic::Frames).then(|| args.bring.stages()).transpose()?;
     let beside = args.out.with_extension("mcap.new");
     let file = File::create(&beside).map_err(|e| unwritable(e.to_string()))?;
-    let stages = found.passed.iter().any(|of| of.topic == Topic::Frames).then(|| args.bring.stages());
-    let done = show(BufWriter::new(file), found, stages.transpose()?).map_err(|e| unwritable(e.to_string()));
-    if done.is_ok() {
-        std::fs::rename(&beside, &args.out).map_err(|e| unwritable(e.to_string()))?;
-    } else {
+    let whole = match show(context, BufWriter::new(file), found, stages) {
+        Ok(Some(whole)) => std::fs::rename(&beside, &args.out).map(|()| whole).map_err(|e| unwritable(e.to_string())),
+        Ok(None) => Err(engine::EngineError::Stopped.into()),
+        Err(error) => Err(unwritable(error.to_string())),
+    };
+    if whole.is_err() {
         // It is of no use to anybody, and what failed is told.
         let _ = std::fs::remove_file(&beside);
     }
-    done
+    whole
 }
 
-/// Tells of the run in order of time: of messages before what was written of them.
+/// Tells of the run in order of time: of messages before what was written of them. Nothing where it was to stop meanwhile.
 fn show(
+    context: &Context,
     file: BufWriter<File>,
     found: Found,
     stages: Option<Stages>,
-) -> Result<(Vec<viewer::Channel>, u64), viewer::ViewError> {
+) -> Result<Option<(Vec<viewer::Channel>, u64)>, viewer::ViewError> {
     let mut viewer = Viewer::new(file, found.scene, stages)?;
     let mut passed = found.passed.iter().peekable();
     for w in &found.entries {
+        if context.stop.asked() {
+            return Ok(None);
+        }
         while let Some(of) = passed.next_if(|of| of.at <= w.at) {
             viewer.message(of.at, of.topic, &of.bytes)?;
         }
@@ -158,5 +164,5 @@ fn show(
         viewer.message(of.at, of.topic, &of.bytes)?;
     }
     let unread = viewer.unread();
-    Ok((viewer.finish()?, unread))
+    Ok(Some((viewer.finish()?, unread)))
 }
