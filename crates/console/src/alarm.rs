@@ -11,6 +11,7 @@ use wire::time::Instant;
 
 use crate::life::Life;
 use crate::shown::{Shown, ShownUnit};
+use crate::skew::Rate;
 
 /// Alarms that are kept. There is room for every unit with every lost track, every link and every command at once.
 pub const MAX_ALARMS: usize = 320;
@@ -24,7 +25,8 @@ fn once(alarm: &Alarm) -> bool {
         | Alarm::Degraded(_)
         | Alarm::Stale(_)
         | Alarm::LinkDown(_)
-        | Alarm::TrackLost(..) => false,
+        | Alarm::TrackLost(..)
+        | Alarm::ClockRuns(_) => false,
     }
 }
 
@@ -44,7 +46,11 @@ impl Priority {
     pub fn of(alarm: &Alarm) -> Self {
         match alarm {
             Alarm::HoldSafe(_) | Alarm::Silent(_) | Alarm::SessionLost(_) | Alarm::NotAcknowledged(_) => Priority::High,
-            Alarm::Degraded(_) | Alarm::Stale(_) | Alarm::LinkDown(_) | Alarm::CommandRefused(_) => Priority::Medium,
+            Alarm::Degraded(_)
+            | Alarm::Stale(_)
+            | Alarm::LinkDown(_)
+            | Alarm::CommandRefused(_)
+            | Alarm::ClockRuns(_) => Priority::Medium,
             Alarm::TrackLost(..) => Priority::Low,
         }
     }
@@ -85,6 +91,9 @@ pub fn words(alarm: &Alarm) -> String {
         Alarm::LinkDown(peer) => format!("the gateway has no session with {peer}"),
         Alarm::SessionLost(peer) => format!("{peer} lost its command session: cut, or taken by another connection"),
         Alarm::NotAcknowledged(command) => format!("command {command} is not acknowledged"),
+        Alarm::ClockRuns(unit) => {
+            format!("the clock of {unit} runs beyond what ages allow for: its ages are not to be relied on")
+        }
         Alarm::CommandRefused(command) => format!("command {command} was refused"),
     }
 }
@@ -196,6 +205,9 @@ fn of_unit(unit: &ShownUnit, standing: &mut Vec<Condition>) {
         Freshness::Stale => standing.push((Alarm::Stale(unit.unit), 0)),
         Freshness::Lost => standing.push((Alarm::Silent(unit.unit), 0)),
         Freshness::Fresh | Freshness::Late => {}
+    }
+    if unit.clock.is_some_and(Rate::beyond) {
+        standing.push((Alarm::ClockRuns(unit.unit), 0));
     }
     standing.extend(unit.lost.iter().map(|lost| {
         let (track, _) = lost.track.get();

@@ -48,6 +48,11 @@ impl Intake {
         self.ages.values_mut().for_each(|ages| ages.issue(challenge, now));
     }
 
+    /// When this challenge of ours left for the unit, if it is one that can still be answered.
+    pub fn sent(&self, unit: UnitId, challenge: Nonce) -> Option<Instant> {
+        self.ages.get(&unit)?.sent(challenge)
+    }
+
     /// One message of the feed.
     pub fn feed<'b>(&mut self, now: Instant, bytes: &'b [u8]) -> Result<Accepted<Feed<'b>>, Refusal> {
         self.gate.admit(&self.policy, now, bytes)

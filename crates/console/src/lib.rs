@@ -20,12 +20,15 @@ pub mod model;
 pub mod moment;
 pub mod operator;
 mod orders;
+pub mod page;
 mod picture;
 #[cfg(feature = "process")]
 pub mod process;
 mod retrace;
+pub mod sensed;
 pub mod shown;
 pub mod site;
+pub mod skew;
 pub mod text;
 pub mod watch;
 
@@ -43,7 +46,7 @@ use wire::id::{NodeId, PeerId, UnitId, WorldId};
 use wire::person::Role;
 use wire::refusal::Refusal;
 use wire::setup::{NoChannel, Secret, Setup};
-use wire::time::Instant;
+use wire::time::{Instant, Span};
 
 use crate::display::{REPEAT, Witness};
 use crate::intake::Intake;
@@ -52,6 +55,9 @@ use crate::model::{Desk, Model};
 use crate::operator::{MAX_STEPS, Operator, Step};
 use crate::shown::{Marks, Shown};
 use crate::watch::Watch;
+
+/// Least time between two pictures in words: with each report that comes there is one.
+const DRAWN: Span = Span::ms(50);
 
 /// What a console is for.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
@@ -222,7 +228,9 @@ impl Console {
     fn report(&mut self, now: Instant, at: Interface, message: &AcceptedReport<'_>) {
         match self.intake.report(now, message) {
             Ok(accepted) => {
-                self.model.report(&accepted, message.via, message.waived);
+                let watched = accepted.message().report.watched;
+                let seen = watched.and_then(|echo| Some((self.intake.sent(message.unit, echo.nonce)?, echo.seen)));
+                self.model.report(&accepted, message.via, message.waived, seen);
                 if let Some((heard, _)) = accepted.message().report.last_command
                     && let Some(issuer) = &mut self.issuer
                 {
@@ -280,7 +288,7 @@ impl Console {
     }
 
     fn draw(&mut self, shown: &Shown) {
-        if self.text && self.drawn.is_none_or(|at| shown.at.since(at) >= REPEAT) {
+        if self.text && self.drawn.is_none_or(|at| shown.at.since(at) >= DRAWN) {
             self.drawn = Some(shown.at);
             self.out.push_back(Output::Text { text: text::lines(shown), picture: picture::line(shown) });
         }

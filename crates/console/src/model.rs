@@ -21,6 +21,7 @@ use crate::age::{Aged, Limits};
 use crate::alarm::Alarms;
 use crate::life::Commands;
 use crate::shown::{LostTrack, Marks, Origin, Shown, ShownLink, ShownRefusals, ShownUnit, State};
+use crate::skew::Skew;
 
 /// Lost tracks of one unit that are kept; six times as many as it reports at once.
 pub const MAX_LOST: usize = 48;
@@ -55,6 +56,8 @@ struct Heard {
     product: ProductMode,
     tracks: Vec<Aged<ReportedTrack>>,
     lost: Lost,
+    /// Of its clock in this boot.
+    skew: Skew,
 }
 
 /// Tracks that a unit no longer reports, oldest first, at most [`MAX_LOST`].
@@ -149,8 +152,15 @@ impl Model {
     }
 
     /// An accepted report. One that is not newer than the one shown, by sequence or by stamp, changes nothing: so
-    /// neither a replay nor a stamp that runs backwards can make a shown value look younger. False in that case.
-    pub fn report(&mut self, accepted: &Accepted<SignedReport<'_>>, via: PeerId, waived: Waived) -> bool {
+    /// neither a replay nor a stamp that runs backwards can make a shown value look younger. False in that case. `seen` is when
+    /// the challenge that the unit repeats left here, and when it says it saw it.
+    pub fn report(
+        &mut self,
+        accepted: &Accepted<SignedReport<'_>>,
+        via: PeerId,
+        waived: Waived,
+        seen: Option<(Instant, PeerStamp)>,
+    ) -> bool {
         let (report, evidence) = (&accepted.message().report, accepted.evidence());
         let unit = report.origin.unit();
         let Some((unit, slot)) = self.units.iter_mut().find(|(u, _)| Some(*u) == unit) else { return false };
@@ -162,6 +172,11 @@ impl Model {
         let mode = |heard: &Heard| heard.state.at(arrived, &self.limits).get().0.mode;
         let since = slot.as_ref().filter(|heard| mode(heard) == report.mode).map_or(arrived, |heard| heard.since);
         let older = |by: Span| age.map(|age| age.after(by));
+        let mut skew = match &mut *slot {
+            Some(heard) if heard.report.boot == report.boot => core::mem::take(&mut heard.skew),
+            _ => Skew::default(),
+        };
+        skew.heard(report.stamp, arrived, seen);
         let lost = lost_by(report, slot.take(), arrived);
         *slot = Some(Heard {
             report: report.id(),
@@ -174,6 +189,7 @@ impl Model {
             product: report.product,
             tracks: report.tracks.iter().map(|track| Aged::new(*track, arrived, older(track.age))).collect(),
             lost,
+            skew,
         });
         self.commands.reported(arrived, *unit, report);
         let link = self.links.entry(via).or_insert(Link { open: true, since: arrived, heard: None });
@@ -277,6 +293,7 @@ impl Model {
             role: self.desk.role,
             marks: self.desk.marks.clone(),
             bounds: self.desk.bounds,
+            limits: self.limits,
             units: self.units.iter().filter_map(unit).collect(),
             silent: self
                 .units
@@ -327,6 +344,7 @@ impl Model {
                 .map(|(boot, track, since)| LostTrack { boot: *boot, track: track.lost_at(now), since: *since })
                 .collect(),
             lost_more: heard.lost.more,
+            clock: heard.skew.rate(),
         }
     }
 }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use wire::report::ReportedTrack;
 use wire::time::{Instant, Span};
 
-use crate::age::Labelled;
+use crate::age::{Labelled, Limits};
 use crate::alarm;
 use crate::shown::{Shown, ShownUnit};
 use crate::text::{life, word};
@@ -25,6 +25,8 @@ pub(crate) fn line(shown: &Shown) -> String {
         "role": shown.role.name(),
         "replay": shown.marks.replay,
         "ablation": shown.marks.ablation,
+        "limits_ms": limits(&shown.limits),
+        "max_speed_mm_s": shown.bounds.max_speed_mm_s,
         "units": shown.units.iter().map(|of| unit(shown.at, of)).collect::<Value>(),
         "silent": shown.silent.iter().map(|unit| unit.name()).collect::<Value>(),
         "links": shown.links.iter().map(|link| json!({
@@ -64,11 +66,18 @@ pub(crate) fn line(shown: &Shown) -> String {
     .to_string()
 }
 
+/// Where one word of freshness gives way to the next; null where values do not age, which is no result of the full policy.
+fn limits(limits: &Limits) -> Value {
+    let Limits { fresh, late, stale, age_out } = *limits;
+    if age_out { json!({ "fresh": ms(fresh), "late": ms(late), "stale": ms(stale) }) } else { Value::Null }
+}
+
 fn unit(at: Instant, of: &ShownUnit) -> Value {
     let ((state, _), (pose, _)) = (of.state.get(), of.pose.get());
     json!({
         "unit": of.unit.name(),
         "via": of.via.name(),
+        "origin": of.origin.words(),
         "checks_waived": !of.waived.is_empty(),
         "since_ms": ms(at.since(of.since)),
         "state": labelled(&of.state, json!({
@@ -82,6 +91,7 @@ fn unit(at: Instant, of: &ShownUnit) -> Value {
         "place": labelled(&of.pose, json!({ "x_mm": pose.x_mm, "y_mm": pose.y_mm, "yaw_mrad": pose.yaw_mrad })),
         "tracks": of.tracks.iter().chain(of.lost.iter().map(|lost| &lost.track)).map(track).collect::<Value>(),
         "lost_more": of.lost_more,
+        "clock_ppm": of.clock.map(|rate| [rate.low_ppm, rate.high_ppm]),
     })
 }
 

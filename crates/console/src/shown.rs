@@ -15,9 +15,10 @@ use wire::sensor::{Pose, ProductMode};
 use wire::time::{Instant, Span};
 
 use crate::act::{Answer, Prepared};
-use crate::age::Labelled;
+use crate::age::{Labelled, Limits};
 use crate::alarm::ShownAlarm;
 use crate::life::ShownCommand;
+use crate::skew::Rate;
 
 /// What a unit says of its state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,6 +50,20 @@ pub enum Origin {
     Unverified,
     /// Its content was not made now by the platform's sensors.
     NotLive(ProductMode),
+}
+
+impl Origin {
+    /// In words; none of them is about how old it is.
+    pub fn words(self) -> String {
+        match self {
+            Origin::Direct => "DIRECT".to_owned(),
+            Origin::Relayed(via) => format!("VIA {via}"),
+            Origin::Unverified => "UNVERIFIED".to_owned(),
+            Origin::NotLive(ProductMode::Synthetic) => "SYNTHETIC".to_owned(),
+            Origin::NotLive(ProductMode::Replay) => "RECORDED".to_owned(),
+            Origin::NotLive(ProductMode::Live) => "NOT LIVE".to_owned(),
+        }
+    }
 }
 
 /// A track that the unit no longer reports, as it was reported last.
@@ -87,6 +102,8 @@ pub struct ShownUnit {
     pub lost: Vec<LostTrack>,
     /// Lost tracks for which there was no room.
     pub lost_more: u32,
+    /// How fast its clock runs against the console's, where that is known: ages rest on it.
+    pub clock: Option<Rate>,
 }
 
 impl ShownUnit {
@@ -147,6 +164,8 @@ pub struct Shown {
     pub marks: Marks,
     /// The platform's bounds.
     pub bounds: Bounds,
+    /// What the labels of values that age follow from.
+    pub limits: Limits,
     /// Units that have been heard, in the configured order.
     pub units: Vec<ShownUnit>,
     /// Units that have not.

@@ -6,6 +6,9 @@ use serde::{Deserialize, Serialize};
 /// Most points or blocks of each kind that are drawn.
 pub const MAX_POINTS: usize = 256;
 
+/// Most heights along a side of the survey; of one that is larger nothing is drawn.
+pub const MAX_SIDE: usize = 64;
+
 /// A place on the ground, metres east and north.
 pub type Place = [f32; 2];
 
@@ -25,6 +28,35 @@ pub struct Site {
     /// Known obstacles.
     #[serde(default)]
     pub blocks: Vec<Block>,
+    /// Heights of the ground, where it was surveyed.
+    #[serde(default)]
+    pub relief: Option<Relief>,
+}
+
+/// Heights of the ground on a square grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Relief {
+    /// The grid's south-west corner.
+    pub corner: Place,
+    /// Distance between two neighbours, metres.
+    pub cell: f32,
+    /// Heights in each row.
+    pub columns: usize,
+    /// Metres; rows from south to north, each from west to east.
+    pub heights: Vec<f32>,
+}
+
+impl Relief {
+    /// The rows, where it is a grid of finite numbers within [`MAX_SIDE`]; else none.
+    pub fn rows(&self) -> Vec<&[f32]> {
+        let numbers = self.heights.iter().chain(&self.corner).chain([&self.cell]);
+        let fits = (2..=MAX_SIDE).contains(&self.columns) && self.heights.len() <= MAX_SIDE * self.columns;
+        if !fits || self.cell <= 0.0 || numbers.into_iter().any(|number| !number.is_finite()) {
+            return Vec::new();
+        }
+        self.heights.chunks_exact(self.columns).collect()
+    }
 }
 
 /// Something that stands on the site.

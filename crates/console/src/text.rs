@@ -14,6 +14,7 @@ use crate::age::Labelled;
 use crate::alarm::{self, ShownAlarm};
 use crate::life::{Life, ShownCommand};
 use crate::shown::{Shown, ShownLink, ShownRefusals, ShownUnit};
+use crate::skew::Rate;
 
 /// The text of `shown`.
 pub fn lines(shown: &Shown) -> String {
@@ -100,12 +101,13 @@ fn unit_lines(text: &mut String, at: Instant, unit: &ShownUnit) {
     line(
         text,
         format_args!(
-            "         at ({:.1}, {:.1}) m  {} {}  via {}{}",
+            "         at ({:.1}, {:.1}) m  {} {}  via {}  {}{}",
             metres(pose.x_mm),
             metres(pose.y_mm),
             word(pose_freshness),
             age(unit.pose.age()),
             unit.via,
+            unit.clock.map_or("clock unknown".to_owned(), Rate::words),
             if unit.waived.is_empty() { "" } else { "  UNVERIFIED" },
         ),
     );

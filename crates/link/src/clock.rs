@@ -76,7 +76,12 @@ fn micros(clock: ClockId) -> u64 {
     saturate(i128::from(now.tv_sec()) * MILLION + i128::from(now.tv_nsec()) / 1_000)
 }
 
-/// The wall clock, for the validity of certificates and nothing else.
+/// The wall clock, microseconds since 1970, for a viewer outside that goes by it.
+pub fn wall_us() -> u64 {
+    wall().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.as_micros() as u64)
+}
+
+/// The wall clock, for the validity of certificates and for who looks on from outside.
 #[expect(clippy::disallowed_methods, reason = "certificates are dated; no core is handed this")]
 pub fn wall() -> SystemTime {
     SystemTime::now()

@@ -12,6 +12,8 @@ pub mod crypto;
 pub mod display;
 pub mod drive;
 pub mod dtls;
+#[cfg(feature = "foxglove")]
+pub mod foxglove;
 pub mod guard;
 pub mod instrument;
 pub mod load;
@@ -28,3 +30,4 @@ pub mod sockets;
 pub mod spec;
 pub mod stream;
 pub mod vet;
+pub mod web;

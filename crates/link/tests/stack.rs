@@ -8,10 +8,13 @@ mod stack {
     mod accept;
     mod association;
     mod bus;
+    #[cfg(feature = "foxglove")]
+    mod foxglove;
     mod hostile;
     mod logs;
     mod openssl;
     mod recorder;
     mod spec;
     mod vetting;
+    mod web;
 }

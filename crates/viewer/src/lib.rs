@@ -8,6 +8,7 @@
 //! Times are those of the run: zero is its start. Frames of reference: `world` (ENU, metres), a unit's body (x ahead, y left, z up), its
 //! `camera` (optical: x right, y down, z ahead) and its `lidar`.
 
+pub mod display;
 mod sensed;
 mod shape;
 mod stage;

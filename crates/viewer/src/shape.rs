@@ -41,6 +41,11 @@ pub(crate) fn of_class(class: Class, a: f64) -> Color {
     Color { r, g, b, a }
 }
 
+/// Not to be relied on, or out of normal: the console's own colour for that.
+pub(crate) fn caution(a: f64) -> Color {
+    Color { r: 0.90, g: 0.62, b: 0.00, a }
+}
+
 pub(crate) fn grey(light: f64) -> Color {
     Color { r: light, g: light, b: light, a: 1.0 }
 }

@@ -18,7 +18,7 @@ use crate::{Micros, ViewError, Viewer, stamp};
 /// The frame that everything stands in.
 pub(crate) const WORLD: &str = "world";
 /// A unit's body as it is drawn: length, width and height, metres.
-const BODY: [f64; 3] = [2.0, 1.2, 0.8];
+pub(crate) const BODY: [f64; 3] = [2.0, 1.2, 0.8];
 /// An object whose size is not known, metres.
 const UNKNOWN: [f64; 3] = [1.0, 1.0, 1.0];
 /// A track that is not told again is gone after this, milliseconds: it is told ten times a second.
@@ -125,7 +125,7 @@ fn of_track(at: Micros, track: &Track) -> SceneEntity {
     }
 }
 
-fn words(text: String, [x, y, z]: [f64; 3]) -> TextPrimitive {
+pub(crate) fn words(text: String, [x, y, z]: [f64; 3]) -> TextPrimitive {
     TextPrimitive {
         pose: Some(pose(x, y, z, STRAIGHT)),
         billboard: true,
@@ -136,7 +136,7 @@ fn words(text: String, [x, y, z]: [f64; 3]) -> TextPrimitive {
     }
 }
 
-fn entity(at: Micros, frame: &str, id: &str) -> SceneEntity {
+pub(crate) fn entity(at: Micros, frame: &str, id: &str) -> SceneEntity {
     SceneEntity { timestamp: Some(stamp(at)), frame_id: frame.to_owned(), id: id.to_owned(), ..SceneEntity::default() }
 }
 

@@ -104,6 +104,9 @@ pub enum Alarm {
     /// A command was refused, by the gateway or by the unit.
     #[n(8)]
     CommandRefused(#[n(0)] CommandId),
+    /// The unit's clock runs faster or slower against the console's than ages of its reports allow for.
+    #[n(9)]
+    ClockRuns(#[n(0)] UnitId),
 }
 
 /// What a person at this console may do. A lock against mistakes, not against attackers: unit, gateway and broker check

@@ -195,10 +195,14 @@ impl AgeBound {
         self.issued.map(|(_, at)| at)
     }
 
+    /// When this nonce went out, if it is ours and still answerable.
+    pub fn sent(&self, nonce: Nonce) -> Option<Instant> {
+        [self.issued, self.previous].into_iter().flatten().find(|(n, _)| *n == nonce).map(|(_, at)| at)
+    }
+
     /// Takes an echo into account. False when its nonce was not ours or is no longer answerable.
     pub fn prove(&mut self, echo: Echo) -> bool {
-        let issued_at = [self.issued, self.previous].into_iter().flatten().find(|(n, _)| *n == echo.nonce);
-        let Some((_, s)) = issued_at else { return false };
+        let Some(s) = self.sent(echo.nonce) else { return false };
         if self.proven.last().is_none_or(|(newest, _)| s > *newest) {
             if self.proven.is_full() {
                 self.proven.remove(0);

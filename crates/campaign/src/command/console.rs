@@ -1,21 +1,29 @@
-//! `holdsafe console RUN`: a recorded run in the console's window, to look at.
+//! `holdsafe console RUN`: a recorded run in the console's window, to look at, and beside it what the unit's sensors gave.
 
 use std::path::PathBuf;
 
 use console::process::replay;
 
+use super::bring::Bring;
 use super::failure::{Exit, Failure};
+use super::sensed::Seen;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
     /// The run's directory, as given to `live --out`.
     #[arg(value_name = "RUN")]
     run: PathBuf,
+    /// With a detector of one's own: what that sees is marked.
+    #[command(flatten)]
+    bring: Bring,
 }
 
 pub(super) fn run(args: &Args) -> Result<Exit, Failure> {
-    let recorded = replay::open(&args.run).map_err(|why| Failure::new(Exit::NoEvidence, why.to_string()))?;
+    let mut recorded = replay::open(&args.run).map_err(|why| Failure::new(Exit::NoEvidence, why.to_string()))?;
     link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
+    if let Some(seen) = Seen::open(&args.run, || args.bring.stages())? {
+        recorded = recorded.sensed_by(Box::new(seen));
+    }
     recorded.show().map_err(|why| Failure::new(Exit::Environment, why))?;
     Ok(Exit::Fine)
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use link::clock::trace_us;
+
 use super::batch;
 use super::bring::Bring;
 use super::engine::{self, View};
@@ -9,6 +11,9 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, out};
 use crate::report::Mode;
+
+/// Least time between two of the operator's views on a terminal, microseconds.
+const APART_US: u64 = 200_000;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -49,10 +54,15 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         eprintln!("{mark}");
     }
     // With --json stdout is for the object, so the operator's view goes to stderr.
-    let mut show: Box<dyn FnMut(&str)> = if context.json {
-        Box::new(|text| eprintln!("{text}"))
-    } else {
-        Box::new(|text| out::say(format_args!("{text}")))
+    let tell: fn(&str) =
+        if context.json { |text| eprintln!("{text}") } else { |text| out::say(format_args!("{text}")) };
+    let mut told = 0;
+    let mut show = |text: &str| {
+        let now = trace_us();
+        if now.saturating_sub(told) >= APART_US {
+            told = now;
+            tell(text);
+        }
     };
     let scenario = &one.variation.scenario;
     let view = View { show: &mut show, window: args.console, acts: Vec::new() };

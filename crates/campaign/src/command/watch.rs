@@ -1,5 +1,5 @@
 //! `holdsafe watch RUN`: what the console of a run shows, as text, from another terminal: over ssh, or in a script; with
-//! `--json` as one object a line.
+//! `--json` as one object a line, with `--web` as a page for a browser, with `--foxglove` for that viewer.
 //!
 //! It reads the console's mouth log while it grows, and prints the words that the console itself gave: no second model, no
 //! key and no hand in the run, so it may be called as often as one likes. A console that says nothing more is not shown as
@@ -18,11 +18,12 @@ use wire::core::{Input, Output};
 use wire::id::NodeId;
 
 use super::failure::{Exit, Failure};
+use super::onlook::{Page, Viewer};
 use super::{Context, out};
 
-/// How often it is looked whether there is more.
-const LOOK: Duration = Duration::from_millis(200);
-/// A console gives five texts a second; after so long without one, microseconds, what it gave last is not current.
+/// How often it is looked whether there is more, for who reads a terminal, and for a page or a viewer.
+const LOOK: [Duration; 2] = [Duration::from_millis(200), Duration::from_millis(20)];
+/// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, what it gave last is not current.
 const CURRENT_US: u64 = 1_000_000;
 
 #[derive(Debug, clap::Args)]
@@ -33,6 +34,66 @@ pub(super) struct Args {
     /// Print what was shown last, and end.
     #[arg(long)]
     once: bool,
+    /// Show it to a browser on this host instead, at this port or a free one, and print the address.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0")]
+    #[arg(conflicts_with = "once")]
+    web: Option<u16>,
+    /// Offer it to Foxglove's app on this host instead, at this port or the app's usual one; takes a build with `--features foxglove`.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8765")]
+    #[arg(conflicts_with_all = ["once", "web"])]
+    foxglove: Option<u16>,
+}
+
+/// Where it is shown.
+enum Place {
+    Terminal { json: bool },
+    Page(Page),
+    Viewer(Viewer),
+}
+
+impl Place {
+    fn open(context: &Context, args: &Args) -> Result<Self, Failure> {
+        let place = match (args.web, args.foxglove) {
+            (Some(port), _) => Place::Page(Page::open(port)?),
+            (None, Some(port)) => Place::Viewer(Viewer::open(port)?),
+            (None, None) => return Ok(Place::Terminal { json: context.json }),
+        };
+        let address = match &place {
+            Place::Page(page) => page.address(),
+            Place::Viewer(viewer) => viewer.address(),
+            Place::Terminal { .. } => String::new(),
+        };
+        if context.json {
+            out::say(format_args!("{}", json!({ "address": address })));
+        } else {
+            out::say(format_args!("{address}\nto look only, until the run or Ctrl-C ends it"));
+        }
+        Ok(place)
+    }
+
+    /// Shows a picture that was not there yet at `since`; nothing where it was there from the beginning.
+    fn show(&mut self, text: &str, picture: String, since: Option<u64>) -> Result<(), Failure> {
+        match self {
+            Place::Terminal { json: true } => out::say(format_args!("{picture}")),
+            Place::Terminal { json: false } => out::say(format_args!("{text}")),
+            Place::Page(page) => page.lay(picture, since),
+            Place::Viewer(viewer) => viewer.show(&picture)?,
+        }
+        Ok(())
+    }
+
+    /// Says that there has been no picture for so many seconds. A page counts for itself.
+    fn silent(&mut self, seconds: u64) -> Result<(), Failure> {
+        match self {
+            Place::Terminal { json: true } => out::say(format_args!("{}", json!({ "not_current_s": seconds }))),
+            Place::Terminal { json: false } => {
+                out::say(format_args!("NOT CURRENT: the console has said nothing more for {seconds} s"));
+            }
+            Place::Page(_) => {}
+            Place::Viewer(viewer) => viewer.silent(seconds)?,
+        }
+        Ok(())
+    }
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
@@ -40,12 +101,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
     let mut log = Follow::open(&path).map_err(unread)?;
     let (_nobody, pause) = channel::<()>();
-    let (mut heard, mut said) = (trace_us(), false);
+    let mut place = Place::open(context, args)?;
+    let (mut heard, mut said, mut looked) = (trace_us(), false, None);
     while !context.stop.asked() {
+        let now = trace_us();
         let news = log.news().map_err(unread)?;
+        // What was not there when it was looked before has come since.
+        let since = looked.replace(now);
         if let Some((text, picture)) = news.newest {
             (heard, said) = (trace_us(), false);
-            out::say(format_args!("{}", if context.json { picture } else { text }));
+            place.show(&text, picture, since)?;
         }
         if news.finished || args.once {
             return Ok(Exit::Fine);
@@ -53,15 +118,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let silent = trace_us().saturating_sub(heard);
         if silent > CURRENT_US && !said {
             said = true;
-            let seconds = silent / 1_000_000;
-            if context.json {
-                out::say(format_args!("{}", json!({ "not_current_s": seconds })));
-            } else {
-                out::say(format_args!("NOT CURRENT: the console has said nothing more for {seconds} s"));
-            }
+            place.silent(silent / 1_000_000)?;
         }
         // Nobody sends: this waits for its time.
-        let _ = pause.recv_timeout(LOOK);
+        let _ = pause.recv_timeout(LOOK[usize::from(!matches!(place, Place::Terminal { .. }))]);
     }
     Ok(Exit::Interrupted)
 }

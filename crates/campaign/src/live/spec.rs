@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use adversary::AdversaryConfig;
 use autonomy::Disc;
 use console::process::ProcessConfig;
-use console::site::{Block, Site};
+use console::site::{Block, MAX_SIDE, Relief, Site};
 use link::clock::HostClock;
 use link::guard::GuardMode;
 use link::loopback::LoopbackAddr;
@@ -15,6 +15,8 @@ use link::spec::{
     BrokerListen, BusSpec, ChannelSpec, DtlsDial, DtlsListen, MqttDial, RecorderSpec, RelayLeg, RelaySpec, ServiceSpec,
 };
 use serde_json::{Value, json};
+use sim::scene::Scene;
+use sim::terrain::Terrain;
 use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::policy::Requirement;
@@ -294,7 +296,25 @@ fn site(cast: &Cast) -> Site {
         route: mission.route.iter().map(place).collect(),
         looped: mission.looped,
         blocks: mission.obstacles.iter().map(block).collect(),
+        relief: cast.world().map(|world| survey(&world.scene)),
     }
+}
+
+/// The ground within the fence and a little beyond, as a survey before the mission found it.
+fn survey(scene: &Scene) -> Relief {
+    let ground = Terrain::new(&scene.ground);
+    let reach = |axis: usize| {
+        let of = || scene.geofence.iter().map(move |corner| corner[axis]);
+        (of().fold(f32::INFINITY, f32::min) - 4.0, of().fold(f32::NEG_INFINITY, f32::max) + 4.0)
+    };
+    let ((west, east), (south, north)) = (reach(0), reach(1));
+    let side = (east - west).max(north - south);
+    let cell = if side.is_finite() { (side / (MAX_SIDE - 1) as f32).max(1.0) } else { 1.0 };
+    let along =
+        |from: f32, to: f32| (0..MAX_SIDE).map(move |n| from + n as f32 * cell).take_while(move |at| *at < to + cell);
+    let columns = along(west, east).count();
+    let heights = along(south, north).flat_map(|y| along(west, east).map(move |x| (x, y)));
+    Relief { corner: [west, south], cell, columns, heights: heights.map(|(x, y)| ground.height(x, y)).collect() }
 }
 
 /// The name of the program for a role.

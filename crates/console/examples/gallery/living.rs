@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use console::gui::{Picture, Window, Wish};
 use eframe::egui::{Ui, ViewportCommand};
+use link::clock::trace_us;
 use wire::time::Span;
 
 use crate::Take;
@@ -21,6 +22,8 @@ pub(crate) struct Living {
     /// When the last picture was made, on egui's clock.
     last: f64,
     pictures: u32,
+    /// What each picture took to draw, microseconds; while it is measured.
+    drawn: Vec<u64>,
     measured: Option<Measured>,
 }
 
@@ -43,7 +46,7 @@ struct Usage {
 impl Living {
     pub(crate) fn new(take: Take, seconds: Option<f64>) -> Self {
         let measured = seconds.map(|seconds| Measured { seconds, began: None });
-        Self { take, window: None, last: 0.0, pictures: 0, measured }
+        Self { take, window: None, last: 0.0, pictures: 0, drawn: Vec::new(), measured }
     }
 
     /// Lets the scene go on, and gives up what the tests keep to look at later.
@@ -54,6 +57,7 @@ impl Living {
         yard.bench.mouth.clear();
         yard.bench.events.clear();
         yard.bench.texts.clear();
+        yard.bench.pictures.clear();
         self.pictures += 1;
     }
 
@@ -64,6 +68,7 @@ impl Living {
             println!("first picture {:.2} s after the process began", usage.age);
             measured.began = Some(usage);
             self.pictures = 0;
+            self.drawn.clear();
             return;
         };
         let took = usage.at - began.at;
@@ -72,6 +77,14 @@ impl Living {
             println!(
                 "{} pictures in {took:.1} s, {share:.3} of a core, {first} MB at first, {last} MB at last",
                 self.pictures
+            );
+            self.drawn.sort_unstable();
+            let rank = |share: f64| self.drawn[((self.drawn.len() - 1) as f64 * share) as usize] as f64 / 1000.0;
+            println!(
+                "drawing one took {:.1} ms in the middle, {:.1} in 99 of 100, {:.1} at most",
+                rank(0.5),
+                rank(0.99),
+                rank(1.0)
             );
             self.measured = None;
             ui.ctx().send_viewport_cmd(ViewportCommand::Close);
@@ -89,8 +102,13 @@ impl eframe::App for Living {
         }
         let window = self.window.get_or_insert_with(|| self.take.window(ui));
         let shown = self.take.yard.shown();
-        let picture = Picture { shown: &shown, behind: self.take.behind, tape: self.take.tape.as_ref() };
-        for wish in window.draw(ui, &picture) {
+        let picture = Picture { shown: &shown, behind: self.take.behind, tape: self.take.tape.as_ref(), sensed: None };
+        let before = trace_us();
+        let wishes = window.draw(ui, &picture);
+        if self.measured.is_some() {
+            self.drawn.push(trace_us() - before);
+        }
+        for wish in wishes {
             if let Wish::Act(act) = wish {
                 // What comes of it is in the picture.
                 let _ = self.take.yard.bench.act(act);

@@ -12,12 +12,13 @@ use std::time::Duration;
 use eframe::egui::{self, CentralPanel, Context, RichText, Ui};
 use eframe::{App, CreationContext, Frame, NativeOptions};
 use wire::id::UnitId;
-use wire::time::Span;
+use wire::time::{Instant, Span};
 
 use super::layout::{MAX_SAVED, Tiling};
 use super::replay::{Seek, Tape};
 use super::{Picture, Window, Wish, theme};
 use crate::act::Act;
+use crate::sensed::Sensed;
 use crate::shown::Shown;
 use crate::site::Site;
 
@@ -36,6 +37,10 @@ pub trait Source {
     fn send(&mut self, act: Act);
     /// Where the recording stands; `None` when this is live.
     fn tape(&mut self) -> Option<Tape> {
+        None
+    }
+    /// What the sensors gave at a moment of the recording, if it has that.
+    fn sensed(&mut self, _at: Instant) -> Option<Arc<Sensed>> {
         None
     }
     /// Goes elsewhere in the recording.
@@ -122,7 +127,9 @@ impl App for Program {
         let tape = self.source.tape();
         // A recording stands still when nobody moves it.
         let behind = behind(ui.input(|input| input.time), self.came).filter(|_| tape.is_none());
-        for wish in self.window.draw(ui, &Picture { shown: &shown, behind, tape: tape.as_ref() }) {
+        let sensed = tape.as_ref().and_then(|_| self.source.sensed(shown.at));
+        let picture = Picture { shown: &shown, behind, tape: tape.as_ref(), sensed: sensed.as_ref() };
+        for wish in self.window.draw(ui, &picture) {
             match wish {
                 Wish::Act(act) => self.source.send(act),
                 Wish::Seek(to) => self.source.seek(to),

@@ -33,6 +33,8 @@ pub(super) struct Desk {
     pub(super) search: String,
     /// Whether alarms that were acknowledged are shown.
     pub(super) acknowledged: bool,
+    /// Whether what the sensors gave is looked at, in a recording that has it.
+    pub(super) sensors: bool,
     /// Order of the track table.
     pub(super) sort: Sort,
     /// What part of the map is seen.
@@ -51,6 +53,7 @@ impl Desk {
             prepared: None,
             search: String::new(),
             acknowledged: true,
+            sensors: true,
             sort: Sort::default(),
             camera: None,
             ages: BTreeMap::new(),

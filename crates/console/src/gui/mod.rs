@@ -12,16 +12,20 @@ pub mod theme;
 mod ages;
 mod alarms;
 mod command;
+mod contour;
 mod desk;
 mod given;
 mod map;
 mod plan;
 mod refusals;
+mod sensed;
 mod sign;
 mod strip;
 mod tracks;
 mod why;
 mod words;
+
+use std::sync::Arc;
 
 use eframe::egui::{CentralPanel, Frame, Margin, Panel, RichText, Theme, Ui};
 use wire::id::UnitId;
@@ -30,8 +34,10 @@ use wire::time::Span;
 use self::desk::Desk;
 use self::layout::{Panes, Preset, Tiling};
 use self::replay::{Seek, Tape};
+use self::sensed::Textures;
 use self::theme::Palette;
 use crate::act::Act;
+use crate::sensed::Sensed;
 use crate::shown::Shown;
 use crate::site::Site;
 
@@ -56,6 +62,8 @@ pub struct Picture<'p> {
     pub behind: Option<Span>,
     /// Where the recording stands, if it is one.
     pub tape: Option<&'p Tape>,
+    /// What the sensors gave then, if it is one that has it.
+    pub sensed: Option<&'p Arc<Sensed>>,
 }
 
 /// The window's content.
@@ -64,12 +72,13 @@ pub struct Window {
     desk: Desk,
     site: Site,
     tiling: Tiling,
+    textures: Textures,
 }
 
 impl Window {
     /// A window over `site` that commands `unit` first.
     pub fn new(unit: UnitId, site: Site) -> Self {
-        Self { desk: Desk::new(unit), site, tiling: Tiling::new(Preset::Operate) }
+        Self { desk: Desk::new(unit), site, tiling: Tiling::new(Preset::Operate), textures: Textures::default() }
     }
 
     /// The layout, to keep or change it.
@@ -94,10 +103,17 @@ impl Window {
             strip::draw(ui, &mut self.desk, shown);
         });
         if let Some(tape) = picture.tape {
+            let sensors = picture.sensed.map(|_| &mut self.desk.sensors);
             Panel::bottom("replay")
                 .resizable(false)
                 .frame(frame(8, 4))
-                .show(ui, |ui| replay::draw(ui, tape, &mut wishes));
+                .show(ui, |ui| replay::draw(ui, tape, sensors, &mut wishes));
+        }
+        if let Some(sensed) = picture.sensed.filter(|_| picture.tape.is_some() && self.desk.sensors) {
+            Panel::bottom("sensed")
+                .resizable(false)
+                .frame(frame(8, 4))
+                .show(ui, |ui| sensed::draw(ui, &mut self.textures, sensed));
         }
         Panel::right("command").resizable(false).exact_size(command::WIDTH).frame(frame(8, 6)).show(ui, |ui| {
             Panel::bottom("looks").resizable(false).frame(frame(0, 2)).show(ui, |ui| self.looks(ui));

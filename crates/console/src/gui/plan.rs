@@ -1,10 +1,11 @@
-//! What lies beneath the units on the map: grid, scale, geofence, obstacles, route.
+//! What lies beneath the units on the map: contours, grid, scale, geofence, obstacles, route.
 
 use eframe::egui::{Align2, FontId, Painter, Pos2, Shape, Stroke, vec2};
 
+use super::contour;
 use super::map::View;
 use super::theme::Palette;
-use crate::site::{Block, MAX_POINTS, Place, Site};
+use crate::site::{Block, MAX_POINTS, Place, Relief, Site};
 
 /// Steps of the grid, metres: the first that is wide enough on screen is drawn.
 const STEPS: [f32; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
@@ -14,6 +15,7 @@ const LEAST_STEP: f32 = 56.0;
 /// Paints the plan of the site.
 pub(super) fn draw(painter: &Painter, palette: &Palette, site: &Site, view: &View) {
     let step = STEPS.into_iter().find(|step| view.long(*step) >= LEAST_STEP).unwrap_or(STEPS[STEPS.len() - 1]);
+    let contours = site.relief.as_ref().and_then(|relief| contours(painter, palette, relief, view));
     grid(painter, palette, view, step);
     site.blocks.iter().take(MAX_POINTS).for_each(|block| paint_block(painter, palette, view, block));
     let fence: Vec<Pos2> = points(&site.fence, view);
@@ -22,7 +24,17 @@ pub(super) fn draw(painter: &Painter, palette: &Palette, site: &Site, view: &Vie
         painter.extend(Shape::dashed_line(&[*from, to], Stroke::new(1.5, palette.weak), 10.0, 4.0));
     }
     route(painter, palette, site, view);
-    scale(painter, palette, view, step);
+    scale(painter, palette, view, step, contours);
+}
+
+/// Lines of equal height; how far these are apart, where there are any.
+fn contours(painter: &Painter, palette: &Palette, relief: &Relief, view: &View) -> Option<f32> {
+    let lines = contour::lines(relief)?;
+    let stroke = Stroke::new(1.0, palette.line);
+    for line in &lines.segments {
+        painter.line_segment(line.map(|place| view.at(place)), stroke);
+    }
+    Some(lines.step)
 }
 
 /// A circle of dashes, each about 6 points long.
@@ -98,7 +110,7 @@ fn route(painter: &Painter, palette: &Palette, site: &Site, view: &View) {
     }
 }
 
-fn scale(painter: &Painter, palette: &Palette, view: &View, step: f32) {
+fn scale(painter: &Painter, palette: &Palette, view: &View, step: f32, contours: Option<f32>) {
     let right = view.rect.right_bottom() + vec2(-12.0, -10.0);
     let left = right - vec2(view.long(step), 0.0);
     let stroke = Stroke::new(1.5, palette.text);
@@ -106,6 +118,7 @@ fn scale(painter: &Painter, palette: &Palette, view: &View, step: f32) {
     for end in [left, right] {
         painter.line_segment([end - vec2(0.0, 3.0), end + vec2(0.0, 3.0)], stroke);
     }
-    let text = format!("{step:.0} m, north up");
+    let contours = contours.map_or_else(String::new, |apart| format!(", contours every {apart} m"));
+    let text = format!("{step:.0} m, north up{contours}");
     painter.text(right - vec2(0.0, 4.0), Align2::RIGHT_BOTTOM, text, FontId::proportional(11.0), palette.text);
 }

@@ -35,8 +35,8 @@ pub enum Seek {
     Play(bool),
 }
 
-/// The bar.
-pub(super) fn draw(ui: &mut Ui, tape: &Tape, wishes: &mut Vec<Wish>) {
+/// The bar. `sensors` is whether what these gave is looked at, where that is known.
+pub(super) fn draw(ui: &mut Ui, tape: &Tape, sensors: Option<&mut bool>, wishes: &mut Vec<Wish>) {
     let mut seek = |to: Seek| wishes.push(Wish::Seek(to));
     ui.horizontal(|ui| {
         ui.label(RichText::new("REPLAY").strong().color(Palette::of(ui).advice));
@@ -56,6 +56,9 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, wishes: &mut Vec<Wish>) {
         }
         if ui.add_enabled(later.is_some(), Button::new("Next change")).clicked() {
             seek(Seek::To(later.map_or(tape.length, |moment| moment.at)));
+        }
+        if let Some(sensors) = sensors {
+            ui.toggle_value(sensors, "Sensors");
         }
         ui.label(RichText::new(format!("{} of {}", seconds(tape.at), seconds(tape.length))).monospace());
         let label = ui.label(RichText::new("time").weak());

@@ -13,6 +13,7 @@ use super::theme::Palette;
 use super::words::{self, seconds};
 use crate::age::Labelled;
 use crate::shown::{Shown, ShownLink, ShownUnit, State};
+use crate::skew::Rate;
 
 /// Height of a unit's line, points.
 const LINE: f32 = 28.0;
@@ -123,7 +124,10 @@ fn run(ui: &mut Ui, shown: &Shown) {
             let text = format!("ABLATION {}", words::tame(policy));
             sign::chip(ui, 232.0, (Tone::Caution, Shape::Diamond), &text, true, &format!("MARK {text}"));
         }
-        shown.links.iter().for_each(|link| link_chip(ui, link));
+        for link in &shown.links {
+            let clock = shown.units.iter().find(|unit| unit.unit.peer() == link.peer).and_then(|unit| unit.clock);
+            link_chip(ui, link, clock);
+        }
         for (peer, times) in &shown.losses {
             let text = format!("{peer} lost its command session {times}x");
             sign::chip(ui, 290.0, (Tone::Alarm, Shape::Cross), &text, false, &format!("LOSS {text}"));
@@ -133,11 +137,16 @@ fn run(ui: &mut Ui, shown: &Shown) {
     });
 }
 
-/// A link as the gateway's last word has it, which ages; and when something last came through it.
-fn link_chip(ui: &mut Ui, link: &ShownLink) {
+/// A link as the gateway's last word has it, which ages; when something last came through it; and how fast the clock at
+/// its other end runs, once that is known.
+fn link_chip(ui: &mut Ui, link: &ShownLink, clock: Option<Rate>) {
     let (open, freshness) = link.open.get();
     let heard = link.heard.map_or("never".to_owned(), seconds);
+    let runs = clock.is_some_and(Rate::beyond);
     let (sign, text) = match (open, freshness) {
+        (true, Freshness::Fresh | Freshness::Late) if runs => {
+            ((Tone::Caution, Shape::Diamond), format!("{} up {heard}", link.peer))
+        }
         (true, Freshness::Fresh | Freshness::Late) => {
             ((Tone::Normal, Shape::Disc), format!("{} up {heard}", link.peer))
         }
@@ -146,7 +155,11 @@ fn link_chip(ui: &mut Ui, link: &ShownLink) {
         }
         (false, _) => ((Tone::Alarm, Shape::Cross), format!("{} DOWN {heard}", link.peer)),
     };
-    sign::chip(ui, 168.0, sign, &text, false, &format!("LINK {text}"));
+    let (text, width) = match clock {
+        Some(rate) => (format!("{text}, {}", rate.words()), 300.0),
+        None => (text, 168.0),
+    };
+    sign::chip(ui, width, sign, &text, false, &format!("LINK {text}"));
 }
 
 fn cell(ui: &mut Ui, width: f32, text: RichText) -> Response {

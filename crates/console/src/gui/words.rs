@@ -2,7 +2,6 @@
 
 use wire::command::CommandKind;
 use wire::person::Order;
-use wire::sensor::ProductMode;
 use wire::time::{Instant, Span};
 
 use super::sign::Tone;
@@ -44,16 +43,14 @@ pub(super) fn tame(name: &str) -> String {
     tame
 }
 
-/// Where something comes from: no word of it is about how old it is.
+/// Where something comes from, and how far from normal that is.
 pub(super) fn origin(origin: Origin) -> (Tone, String) {
-    match origin {
-        Origin::Direct => (Tone::Normal, "DIRECT".to_owned()),
-        Origin::Relayed(via) => (Tone::Advice, format!("VIA {via}")),
-        Origin::Unverified => (Tone::Caution, "UNVERIFIED".to_owned()),
-        Origin::NotLive(ProductMode::Synthetic) => (Tone::Caution, "SYNTHETIC".to_owned()),
-        Origin::NotLive(ProductMode::Replay) => (Tone::Caution, "RECORDED".to_owned()),
-        Origin::NotLive(ProductMode::Live) => (Tone::Caution, "NOT LIVE".to_owned()),
-    }
+    let tone = match origin {
+        Origin::Direct => Tone::Normal,
+        Origin::Relayed(_) => Tone::Advice,
+        Origin::Unverified | Origin::NotLive(_) => Tone::Caution,
+    };
+    (tone, origin.words())
 }
 
 /// How far a command has come.

@@ -11,6 +11,7 @@ use super::player::{Player, PlayerError};
 use super::window::layout;
 use crate::gui::app::{self, Looks, Source};
 use crate::gui::replay::{Seek, Tape};
+use crate::sensed::{Sensed, Sensing};
 use crate::shown::Shown;
 use crate::site::Site;
 
@@ -18,6 +19,7 @@ use crate::site::Site;
 pub struct Recorded {
     player: Player,
     site: Site,
+    sensing: Option<Box<dyn Sensing>>,
 }
 
 /// Opens the recording below `run_dir`.
@@ -26,10 +28,16 @@ pub struct Recorded {
 /// When something of it is missing or is no recording.
 pub fn open(run_dir: &Path) -> Result<Recorded, PlayerError> {
     let (player, config) = Player::open(run_dir)?;
-    Ok(Recorded { player, site: config.window.unwrap_or_default() })
+    Ok(Recorded { player, site: config.window.unwrap_or_default(), sensing: None })
 }
 
 impl Recorded {
+    /// With what the sensors gave, beside what was shown.
+    #[must_use]
+    pub fn sensed_by(self, sensing: Box<dyn Sensing>) -> Self {
+        Self { sensing: Some(sensing), ..self }
+    }
+
     /// Shows it in a window, until that is closed.
     ///
     /// # Errors
@@ -37,7 +45,7 @@ impl Recorded {
     pub fn show(self) -> Result<(), String> {
         let unit = self.player.first();
         let looks = Looks { title: "holdsafe console: REPLAY".to_owned(), unit, site: self.site, layout: layout() };
-        let source = Running { player: self.player, since: None, new: true };
+        let source = Running { player: self.player, sensing: self.sensing, since: None, new: true };
         app::run(looks, Box::new(source), |_wake| {}).map_err(|why| format!("the window cannot be opened: {why}"))
     }
 }
@@ -45,6 +53,7 @@ impl Recorded {
 /// The player with the time at which it was set running, and from where.
 struct Running {
     player: Player,
+    sensing: Option<Box<dyn Sensing>>,
     since: Option<(Instant, Span)>,
     /// Whether there is a picture that was not drawn.
     new: bool,
@@ -68,6 +77,10 @@ impl Source for Running {
     fn tape(&mut self) -> Option<Tape> {
         let (at, length) = (self.player.at(), self.player.length());
         Some(Tape { at, length, moments: self.player.moments().to_vec(), playing: self.since.is_some() })
+    }
+
+    fn sensed(&mut self, at: Instant) -> Option<Arc<Sensed>> {
+        self.sensing.as_mut()?.at(at)
     }
 
     fn seek(&mut self, to: Seek) {

@@ -21,7 +21,7 @@ use crate::yard::Yard;
 pub(crate) type Scene = (&'static str, fn() -> Yard);
 
 /// Every one.
-pub(crate) const SCENES: [Scene; 11] = [
+pub(crate) const SCENES: [Scene; 12] = [
     ("nominal", nominal),
     ("authority", authority),
     ("degraded", degraded),
@@ -33,6 +33,7 @@ pub(crate) const SCENES: [Scene; 11] = [
     ("ablation", ablation),
     ("view-only", view_only),
     ("crowd", crowd),
+    ("flood", flood),
 ];
 
 /// Two units drive; the mission was enabled a while ago.
@@ -148,6 +149,14 @@ pub(crate) fn crowd() -> Yard {
         }
         yard.run(Span::ms(600));
     }
+    yard
+}
+
+/// Fifty thousand refusals a second at the gateway, of every kind.
+pub(crate) fn flood() -> Yard {
+    let mut yard = nominal();
+    yard.flood = 50_000;
+    yard.run(Span::s(8));
     yard
 }
 

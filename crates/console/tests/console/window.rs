@@ -2,11 +2,14 @@
 //!
 //! Behind it is the real console. The harness refuses controls without a name and glyphs that the fonts lack.
 
+use std::sync::Arc;
+
 use console::act::{Act, Alarm, Order, PREPARED_FOR};
 use console::gui::layout::{Pane, Preset, Tiling};
 use console::gui::replay::{Seek, Tape};
 use console::gui::{Picture, Window, Wish, theme};
 use console::life::Life;
+use console::sensed::{Image, Mark, Sensed, Sight};
 use eframe::egui::accesskit::Role as Kind;
 use eframe::egui::{Event, Key, Modifiers, Theme, Vec2, vec2};
 use egui_kittest::Harness;
@@ -28,6 +31,7 @@ struct Seat {
     window: Window,
     tape: Option<Tape>,
     behind: Option<Span>,
+    sensed: Option<Arc<Sensed>>,
     acts: Vec<Act>,
     seeks: Vec<Seek>,
 }
@@ -40,12 +44,13 @@ fn seat(yard: Yard) -> Seated {
 
 fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
     let window = Window::new(UnitId::A, yard::site());
-    let seat = Seat { yard, window, tape: None, behind: None, acts: Vec::new(), seeks: Vec::new() };
+    let seat = Seat { yard, window, tape: None, behind: None, sensed: None, acts: Vec::new(), seeks: Vec::new() };
     let draw = |ui: &mut eframe::egui::Ui, seat: &mut Seat| {
         theme::apply(ui.ctx());
         let mut shown = seat.yard.shown();
         shown.marks.replay |= seat.tape.is_some();
-        let picture = Picture { shown: &shown, behind: seat.behind, tape: seat.tape.as_ref() };
+        let picture =
+            Picture { shown: &shown, behind: seat.behind, tape: seat.tape.as_ref(), sensed: seat.sensed.as_ref() };
         for wish in seat.window.draw(ui, &picture) {
             match wish {
                 Wish::Act(act) => {
@@ -385,6 +390,40 @@ fn a_recording_is_moved_in_and_never_looks_live() {
     assert!(says(&seated, "last change: unit-a HOLD_SAFE: lost:teammates at 6.90 s"));
     assert!(says(&seated, "what really happened: insider-b: sends a report of unit-b that is a lie at 6.70 s"));
     assert!(says(&seated, "timeline: 3 changes shown, 1 things that happened"));
+}
+
+#[test]
+fn what_the_sensors_gave_is_seen_in_a_recording_and_never_beside_a_live_picture() {
+    let mut seated = seat(scenes::hold_safe());
+    let sight = |name, image| Sight { name, legend: "as seen", image, marks: Vec::new() };
+    let mark = Mark { edges: [1.0, 1.0, 90.0, 9.0], says: "vehicle 93 %".to_owned() };
+    let colour = Sight { marks: vec![mark], ..sight("colour", Some(Image { width: 4, height: 2, rgb: vec![90; 24] })) };
+    let sensed = Sensed { before: Span::ms(40), sights: vec![colour, sight("thermal", None)] };
+    seated.state_mut().sensed = Some(Arc::new(sensed));
+    seated.run_steps(3);
+    assert!(!says(&seated, "SENSOR") && !says(&seated, "WHAT THE SENSORS GAVE"), "the picture is live");
+    let (_, tape) = scenes::replayed(seated.state().yard.shown());
+    seated.state_mut().tape = Some(tape);
+    seated.run_steps(3);
+    assert!(says(&seated, "WHAT THE SENSORS GAVE, 0.04 s before · evidence: no operator sees it"));
+    assert!(says(&seated, "SENSOR colour 1 found") && says(&seated, "SENSOR thermal gave nothing"));
+    click(&mut seated, Kind::Button, "Sensors");
+    assert!(!says(&seated, "SENSOR colour"));
+}
+
+#[test]
+fn a_clock_that_runs_beyond_what_ages_allow_for_is_an_alarm_and_stands_at_its_link() {
+    let mut yard = Yard::new();
+    // One that runs fast is refused here before that: without a delay its reports come before they were written.
+    yard.actor(UnitId::B).fast_ppm = -3_000;
+    yard.run(Span::s(20));
+    let seated = seat(yard);
+    let shown = seated.state().yard.shown();
+    let alarms: Vec<Alarm> = shown.alarms.iter().map(|raised| raised.alarm).collect();
+    assert_eq!(alarms, [Alarm::ClockRuns(UnitId::B)]);
+    let clock = |unit| shown.unit(unit).and_then(|unit| unit.clock).expect("a rate").words();
+    assert!(says(&seated, &format!("LINK unit-b up 0.10 s, {}", clock(UnitId::B))), "{}", clock(UnitId::B));
+    assert!(says(&seated, &clock(UnitId::A)));
 }
 
 #[test]

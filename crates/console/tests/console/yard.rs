@@ -3,7 +3,7 @@
 //! The gateway and the units are told what to say; the console is the real one, and what it shows is its model's.
 
 use console::shown::Shown;
-use console::site::{Block, Site};
+use console::site::{Block, Relief, Site};
 use sha2::{Digest, Sha256};
 use wire::codec::List;
 use wire::command::{Ack, CommandKind, Confirmation, Intent};
@@ -15,7 +15,7 @@ use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
-use wire::time::{PeerStamp, Span};
+use wire::time::{Echo, PeerStamp, Span};
 
 use crate::bench::{Asked, Bench, sign};
 
@@ -38,6 +38,8 @@ pub(crate) struct Actor {
     pub(crate) via: PeerId,
     /// Whether it answers orders.
     pub(crate) obeys: bool,
+    /// By how many millionths its clock runs faster than the console's.
+    pub(crate) fast_ppm: i64,
     sequence: u64,
     last: Option<(CommandId, Option<Reason>)>,
 }
@@ -48,6 +50,10 @@ pub(crate) struct Yard {
     pub(crate) actors: Vec<Actor>,
     /// What was shown after each period, oldest first.
     pub(crate) film: Vec<Shown>,
+    /// Refusals a second at the gateway, which tells of twenty of them.
+    pub(crate) flood: u64,
+    /// Of how many it has told.
+    told: u64,
     /// Orders that were taken care of.
     done: usize,
 }
@@ -64,7 +70,7 @@ impl Yard {
             bench.feed(&Feed::Session(unit.peer(), true));
         }
         let actors = units.iter().enumerate().map(|(at, unit)| Actor::new(*unit, at as i32)).collect();
-        Self { bench, actors, film: Vec::new(), done: 0 }
+        Self { bench, actors, film: Vec::new(), flood: 0, told: 0, done: 0 }
     }
 
     pub(crate) fn actor(&mut self, unit: UnitId) -> &mut Actor {
@@ -83,8 +89,21 @@ impl Yard {
             for at in 0..self.actors.len() {
                 self.report(at);
             }
+            if self.flood > 0 {
+                self.refuse();
+                self.refuse();
+            }
             self.wait(PERIOD);
         }
+    }
+
+    /// The gateway tells of one more refusal, reason by reason and peer by peer, with how many there were of each.
+    fn refuse(&mut self) {
+        let (kinds, peers) = (Reason::ALL.len() as u64 * 2, [PeerId::UNIT_A, PeerId::UNIT_B]);
+        let kind = (self.told % kinds) as usize;
+        let counted = (self.told / kinds + 1) * self.flood / 20;
+        self.told += 1;
+        self.bench.feed(&Feed::Refused(Reason::ALL[kind / 2], Some(peers[kind % 2]), counted));
     }
 
     /// Lets time go by in which nobody says anything.
@@ -101,8 +120,12 @@ impl Yard {
         if !actor.heard {
             return;
         }
-        let report = actor.report(now.0);
-        let signed = sign(report.origin, &self.bench.told(report));
+        let fast = actor.fast_ppm;
+        let clock = |at: u64| at.saturating_add_signed(at as i64 * fast / 1_000_000);
+        let stamp = clock(now.0);
+        let report = self.bench.told(actor.report(stamp));
+        let watched = report.watched.map(|echo| Echo { seen: PeerStamp(clock(echo.seen.0)), ..echo });
+        let signed = sign(report.origin, &Report { watched, ..report });
         let (via, unit, waived) = (actor.via, actor.unit, Waived::default());
         let age = Some(Span::ms(18));
         self.bench.feed(&Feed::Accepted(AcceptedReport {
@@ -164,6 +187,7 @@ impl Actor {
             heard: true,
             via: unit.peer(),
             obeys: true,
+            fast_ppm: 0,
             sequence: 0,
             last: None,
         }
@@ -243,5 +267,14 @@ pub(crate) fn site() -> Site {
         route: vec![[8.0, -6.0], [10.0, 4.0], [0.0, 8.0], [-10.0, 6.0], [-12.0, -4.0]],
         looped: true,
         blocks: vec![block([2.0, 18.0], [3.0, 1.5], 0.3), block([-24.0, -18.0], [5.0, 3.0], 1.1)],
+        relief: Some(hills()),
     }
+}
+
+/// Gentle hills, as a survey found them.
+fn hills() -> Relief {
+    let along = |n: usize| n as f32 * 2.0 - 44.0;
+    let height = |x: f32, y: f32| 0.3 * libm::sinf(x / 9.0) * libm::cosf(y / 11.0) + 0.1 * libm::sinf((x + y) / 5.0);
+    let heights = (0..45 * 45).map(|n| height(along(n % 45), along(n / 45))).collect();
+    Relief { corner: [-44.0, -44.0], cell: 2.0, columns: 45, heights }
 }

@@ -299,7 +299,11 @@ impl Outlets {
                 Some(relay) => relay.emit_stranger(&bytes),
                 None => self.undeliverable += 1,
             },
-            Output::Text { text, .. } => say("text", &json!(text)),
+            // Whoever follows the log is to have it now: what is shown ages.
+            Output::Text { text, .. } => {
+                self.flush();
+                say("text", &json!(text));
+            }
         }
     }
 

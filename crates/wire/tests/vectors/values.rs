@@ -699,6 +699,7 @@ fn acts() -> Vec<Named> {
         named!("noted-stale", Numbered, noted(Alarm::Stale(UnitId::A))),
         named!("noted-silent", Numbered, noted(Alarm::Silent(UnitId::C))),
         named!("noted-track-lost", Numbered, noted(Alarm::TrackLost(UnitId::A, Boot(2), TrackId(70_000)))),
+        named!("noted-clock-runs", Numbered, noted(Alarm::ClockRuns(UnitId::A))),
         named!("noted-link-down", Numbered, noted(Alarm::LinkDown(PeerId::UNIT_B))),
         named!("noted-session-lost", Numbered, noted(Alarm::SessionLost(PeerId::GATEWAY))),
         named!("noted-not-acknowledged", Numbered, noted(Alarm::NotAcknowledged(COMMAND))),

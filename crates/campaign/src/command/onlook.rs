@@ -1,0 +1,152 @@
+//! Those who look on at a run from outside a terminal: a browser, by a page that asks for one picture after the other, and
+//! Foxglove's app, which is told of each.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use console::page;
+use link::clock::trace_us;
+use link::web::{self, Content, Served};
+use serde_json::json;
+
+use super::failure::{Exit, Failure};
+
+fn taken(port: u16, why: &dyn std::fmt::Display) -> Failure {
+    Failure::new(Exit::Environment, format!("port {port} of loopback: {why}; name another one, or none"))
+}
+
+/// A picture that lies ready for whoever asks.
+#[derive(Default)]
+struct Laid {
+    picture: Option<String>,
+    /// When it was not there yet; nothing where it was there from the beginning, for who knows how long.
+    since: Option<u64>,
+}
+
+impl Laid {
+    /// As the page asks for it: see [`console::page::JS`].
+    fn answer(&self, now: u64) -> String {
+        let picture = self.picture.as_deref().unwrap_or("null");
+        let held = self.since.map(|since| now.saturating_sub(since).div_ceil(1000));
+        format!(r#"{{"held_ms":{},"picture":{picture}}}"#, json!(held))
+    }
+}
+
+/// The page, served until this is dropped.
+pub(super) struct Page {
+    laid: Arc<Mutex<Laid>>,
+    served: Served,
+}
+
+impl Page {
+    /// Serves it on this port of loopback.
+    pub(super) fn open(port: u16) -> Result<Self, Failure> {
+        let laid = Arc::new(Mutex::new(Laid::default()));
+        let ready = Arc::clone(&laid);
+        let picture = move || ready.lock().unwrap_or_else(PoisonError::into_inner).answer(trace_us());
+        let fixed = |path, media, text| web::Page { path, media, content: Content::Fixed(text) };
+        let pages = vec![
+            fixed("", "text/html; charset=utf-8", page::HTML),
+            fixed("page.css", "text/css; charset=utf-8", page::CSS),
+            fixed("page.js", "text/javascript; charset=utf-8", page::JS),
+            web::Page { path: "picture", media: "application/json", content: Content::Made(Box::new(picture)) },
+        ];
+        Ok(Self { laid, served: Served::open(port, pages).map_err(|why| taken(port, &why))? })
+    }
+
+    /// Where a browser finds it.
+    pub(super) fn address(&self) -> String {
+        self.served.address()
+    }
+
+    /// Puts a picture there that was not there yet at `since`.
+    pub(super) fn lay(&self, picture: String, since: Option<u64>) {
+        let mut laid = self.laid.lock().unwrap_or_else(PoisonError::into_inner);
+        *laid = Laid { picture: Some(picture), since };
+    }
+}
+
+/// Foxglove's app, if there is one that looks.
+#[cfg(feature = "foxglove")]
+pub(super) struct Viewer {
+    offered: link::foxglove::Offered,
+    onlooker: viewer::display::Onlooker,
+}
+
+#[cfg(feature = "foxglove")]
+impl Viewer {
+    /// Offers it on this port of loopback.
+    pub(super) fn open(port: u16) -> Result<Self, Failure> {
+        let offered = link::foxglove::Offered::open(port).map_err(|why| taken(port, &why))?;
+        Ok(Self { offered, onlooker: viewer::display::Onlooker::default() })
+    }
+
+    /// Where the app finds it.
+    pub(super) fn address(&self) -> String {
+        self.offered.address()
+    }
+
+    /// Tells of a picture.
+    pub(super) fn show(&mut self, picture: &str) -> Result<(), Failure> {
+        let messages = self.onlooker.look(link::clock::wall_us(), picture).map_err(|why| untold(&why))?;
+        messages.iter().try_for_each(|message| self.say(message))
+    }
+
+    /// Tells that there has been none for so many seconds.
+    pub(super) fn silent(&mut self, seconds: u64) -> Result<(), Failure> {
+        let message = viewer::display::silent(link::clock::wall_us(), seconds).map_err(|why| untold(&why))?;
+        self.say(&message)
+    }
+
+    fn say(&mut self, message: &viewer::display::Message) -> Result<(), Failure> {
+        let viewer::display::Message { topic, encoding, schema: [name, language], definition, bytes } = message;
+        let kind = link::foxglove::Kind { topic, encoding, schema: [name, language], definition };
+        self.offered.say(kind, bytes).map_err(|why| untold(&why))
+    }
+}
+
+#[cfg(feature = "foxglove")]
+fn untold(why: &dyn std::fmt::Display) -> Failure {
+    Failure::new(Exit::NoEvidence, format!("a picture cannot be told: {why}"))
+}
+
+/// Nobody: this build has no server for it.
+#[cfg(not(feature = "foxglove"))]
+pub(super) enum Viewer {}
+
+#[cfg(not(feature = "foxglove"))]
+impl Viewer {
+    /// Says what it takes.
+    pub(super) fn open(_port: u16) -> Result<Self, Failure> {
+        let why =
+            "this build has no server for Foxglove: `cargo run --release --features foxglove -- watch RUN --foxglove`";
+        Err(Failure::new(Exit::Environment, why))
+    }
+
+    /// There is none.
+    pub(super) fn address(&self) -> String {
+        match *self {}
+    }
+
+    /// There is none.
+    pub(super) fn show(&mut self, _picture: &str) -> Result<(), Failure> {
+        match *self {}
+    }
+
+    /// There is none.
+    pub(super) fn silent(&mut self, _seconds: u64) -> Result<(), Failure> {
+        match *self {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn how_long_a_picture_lies_ready_is_told_and_of_one_that_was_there_from_the_beginning_nobody_knows() {
+        assert_eq!(Laid::default().answer(7), r#"{"held_ms":null,"picture":null}"#);
+        let laid = |since| Laid { picture: Some("{}".to_owned()), since };
+        assert_eq!(laid(None).answer(9_000_000), r#"{"held_ms":null,"picture":{}}"#);
+        assert_eq!(laid(Some(1_000_000)).answer(1_250_001), r#"{"held_ms":251,"picture":{}}"#);
+    }
+}

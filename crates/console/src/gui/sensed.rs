@@ -1,0 +1,123 @@
+//! What the sensors gave, above the bar of a recording: evidence, and said to be that. It is there in a replay only.
+
+use std::sync::Arc;
+
+use eframe::egui::{
+    Color32, ColorImage, FontId, Rect, RichText, Role, Sense, Stroke, StrokeKind, TextureHandle, TextureOptions, Ui,
+    Vec2, WidgetInfo, pos2, vec2,
+};
+
+use super::sign::{Shape, Tone};
+use super::theme::Palette;
+use super::words::seconds;
+use crate::sensed::{Image, Sensed, Sight};
+
+/// Height of a picture, points.
+const HIGH: f32 = 150.0;
+/// Between two of them.
+const GAP: f32 = 8.0;
+
+/// The pictures that are drawn, as the graphics card has them.
+#[derive(Default)]
+pub(super) struct Textures {
+    of: Option<Arc<Sensed>>,
+    pictures: Vec<Option<TextureHandle>>,
+}
+
+impl std::fmt::Debug for Textures {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Textures").field("pictures", &self.pictures.len()).finish_non_exhaustive()
+    }
+}
+
+impl Textures {
+    fn take(&mut self, ui: &Ui, sensed: &Arc<Sensed>) {
+        if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, sensed)) {
+            return;
+        }
+        let load = |sight: &Sight| {
+            let image = picture(sight.image.as_ref()?)?;
+            Some(ui.ctx().load_texture(sight.name, image, TextureOptions::NEAREST))
+        };
+        self.pictures = sensed.sights.iter().map(load).collect();
+        self.of = Some(Arc::clone(sensed));
+    }
+}
+
+/// As egui takes it; nothing where the bytes are not those of its size.
+fn picture(image: &Image) -> Option<ColorImage> {
+    let bytes = image.width.checked_mul(image.height)?.checked_mul(3)?;
+    (bytes > 0 && bytes == image.rgb.len()).then(|| ColorImage::from_rgb([image.width, image.height], &image.rgb))
+}
+
+/// The pictures beside each other.
+pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, sensed: &Arc<Sensed>) {
+    textures.take(ui, sensed);
+    let says = format!("WHAT THE SENSORS GAVE, {} before · evidence: no operator sees it", seconds(sensed.before));
+    ui.label(RichText::new(says).color(Palette::of(ui).text));
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = GAP;
+        let n = sensed.sights.len().max(1) as f32;
+        let wide = ((ui.available_width() - GAP * (n - 1.0)) / n).max(40.0);
+        for (sight, texture) in sensed.sights.iter().zip(&textures.pictures) {
+            ui.vertical(|ui| one(ui, wide, sight, texture.as_ref()));
+        }
+    });
+}
+
+fn one(ui: &mut Ui, wide: f32, sight: &Sight, texture: Option<&TextureHandle>) {
+    let palette = Palette::of(ui);
+    let (place, response) = ui.allocate_exact_size(vec2(wide, HIGH), Sense::hover());
+    let found = if texture.is_some() { format!("{} found", sight.marks.len()) } else { "gave nothing".to_owned() };
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("SENSOR {} {found}", sight.name)));
+    ui.painter().rect_filled(place, 0.0, palette.ground);
+    match (texture, &sight.image) {
+        (Some(texture), Some(image)) => {
+            let size = vec2(image.width as f32, image.height as f32);
+            let scale = (place.width() / size.x).min(place.height() / size.y);
+            let rect = Rect::from_center_size(place.center(), size * scale);
+            let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+            ui.painter().image(texture.id(), rect, whole, Color32::WHITE);
+            marks(ui, sight, rect, scale);
+        }
+        _ => {
+            Shape::Cross.draw(ui.painter(), place.center() - Vec2::new(0.0, 10.0), 16.0, Tone::Alarm.color(palette));
+            let font = FontId::proportional(12.0);
+            let at = place.center() + Vec2::new(0.0, 12.0);
+            ui.painter().text(at, eframe::egui::Align2::CENTER_CENTER, "gave nothing", font, palette.alarm);
+        }
+    }
+    let words = format!("{} · {}", sight.name, sight.legend);
+    ui.add(eframe::egui::Label::new(RichText::new(words).small().color(palette.text)).truncate());
+}
+
+/// Each thing found, with its words where there is room on a ground of their own.
+fn marks(ui: &Ui, sight: &Sight, rect: Rect, scale: f32) {
+    let painter = ui.painter_at(rect);
+    for mark in &sight.marks {
+        let [left, upper, right, lower] = mark.edges;
+        let bounds = Rect::from_min_max(rect.min + vec2(left, upper) * scale, rect.min + vec2(right, lower) * scale);
+        painter.rect_stroke(bounds, 0.0, Stroke::new(2.5, Color32::BLACK), StrokeKind::Outside);
+        painter.rect_stroke(bounds, 0.0, Stroke::new(1.0, Color32::WHITE), StrokeKind::Outside);
+        let galley = painter.layout_no_wrap(mark.says.clone(), FontId::proportional(10.0), Color32::WHITE);
+        let most = rect.max - galley.size();
+        let at = pos2(
+            bounds.min.x.clamp(rect.min.x, most.x.max(rect.min.x)),
+            (bounds.min.y - galley.size().y - 2.0).max(rect.min.y),
+        );
+        painter.rect_filled(Rect::from_min_size(at, galley.size()).expand(1.0), 0.0, Color32::BLACK);
+        painter.galley(at, galley, Color32::WHITE);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_image_whose_bytes_are_not_those_of_its_size_is_not_drawn() {
+        let of = |width, height, bytes| picture(&Image { width, height, rgb: vec![7; bytes] }).is_some();
+        assert!(of(4, 2, 24));
+        assert!(![of(4, 2, 23), of(0, 2, 0), of(usize::MAX, 2, 6), of(4, 2, 25)].contains(&true));
+    }
+}

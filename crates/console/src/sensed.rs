@@ -1,0 +1,56 @@
+//! What the sensors of a unit gave at a moment of a recording, ready to be drawn: for whoever looks at evidence.
+//!
+//! No console that runs has it, for it does not reach the control domain; and no view of what was shown is made of it. Finding it in a
+//! recording, and reading it, is left to whoever opens that.
+
+use std::sync::Arc;
+
+use wire::time::{Instant, Span};
+
+/// A picture: three bytes a pixel, row by row from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Image {
+    /// Pixels in a row.
+    pub width: usize,
+    /// Rows.
+    pub height: usize,
+    /// Red, green and blue of each.
+    pub rgb: Vec<u8>,
+}
+
+/// What was found in a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mark {
+    /// Its left, upper, right and lower edge, pixels.
+    pub edges: [f32; 4],
+    /// What it is taken for, and how surely.
+    pub says: String,
+}
+
+/// One sensor's product.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sight {
+    /// Of which sensor.
+    pub name: &'static str,
+    /// What its shades mean.
+    pub legend: &'static str,
+    /// Absent where it gave nothing.
+    pub image: Option<Image>,
+    /// What was found in it.
+    pub marks: Vec<Mark>,
+}
+
+/// All of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensed {
+    /// How long before the moment perception took them in.
+    pub before: Span,
+    /// Sensor by sensor.
+    pub sights: Vec<Sight>,
+}
+
+/// Who has it.
+pub trait Sensing {
+    /// The newest that perception had taken in at `at`, a time of the console's clock.
+    fn at(&mut self, at: Instant) -> Option<Arc<Sensed>>;
+}

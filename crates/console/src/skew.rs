@@ -1,0 +1,169 @@
+//! How fast a unit's clock runs against the console's, as far as what both have seen says: ages of what the unit reports
+//! rest on its staying within [`MAX_DRIFT_PPM`].
+//!
+//! What a stamp σ is on came at r, so at r the unit's clock stood at σ or later; a challenge that left at s was seen at τ,
+//! so at s it stood at τ or earlier. From two such bounds some seconds apart follow a least and a greatest mean rate
+//! between them. Delays only widen that: whoever holds messages back makes a clock look no faster and no slower than it is.
+//! Bounding ages is left to `wire::time`.
+
+use std::collections::VecDeque;
+
+use wire::time::{Instant, MAX_DRIFT_PPM, PeerStamp, Span};
+
+/// Of so long the tightest bounds are kept together.
+const WINDOW: Span = Span::s(5);
+/// So many of these are kept: the rate is one over the last minute.
+const WINDOWS: usize = 13;
+/// A rate is told once it is one over so long.
+const LEAST: Span = Span::s(5);
+
+/// The mean rate of a unit's clock against the console's, in millionths: 0 is as fast.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rate {
+    /// It runs at least so much faster.
+    pub low_ppm: i32,
+    /// And at most so much.
+    pub high_ppm: i32,
+    /// Over how long.
+    pub over: Span,
+}
+
+impl Rate {
+    /// Whether it is certainly beyond what ages allow for.
+    pub fn beyond(self) -> bool {
+        let limit = MAX_DRIFT_PPM as i32;
+        self.low_ppm > limit || self.high_ppm < -limit
+    }
+
+    /// In words: the middle of the bounds, and half the distance between them.
+    pub fn words(self) -> String {
+        let (low, high) = (i64::from(self.low_ppm), i64::from(self.high_ppm));
+        format!("clock {:+} ±{} ppm", (low + high) / 2, ((high - low) / 2).max(1))
+    }
+}
+
+/// A bound of how far the unit's clock is ahead of the console's, microseconds, and when it held.
+type Bound = (i128, Instant);
+
+#[derive(Clone, Copy, Debug)]
+struct Window {
+    begun: Instant,
+    at_least: Bound,
+    at_most: Option<Bound>,
+}
+
+/// What is known of one boot of a unit; at most [`WINDOWS`] windows.
+#[derive(Clone, Debug, Default)]
+pub struct Skew {
+    windows: VecDeque<Window>,
+}
+
+impl Skew {
+    /// A report stamped `stamp` came at `now`; in it the unit says when it saw the challenge that left at the first of `seen`.
+    pub fn heard(&mut self, stamp: PeerStamp, now: Instant, seen: Option<(Instant, PeerStamp)>) {
+        let ahead = |stamp: PeerStamp, at: Instant| (i128::from(stamp.0) - i128::from(at.0), at);
+        let at_least = ahead(stamp, now);
+        let at_most = seen.map(|(left, seen)| ahead(seen, left));
+        match self.windows.back_mut().filter(|window| now.since(window.begun) < WINDOW) {
+            Some(window) => {
+                window.at_least = window.at_least.max(at_least);
+                window.at_most = [window.at_most, at_most].into_iter().flatten().min();
+            }
+            None => {
+                if self.windows.len() >= WINDOWS {
+                    self.windows.pop_front();
+                }
+                self.windows.push_back(Window { begun: now, at_least, at_most });
+            }
+        }
+    }
+
+    /// The mean rate over what is kept; nothing while that is too short.
+    pub fn rate(&self) -> Option<Rate> {
+        let both = |window: &&Window| window.at_most.is_some();
+        let first = self.windows.iter().find(both)?;
+        let last = self.windows.iter().rev().find(both)?;
+        let low = slope(first.at_most?, last.at_least)?;
+        let high = slope(first.at_least, last.at_most?)?;
+        let over = last.at_least.1.since(first.at_least.1);
+        (over >= LEAST).then_some(Rate { low_ppm: low.min(high), high_ppm: low.max(high), over })
+    }
+}
+
+/// Millionths by which the difference of the clocks grew from one bound to the other.
+fn slope((from, at): Bound, (to, then): Bound) -> Option<i32> {
+    let over = i128::from(then.since(at).0);
+    let ppm = to.saturating_sub(from).saturating_mul(1_000_000).checked_div(over)?;
+    Some(ppm.clamp(i128::from(i32::MIN), i128::from(i32::MAX)) as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// What a console hears for `seconds` of a unit whose clock runs `ppm` faster, with these delays of challenges and reports, ms.
+    fn heard(ppm: i64, seconds: u64, delays: &[(u64, u64)]) -> Skew {
+        let clock = |at: u64| PeerStamp((7_000_000_000 + at as i64 + at as i64 * ppm / 1_000_000) as u64);
+        let mut skew = Skew::default();
+        for n in 0..seconds * 10 {
+            let (there, back) = delays[n as usize % delays.len()];
+            let (left, written) = (n * 100_000, n * 100_000 + 90_000);
+            let seen = clock(left + there * 1000);
+            skew.heard(clock(written), Instant(written + back * 1000), Some((Instant(left), seen)));
+        }
+        skew
+    }
+
+    #[test]
+    fn a_clock_that_runs_within_what_ages_allow_for_is_not_beyond_it_and_one_that_runs_away_is() {
+        for ppm in [-200, -30, 0, 150, 200] {
+            let rate = heard(ppm, 60, &[(2, 3), (9, 1)]).rate().unwrap();
+            assert!(i64::from(rate.low_ppm) <= ppm && ppm <= i64::from(rate.high_ppm), "{ppm}: {rate:?}");
+            assert!(!rate.beyond() && rate.high_ppm - rate.low_ppm < 200, "{rate:?}");
+        }
+        for ppm in [-2_000, 500] {
+            assert!(heard(ppm, 60, &[(2, 3)]).rate().unwrap().beyond(), "{ppm}");
+        }
+    }
+
+    #[test]
+    fn of_a_few_seconds_and_of_a_unit_that_repeats_no_challenge_no_rate_is_told() {
+        assert_eq!(heard(0, 5, &[(1, 1)]).rate(), None);
+        let mut deaf = Skew::default();
+        (0..600).for_each(|n| deaf.heard(PeerStamp(n * 100_000), Instant(n * 100_000), None));
+        assert_eq!(deaf.rate(), None);
+    }
+
+    #[test]
+    fn what_is_kept_is_bounded_and_of_the_last_minute() {
+        let skew = heard(10, 600, &[(1, 1)]);
+        let over = skew.rate().unwrap().over;
+        assert!(skew.windows.len() == WINDOWS && over <= Span::s(65) && over >= Span::s(55), "{over}");
+    }
+
+    #[test]
+    fn a_stamp_that_no_clock_writes_makes_no_panic() {
+        let mut skew = Skew::default();
+        for (stamp, at) in [(0, 0), (u64::MAX, 6_000_000), (0, 12_000_000), (u64::MAX, u64::MAX)] {
+            skew.heard(PeerStamp(stamp), Instant(at), Some((Instant(at), PeerStamp(u64::MAX - stamp))));
+            let _ = skew.rate();
+        }
+        assert!(skew.rate().unwrap().words().len() < 64);
+    }
+
+    proptest! {
+        /// However long which messages are held back, the true rate lies between the bounds.
+        #[test]
+        fn no_delay_makes_a_clock_look_faster_or_slower_than_it_is(
+            ppm in -5_000_i64..5_000,
+            delays in prop::collection::vec((0_u64..900, 0_u64..900), 1..40),
+        ) {
+            if let Some(rate) = heard(ppm, 30, &delays).rate() {
+                // Rounded away from nothing: a millionth, and a microsecond in the stamps.
+                prop_assert!(i64::from(rate.low_ppm) - 2 <= ppm && ppm <= i64::from(rate.high_ppm) + 2, "{rate:?}");
+            }
+        }
+    }
+}

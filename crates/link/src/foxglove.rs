@@ -1,0 +1,91 @@
+//! What is given here, offered to Foxglove's app on this host over its WebSocket protocol, on loopback.
+//!
+//! The protocol is the SDK's, and so is the server: it takes nothing from who looks (no capability is offered), bounds what waits for each of
+//! them, and has no secret: every user of the host, and every page in a browser on it, can look. That is why it is a feature that nobody
+//! gets who did not ask for it. What messages hold is the caller's.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::Arc;
+
+use foxglove::{ChannelBuilder, Context, RawChannel, Schema, WebSocketServer, WebSocketServerHandle};
+
+use crate::loopback::LoopbackAddr;
+
+/// Messages that wait for one who looks; of more, the oldest are lost to it.
+const BACKLOG: usize = 256;
+
+/// What a message of one topic is.
+#[derive(Clone, Copy, Debug)]
+pub struct Kind<'a> {
+    /// Its topic.
+    pub topic: &'a str,
+    /// How it is encoded: `protobuf` or `json`.
+    pub encoding: &'a str,
+    /// Its schema: name and encoding.
+    pub schema: [&'a str; 2],
+    /// The schema itself.
+    pub definition: &'a [u8],
+}
+
+/// A server, until this is dropped.
+pub struct Offered {
+    at: LoopbackAddr,
+    context: Arc<Context>,
+    channels: BTreeMap<String, Arc<RawChannel>>,
+    server: Option<WebSocketServerHandle>,
+}
+
+impl Offered {
+    /// Offers what is yet to come on a port of loopback; 0 lets the kernel choose.
+    ///
+    /// # Errors
+    /// When the port is taken.
+    pub fn open(port: u16) -> io::Result<Self> {
+        let wanted = LoopbackAddr::on_port(port);
+        let context = Context::new();
+        let server = WebSocketServer::new()
+            .name("holdsafe")
+            .context(&context)
+            .message_backlog_size(BACKLOG)
+            .bind(wanted.socket().ip().to_string(), wanted.port())
+            .start_blocking()
+            .map_err(io::Error::other)?;
+        let at = LoopbackAddr::on_port(server.port());
+        Ok(Self { at, context, channels: BTreeMap::new(), server: Some(server) })
+    }
+
+    /// Where the app finds it.
+    pub fn address(&self) -> String {
+        format!("ws://{}", self.at)
+    }
+
+    /// Gives a message to whoever looks.
+    ///
+    /// # Errors
+    /// When there can be no channel of this kind.
+    pub fn say(&mut self, kind: Kind<'_>, message: &[u8]) -> io::Result<()> {
+        if !self.channels.contains_key(kind.topic) {
+            let [name, encoding] = kind.schema;
+            let channel = ChannelBuilder::new(kind.topic)
+                .message_encoding(kind.encoding)
+                .schema(Schema::new(name, encoding, kind.definition.to_vec()))
+                .context(&self.context)
+                .build_raw()
+                .map_err(io::Error::other)?;
+            self.channels.insert(kind.topic.to_owned(), channel);
+        }
+        if let Some(channel) = self.channels.get(kind.topic) {
+            channel.log(message);
+        }
+        Ok(())
+    }
+}
+
+impl Drop for Offered {
+    fn drop(&mut self) {
+        if let Some(server) = self.server.take() {
+            server.stop().wait_blocking();
+        }
+    }
+}

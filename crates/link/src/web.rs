@@ -1,0 +1,194 @@
+//! Pages for a browser on this host: read only, over HTTP/1.1 on loopback.
+//!
+//! A port of loopback is open to every user of the host, and to every page that a browser on it shows. So whoever reads needs the address
+//! with its secret, of 128 random bits; the request has to be for that address by number, for a name may be made to lead here; and no page
+//! of another origin may embed or read what is served. Nothing that is asked changes anything. What the pages hold is the caller's.
+
+use std::convert::Infallible;
+use std::io;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use http_body_util::Full;
+use hyper::body::{Bytes, Incoming};
+use hyper::header::{self, HeaderValue};
+use hyper::service::service_fn;
+use hyper::{Method, Request, Response, StatusCode};
+use hyper_util::rt::{TokioIo, TokioTimer};
+use ring::rand::{SecureRandom, SystemRandom};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::{Semaphore, oneshot};
+
+use crate::loopback::LoopbackAddr;
+
+/// Connections at once; who comes when there are so many is turned away.
+const CONNECTIONS: usize = 16;
+/// In which a connection has to send the head of a request.
+const HEAD: Duration = Duration::from_secs(5);
+/// After which a connection ends, whatever it does; a browser makes another.
+const LIFE: Duration = Duration::from_secs(60);
+/// Longest head of a request, bytes, and most lines in it.
+const MAX_HEAD: (usize, usize) = (16 * 1024, 64);
+/// Pages run their own scripts and styles, ask their own address, and nothing else.
+const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src data:; \
+                      base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// Something that can be asked for.
+pub struct Page {
+    /// Its path below the address; empty for the address itself.
+    pub path: &'static str,
+    /// Its media type.
+    pub media: &'static str,
+    /// What it holds.
+    pub content: Content,
+}
+
+/// What a page holds.
+pub enum Content {
+    /// Always the same.
+    Fixed(&'static str),
+    /// Made anew whenever it is asked for.
+    Made(Box<dyn Fn() -> String + Send + Sync>),
+}
+
+/// Pages that are served until this is dropped.
+pub struct Served {
+    at: LoopbackAddr,
+    secret: String,
+    end: Option<oneshot::Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Served {
+    /// Serves `pages` on a port of loopback; 0 lets the kernel choose.
+    ///
+    /// # Errors
+    /// When the port is taken, or there is no randomness.
+    pub fn open(port: u16, pages: Vec<Page>) -> io::Result<Self> {
+        let listener = std::net::TcpListener::bind(LoopbackAddr::on_port(port).socket())?;
+        listener.set_nonblocking(true)?;
+        let at = LoopbackAddr::try_from(listener.local_addr()?).map_err(io::Error::other)?;
+        let mut random = [0; 16];
+        SystemRandom::new().fill(&mut random).map_err(|_| io::Error::other("no randomness for the page's address"))?;
+        let secret: String = random.iter().map(|byte| format!("{byte:02x}")).collect();
+        let site = Arc::new(Site { host: at.to_string(), secret, pages });
+        let secret = site.secret.clone();
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+        let (end, ended) = oneshot::channel();
+        let serve = move || {
+            runtime.block_on(async {
+                tokio::select! {
+                    () = listen(listener, site) => {}
+                    _ = ended => {}
+                }
+            });
+        };
+        let thread = std::thread::Builder::new().name("web".into()).spawn(serve)?;
+        Ok(Self { at, secret, end: Some(end), thread: Some(thread) })
+    }
+
+    /// Where a browser finds them.
+    pub fn address(&self) -> String {
+        format!("http://{}/{}/", self.at, self.secret)
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        drop(self.end.take());
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            tracing::warn!("the thread that serves pages panicked");
+        }
+    }
+}
+
+struct Site {
+    /// What a request has to say that it is for.
+    host: String,
+    secret: String,
+    pages: Vec<Page>,
+}
+
+async fn listen(listener: std::net::TcpListener, site: Arc<Site>) {
+    let listener = match TcpListener::from_std(listener) {
+        Ok(listener) => listener,
+        Err(error) => return tracing::warn!(%error, "pages are not served"),
+    };
+    let room = Arc::new(Semaphore::new(CONNECTIONS));
+    loop {
+        let stream = match listener.accept().await {
+            Ok((stream, _)) => stream,
+            // Out of descriptors, or the peer has gone again.
+            Err(_) => {
+                tokio::time::sleep(Duration::from_millis(50)).await;
+                continue;
+            }
+        };
+        let Ok(place) = Arc::clone(&room).try_acquire_owned() else { continue };
+        let site = Arc::clone(&site);
+        tokio::spawn(async move {
+            // However it ends, it has ended.
+            let _ = tokio::time::timeout(LIFE, attend(stream, site)).await;
+            drop(place);
+        });
+    }
+}
+
+async fn attend(stream: TcpStream, site: Arc<Site>) -> hyper::Result<()> {
+    let service = service_fn(move |request| {
+        let answer = site.answer(&request);
+        async { Ok::<_, Infallible>(answer) }
+    });
+    let mut connection = hyper::server::conn::http1::Builder::new();
+    let (bytes, lines) = MAX_HEAD;
+    connection.timer(TokioTimer::new()).header_read_timeout(HEAD).max_buf_size(bytes).max_headers(lines);
+    connection.serve_connection(TokioIo::new(stream), service).await
+}
+
+impl Site {
+    fn answer(&self, request: &Request<Incoming>) -> Response<Full<Bytes>> {
+        let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok());
+        if host != Some(self.host.as_str()) {
+            return plain(StatusCode::MISDIRECTED_REQUEST, "asked for under another name");
+        }
+        let below = request.uri().path().strip_prefix('/').and_then(|path| path.strip_prefix(&self.secret));
+        let Some(page) = below.and_then(|path| path.strip_prefix('/')).and_then(|path| self.page(path)) else {
+            return plain(StatusCode::NOT_FOUND, "no such page: take the whole address that was printed");
+        };
+        if request.method() != Method::GET {
+            return plain(StatusCode::METHOD_NOT_ALLOWED, "these pages can only be read");
+        }
+        let content = match &page.content {
+            Content::Fixed(text) => Bytes::from_static(text.as_bytes()),
+            Content::Made(make) => Bytes::from(make()),
+        };
+        response(StatusCode::OK, page.media, content)
+    }
+
+    fn page(&self, path: &str) -> Option<&Page> {
+        self.pages.iter().find(|page| page.path == path)
+    }
+}
+
+fn plain(status: StatusCode, why: &'static str) -> Response<Full<Bytes>> {
+    response(status, "text/plain; charset=utf-8", Bytes::from_static(why.as_bytes()))
+}
+
+fn response(status: StatusCode, media: &'static str, content: Bytes) -> Response<Full<Bytes>> {
+    let mut response = Response::new(Full::new(content));
+    *response.status_mut() = status;
+    for (name, value) in [
+        (header::CONTENT_TYPE, media),
+        (header::CONTENT_SECURITY_POLICY, POLICY),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::CACHE_CONTROL, "no-store"),
+        (header::HeaderName::from_static("cross-origin-resource-policy"), "same-origin"),
+    ] {
+        response.headers_mut().insert(name, HeaderValue::from_static(value));
+    }
+    response
+}

@@ -1,0 +1,101 @@
+//! Pages for a browser: who gets them, and what comes of those who ask for something else.
+
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpStream};
+
+use link::web::{Content, Page, Served};
+
+fn served() -> Served {
+    let asked = std::sync::atomic::AtomicU32::new(0);
+    let count = move || asked.fetch_add(1, std::sync::atomic::Ordering::Relaxed).to_string();
+    let html = Page { path: "", media: "text/html; charset=utf-8", content: Content::Fixed("<p>here") };
+    let made = Page { path: "count", media: "application/json", content: Content::Made(Box::new(count)) };
+    Served::open(0, vec![html, made]).expect("a port of loopback")
+}
+
+/// Host and path of what is served.
+fn parts(served: &Served) -> (String, String) {
+    let address = served.address();
+    let (host, path) = address.strip_prefix("http://").unwrap().split_once('/').unwrap();
+    (host.to_owned(), format!("/{path}"))
+}
+
+fn connect(served: &Served) -> TcpStream {
+    TcpStream::connect(parts(served).0).unwrap()
+}
+
+/// What is answered to these bytes.
+fn answer(served: &Served, request: &str) -> String {
+    let mut stream = connect(served);
+    // Who is turned away may find the stream closed already.
+    let _ = stream.write_all(request.as_bytes());
+    let _ = stream.shutdown(Shutdown::Write);
+    let mut text = String::new();
+    let _ = stream.read_to_string(&mut text);
+    text
+}
+
+fn get(served: &Served, host: &str, path: &str) -> String {
+    answer(served, &format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n"))
+}
+
+#[test]
+fn who_has_the_address_gets_the_pages_and_what_is_made_is_made_anew() {
+    let served = served();
+    let (host, path) = parts(&served);
+    let page = get(&served, &host, &path);
+    assert!(page.starts_with("HTTP/1.1 200") && page.ends_with("<p>here"), "{page}");
+    for says in ["content-security-policy: default-src 'none'", "nosniff", "no-store", "resource-policy: same-origin"] {
+        assert!(page.contains(says), "{says}: {page}");
+    }
+    let count = || get(&served, &host, &format!("{path}count"));
+    assert!(count().ends_with("\r\n\r\n0") && count().ends_with("\r\n\r\n1"));
+}
+
+#[test]
+fn without_the_secret_under_another_name_or_to_change_something_there_is_nothing() {
+    let served = served();
+    let (host, path) = parts(&served);
+    let mut guess = path.clone();
+    guess.replace_range(1..2, if path.starts_with("/0") { "1" } else { "0" });
+    for other in ["/", &guess, &path[..path.len() - 1], &format!("{path}nothing"), &format!("{path}../"), "//"] {
+        assert!(get(&served, &host, other).starts_with("HTTP/1.1 404"), "{other}");
+    }
+    let port = host.rsplit_once(':').unwrap().1;
+    for name in [format!("localhost:{port}"), format!("attacker.example:{port}"), "127.0.0.1".to_owned()] {
+        assert!(get(&served, &name, &path).starts_with("HTTP/1.1 421"), "{name}");
+    }
+    let unnamed = answer(&served, &format!("GET {path} HTTP/1.0\r\n\r\n"));
+    assert!(unnamed.starts_with("HTTP/1.0 421"), "{unnamed}");
+    let post = format!("POST {path} HTTP/1.1\r\nHost: {host}\r\nContent-Length: 2\r\nConnection: close\r\n\r\nhi");
+    assert!(answer(&served, &post).starts_with("HTTP/1.1 405"));
+}
+
+#[test]
+fn what_is_no_request_or_too_long_is_refused_and_the_next_one_is_served() {
+    let served = served();
+    let (host, path) = parts(&served);
+    let long = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nX: {}\r\n\r\n", "x".repeat(64 * 1024));
+    let many = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n{}\r\n", "X: y\r\n".repeat(200));
+    for hostile in [long.as_str(), many.as_str(), "\0\0\0\0\r\n\r\n", "\r\n", "GET", ""] {
+        let text = answer(&served, hostile);
+        assert!(!text.contains(" 200 "), "{text}");
+    }
+    assert!(get(&served, &host, &path).starts_with("HTTP/1.1 200"));
+}
+
+#[test]
+fn one_who_opens_many_connections_and_says_nothing_is_turned_away_and_the_end_ends_them_all() {
+    let served = served();
+    let (host, path) = parts(&served);
+    let mut idle: Vec<TcpStream> = (0..40).map(|_| connect(&served)).collect();
+    // Those beyond the limit are closed at once: a read of the last of them ends.
+    assert_eq!(idle[39].read(&mut [0]).unwrap_or(0), 0);
+    assert!(!get(&served, &host, &path).starts_with("HTTP/1.1 200"), "there was room");
+    drop(idle.split_off(8));
+    // Its place is free as soon as the server has seen it go.
+    while !get(&served, &host, &path).starts_with("HTTP/1.1 200") {}
+    drop(served);
+    assert_eq!(idle[0].read(&mut [0]).unwrap_or(0), 0);
+    assert!(TcpStream::connect(host).is_err());
+}

@@ -1,0 +1,256 @@
+//! What a console shows, in Foxglove's terms, for a viewer that looks on while a run lasts: picture by picture, from the object that
+//! `holdsafe watch --json` prints (`docs/console.md`).
+//!
+//! Every label carries freshness and age. Nothing stays for longer than [`LASTS_MS`] without being told again, so that a
+//! viewer whose source has gone shows nothing rather than what was. Getting messages to a viewer is left to the caller.
+
+use foxglove::Encode;
+use foxglove::messages::{CubePrimitive, Duration, Log, SceneEntity, SceneUpdate, SpherePrimitive, log};
+use serde::Deserialize;
+use wire::sensor::Class;
+
+use crate::shape::{STRAIGHT, caution, grey, heading, metres, of_class, pose, vector};
+use crate::stage::{BODY, WORLD, entity, words};
+use crate::{Micros, ViewError, stamp};
+
+/// So long an entity is drawn that is not told again, milliseconds: five pictures.
+pub const LASTS_MS: u32 = 1_000;
+/// The longest picture that is read, bytes.
+pub const LONGEST: usize = 1 << 20;
+/// The widest circle that is drawn around a place, metres.
+const WIDEST: f64 = 60.0;
+/// Schema of the picture itself.
+const PICTURE: &str = r#"{"type":"object","properties":{"version":{"type":"integer"},"at_us":{"type":"integer"}}}"#;
+
+/// A message to a viewer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Message {
+    /// Topic.
+    pub topic: &'static str,
+    /// `protobuf` or `json`.
+    pub encoding: String,
+    /// Name and encoding of its schema.
+    pub schema: [String; 2],
+    /// The schema.
+    pub definition: Vec<u8>,
+    /// The message.
+    pub bytes: Vec<u8>,
+}
+
+/// What is read of a picture.
+#[derive(Deserialize)]
+struct Picture {
+    max_speed_mm_s: u32,
+    units: Vec<Unit>,
+    alarms: Vec<Alarm>,
+}
+
+#[derive(Deserialize)]
+struct Unit {
+    unit: String,
+    state: Aged<State>,
+    place: Aged<Place>,
+    tracks: Vec<Aged<Track>>,
+}
+
+#[derive(Deserialize)]
+struct Aged<T> {
+    freshness: String,
+    age_ms: Option<u64>,
+    value: T,
+}
+
+#[derive(Deserialize)]
+struct State {
+    mode: String,
+}
+
+#[derive(Deserialize)]
+struct Place {
+    x_mm: i32,
+    y_mm: i32,
+    yaw_mrad: i32,
+}
+
+#[derive(Deserialize)]
+struct Track {
+    id: u32,
+    class: String,
+    x_mm: i32,
+    y_mm: i32,
+    confidence_permille: u32,
+}
+
+#[derive(Deserialize)]
+struct Alarm {
+    priority: String,
+    says: String,
+    standing: bool,
+}
+
+/// Looks at one console.
+#[derive(Debug, Default)]
+pub struct Onlooker {
+    /// Alarms that stood in the picture before: each is told when it is new.
+    stood: Vec<String>,
+}
+
+impl Onlooker {
+    /// The messages of a picture that is shown at `at`, microseconds of any clock that the viewer is to go by.
+    ///
+    /// # Errors
+    /// When it is no picture, or longer than [`LONGEST`].
+    pub fn look(&mut self, at: Micros, picture: &str) -> Result<Vec<Message>, ViewError> {
+        let why = |why: String| ViewError::Message { topic: "/display".to_owned(), why };
+        if picture.len() > LONGEST {
+            return Err(why(format!("a picture of at most {LONGEST} bytes expected, got {}", picture.len())));
+        }
+        let read: Picture = serde_json::from_str(picture).map_err(|e| why(e.to_string()))?;
+        let mut entities = Vec::new();
+        for unit in &read.units {
+            entities.push(body(at, unit));
+            entities.extend(unit.tracks.iter().map(|of| track(at, &unit.unit, of, read.max_speed_mm_s)));
+        }
+        let mut messages = vec![
+            Message {
+                topic: "/display",
+                encoding: "json".to_owned(),
+                schema: ["holdsafe.Picture".to_owned(), "jsonschema".to_owned()],
+                definition: PICTURE.as_bytes().to_vec(),
+                bytes: picture.as_bytes().to_vec(),
+            },
+            message("/display/scene", &SceneUpdate { deletions: Vec::new(), entities })?,
+        ];
+        let standing: Vec<&Alarm> = read.alarms.iter().filter(|alarm| alarm.standing).collect();
+        for alarm in standing.iter().filter(|alarm| !self.stood.contains(&alarm.says)) {
+            let level = if alarm.priority == "HIGH" { log::Level::Error } else { log::Level::Warning };
+            messages.push(said(at, level, format!("{} {}", alarm.priority, alarm.says))?);
+        }
+        self.stood = standing.iter().map(|alarm| alarm.says.clone()).collect();
+        Ok(messages)
+    }
+}
+
+/// That the console has given no picture for so many seconds.
+///
+/// # Errors
+/// When that cannot be encoded.
+pub fn silent(at: Micros, seconds: u64) -> Result<Message, ViewError> {
+    said(at, log::Level::Error, format!("NOT CURRENT: the console has said nothing more for {seconds} s"))
+}
+
+fn said(at: Micros, level: log::Level, message: String) -> Result<Message, ViewError> {
+    let line =
+        Log { timestamp: Some(stamp(at)), level: level as i32, message, name: "console".to_owned(), ..Log::default() };
+    self::message("/display/log", &line)
+}
+
+fn message<T: Encode>(topic: &'static str, of: &T) -> Result<Message, ViewError> {
+    let why = |why: String| ViewError::Message { topic: topic.to_owned(), why };
+    let mut bytes = Vec::with_capacity(of.encoded_len().unwrap_or(256));
+    of.encode(&mut bytes).map_err(|e| why(e.to_string()))?;
+    let schema = T::get_schema().ok_or_else(|| why("it has no schema".to_owned()))?;
+    Ok(Message {
+        topic,
+        encoding: T::get_message_encoding(),
+        schema: [schema.name, schema.encoding],
+        definition: schema.data.into_owned(),
+        bytes,
+    })
+}
+
+/// How old something is, in words.
+fn age<T>(of: &Aged<T>) -> String {
+    let age = of.age_ms.map_or("of unknown age".to_owned(), |ms| format!("{:.2} s", ms as f64 / 1e3));
+    format!("{} {age}", of.freshness)
+}
+
+fn passing(at: Micros, id: &str) -> SceneEntity {
+    let lifetime = Some(Duration::new((LASTS_MS / 1_000) as i32, LASTS_MS % 1_000 * 1_000_000));
+    SceneEntity { lifetime, ..entity(at, WORLD, id) }
+}
+
+fn body(at: Micros, unit: &Unit) -> SceneEntity {
+    let [length, width, height] = BODY;
+    let (x, y) = (metres(unit.place.value.x_mm), metres(unit.place.value.y_mm));
+    let fresh = unit.place.freshness == "fresh";
+    let cube = CubePrimitive {
+        pose: Some(pose(x, y, height / 2.0, heading(f64::from(unit.place.value.yaw_mrad) / 1e3))),
+        size: Some(vector(length, width, height)),
+        color: Some(if fresh { grey(0.8) } else { caution(0.6) }),
+    };
+    let was = if unit.state.freshness == "fresh" { "" } else { "was " };
+    let text = format!("{} {was}{} {}", unit.unit, unit.state.value.mode, age(&unit.state));
+    SceneEntity { cubes: vec![cube], texts: vec![words(text, [x, y, height + 0.6])], ..passing(at, &unit.unit) }
+}
+
+/// A sphere in which it may be by now.
+fn track(at: Micros, unit: &str, of: &Aged<Track>, max_speed_mm_s: u32) -> SceneEntity {
+    let track = &of.value;
+    let (x, y) = (metres(track.x_mm), metres(track.y_mm));
+    let aged = of.age_ms.map_or(WIDEST, |ms| ms as f64 / 1e3 * f64::from(max_speed_mm_s) / 1e3);
+    let across = 2.0 * aged.clamp(0.2, WIDEST);
+    let class = Class::ALL.into_iter().find(|class| class.name() == track.class);
+    let color = class.filter(|_| of.freshness == "fresh").map_or(caution(0.3), |class| of_class(class, 0.4));
+    let sphere = SpherePrimitive {
+        pose: Some(pose(x, y, 0.5, STRAIGHT)),
+        size: Some(vector(across, across, 1.0)),
+        color: Some(color),
+    };
+    let text = format!("{} {} {} %, {}", track.id, track.class, track.confidence_permille / 10, age(of));
+    let id = format!("{unit}-track-{}", track.id);
+    SceneEntity { spheres: vec![sphere], texts: vec![words(text, [x, y, 1.6])], ..passing(at, &id) }
+}
+
+#[cfg(test)]
+mod tests {
+    use foxglove::Decode;
+
+    use super::*;
+
+    const SHOWN: &str = r#"{"version":1,"at_us":9,"max_speed_mm_s":3000,
+        "units":[{"unit":"unit-a",
+            "state":{"freshness":"STALE","age_ms":700,"value":{"mode":"READY","cause":"operator"}},
+            "place":{"freshness":"STALE","age_ms":720,"value":{"x_mm":1000,"y_mm":-2000,"yaw_mrad":0}},
+            "tracks":[{"freshness":"LOST","age_ms":null,"value":{"id":7,"class":"vehicle","x_mm":0,"y_mm":0,"confidence_permille":930}}]}],
+        "alarms":[{"priority":"HIGH","says":"unit-a is in HOLD_SAFE","standing":true,"acknowledged":false},
+            {"priority":"LOW","says":"over","standing":false}]}"#;
+
+    fn scene(messages: &[Message]) -> SceneUpdate {
+        let of = messages.iter().find(|of| of.topic == "/display/scene").unwrap();
+        SceneUpdate::decode(of.bytes.as_slice()).unwrap()
+    }
+
+    #[test]
+    fn nothing_is_drawn_without_its_age_and_nothing_lasts_that_is_not_told_again() {
+        let messages = Onlooker::default().look(5_000_000, SHOWN).unwrap();
+        let scene = scene(&messages);
+        let texts: Vec<&str> = scene.entities.iter().flat_map(|of| &of.texts).map(|text| text.text.as_str()).collect();
+        assert_eq!(texts, ["unit-a was READY STALE 0.70 s", "7 vehicle 93 %, LOST of unknown age"]);
+        assert!(scene.entities.iter().all(|of| of.lifetime == Some(Duration::new(1, 0))));
+        // Whoever may be anywhere is drawn as wide as anything is.
+        let sphere = scene.entities[1].spheres[0].size.unwrap();
+        assert!((sphere.x - 2.0 * WIDEST).abs() < 1e-9);
+    }
+
+    #[test]
+    fn an_alarm_that_stands_is_told_once_and_again_when_it_is_back() {
+        let mut onlooker = Onlooker::default();
+        let mut told = |picture: &str| {
+            let messages = onlooker.look(0, picture).unwrap();
+            messages.iter().filter(|of| of.topic == "/display/log").count()
+        };
+        let calm = SHOWN.replace("\"standing\":true", "\"standing\":false");
+        assert_eq!([told(SHOWN), told(SHOWN), told(&calm), told(SHOWN)], [1, 0, 0, 1]);
+    }
+
+    #[test]
+    fn what_is_no_picture_is_refused() {
+        let mut onlooker = Onlooker::default();
+        for bad in ["", "{}", "[]", "{\"units\":[]}", &"x".repeat(LONGEST + 1)] {
+            assert!(onlooker.look(0, bad).is_err());
+        }
+        let far = SHOWN.replace("\"x_mm\":1000", "\"x_mm\":2147483647").replace("720", "18446744073709551615");
+        assert!(onlooker.look(u64::MAX, &far).is_ok());
+    }
+}
