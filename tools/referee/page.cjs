@@ -65,6 +65,7 @@ async function address(watch) {
   await until(first, "the unit is READY and fresh", async (page) => /unit-a READY ● fresh/.test((await units(page)).replace(/\s+/g, " ")));
   check(await first.locator("#current").isHidden(), "nothing says that it is not current");
   await until(first, "the lost thermal stage is shown as DEGRADED with its guard", async (page) => /DEGRADED[^]*thermal/.test(await units(page)));
+  await first.screenshot({ path: path.join(images, "page.png") });
   watch.kill("SIGSTOP");
   await until(first, "when nothing more comes, the page says so", (page) => page.locator("#current").isVisible());
   await until(first, "and calls nothing fresh", async (page) => !/● fresh/.test(await page.locator("body").innerText()));

@@ -18,8 +18,8 @@ use crate::intent::Issued;
 
 /// Commands whose progress is kept.
 pub const MAX_COMMANDS: usize = 16;
-/// How long a command may go unanswered before it is shown as not acknowledged.
-pub const ACK_WITHIN: Span = Span::s(1);
+/// How long a command may go unanswered before it is shown as not acknowledged: a person is to learn it within a second of the hand.
+pub const ACK_WITHIN: Span = Span::ms(900);
 
 /// How far a command has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

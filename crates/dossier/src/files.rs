@@ -1,6 +1,7 @@
-//! Figures as files: each as SVG, its numbers as CSV and as a LaTeX table, and its caption.
+//! Figures as files: each as SVG and as PDF, its numbers as CSV and as a LaTeX table, and its caption.
 
 use crate::figure::Figure;
+use crate::pdf::{PdfError, Press};
 
 /// A file to be written.
 #[derive(Clone, Debug)]
@@ -8,22 +9,28 @@ pub struct File {
     /// Its name; no folder.
     pub name: String,
     /// What is in it.
-    pub text: String,
+    pub bytes: Vec<u8>,
 }
 
 /// The files of these figures. Figures of the same name are told apart by a number.
-pub fn files(figures: &[Figure]) -> Vec<File> {
+///
+/// # Errors
+/// When one of them has no page of PDF.
+pub fn files(figures: &[Figure]) -> Result<Vec<File>, PdfError> {
+    let press = Press::default();
     let mut taken = std::collections::BTreeMap::<&str, u32>::new();
     let mut all = Vec::new();
     for figure in figures {
         let before = taken.entry(&figure.name).or_default();
         *before += 1;
         let name = if *before == 1 { figure.name.clone() } else { format!("{}-{before}", figure.name) };
-        let mut put = |kind: &str, text: String| all.push(File { name: format!("{name}.{kind}"), text });
-        put("svg", figure.drawing.file(&figure.title));
-        put("csv", figure.table.csv());
-        put("tex", figure.table.latex());
-        put("txt", format!("{}. {}\n", figure.title, figure.caption));
+        let mut put = |kind: &str, bytes: Vec<u8>| all.push(File { name: format!("{name}.{kind}"), bytes });
+        let svg = figure.drawing.file(&figure.title);
+        put("pdf", press.page(&svg)?);
+        put("svg", svg.into_bytes());
+        put("csv", figure.table.csv().into_bytes());
+        put("tex", figure.table.latex().into_bytes());
+        put("txt", format!("{}. {}\n", figure.title, figure.caption).into_bytes());
     }
-    all
+    Ok(all)
 }

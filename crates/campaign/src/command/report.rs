@@ -53,22 +53,28 @@ pub(super) struct Args {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let dossier = gather(args)?;
-    let mut files = vec![(args.out.clone(), dossier::page::page(&dossier))];
+    let mut files = vec![(args.out.clone(), dossier::page::page(&dossier).into_bytes())];
     if let Some(dir) = &args.figures {
-        let figures = dossier::files::files(&dossier::page::figures(&dossier));
-        files.extend(figures.into_iter().map(|file| (dir.join(file.name), file.text)));
+        let figures = dossier::files::files(&dossier::page::figures(&dossier)).map_err(Failure::internal)?;
+        files.extend(figures.into_iter().map(|file| (dir.join(file.name), file.bytes)));
     }
-    files.extend(args.junit.clone().map(|file| (file, dossier::junit(&dossier.results))));
-    files.extend(args.sarif.clone().map(|file| (file, dossier::sarif(&dossier.results))));
+    files.extend(args.junit.clone().map(|file| (file, dossier::junit(&dossier.results).into_bytes())));
+    files.extend(args.sarif.clone().map(|file| (file, dossier::sarif(&dossier.results).into_bytes())));
     if let Some(dir) = &args.navigator {
-        files.extend(dossier::layers(&dossier.results).into_iter().map(|(name, text)| (dir.join(name), text)));
+        let layers = dossier::layers(&dossier.results);
+        if layers.is_empty() {
+            eprintln!(
+                "no layer for the Navigator: none of these results is of a scenario with techniques; give a `matrix`"
+            );
+        }
+        files.extend(layers.into_iter().map(|(name, text)| (dir.join(name), text.into_bytes())));
     }
-    files.extend(args.evaluation.clone().map(|file| (file, dossier::evaluation(&dossier.results))));
+    files.extend(args.evaluation.clone().map(|file| (file, dossier::evaluation(&dossier.results).into_bytes())));
     if let Some(file) = &args.sbom {
-        files.push((file.clone(), dossier::sbom(manifest(args)?.as_ref())));
+        files.push((file.clone(), dossier::sbom(manifest(args)?.as_ref()).into_bytes()));
     }
-    for (path, text) in &files {
-        write(path, text)?;
+    for (path, bytes) in &files {
+        write(path, bytes)?;
         if !context.json {
             out::say(format_args!("{}", path.display()));
         }
@@ -84,9 +90,9 @@ fn manifest(args: &Args) -> Result<Option<Manifest>, Failure> {
     read.map(Some).map_err(|e| Failure::new(Exit::Usage, e.to_string()))
 }
 
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
+fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let parent = path.parent().filter(|dir| !dir.as_os_str().is_empty());
-    parent.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, text)).map_err(|e| unwritable(path, &e))
+    parent.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, bytes)).map_err(|e| unwritable(path, &e))
 }
 
 fn gather(args: &Args) -> Result<Dossier, Failure> {

@@ -38,6 +38,9 @@ pub(super) struct Args {
     /// The scenario whose run is recorded, in the twin under --seed.
     #[arg(value_name = "SCENARIO", default_value = "nominal")]
     scenario: String,
+    /// To how many other values each byte is changed.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..))]
+    values: u8,
 }
 
 /// One kind of change.
@@ -111,7 +114,9 @@ struct Measured {
     entries: usize,
     bytes: usize,
     seals: usize,
-    /// Every byte of the file, each by a value of its own that the seed draws.
+    /// To how many other values each byte was changed.
+    values: u8,
+    /// Every byte of the file, each to values of its own that the seed draws.
     changes: Tally,
     deletions: Tally,
     /// Every entry once more behind itself, and once more somewhere.
@@ -141,7 +146,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let of = recorded(context, args)?;
     let sweep = Sweep::new(&of.file, &of.held).map_err(Failure::internal)?;
     let n = sweep.entries();
-    let changes = changes(context, &sweep, &of)?;
+    let changes = changes(context, &sweep, &of, args.values)?;
     let mut rng = ChaCha8Rng::seed_from_u64(context.seed);
     let (mut deletions, mut insertions, mut swaps) = (Tally::default(), Tally::default(), Tally::default());
     for i in 0..n {
@@ -161,6 +166,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         entries: n,
         bytes: of.file.len(),
         seals: of.sealed.len(),
+        values: args.values,
         changes,
         deletions,
         insertions,
@@ -210,7 +216,7 @@ fn write(folder: &Path, log: &[Logged]) -> Result<(Vec<u8>, Vec<Sealed>), Failur
     Ok((fs::read(&path)?, sealed))
 }
 
-fn changes(context: &Context, sweep: &Sweep<'_>, of: &Recorded) -> Result<Tally, Failure> {
+fn changes(context: &Context, sweep: &Sweep<'_>, of: &Recorded, values: u8) -> Result<Tally, Failure> {
     let pieces = of.file.len().div_ceil(PIECE);
     let progress = Progress::new("pieces of 256 bytes", pieces, context.talk);
     let all = Mutex::new(vec![Tally::default(); pieces]);
@@ -220,8 +226,11 @@ fn changes(context: &Context, sweep: &Sweep<'_>, of: &Recorded) -> Result<Tally,
         rng.set_stream(piece as u64 + 1);
         let mut tally = Tally::default();
         for at in (piece * PIECE..of.file.len()).take(PIECE) {
-            let with = (rng.next_u32() % 255 + 1) as u8;
-            tally.note(&sweep.byte(at, with), || format!("byte {at} ^ {with:#04x}"));
+            let first = rng.next_u32() % 255;
+            // Steps that share no factor with 255 come to each of its values once.
+            for with in (0..u32::from(values)).map(|n| ((first + n * 97) % 255 + 1) as u8) {
+                tally.note(&sweep.byte(at, with), || format!("byte {at} ^ {with:#04x}"));
+            }
         }
         if let Ok(mut all) = all.lock() {
             all[piece] = tally;

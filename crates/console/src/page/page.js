@@ -67,7 +67,7 @@ function unit(of, picture, extra) {
     element("span", "", `for ${seconds(of.since_ms === null ? null : of.since_ms + extra)}, cause ${cause}`),
     element("span", fresh && authority ? "mark" : fresh ? "" : "caution", fresh ? `authority ${held}` : `authority unknown, was ${held}`),
     element("span", failing.length ? "caution" : "", `${fresh ? "fails" : "failed"}: ${guards}`),
-    element("span", "", `${(speed_mm_s / 1000).toFixed(1)} m/s`),
+    element("span", "", `${(Math.round(speed_mm_s / 100) / 10 + 0).toFixed(1)} m/s`),
     element("span", ORIGINS[of.origin] || "caution", `origin ${of.origin}`),
     element("span", "weak", `clock ${clock}`));
 }
