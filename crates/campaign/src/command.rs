@@ -7,6 +7,7 @@ mod ablate;
 mod agreement;
 mod batch;
 mod bench;
+mod beside;
 mod bring;
 mod campaign;
 mod catalogue;
@@ -53,7 +54,6 @@ mod reproduce;
 mod run;
 mod scenario;
 mod search;
-mod sensed;
 mod sensing;
 mod stages;
 mod tamper;
@@ -222,7 +222,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Curve(args)) => curve::run(&context, &args),
         Some(Verb::Live(args)) => live::run(&context, &args),
         Some(Verb::Watch(args)) => watch::run(&context, &args),
-        Some(Verb::Console(args)) => console::run(&args),
+        Some(Verb::Console(args)) => console::run(&context, &args),
         Some(Verb::Bench(bench)) => bench::run(&context, &bench),
         Some(Verb::Replay(args)) => replay::run(&context, &args),
         Some(Verb::Diff(args)) => diff::run(&context, &args),

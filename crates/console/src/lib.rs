@@ -8,6 +8,7 @@
 pub mod act;
 pub mod age;
 pub mod alarm;
+pub mod beside;
 pub mod display;
 #[cfg(feature = "gui")]
 pub mod gui;
@@ -25,7 +26,6 @@ mod picture;
 #[cfg(feature = "process")]
 pub mod process;
 mod retrace;
-pub mod sensed;
 pub mod shown;
 pub mod site;
 pub mod skew;

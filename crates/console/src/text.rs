@@ -93,10 +93,7 @@ fn unit_lines(text: &mut String, at: Instant, unit: &ShownUnit) {
     );
     let authority = state.authority.map_or("none".to_owned(), |a| format!("track {} for {}", a.track.0, age(a.left)));
     let failing = joined(state.failing.iter().map(|guard| guard.name().to_owned()));
-    line(
-        text,
-        format_args!("         authority {authority}  failing {failing}  speed {:.1} m/s", metres(state.speed_mm_s)),
-    );
+    line(text, format_args!("         authority {authority}  failing {failing}  speed {}", speed(state.speed_mm_s)));
     let (pose, pose_freshness) = unit.pose.get();
     line(
         text,
@@ -160,6 +157,12 @@ fn line(text: &mut String, content: core::fmt::Arguments<'_>) {
 fn joined(items: impl Iterator<Item = String>) -> String {
     let items: Vec<String> = items.collect();
     if items.is_empty() { "none".to_owned() } else { items.join(", ") }
+}
+
+/// A speed, mm/s, in metres a second; what rounds to nothing has no sign.
+pub(crate) fn speed(mm_s: i32) -> String {
+    let tenths = (f64::from(mm_s) / 100.0).round() as i32;
+    format!("{:.1} m/s", f64::from(tenths) / 10.0)
 }
 
 fn metres(mm: i32) -> f64 {

@@ -101,11 +101,19 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
     let mut log = Follow::open(&path).map_err(unread)?;
     let (_nobody, pause) = channel::<()>();
+    let mut looked = None;
+    let mut now = trace_us();
+    let mut news = log.news().map_err(unread)?;
+    if news.finished && args.web.or(args.foxglove).is_some() {
+        let run = args.run.display();
+        return Err(Failure::new(
+            Exit::NoEvidence,
+            format!("{run} is over: `holdsafe console {run}` shows its recording"),
+        ));
+    }
     let mut place = Place::open(context, args)?;
-    let (mut heard, mut said, mut looked) = (trace_us(), false, None);
-    while !context.stop.asked() {
-        let now = trace_us();
-        let news = log.news().map_err(unread)?;
+    let (mut heard, mut said) = (trace_us(), false);
+    loop {
         // What was not there when it was looked before has come since.
         let since = looked.replace(now);
         if let Some((text, picture)) = news.newest {
@@ -122,6 +130,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
         // Nobody sends: this waits for its time.
         let _ = pause.recv_timeout(LOOK[usize::from(!matches!(place, Place::Terminal { .. }))]);
+        if context.stop.asked() {
+            break;
+        }
+        now = trace_us();
+        news = log.news().map_err(unread)?;
     }
     Ok(Exit::Interrupted)
 }

@@ -18,7 +18,7 @@ use super::layout::{MAX_SAVED, Tiling};
 use super::replay::{Seek, Tape};
 use super::{Picture, Window, Wish, theme};
 use crate::act::Act;
-use crate::sensed::Sensed;
+use crate::beside::Beside;
 use crate::shown::Shown;
 use crate::site::Site;
 
@@ -39,9 +39,9 @@ pub trait Source {
     fn tape(&mut self) -> Option<Tape> {
         None
     }
-    /// What the sensors gave at a moment of the recording, if it has that.
-    fn sensed(&mut self, _at: Instant) -> Option<Arc<Sensed>> {
-        None
+    /// What the recording has of a moment beside what was shown.
+    fn beside(&mut self, _at: Instant) -> Beside {
+        Beside::default()
     }
     /// Goes elsewhere in the recording.
     fn seek(&mut self, _to: Seek) {}
@@ -127,8 +127,8 @@ impl App for Program {
         let tape = self.source.tape();
         // A recording stands still when nobody moves it.
         let behind = behind(ui.input(|input| input.time), self.came).filter(|_| tape.is_none());
-        let sensed = tape.as_ref().and_then(|_| self.source.sensed(shown.at));
-        let picture = Picture { shown: &shown, behind, tape: tape.as_ref(), sensed: sensed.as_ref() };
+        let beside = tape.as_ref().map(|_| self.source.beside(shown.at));
+        let picture = Picture { shown: &shown, behind, tape: tape.as_ref(), beside: beside.as_ref() };
         for wish in self.window.draw(ui, &picture) {
             match wish {
                 Wish::Act(act) => self.source.send(act),

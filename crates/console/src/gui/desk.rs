@@ -33,8 +33,8 @@ pub(super) struct Desk {
     pub(super) search: String,
     /// Whether alarms that were acknowledged are shown.
     pub(super) acknowledged: bool,
-    /// Whether what the sensors gave is looked at, in a recording that has it.
-    pub(super) sensors: bool,
+    /// Whether what a recording has beside what was shown is looked at.
+    pub(super) beside: bool,
     /// Order of the track table.
     pub(super) sort: Sort,
     /// What part of the map is seen.
@@ -53,7 +53,7 @@ impl Desk {
             prepared: None,
             search: String::new(),
             acknowledged: true,
-            sensors: true,
+            beside: true,
             sort: Sort::default(),
             camera: None,
             ages: BTreeMap::new(),

@@ -11,6 +11,7 @@ pub mod theme;
 
 mod ages;
 mod alarms;
+mod beside;
 mod command;
 mod contour;
 mod desk;
@@ -18,26 +19,23 @@ mod given;
 mod map;
 mod plan;
 mod refusals;
-mod sensed;
 mod sign;
 mod strip;
 mod tracks;
 mod why;
 mod words;
 
-use std::sync::Arc;
-
 use eframe::egui::{CentralPanel, Frame, Margin, Panel, RichText, Theme, Ui};
 use wire::id::UnitId;
 use wire::time::Span;
 
+use self::beside::Textures;
 use self::desk::Desk;
 use self::layout::{Panes, Preset, Tiling};
 use self::replay::{Seek, Tape};
-use self::sensed::Textures;
 use self::theme::Palette;
 use crate::act::Act;
-use crate::sensed::Sensed;
+use crate::beside::Beside;
 use crate::shown::Shown;
 use crate::site::Site;
 
@@ -62,8 +60,8 @@ pub struct Picture<'p> {
     pub behind: Option<Span>,
     /// Where the recording stands, if it is one.
     pub tape: Option<&'p Tape>,
-    /// What the sensors gave then, if it is one that has it.
-    pub sensed: Option<&'p Arc<Sensed>>,
+    /// What that has beside it.
+    pub beside: Option<&'p Beside>,
 }
 
 /// The window's content.
@@ -102,18 +100,19 @@ impl Window {
             }
             strip::draw(ui, &mut self.desk, shown);
         });
+        let beside = picture.beside.filter(|beside| picture.tape.is_some() && !beside.is_empty());
         if let Some(tape) = picture.tape {
-            let sensors = picture.sensed.map(|_| &mut self.desk.sensors);
+            let beside = beside.map(|_| &mut self.desk.beside);
             Panel::bottom("replay")
                 .resizable(false)
                 .frame(frame(8, 4))
-                .show(ui, |ui| replay::draw(ui, tape, sensors, &mut wishes));
+                .show(ui, |ui| replay::draw(ui, tape, beside, &mut wishes));
         }
-        if let Some(sensed) = picture.sensed.filter(|_| picture.tape.is_some() && self.desk.sensors) {
-            Panel::bottom("sensed")
+        if let Some(beside) = beside.filter(|_| self.desk.beside) {
+            Panel::bottom("beside")
                 .resizable(false)
                 .frame(frame(8, 4))
-                .show(ui, |ui| sensed::draw(ui, &mut self.textures, sensed));
+                .show(ui, |ui| beside::draw(ui, &mut self.textures, beside));
         }
         Panel::right("command").resizable(false).exact_size(command::WIDTH).frame(frame(8, 6)).show(ui, |ui| {
             Panel::bottom("looks").resizable(false).frame(frame(0, 2)).show(ui, |ui| self.looks(ui));

@@ -35,8 +35,8 @@ pub enum Seek {
     Play(bool),
 }
 
-/// The bar. `sensors` is whether what these gave is looked at, where that is known.
-pub(super) fn draw(ui: &mut Ui, tape: &Tape, sensors: Option<&mut bool>, wishes: &mut Vec<Wish>) {
+/// The bar. `beside` is whether the evidence beside it is looked at, where there is some.
+pub(super) fn draw(ui: &mut Ui, tape: &Tape, beside: Option<&mut bool>, wishes: &mut Vec<Wish>) {
     let mut seek = |to: Seek| wishes.push(Wish::Seek(to));
     ui.horizontal(|ui| {
         ui.label(RichText::new("REPLAY").strong().color(Palette::of(ui).advice));
@@ -57,8 +57,8 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, sensors: Option<&mut bool>, wishes:
         if ui.add_enabled(later.is_some(), Button::new("Next change")).clicked() {
             seek(Seek::To(later.map_or(tape.length, |moment| moment.at)));
         }
-        if let Some(sensors) = sensors {
-            ui.toggle_value(sensors, "Sensors");
+        if let Some(beside) = beside {
+            ui.toggle_value(beside, "Evidence");
         }
         ui.label(RichText::new(format!("{} of {}", seconds(tape.at), seconds(tape.length))).monospace());
         let label = ui.label(RichText::new("time").weak());

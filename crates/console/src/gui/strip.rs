@@ -14,6 +14,7 @@ use super::words::{self, seconds};
 use crate::age::Labelled;
 use crate::shown::{Shown, ShownLink, ShownUnit, State};
 use crate::skew::Rate;
+use crate::text;
 
 /// Height of a unit's line, points.
 const LINE: f32 = 28.0;
@@ -68,7 +69,7 @@ fn unit_cells(ui: &mut Ui, at: Instant, unit: &ShownUnit) {
         &format!("AGE {} {age} {word}", unit.unit),
     );
     way(ui, unit);
-    let moves = format!("{:.1} m/s, route {} %", words::metres(state.speed_mm_s), state.progress / 10);
+    let moves = format!("{}, route {} %", text::speed(state.speed_mm_s), state.progress / 10);
     cell(
         ui,
         CELLS[7],

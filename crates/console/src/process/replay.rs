@@ -9,9 +9,9 @@ use wire::time::{Instant, Span};
 
 use super::player::{Player, PlayerError};
 use super::window::layout;
+use crate::beside::{Beside, Evidence};
 use crate::gui::app::{self, Looks, Source};
 use crate::gui::replay::{Seek, Tape};
-use crate::sensed::{Sensed, Sensing};
 use crate::shown::Shown;
 use crate::site::Site;
 
@@ -19,7 +19,7 @@ use crate::site::Site;
 pub struct Recorded {
     player: Player,
     site: Site,
-    sensing: Option<Box<dyn Sensing>>,
+    evidence: Option<Box<dyn Evidence>>,
 }
 
 /// Opens the recording below `run_dir`.
@@ -28,24 +28,25 @@ pub struct Recorded {
 /// When something of it is missing or is no recording.
 pub fn open(run_dir: &Path) -> Result<Recorded, PlayerError> {
     let (player, config) = Player::open(run_dir)?;
-    Ok(Recorded { player, site: config.window.unwrap_or_default(), sensing: None })
+    Ok(Recorded { player, site: config.window.unwrap_or_default(), evidence: None })
 }
 
 impl Recorded {
-    /// With what the sensors gave, beside what was shown.
+    /// With this beside what was shown.
     #[must_use]
-    pub fn sensed_by(self, sensing: Box<dyn Sensing>) -> Self {
-        Self { sensing: Some(sensing), ..self }
+    pub fn beside(self, evidence: Box<dyn Evidence>) -> Self {
+        Self { evidence: Some(evidence), ..self }
     }
 
-    /// Shows it in a window, until that is closed.
+    /// Shows it in a window, until that is closed or `over`.
     ///
     /// # Errors
     /// When the window cannot be opened.
-    pub fn show(self) -> Result<(), String> {
+    pub fn show(self, over: impl Fn() -> bool + 'static) -> Result<(), String> {
         let unit = self.player.first();
         let looks = Looks { title: "holdsafe console: REPLAY".to_owned(), unit, site: self.site, layout: layout() };
-        let source = Running { player: self.player, sensing: self.sensing, since: None, new: true };
+        let source =
+            Running { player: self.player, evidence: self.evidence, since: None, new: true, over: Box::new(over) };
         app::run(looks, Box::new(source), |_wake| {}).map_err(|why| format!("the window cannot be opened: {why}"))
     }
 }
@@ -53,10 +54,12 @@ impl Recorded {
 /// The player with the time at which it was set running, and from where.
 struct Running {
     player: Player,
-    sensing: Option<Box<dyn Sensing>>,
+    evidence: Option<Box<dyn Evidence>>,
     since: Option<(Instant, Span)>,
     /// Whether there is a picture that was not drawn.
     new: bool,
+    /// Whether the window is to close.
+    over: Box<dyn Fn() -> bool>,
 }
 
 impl Source for Running {
@@ -74,13 +77,17 @@ impl Source for Running {
     /// Nothing can be done in a recording.
     fn send(&mut self, _: Act) {}
 
+    fn over(&mut self) -> bool {
+        (self.over)()
+    }
+
     fn tape(&mut self) -> Option<Tape> {
         let (at, length) = (self.player.at(), self.player.length());
         Some(Tape { at, length, moments: self.player.moments().to_vec(), playing: self.since.is_some() })
     }
 
-    fn sensed(&mut self, at: Instant) -> Option<Arc<Sensed>> {
-        self.sensing.as_mut()?.at(at)
+    fn beside(&mut self, at: Instant) -> Beside {
+        self.evidence.as_mut().map_or_else(Beside::default, |evidence| evidence.at(at))
     }
 
     fn seek(&mut self, to: Seek) {

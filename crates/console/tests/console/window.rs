@@ -5,11 +5,11 @@
 use std::sync::Arc;
 
 use console::act::{Act, Alarm, Order, PREPARED_FOR};
+use console::beside::{Beside, Image, Mark, Sensed, Sight};
 use console::gui::layout::{Pane, Preset, Tiling};
 use console::gui::replay::{Seek, Tape};
 use console::gui::{Picture, Window, Wish, theme};
 use console::life::Life;
-use console::sensed::{Image, Mark, Sensed, Sight};
 use eframe::egui::accesskit::Role as Kind;
 use eframe::egui::{Event, Key, Modifiers, Theme, Vec2, vec2};
 use egui_kittest::Harness;
@@ -31,7 +31,7 @@ struct Seat {
     window: Window,
     tape: Option<Tape>,
     behind: Option<Span>,
-    sensed: Option<Arc<Sensed>>,
+    beside: Option<Beside>,
     acts: Vec<Act>,
     seeks: Vec<Seek>,
 }
@@ -44,13 +44,13 @@ fn seat(yard: Yard) -> Seated {
 
 fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
     let window = Window::new(UnitId::A, yard::site());
-    let seat = Seat { yard, window, tape: None, behind: None, sensed: None, acts: Vec::new(), seeks: Vec::new() };
+    let seat = Seat { yard, window, tape: None, behind: None, beside: None, acts: Vec::new(), seeks: Vec::new() };
     let draw = |ui: &mut eframe::egui::Ui, seat: &mut Seat| {
         theme::apply(ui.ctx());
         let mut shown = seat.yard.shown();
         shown.marks.replay |= seat.tape.is_some();
         let picture =
-            Picture { shown: &shown, behind: seat.behind, tape: seat.tape.as_ref(), sensed: seat.sensed.as_ref() };
+            Picture { shown: &shown, behind: seat.behind, tape: seat.tape.as_ref(), beside: seat.beside.as_ref() };
         for wish in seat.window.draw(ui, &picture) {
             match wish {
                 Wish::Act(act) => {
@@ -393,22 +393,28 @@ fn a_recording_is_moved_in_and_never_looks_live() {
 }
 
 #[test]
-fn what_the_sensors_gave_is_seen_in_a_recording_and_never_beside_a_live_picture() {
+fn what_a_recording_has_beside_is_seen_in_it_and_never_beside_a_live_picture() {
     let mut seated = seat(scenes::hold_safe());
     let sight = |name, image| Sight { name, legend: "as seen", image, marks: Vec::new() };
     let mark = Mark { edges: [1.0, 1.0, 90.0, 9.0], says: "vehicle 93 %".to_owned() };
     let colour = Sight { marks: vec![mark], ..sight("colour", Some(Image { width: 4, height: 2, rgb: vec![90; 24] })) };
     let sensed = Sensed { before: Span::ms(40), sights: vec![colour, sight("thermal", None)] };
-    seated.state_mut().sensed = Some(Arc::new(sensed));
+    let because = Some(
+        "6900 ms: PREPARE_TO_ACT to HOLD_SAFE (lost:teammates)\n  cause  6700 ms  unit-b  contradicts itself".into(),
+    );
+    seated.state_mut().beside = Some(Beside { sensed: Some(Arc::new(sensed)), because });
     seated.run_steps(3);
-    assert!(!says(&seated, "SENSOR") && !says(&seated, "WHAT THE SENSORS GAVE"), "the picture is live");
+    for evidence in ["SENSOR", "EVIDENCE", "contradicts itself"] {
+        assert!(!says(&seated, evidence), "the picture is live");
+    }
     let (_, tape) = scenes::replayed(seated.state().yard.shown());
     seated.state_mut().tape = Some(tape);
     seated.run_steps(3);
-    assert!(says(&seated, "WHAT THE SENSORS GAVE, 0.04 s before · evidence: no operator sees it"));
+    assert!(says(&seated, "EVIDENCE · no operator saw this") && says(&seated, "WHAT THE SENSORS GAVE, 0.04 s before"));
+    assert!(says(&seated, "  cause  6700 ms  unit-b  contradicts itself"));
     assert!(says(&seated, "SENSOR colour 1 found") && says(&seated, "SENSOR thermal gave nothing"));
-    click(&mut seated, Kind::Button, "Sensors");
-    assert!(!says(&seated, "SENSOR colour"));
+    click(&mut seated, Kind::Button, "Evidence");
+    assert!(!says(&seated, "SENSOR colour") && !says(&seated, "contradicts itself"));
 }
 
 #[test]

@@ -1,21 +1,24 @@
-//! What the sensors gave, above the bar of a recording: evidence, and said to be that. It is there in a replay only.
+//! What a recording has beside what was shown, above its bar: what the sensors gave, and why the mode changed. It is evidence, and said to be
+//! that; it is there in a replay only.
 
 use std::sync::Arc;
 
 use eframe::egui::{
-    Color32, ColorImage, FontId, Rect, RichText, Role, Sense, Stroke, StrokeKind, TextureHandle, TextureOptions, Ui,
-    Vec2, WidgetInfo, pos2, vec2,
+    Color32, ColorImage, FontId, Label, Rect, RichText, Role, ScrollArea, Sense, Stroke, StrokeKind, TextureHandle,
+    TextureOptions, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
 use super::sign::{Shape, Tone};
 use super::theme::Palette;
 use super::words::seconds;
-use crate::sensed::{Image, Sensed, Sight};
+use crate::beside::{Beside, Image, Sensed, Sight};
 
 /// Height of a picture, points.
 const HIGH: f32 = 150.0;
 /// Between two of them.
 const GAP: f32 = 8.0;
+/// Share of the width that the reasons take beside pictures.
+const REASONS: f32 = 0.42;
 
 /// The pictures that are drawn, as the graphics card has them.
 #[derive(Default)]
@@ -50,10 +53,38 @@ fn picture(image: &Image) -> Option<ColorImage> {
     (bytes > 0 && bytes == image.rgb.len()).then(|| ColorImage::from_rgb([image.width, image.height], &image.rgb))
 }
 
+/// All that there is, side by side.
+pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, beside: &Beside) {
+    ui.label(RichText::new("EVIDENCE · no operator saw this").color(Palette::of(ui).advice));
+    ui.horizontal_top(|ui| {
+        let whole = ui.available_width();
+        if let Some(sensed) = &beside.sensed {
+            let share = if beside.because.is_some() { 1.0 - REASONS } else { 1.0 };
+            ui.vertical(|ui| {
+                ui.set_width(whole * share - GAP);
+                sensors(ui, textures, sensed);
+            });
+        }
+        if let Some(because) = &beside.because {
+            ui.vertical(|ui| reasons(ui, because));
+        }
+    });
+}
+
+/// Why the mode is what it is.
+fn reasons(ui: &mut Ui, because: &str) {
+    ui.label(RichText::new("WHY, by what the services logged").color(Palette::of(ui).text));
+    ScrollArea::both().id_salt("reasons").max_height(HIGH + 16.0).auto_shrink([false, true]).show(ui, |ui| {
+        for line in because.lines() {
+            ui.add(Label::new(RichText::new(line).monospace().size(11.0).color(Palette::of(ui).text)).extend());
+        }
+    });
+}
+
 /// The pictures beside each other.
-pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, sensed: &Arc<Sensed>) {
+fn sensors(ui: &mut Ui, textures: &mut Textures, sensed: &Arc<Sensed>) {
     textures.take(ui, sensed);
-    let says = format!("WHAT THE SENSORS GAVE, {} before · evidence: no operator sees it", seconds(sensed.before));
+    let says = format!("WHAT THE SENSORS GAVE, {} before", seconds(sensed.before));
     ui.label(RichText::new(says).color(Palette::of(ui).text));
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GAP;
@@ -88,7 +119,7 @@ fn one(ui: &mut Ui, wide: f32, sight: &Sight, texture: Option<&TextureHandle>) {
         }
     }
     let words = format!("{} · {}", sight.name, sight.legend);
-    ui.add(eframe::egui::Label::new(RichText::new(words).small().color(palette.text)).truncate());
+    ui.add(Label::new(RichText::new(words).small().color(palette.text)).truncate());
 }
 
 /// Each thing found, with its words where there is room on a ground of their own.

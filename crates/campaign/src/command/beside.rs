@@ -1,9 +1,9 @@
-//! What the unit's sensors gave in a recorded run, at the moments of its console: for whoever looks at the recording.
+//! What a recorded run has beside what its console showed, moment by moment: what the unit's sensors gave, and why its mode changed.
 
 use std::path::Path;
 use std::sync::Arc;
 
-use console::sensed::{Image, Mark, Sensed, Sensing, Sight};
+use console::beside::{Beside, Evidence, Image, Mark, Sensed, Sight};
 use link::mouth::MouthError;
 use perception::corroborate::Limits;
 use perception::stages::Stages;
@@ -17,44 +17,63 @@ use wire::time::{Instant, Span};
 
 use super::failure::{Exit, Failure};
 use super::recorded::Recorded;
+use crate::explain::explain;
+use crate::oracle::Micros;
 use crate::passed::{Passed, recorded};
+use crate::report::explained;
 
 /// Side of the LiDAR's picture from above, pixels, and how much of the ground that is, metres.
 const ABOVE: (usize, f32) = (120, 48.0);
 /// Temperatures that are black and white, kelvin.
 const WARMTH: [f32; 2] = [270.0, 320.0];
 
-/// The frames of a run, and what is seen in them.
-pub(super) struct Seen {
+/// What a recorded run has beside what was shown.
+pub(super) struct Beheld {
     frames: Vec<Passed>,
+    /// What looks at frames once more; absent where there are none.
+    stages: Option<Stages>,
+    /// Every change of mode, with its reasons: when it was, and in words.
+    changes: Vec<(Micros, Arc<str>)>,
     /// The run's time less the console's clock, microseconds.
     ahead: i128,
-    stages: Stages,
-    /// The last one that was asked for.
+    /// The frame that was looked at last.
     last: Option<(usize, Arc<Sensed>)>,
 }
 
-impl Seen {
-    /// Of the recording in `run`; nothing where it has no frames or nothing of the console.
+impl Beheld {
+    /// Of the recording in `run`; nothing where it has nothing of the console.
     ///
     /// # Errors
     /// When a log of it is damaged before its end, or the stages cannot be made.
     pub(super) fn open(run: &Path, stages: impl FnOnce() -> Result<Stages, Failure>) -> Result<Option<Self>, Failure> {
-        let entries = Recorded::read(run)?.entries;
+        let Recorded { entries, bounds, .. } = Recorded::read(run)?;
+        let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE) else { return Ok(None) };
+        let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
         let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.display()));
         let mut frames = recorded(run, &entries).map_err(unread)?;
         frames.retain(|of| of.topic == Topic::Frames);
-        let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE).filter(|_| !frames.is_empty())
-        else {
-            return Ok(None);
+        let stages = if frames.is_empty() { None } else { Some(stages()?) };
+        let changes = explain(&entries, &bounds).into_iter().map(|of| (of.at_us, explained(&of).into())).collect();
+        Ok(Some(Self { frames, stages, changes, ahead, last: None }))
+    }
+
+    /// The newest frame at this time of the run.
+    fn sensed(&mut self, on_run: Micros) -> Option<Arc<Sensed>> {
+        let place = self.frames.partition_point(|of| of.at <= on_run).checked_sub(1)?;
+        let before = Span(on_run - self.frames.get(place)?.at);
+        let sights = match &self.last {
+            Some((last, sensed)) if *last == place && sensed.before == before => return Some(Arc::clone(sensed)),
+            Some((last, sensed)) if *last == place => sensed.sights.clone(),
+            _ => self.read(place)?,
         };
-        let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
-        Ok(Some(Self { frames, ahead, stages: stages()?, last: None }))
+        let sensed = Arc::new(Sensed { before, sights });
+        self.last = Some((place, Arc::clone(&sensed)));
+        Some(sensed)
     }
 
     fn read(&self, place: usize) -> Option<Vec<Sight>> {
         let frames: Frames<'_> = decode(body(&self.frames.get(place)?.bytes)?, LARGEST).ok()?;
-        let found = self.stages.candidates(&frames, Limits::default().score);
+        let found = self.stages.as_ref()?.candidates(&frames, Limits::default().score);
         let size = (usize::from(frames.width), usize::from(frames.height));
         let image =
             |rgb: Vec<u8>| (rgb.len() == size.0 * size.1 * 3).then_some(Image { width: size.0, height: size.1, rgb });
@@ -75,19 +94,12 @@ impl Seen {
     }
 }
 
-impl Sensing for Seen {
-    fn at(&mut self, at: Instant) -> Option<Arc<Sensed>> {
-        let on_run = u64::try_from(i128::from(at.0) + self.ahead).ok()?;
-        let place = self.frames.partition_point(|of| of.at <= on_run).checked_sub(1)?;
-        let before = Span(on_run - self.frames.get(place)?.at);
-        let sights = match &self.last {
-            Some((last, sensed)) if *last == place && sensed.before == before => return Some(Arc::clone(sensed)),
-            Some((last, sensed)) if *last == place => sensed.sights.clone(),
-            _ => self.read(place)?,
-        };
-        let sensed = Arc::new(Sensed { before, sights });
-        self.last = Some((place, Arc::clone(&sensed)));
-        Some(sensed)
+impl Evidence for Beheld {
+    fn at(&mut self, at: Instant) -> Beside {
+        let Ok(on_run) = Micros::try_from(i128::from(at.0) + self.ahead) else { return Beside::default() };
+        let change = self.changes.partition_point(|(at, _)| *at <= on_run).checked_sub(1);
+        let because = change.and_then(|place| Some(Arc::clone(&self.changes.get(place)?.1)));
+        Beside { sensed: self.sensed(on_run), because }
     }
 }
 

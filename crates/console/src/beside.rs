@@ -1,4 +1,5 @@
-//! What the sensors of a unit gave at a moment of a recording, ready to be drawn: for whoever looks at evidence.
+//! What a recording has beside what was shown, moment by moment: what the unit's sensors gave, and why its mode changed. For whoever looks
+//! at evidence.
 //!
 //! No console that runs has it, for it does not reach the control domain; and no view of what was shown is made of it. Finding it in a
 //! recording, and reading it, is left to whoever opens that.
@@ -40,7 +41,7 @@ pub struct Sight {
     pub marks: Vec<Mark>,
 }
 
-/// All of them.
+/// What all of them gave.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensed {
     /// How long before the moment perception took them in.
@@ -49,8 +50,24 @@ pub struct Sensed {
     pub sights: Vec<Sight>,
 }
 
+/// What there is of one moment.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Beside {
+    /// The newest that perception had taken in.
+    pub sensed: Option<Arc<Sensed>>,
+    /// Why the mode is what it is, by what the services logged; line by line.
+    pub because: Option<Arc<str>>,
+}
+
+impl Beside {
+    /// Whether there is nothing.
+    pub fn is_empty(&self) -> bool {
+        self.sensed.is_none() && self.because.is_none()
+    }
+}
+
 /// Who has it.
-pub trait Sensing {
-    /// The newest that perception had taken in at `at`, a time of the console's clock.
-    fn at(&mut self, at: Instant) -> Option<Arc<Sensed>>;
+pub trait Evidence {
+    /// What there is of `at`, a time of the console's clock.
+    fn at(&mut self, at: Instant) -> Beside;
 }
