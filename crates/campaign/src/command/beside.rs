@@ -89,7 +89,7 @@ impl Beheld {
                 frames.thermal.and_then(|plane| image(shades(plane, warmth))),
                 warm,
             ),
-            sight("LiDAR", "from above, ahead is up, 48 m wide", frames.lidar.map(|ranges| above(ranges)), Vec::new()),
+            sight("LiDAR", "from above, 48 m wide", frames.lidar.map(|ranges| above(ranges)), Vec::new()),
         ])
     }
 }

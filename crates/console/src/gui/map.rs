@@ -107,7 +107,8 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
         let circles = if crowded { "; circles of the chosen track and of units only" } else { "" };
         let note = format!("labels left out for want of room: {left_out}{circles}");
         painter.text(
-            rect.left_bottom() + vec2(8.0, -8.0),
+            // Above the scale, which stands in the other corner.
+            rect.left_bottom() + vec2(8.0, -26.0),
             Align2::LEFT_BOTTOM,
             note,
             FontId::proportional(11.0),

@@ -116,7 +116,8 @@ fn way(ui: &mut Ui, unit: &ShownUnit) {
 
 /// What holds for the whole picture, and the links.
 fn run(ui: &mut Ui, shown: &Shown) {
-    line(ui, |ui| {
+    // More links than fit beside each other stand on a second line.
+    ui.horizontal_wrapped(|ui| {
         sign::chip(ui, 112.0, (Tone::Mark, Shape::Ring), "SIMULATION", false, "MARK SIMULATION");
         if shown.marks.replay {
             sign::chip(ui, 232.0, (Tone::Advice, Shape::Square), "REPLAY · nothing here is now", true, "MARK REPLAY");

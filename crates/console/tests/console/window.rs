@@ -469,6 +469,21 @@ fn two_hundred_tracks_are_drawn_and_none_of_them_is_missing_from_the_map() {
 }
 
 #[test]
+fn every_link_is_seen_with_its_clock_however_many_there_are() {
+    let mut yard = scenes::crowd();
+    yard.run(Span::s(6));
+    let seated = seat(yard);
+    for unit in &seated.state().yard.shown().units {
+        let chip = seated.get_by_label_contains(&format!("LINK {} up", unit.unit));
+        let clock = unit.clock.expect("a rate").words();
+        assert!(chip.value().is_some_and(|says| says.contains(&clock)), "{clock}");
+        assert!(chip.rect().left() >= 0.0 && chip.rect().right() <= LAPTOP.x, "{:?}", chip.rect());
+        let state = seated.get_by_label_contains(&format!("STATE {}", unit.unit));
+        assert!(state.rect().top() >= chip.rect().bottom(), "{:?} over {:?}", chip.rect(), state.rect());
+    }
+}
+
+#[test]
 fn a_name_from_outside_neither_runs_away_nor_breaks_the_line() {
     let name = format!("evil\u{202e}\n\t{}", "name ".repeat(400));
     let policy = wire::policy::Policy { name, record_guard: wire::policy::Requirement::Waived, ..Default::default() };
