@@ -474,11 +474,12 @@ fn every_link_is_seen_with_its_clock_however_many_there_are() {
     yard.run(Span::s(6));
     let seated = seat(yard);
     for unit in &seated.state().yard.shown().units {
-        let chip = seated.get_by_label_contains(&format!("LINK {} up", unit.unit));
+        let [link, state] = [format!("LINK {} up", unit.unit), format!("STATE {}", unit.unit)];
+        let chip = seated.get_by_label_contains(&link);
         let clock = unit.clock.expect("a rate").words();
         assert!(chip.value().is_some_and(|says| says.contains(&clock)), "{clock}");
         assert!(chip.rect().left() >= 0.0 && chip.rect().right() <= LAPTOP.x, "{:?}", chip.rect());
-        let state = seated.get_by_label_contains(&format!("STATE {}", unit.unit));
+        let state = seated.get_by_label_contains(&state);
         assert!(state.rect().top() >= chip.rect().bottom(), "{:?} over {:?}", chip.rect(), state.rect());
     }
 }
