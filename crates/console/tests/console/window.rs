@@ -471,7 +471,7 @@ fn two_hundred_tracks_are_drawn_and_none_of_them_is_missing_from_the_map() {
 #[test]
 fn every_link_is_seen_with_its_clock_however_many_there_are() {
     let mut yard = scenes::crowd();
-    yard.run(Span::s(6));
+    yard.run(Span::s(9));
     let seated = seat(yard);
     for unit in &seated.state().yard.shown().units {
         let [link, state] = [format!("LINK {} up", unit.unit), format!("STATE {}", unit.unit)];
