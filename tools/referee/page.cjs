@@ -33,7 +33,7 @@ async function address(watch) {
   // The scenario, with time to look.
   fs.cpSync(path.join(__dirname, "../../scenarios"), path.join(out, "scenarios"), { recursive: true });
   const scenario = path.join(out, "scenarios", "thermal_loss.toml");
-  const longer = fs.readFileSync(scenario, "utf8").replace("duration_s = 9.0", "duration_s = 40.0").replace("at_s = 4.0\nduration_s = 5.0", "at_s = 8.0\nduration_s = 32.0");
+  const longer = fs.readFileSync(scenario, "utf8").replace("duration_s = 9.0", "duration_s = 70.0").replace("at_s = 4.0\nduration_s = 5.0", "at_s = 8.0\nduration_s = 62.0");
   fs.writeFileSync(scenario, longer);
   const live = spawn(program, ["live", scenario, "--out", run], { stdio: "ignore" });
   const ended = new Promise((done) => live.on("exit", done));
