@@ -41,20 +41,11 @@ pub struct Sight {
     pub marks: Vec<Mark>,
 }
 
-/// What all of them gave.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sensed {
-    /// How long before the moment perception took them in.
-    pub before: Span,
-    /// Sensor by sensor.
-    pub sights: Vec<Sight>,
-}
-
 /// What there is of one moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Beside {
-    /// The newest that perception had taken in.
-    pub sensed: Option<Arc<Sensed>>,
+    /// The newest that perception had taken in, sensor by sensor, and how long before.
+    pub sensed: Option<(Arc<[Sight]>, Span)>,
     /// Why the mode is what it is, by what the services logged; line by line.
     pub because: Option<Arc<str>>,
 }

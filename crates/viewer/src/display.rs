@@ -4,14 +4,15 @@
 //! Every label carries freshness and age. Nothing stays for longer than [`LASTS_MS`] without being told again, so that a
 //! viewer whose source has gone shows nothing rather than what was. Getting messages to a viewer is left to the caller.
 
-use foxglove::Encode;
+use std::borrow::Cow;
+
 use foxglove::messages::{CubePrimitive, Duration, Log, SceneEntity, SceneUpdate, SpherePrimitive, log};
 use serde::Deserialize;
 use wire::sensor::Class;
 
 use crate::shape::{STRAIGHT, caution, grey, heading, metres, of_class, pose, vector};
 use crate::stage::{BODY, WORLD, entity, words};
-use crate::{Micros, ViewError, stamp};
+use crate::{Message, Micros, ViewError, encoded, stamp};
 
 /// So long an entity is drawn that is not told again, milliseconds: five pictures.
 pub const LASTS_MS: u32 = 1_000;
@@ -21,21 +22,6 @@ pub const LONGEST: usize = 1 << 20;
 const WIDEST: f64 = 60.0;
 /// Schema of the picture itself.
 const PICTURE: &str = r#"{"type":"object","properties":{"version":{"type":"integer"},"at_us":{"type":"integer"}}}"#;
-
-/// A message to a viewer.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Message {
-    /// Topic.
-    pub topic: &'static str,
-    /// `protobuf` or `json`.
-    pub encoding: String,
-    /// Name and encoding of its schema.
-    pub schema: [String; 2],
-    /// The schema.
-    pub definition: Vec<u8>,
-    /// The message.
-    pub bytes: Vec<u8>,
-}
 
 /// What is read of a picture.
 #[derive(Deserialize)]
@@ -113,13 +99,13 @@ impl Onlooker {
         }
         let mut messages = vec![
             Message {
-                topic: "/display",
+                topic: "/display".to_owned(),
                 encoding: "json".to_owned(),
                 schema: ["holdsafe.Picture".to_owned(), "jsonschema".to_owned()],
-                definition: PICTURE.as_bytes().to_vec(),
+                definition: Cow::Borrowed(PICTURE.as_bytes()),
                 bytes: picture.as_bytes().to_vec(),
             },
-            message("/display/scene", &SceneUpdate { deletions: Vec::new(), entities })?,
+            encoded("/display/scene", &SceneUpdate { deletions: Vec::new(), entities })?,
         ];
         let standing: Vec<&Alarm> = read.alarms.iter().filter(|alarm| alarm.standing).collect();
         for alarm in standing.iter().filter(|alarm| !self.stood.contains(&alarm.says)) {
@@ -142,21 +128,7 @@ pub fn silent(at: Micros, seconds: u64) -> Result<Message, ViewError> {
 fn said(at: Micros, level: log::Level, message: String) -> Result<Message, ViewError> {
     let line =
         Log { timestamp: Some(stamp(at)), level: level as i32, message, name: "console".to_owned(), ..Log::default() };
-    self::message("/display/log", &line)
-}
-
-fn message<T: Encode>(topic: &'static str, of: &T) -> Result<Message, ViewError> {
-    let why = |why: String| ViewError::Message { topic: topic.to_owned(), why };
-    let mut bytes = Vec::with_capacity(of.encoded_len().unwrap_or(256));
-    of.encode(&mut bytes).map_err(|e| why(e.to_string()))?;
-    let schema = T::get_schema().ok_or_else(|| why("it has no schema".to_owned()))?;
-    Ok(Message {
-        topic,
-        encoding: T::get_message_encoding(),
-        schema: [schema.name, schema.encoding],
-        definition: schema.data.into_owned(),
-        bytes,
-    })
+    encoded("/display/log", &line)
 }
 
 /// How old something is, in words.

@@ -17,6 +17,7 @@ mod told;
 #[cfg(test)]
 mod tests;
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::io::{Seek, Write};
 
@@ -121,11 +122,8 @@ impl<W: Write + Seek> Viewer<W> {
 
     /// One of Foxglove's messages.
     fn put<T: Encode>(&mut self, at: Micros, topic: &str, message: &T) -> Result<(), ViewError> {
-        let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(256));
-        let why = |why: String| ViewError::Message { topic: topic.to_owned(), why };
-        message.encode(&mut bytes).map_err(|e| why(e.to_string()))?;
-        let schema = T::get_schema().ok_or_else(|| why("it has no schema".to_owned()))?;
-        self.write(at, topic, &T::get_message_encoding(), [&schema.name, &schema.encoding], &schema.data, &bytes)
+        let Message { encoding, schema: [name, language], definition, bytes, .. } = encoded(topic, message)?;
+        self.write(at, topic, &encoding, [&name, &language], &definition, &bytes)
     }
 
     /// One of our own.
@@ -161,6 +159,37 @@ impl<W: Write + Seek> Viewer<W> {
         channel.messages = channel.messages.saturating_add(1);
         Ok(self.writer.write_to_known_channel(&header, bytes)?)
     }
+}
+
+/// A message to a viewer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Message {
+    /// Topic.
+    pub topic: String,
+    /// `protobuf` or `json`.
+    pub encoding: String,
+    /// Name and encoding of its schema.
+    pub schema: [String; 2],
+    /// The schema.
+    pub definition: Cow<'static, [u8]>,
+    /// The message.
+    pub bytes: Vec<u8>,
+}
+
+/// One of Foxglove's messages, encoded.
+fn encoded<T: Encode>(topic: &str, message: &T) -> Result<Message, ViewError> {
+    let why = |why: String| ViewError::Message { topic: topic.to_owned(), why };
+    let mut bytes = Vec::with_capacity(message.encoded_len().unwrap_or(256));
+    message.encode(&mut bytes).map_err(|e| why(e.to_string()))?;
+    let schema = T::get_schema().ok_or_else(|| why("it has no schema".to_owned()))?;
+    let encoding = T::get_message_encoding();
+    Ok(Message {
+        topic: topic.to_owned(),
+        encoding,
+        schema: [schema.name, schema.encoding],
+        definition: schema.data,
+        bytes,
+    })
 }
 
 fn stamp(at: Micros) -> Timestamp {

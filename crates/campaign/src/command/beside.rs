@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use console::beside::{Beside, Evidence, Image, Mark, Sensed, Sight};
+use console::beside::{Beside, Evidence, Image, Mark, Sight};
 use link::mouth::MouthError;
 use perception::corroborate::Limits;
 use perception::stages::Stages;
@@ -37,7 +37,7 @@ pub(super) struct Beheld {
     /// The run's time less the console's clock, microseconds.
     ahead: i128,
     /// The frame that was looked at last.
-    last: Option<(usize, Arc<Sensed>)>,
+    last: Option<(usize, Arc<[Sight]>)>,
 }
 
 impl Beheld {
@@ -57,18 +57,14 @@ impl Beheld {
         Ok(Some(Self { frames, stages, changes, ahead, last: None }))
     }
 
-    /// The newest frame at this time of the run.
-    fn sensed(&mut self, on_run: Micros) -> Option<Arc<Sensed>> {
+    /// The newest frame at this time of the run, and how long before it was taken in.
+    fn sensed(&mut self, on_run: Micros) -> Option<(Arc<[Sight]>, Span)> {
         let place = self.frames.partition_point(|of| of.at <= on_run).checked_sub(1)?;
         let before = Span(on_run - self.frames.get(place)?.at);
-        let sights = match &self.last {
-            Some((last, sensed)) if *last == place && sensed.before == before => return Some(Arc::clone(sensed)),
-            Some((last, sensed)) if *last == place => sensed.sights.clone(),
-            _ => self.read(place)?,
-        };
-        let sensed = Arc::new(Sensed { before, sights });
-        self.last = Some((place, Arc::clone(&sensed)));
-        Some(sensed)
+        if self.last.as_ref().is_none_or(|(last, _)| *last != place) {
+            self.last = Some((place, self.read(place)?.into()));
+        }
+        self.last.as_ref().map(|(_, sights)| (Arc::clone(sights), before))
     }
 
     fn read(&self, place: usize) -> Option<Vec<Sight>> {

@@ -97,8 +97,8 @@ impl Viewer {
         self.say(&message)
     }
 
-    fn say(&mut self, message: &viewer::display::Message) -> Result<(), Failure> {
-        let viewer::display::Message { topic, encoding, schema: [name, language], definition, bytes } = message;
+    fn say(&mut self, message: &viewer::Message) -> Result<(), Failure> {
+        let viewer::Message { topic, encoding, schema: [name, language], definition, bytes } = message;
         let kind = link::foxglove::Kind { topic, encoding, schema: [name, language], definition };
         self.offered.say(kind, bytes).map_err(|why| untold(&why))
     }

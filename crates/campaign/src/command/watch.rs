@@ -21,8 +21,6 @@ use super::failure::{Exit, Failure};
 use super::onlook::{Page, Viewer};
 use super::{Context, out};
 
-/// How often it is looked whether there is more, for who reads a terminal, and for a page or a viewer.
-const LOOK: [Duration; 2] = [Duration::from_millis(200), Duration::from_millis(20)];
 /// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, what it gave last is not current.
 const CURRENT_US: u64 = 1_000_000;
 
@@ -69,6 +67,15 @@ impl Place {
             out::say(format_args!("{address}\nto look only, until the run or Ctrl-C ends it"));
         }
         Ok(place)
+    }
+
+    /// How often it is looked whether there is more.
+    fn looks_every(&self) -> Duration {
+        match self {
+            Place::Terminal { .. } => Duration::from_millis(200),
+            // These count how old a picture is, and that grows with the wait for it.
+            Place::Page(_) | Place::Viewer(_) => Duration::from_millis(20),
+        }
     }
 
     /// Shows a picture that was not there yet at `since`; nothing where it was there from the beginning.
@@ -129,7 +136,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             place.silent(silent / 1_000_000)?;
         }
         // Nobody sends: this waits for its time.
-        let _ = pause.recv_timeout(LOOK[usize::from(!matches!(place, Place::Terminal { .. }))]);
+        let _ = pause.recv_timeout(place.looks_every());
         if context.stop.asked() {
             break;
         }

@@ -7,7 +7,6 @@ use wire::time::Span;
 use super::desk::{Desk, PLOTTED};
 use super::theme::Palette;
 use super::words::seconds;
-use crate::age::lost_after;
 use crate::shown::Shown;
 
 /// Ages between the places of two names.
@@ -16,8 +15,8 @@ const APART: usize = 90;
 /// The plot.
 pub(super) fn draw(ui: &mut Ui, desk: &Desk, shown: &Shown) {
     let palette = *Palette::of(ui);
-    let lost = in_seconds(lost_after(&shown.bounds));
-    let fresh = in_seconds(shown.bounds.freshness());
+    let lost = in_seconds(shown.limits.stale);
+    let fresh = in_seconds(shown.limits.fresh);
     let back = in_seconds(PLOTTED);
     let plot = Plot::new("ages")
         .allow_zoom(false)

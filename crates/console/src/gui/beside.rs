@@ -8,10 +8,12 @@ use eframe::egui::{
     TextureOptions, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 
+use wire::time::Span;
+
 use super::sign::{Shape, Tone};
 use super::theme::Palette;
 use super::words::seconds;
-use crate::beside::{Beside, Image, Sensed, Sight};
+use crate::beside::{Beside, Image, Sight};
 
 /// Height of a picture, points.
 const HIGH: f32 = 150.0;
@@ -23,7 +25,7 @@ const REASONS: f32 = 0.42;
 /// The pictures that are drawn, as the graphics card has them.
 #[derive(Default)]
 pub(super) struct Textures {
-    of: Option<Arc<Sensed>>,
+    of: Option<Arc<[Sight]>>,
     pictures: Vec<Option<TextureHandle>>,
 }
 
@@ -34,16 +36,16 @@ impl std::fmt::Debug for Textures {
 }
 
 impl Textures {
-    fn take(&mut self, ui: &Ui, sensed: &Arc<Sensed>) {
-        if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, sensed)) {
+    fn take(&mut self, ui: &Ui, sights: &Arc<[Sight]>) {
+        if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, sights)) {
             return;
         }
         let load = |sight: &Sight| {
             let image = picture(sight.image.as_ref()?)?;
             Some(ui.ctx().load_texture(sight.name, image, TextureOptions::NEAREST))
         };
-        self.pictures = sensed.sights.iter().map(load).collect();
-        self.of = Some(Arc::clone(sensed));
+        self.pictures = sights.iter().map(load).collect();
+        self.of = Some(Arc::clone(sights));
     }
 }
 
@@ -58,11 +60,11 @@ pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, beside: &Beside) {
     ui.label(RichText::new("EVIDENCE · no operator saw this").color(Palette::of(ui).advice));
     ui.horizontal_top(|ui| {
         let whole = ui.available_width();
-        if let Some(sensed) = &beside.sensed {
+        if let Some((sights, before)) = &beside.sensed {
             let share = if beside.because.is_some() { 1.0 - REASONS } else { 1.0 };
             ui.vertical(|ui| {
                 ui.set_width(whole * share - GAP);
-                sensors(ui, textures, sensed);
+                sensors(ui, textures, sights, *before);
             });
         }
         if let Some(because) = &beside.because {
@@ -82,15 +84,15 @@ fn reasons(ui: &mut Ui, because: &str) {
 }
 
 /// The pictures beside each other.
-fn sensors(ui: &mut Ui, textures: &mut Textures, sensed: &Arc<Sensed>) {
-    textures.take(ui, sensed);
-    let says = format!("WHAT THE SENSORS GAVE, {} before", seconds(sensed.before));
+fn sensors(ui: &mut Ui, textures: &mut Textures, sights: &Arc<[Sight]>, before: Span) {
+    textures.take(ui, sights);
+    let says = format!("WHAT THE SENSORS GAVE, {} before", seconds(before));
     ui.label(RichText::new(says).color(Palette::of(ui).text));
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = GAP;
-        let n = sensed.sights.len().max(1) as f32;
+        let n = sights.len().max(1) as f32;
         let wide = ((ui.available_width() - GAP * (n - 1.0)) / n).max(40.0);
-        for (sight, texture) in sensed.sights.iter().zip(&textures.pictures) {
+        for (sight, texture) in sights.iter().zip(&textures.pictures) {
             ui.vertical(|ui| one(ui, wide, sight, texture.as_ref()));
         }
     });

@@ -2,10 +2,8 @@
 //!
 //! Behind it is the real console. The harness refuses controls without a name and glyphs that the fonts lack.
 
-use std::sync::Arc;
-
 use console::act::{Act, Alarm, Order, PREPARED_FOR};
-use console::beside::{Beside, Image, Mark, Sensed, Sight};
+use console::beside::{Beside, Image, Mark, Sight};
 use console::gui::layout::{Pane, Preset, Tiling};
 use console::gui::replay::{Seek, Tape};
 use console::gui::{Picture, Window, Wish, theme};
@@ -398,11 +396,11 @@ fn what_a_recording_has_beside_is_seen_in_it_and_never_beside_a_live_picture() {
     let sight = |name, image| Sight { name, legend: "as seen", image, marks: Vec::new() };
     let mark = Mark { edges: [1.0, 1.0, 90.0, 9.0], says: "vehicle 93 %".to_owned() };
     let colour = Sight { marks: vec![mark], ..sight("colour", Some(Image { width: 4, height: 2, rgb: vec![90; 24] })) };
-    let sensed = Sensed { before: Span::ms(40), sights: vec![colour, sight("thermal", None)] };
+    let sights = vec![colour, sight("thermal", None)];
     let because = Some(
         "6900 ms: PREPARE_TO_ACT to HOLD_SAFE (lost:teammates)\n  cause  6700 ms  unit-b  contradicts itself".into(),
     );
-    seated.state_mut().beside = Some(Beside { sensed: Some(Arc::new(sensed)), because });
+    seated.state_mut().beside = Some(Beside { sensed: Some((sights.into(), Span::ms(40))), because });
     seated.run_steps(3);
     for evidence in ["SENSOR", "EVIDENCE", "contradicts itself"] {
         assert!(!says(&seated, evidence), "the picture is live");

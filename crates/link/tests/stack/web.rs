@@ -24,12 +24,19 @@ fn connect(served: &Served) -> TcpStream {
     TcpStream::connect(parts(served).0).unwrap()
 }
 
-/// What is answered to these bytes.
+/// What is answered to a request, after which the stream ends.
 fn answer(served: &Served, request: &str) -> String {
+    read(sent(served, request))
+}
+
+/// A connection on which this was sent. Who is turned away may find it closed already.
+fn sent(served: &Served, bytes: &str) -> TcpStream {
     let mut stream = connect(served);
-    // Who is turned away may find the stream closed already.
-    let _ = stream.write_all(request.as_bytes());
-    let _ = stream.shutdown(Shutdown::Write);
+    let _ = stream.write_all(bytes.as_bytes());
+    stream
+}
+
+fn read(mut stream: TcpStream) -> String {
     let mut text = String::new();
     let _ = stream.read_to_string(&mut text);
     text
@@ -78,7 +85,10 @@ fn what_is_no_request_or_too_long_is_refused_and_the_next_one_is_served() {
     let long = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\nX: {}\r\n\r\n", "x".repeat(64 * 1024));
     let many = format!("GET {path} HTTP/1.1\r\nHost: {host}\r\n{}\r\n", "X: y\r\n".repeat(200));
     for hostile in [long.as_str(), many.as_str(), "\0\0\0\0\r\n\r\n", "\r\n", "GET", ""] {
-        let text = answer(&served, hostile);
+        // Nothing more will come, so that nobody waits for the rest of it.
+        let stream = sent(&served, hostile);
+        let _ = stream.shutdown(Shutdown::Write);
+        let text = read(stream);
         assert!(!text.contains(" 200 "), "{text}");
     }
     assert!(get(&served, &host, &path).starts_with("HTTP/1.1 200"));
