@@ -64,6 +64,7 @@ async function address(watch) {
   const first = views[0].page;
   await until(first, "the unit is READY and fresh", async (page) => /unit-a READY ● fresh/.test((await units(page)).replace(/\s+/g, " ")));
   check(await first.locator("#current").isHidden(), "nothing says that it is not current");
+  await until(first, "the map has the geofence and the route", async (page) => (await page.locator("#map path.fence").count()) === 1 && (await page.locator("#map path.route").count()) === 1);
   await until(first, "the lost thermal stage is shown as DEGRADED with its guard", async (page) => /DEGRADED[^]*thermal/.test(await units(page)));
   await first.screenshot({ path: path.join(images, "page.png") });
   watch.kill("SIGSTOP");

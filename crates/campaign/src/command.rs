@@ -24,6 +24,8 @@ mod engine;
 mod explain;
 mod export;
 mod failure;
+mod follow;
+mod frame;
 mod ground;
 mod growth;
 mod hold;
@@ -55,6 +57,7 @@ mod run;
 mod scenario;
 mod search;
 mod sensing;
+mod sensors;
 mod stages;
 mod tamper;
 mod transitions;
@@ -129,6 +132,8 @@ enum Verb {
     Live(live::Args),
     /// Print what the console of a live run shows, from another terminal.
     Watch(watch::Args),
+    /// Show what the sensors of a live run's unit give, in a window beside the operator's.
+    Sensors(sensors::Args),
     /// Open a recorded run in the console's window: to look at, not to act in.
     Console(console::Args),
     /// Measure.
@@ -222,6 +227,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Curve(args)) => curve::run(&context, &args),
         Some(Verb::Live(args)) => live::run(&context, &args),
         Some(Verb::Watch(args)) => watch::run(&context, &args),
+        Some(Verb::Sensors(args)) => sensors::run(&context, &args),
         Some(Verb::Console(args)) => console::run(&context, &args),
         Some(Verb::Bench(bench)) => bench::run(&context, &bench),
         Some(Verb::Replay(args)) => replay::run(&context, &args),

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use console::moment::MAX_MOMENTS;
 use console::process::player::{READING, TRUTH};
+use console::site::Site;
 use link::instrument::Frame;
 use link::recorder::Recording;
 use serde::Deserialize;
@@ -61,6 +62,21 @@ pub fn read_held(directory: &Path) -> std::io::Result<Held> {
 /// The same of the file's bytes; no more than a bounded number is read.
 pub fn held_in(from: impl std::io::Read) -> std::io::Result<Held> {
     Ok(serde_json::from_reader(from.take(MAX_HELD_BYTES))?)
+}
+
+/// The file with the site as it was planned, there from the beginning: no secret, and for whoever looks on while the run lasts.
+const SITE: &str = "site.json";
+/// The longest that is read.
+const MAX_SITE_BYTES: u64 = 1 << 20;
+
+/// Writes the site.
+pub fn site(directory: &Path, cast: &Cast) -> std::io::Result<()> {
+    std::fs::write(directory.join(SITE), serde_json::to_vec(&live::site(cast))?)
+}
+
+/// Reads it back.
+pub fn read_site(directory: &Path) -> std::io::Result<Site> {
+    Ok(serde_json::from_reader(std::fs::File::open(directory.join(SITE))?.take(MAX_SITE_BYTES))?)
 }
 
 /// Writes what it takes to look at the console's mouth log again: no secret but the key of its feed, to which nobody answers

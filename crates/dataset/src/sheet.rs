@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 
 use base64::Engine as _;
 use perception::corroborate::{Judgement, Limits, corroborate};
+use perception::lidar::returns;
 use perception::stages::Stages;
 use wire::sensor::{Blob, Camera, Candidates, Class, Lidar, Modalities, Modality, PixelBox};
 
@@ -128,13 +129,13 @@ fn colour_marks(example: &Example, candidates: &Candidates, judged: &[Judgement]
     marks
 }
 
-/// Near is bright; black is no return.
+/// How bright a depth is drawn, millimetres: near is bright; black is no return.
+pub fn near(mm: u16) -> u8 {
+    if mm == 0 { 0 } else { (255.0 * 3_000.0 / (3_000.0 + f32::from(mm))) as u8 }
+}
+
 fn depth(example: &Example) -> Result<(Vec<u8>, String), png::EncodingError> {
-    let shade = |b: &[u8]| match u16::from_le_bytes([b[0], b[1]]) {
-        0 => 0,
-        mm => (255.0 * 3_000.0 / (3_000.0 + f32::from(mm))) as u8,
-    };
-    let grey: Vec<u8> = example.frame.depth.chunks_exact(2).map(shade).collect();
+    let grey: Vec<u8> = example.frame.depth.chunks_exact(2).map(|b| near(u16::from_le_bytes([b[0], b[1]]))).collect();
     let size = (example.frame.width, example.frame.height);
     Ok((picture(size, png::ColorType::Grayscale, png::BitDepth::Eight, &grey)?, String::new()))
 }
@@ -156,16 +157,10 @@ fn thermal(example: &Example, candidates: &Candidates) -> Result<(Vec<u8>, Strin
 
 /// Returns as dots, clusters as circles; ahead is up.
 fn above(example: &Example, candidates: &Candidates) -> String {
-    let (lidar, mut marks) = (Lidar::GROUND, String::new());
-    let azimuths = usize::from(lidar.azimuths);
-    let mut path = String::new();
-    for (k, bytes) in example.frame.lidar.chunks_exact(2).enumerate() {
-        let metres = f32::from(u16::from_le_bytes([bytes[0], bytes[1]])) / 1000.0;
-        let elevation = (lidar.lowest_deg + lidar.ring_step_deg * (k / azimuths) as f32).to_radians();
-        let (sin, cos) = libm::sincosf(((k % azimuths) as f32 * 360.0 / azimuths as f32).to_radians());
-        let flat = metres * libm::cosf(elevation);
-        if metres > 0.0 && flat < ABOVE_M {
-            let _ = write!(path, "M{:.1} {:.1}h.2", -flat * sin, -flat * cos);
+    let (mut path, mut marks) = (String::new(), String::new());
+    for [x, y, _] in returns(Lidar::GROUND, &example.frame.lidar) {
+        if libm::hypotf(x, y) < ABOVE_M {
+            let _ = write!(path, "M{:.1} {:.1}h.2", -y, -x);
         }
     }
     let _ = write!(marks, "<path d=\"{path}\" stroke=\"#3f6b4a\" stroke-width=\"0.2\" fill=\"none\"/>");

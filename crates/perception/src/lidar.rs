@@ -27,6 +27,21 @@ const FEWEST: u32 = 2;
 const LEAST_HEIGHT_M: f32 = 0.2;
 const LARGEST_M: f32 = 8.0;
 
+/// Where the beams came back, in the LiDAR's own frame (x ahead, y left, z up), metres, ring by ring: `plane` is ring-major, u16
+/// little-endian millimetres. A beam without a return is left out, and so is what is more than one scan.
+pub fn returns(beams: Lidar, plane: &[u8]) -> impl Iterator<Item = [f32; 3]> {
+    let azimuths = usize::from(beams.azimuths).max(1);
+    let ranges = plane.chunks_exact(2).map(|b| f32::from(u16::from_le_bytes([b[0], b[1]])) / 1e3);
+    ranges.take(azimuths * usize::from(beams.rings)).enumerate().filter(|(_, range)| *range > 0.0).map(
+        move |(k, range)| {
+            let (ring, azimuth) = ((k / azimuths) as f32, (k % azimuths) as f32);
+            let (rise, reach) = libm::sincosf((beams.lowest_deg + beams.ring_step_deg * ring).to_radians());
+            let (left, ahead) = libm::sincosf((360.0 / azimuths as f32 * azimuth).to_radians());
+            [range * reach * ahead, range * reach * left, range * rise]
+        },
+    )
+}
+
 /// The stage with its beams' directions.
 #[derive(Clone, Debug)]
 pub struct Scanner {

@@ -12,6 +12,7 @@ use foxglove::messages::{
     RawImage, TextAnnotation, points_annotation,
 };
 use perception::corroborate::Limits;
+use perception::lidar::returns;
 use wire::bus::body;
 use wire::codec::decode;
 use wire::core::Topic;
@@ -149,20 +150,8 @@ fn label(at: Micros, bounds: PixelBox, class: Class, score: u16) -> TextAnnotati
 
 /// The returns of the beams, in the LiDAR's frame, metres.
 fn cloud(at: Micros, ranges: &[u8]) -> PointCloud {
-    let beams = Lidar::GROUND;
-    let mut data = Vec::new();
-    for (k, range) in ranges.chunks_exact(2).enumerate() {
-        let (ring, azimuth) = (k / usize::from(beams.azimuths), k % usize::from(beams.azimuths));
-        let metres = f32::from(u16::from_le_bytes([range[0], range[1]])) / 1e3;
-        if metres == 0.0 || ring >= usize::from(beams.rings) {
-            continue;
-        }
-        let (rise, reach) = libm::sincosf((beams.lowest_deg + beams.ring_step_deg * ring as f32).to_radians());
-        let (left, ahead) = libm::sincosf((360.0 / f32::from(beams.azimuths) * azimuth as f32).to_radians());
-        for value in [metres * reach * ahead, metres * reach * left, metres * rise] {
-            data.extend_from_slice(&value.to_le_bytes());
-        }
-    }
+    let points = returns(Lidar::GROUND, ranges).flatten();
+    let data: Vec<u8> = points.flat_map(f32::to_le_bytes).collect();
     let field = |name: &str, offset: u32| PackedElementField {
         name: name.to_owned(),
         offset,

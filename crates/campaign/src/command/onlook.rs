@@ -4,6 +4,7 @@
 use std::sync::{Arc, Mutex, PoisonError};
 
 use console::page;
+use console::site::Site;
 use link::clock::trace_us;
 use link::web::{self, Content, Served};
 use serde_json::json;
@@ -38,8 +39,10 @@ pub(super) struct Page {
 }
 
 impl Page {
-    /// Serves it on this port of loopback.
-    pub(super) fn open(port: u16) -> Result<Self, Failure> {
+    /// Serves it on this port of loopback, with the site that the run was planned on.
+    pub(super) fn open(port: u16, site: Site) -> Result<Self, Failure> {
+        // The page draws no contours.
+        let site = serde_json::to_string(&Site { relief: None, ..site }).map_err(Failure::internal)?;
         let laid = Arc::new(Mutex::new(Laid::default()));
         let ready = Arc::clone(&laid);
         let picture = move || ready.lock().unwrap_or_else(PoisonError::into_inner).answer(trace_us());
@@ -48,6 +51,11 @@ impl Page {
             fixed("", "text/html; charset=utf-8", page::HTML),
             fixed("page.css", "text/css; charset=utf-8", page::CSS),
             fixed("page.js", "text/javascript; charset=utf-8", page::JS),
+            web::Page {
+                path: "site",
+                media: "application/json",
+                content: Content::Made(Box::new(move || site.clone())),
+            },
             web::Page { path: "picture", media: "application/json", content: Content::Made(Box::new(picture)) },
         ];
         Ok(Self { laid, served: Served::open(port, pages).map_err(|why| taken(port, &why))? })

@@ -5,21 +5,22 @@
 //! key and no hand in the run, so it may be called as often as one likes. A console that says nothing more is not shown as
 //! if it did.
 
-use std::fs::File;
-use std::io::{BufReader, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
+use console::site::Site;
 use link::clock::trace_us;
-use link::mouth::{Entry, MouthError, Reader};
+use link::mouth::{Entry, MouthError};
 use serde_json::json;
 use wire::core::{Input, Output};
 use wire::id::NodeId;
 
 use super::failure::{Exit, Failure};
+use super::follow::Follow;
 use super::onlook::{Page, Viewer};
 use super::{Context, out};
+use crate::keep;
 
 /// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, what it gave last is not current.
 const CURRENT_US: u64 = 1_000_000;
@@ -52,7 +53,7 @@ enum Place {
 impl Place {
     fn open(context: &Context, args: &Args) -> Result<Self, Failure> {
         let place = match (args.web, args.foxglove) {
-            (Some(port), _) => Place::Page(Page::open(port)?),
+            (Some(port), _) => Place::Page(Page::open(port, site(&args.run)?)?),
             (None, Some(port)) => Place::Viewer(Viewer::open(port)?),
             (None, None) => return Ok(Place::Terminal { json: context.json }),
         };
@@ -110,7 +111,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (_nobody, pause) = channel::<()>();
     let mut looked = None;
     let mut now = trace_us();
-    let mut news = log.news().map_err(unread)?;
+    let mut news = News::of(&mut log).map_err(unread)?;
     if news.finished && args.web.or(args.foxglove).is_some() {
         let run = args.run.display();
         return Err(Failure::new(
@@ -141,20 +142,18 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             break;
         }
         now = trace_us();
-        news = log.news().map_err(unread)?;
+        news = News::of(&mut log).map_err(unread)?;
     }
     Ok(Exit::Interrupted)
 }
 
-/// A mouth log that may still grow.
-struct Follow {
-    file: File,
-    header: link::mouth::Header,
-    /// Behind the last whole entry.
-    at: u64,
+/// The site that the run was planned on.
+fn site(run: &Path) -> Result<Site, Failure> {
+    keep::read_site(run).map_err(|why| Failure::new(Exit::NoEvidence, format!("{}: the site: {why}", run.display())))
 }
 
-/// What has come into it since the last look.
+/// What has come into the console's mouth log since the last look.
+#[derive(Default)]
 struct News {
     /// The newest picture, in words and as an object.
     newest: Option<(String, String)>,
@@ -162,63 +161,14 @@ struct News {
     finished: bool,
 }
 
-impl Follow {
-    fn open(path: &Path) -> Result<Self, MouthError> {
-        let file = File::open(path)?;
-        let reader = Reader::new(BufReader::new(&file))?;
-        let (header, at) = (reader.header(), reader.at());
-        Ok(Self { file, header, at })
-    }
-
-    fn news(&mut self) -> Result<News, MouthError> {
-        self.file.seek(SeekFrom::Start(self.at))?;
-        let mut log = Reader::resume(BufReader::new(&self.file), self.header, self.at);
-        let mut news = News { newest: None, finished: false };
-        for entry in log.by_ref() {
-            match entry {
-                Ok(Entry::Output(Output::Text { text, picture })) => news.newest = Some((text, picture)),
-                Ok(Entry::Input { input: Input::Finish, .. }) => news.finished = true,
-                Ok(Entry::Input { .. } | Entry::Output(_)) => {}
-                // The rest of the entry is still to be written.
-                Err(MouthError::Truncated { .. }) => break,
-                Err(error) => return Err(error),
-            }
-        }
-        self.at = log.at();
+impl News {
+    fn of(log: &mut Follow) -> Result<Self, MouthError> {
+        let mut news = News::default();
+        log.news(|entry| match entry {
+            Entry::Output(Output::Text { text, picture }) => news.newest = Some((text, picture)),
+            Entry::Input { input: Input::Finish, .. } => news.finished = true,
+            Entry::Input { .. } | Entry::Output(_) => {}
+        })?;
         Ok(news)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::io::Write;
-
-    use link::mouth::{Header, Writer};
-    use wire::id::Boot;
-    use wire::time::Instant;
-
-    use super::*;
-
-    #[test]
-    fn a_log_is_followed_over_an_entry_that_is_half_written() {
-        let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: Instant(0) };
-        let mut whole = Vec::new();
-        let mut log = Writer::new(&mut whole, header, 1 << 20).unwrap();
-        for text in ["one", "two"] {
-            log.output(&Output::Text { text: text.into(), picture: "{}".into() }).unwrap();
-        }
-        log.input(Instant(5), &Input::Finish).unwrap();
-        let mut file = tempfile::NamedTempFile::new().unwrap();
-        let mut seen = Vec::new();
-        file.write_all(&whole[..whole.len() / 2]).unwrap();
-        let mut follow = Follow::open(file.path()).unwrap();
-        for byte in &whole[whole.len() / 2..] {
-            let news = follow.news().unwrap();
-            seen.extend(news.newest.map(|(text, _)| text));
-            assert!(!news.finished);
-            file.write_all(&[*byte]).unwrap();
-        }
-        let news = follow.news().unwrap();
-        assert!(news.finished && seen == ["one", "two"], "{seen:?}");
     }
 }

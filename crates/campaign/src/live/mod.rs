@@ -39,6 +39,7 @@ use crate::cast::{Cast, RunSecret};
 use crate::cue::Watch;
 use crate::custody::{Flaw, Held};
 use crate::evidence::Logged;
+use crate::keep;
 use crate::progress::Stop;
 
 use child::{Child, Line, Services};
@@ -46,8 +47,8 @@ use disk::Growth;
 use janitor::Remains;
 use leftovers::Marked;
 use process::Ordeals;
-pub(crate) use spec::console;
 use spec::{Places, Specs, service};
+pub(crate) use spec::{console, site};
 
 /// Held by the run that is starting its processes.
 static STARTING: Mutex<()> = Mutex::new(());
@@ -132,6 +133,7 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     leftovers::make_room();
     let marked = Marked::begin(places.remains()).map_err(|e| format!("cannot mark the run: {e}"))?;
     spec::make_folders(&places).map_err(|e| format!("cannot make {}: {e}", places.run_dir.display()))?;
+    keep::site(&places.run_dir, cast).map_err(|e| format!("cannot write to {}: {e}", places.run_dir.display()))?;
     let credentials = spec::credentials(cast).map_err(|e| e.to_string())?;
     let (lines_in, lines) = channel();
     let mut company = Company {

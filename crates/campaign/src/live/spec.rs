@@ -281,7 +281,7 @@ pub(crate) fn console(cast: &Cast) -> Option<ProcessConfig> {
 }
 
 /// The site as the mission of the unit under test was planned on it.
-fn site(cast: &Cast) -> Site {
+pub(crate) fn site(cast: &Cast) -> Site {
     let mission = cast.members.iter().find_map(|member| {
         let Role::Autonomy(mission) = &member.role else { return None };
         (mission.unit == UnitId::A).then_some(mission)

@@ -26,7 +26,8 @@ const REASONS: f32 = 0.42;
 #[derive(Default)]
 pub(super) struct Textures {
     of: Option<Arc<[Sight]>>,
-    pictures: Vec<Option<TextureHandle>>,
+    /// Sight by sight.
+    pub(super) pictures: Vec<Option<TextureHandle>>,
 }
 
 impl std::fmt::Debug for Textures {
@@ -36,7 +37,8 @@ impl std::fmt::Debug for Textures {
 }
 
 impl Textures {
-    fn take(&mut self, ui: &Ui, sights: &Arc<[Sight]>) {
+    /// Has the card take over `sights`, where they are others than it has.
+    pub(super) fn take(&mut self, ui: &Ui, sights: &Arc<[Sight]>) {
         if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, sights)) {
             return;
         }
@@ -93,14 +95,15 @@ fn sensors(ui: &mut Ui, textures: &mut Textures, sights: &Arc<[Sight]>, before: 
         let n = sights.len().max(1) as f32;
         let wide = ((ui.available_width() - GAP * (n - 1.0)) / n).max(40.0);
         for (sight, texture) in sights.iter().zip(&textures.pictures) {
-            ui.vertical(|ui| one(ui, wide, sight, texture.as_ref()));
+            ui.vertical(|ui| one(ui, vec2(wide, HIGH), sight, texture.as_ref()));
         }
     });
 }
 
-fn one(ui: &mut Ui, wide: f32, sight: &Sight, texture: Option<&TextureHandle>) {
+/// One picture, as large as fits into `size`, and what it is below that.
+pub(super) fn one(ui: &mut Ui, size: Vec2, sight: &Sight, texture: Option<&TextureHandle>) {
     let palette = Palette::of(ui);
-    let (place, response) = ui.allocate_exact_size(vec2(wide, HIGH), Sense::hover());
+    let (place, response) = ui.allocate_exact_size(size, Sense::hover());
     let found = if texture.is_some() { format!("{} found", sight.marks.len()) } else { "gave nothing".to_owned() };
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, format!("SENSOR {} {found}", sight.name)));
     ui.painter().rect_filled(place, 0.0, palette.ground);

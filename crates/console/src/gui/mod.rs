@@ -7,6 +7,7 @@
 pub mod app;
 pub mod layout;
 pub mod replay;
+pub mod sensors;
 pub mod theme;
 
 mod ages;

@@ -19,6 +19,8 @@ const since = (then) => Math.max(performance.now() - then.steady, Date.now() - t
 
 /** The newest picture: {picture, before, at}, where `before` is how old it was at most when it came, or null where unknown. */
 let newest = null;
+/** The site as the mission was planned on it: no statement about the world now. */
+let site = null;
 let spoken = "";
 let drawn = now();
 
@@ -79,6 +81,23 @@ function svg(name, attributes, text) {
   return made;
 }
 
+/** Geofence, route and known obstacles. */
+function planned({ fence, route, looped, blocks }, at) {
+  const along = (places) => `M${places.map(([east, north]) => at(east * 1000, north * 1000).join(" ")).join("L")}`;
+  const drawn = [];
+  if (fence.length > 2) drawn.push(svg("path", { class: "fence", d: `${along(fence)}Z`, fill: "none" }));
+  if (route.length > 1) drawn.push(svg("path", { class: "route", d: along(route) + (looped ? "Z" : ""), fill: "none" }));
+  for (const { at: [east, north], half } of blocks) {
+    const [[x, y], [side]] = [at(east * 1000, north * 1000), at(half[0] * 1000, 0)];
+    drawn.push(svg("circle", { class: "route", cx: x, cy: y, r: Math.max(side - at(0, 0)[0], 2), fill: "none" }));
+  }
+  if (fence.length > 2) {
+    const [x, y] = at(Math.min(...fence.map((place) => place[0])) * 1000, Math.max(...fence.map((place) => place[1])) * 1000);
+    drawn.push(svg("text", { x: x + 4, y: y + 12, fill: "var(--weak)" }, "geofence and route as planned"));
+  }
+  return drawn;
+}
+
 /** What may be where: around each place the circle in which it may be by now, its age times the greatest speed. */
 function map(picture, extra) {
   const things = [];
@@ -93,8 +112,10 @@ function map(picture, extra) {
   const place = document.getElementById("map");
   const worse = things.filter((thing) => thing.word !== "fresh").length;
   place.setAttribute("aria-label", `map: ${picture.units.length} units, ${things.length - picture.units.length} tracks, ${worse} not fresh`);
-  const span = (of) => [Math.min(...of, -20000), Math.max(...of, 20000)];
-  const [[west, east], [south, north]] = [span(things.map((t) => t.x)), span(things.map((t) => t.y))];
+  const fence = site ? site.fence : [];
+  const span = (of, axis) => [...of, ...fence.map((place) => place[axis] * 1000)];
+  const ends = (of) => [Math.min(...of, -20000), Math.max(...of, 20000)];
+  const [[west, east], [south, north]] = [ends(span(things.map((t) => t.x), 0)), ends(span(things.map((t) => t.y), 1))];
   const scale = Math.min(560 / (east - west), 400 / (north - south));
   const at = (x, y) => [300 + (x - (east + west) / 2) * scale, 220 - (y - (north + south) / 2) * scale];
   const drawn = [];
@@ -102,6 +123,7 @@ function map(picture, extra) {
     const [x, y] = at(line * 1000, line * 1000);
     drawn.push(svg("path", { class: "grid", d: `M${x} 0V440M0 ${y}H600`, fill: "none" }));
   }
+  if (site) drawn.push(...planned(site, at));
   things.sort((a, b) => WORDS.indexOf(b.word) - WORDS.indexOf(a.word));
   for (const thing of things) {
     const [x, y] = at(thing.x, thing.y);
@@ -192,5 +214,20 @@ async function ask() {
   setTimeout(ask, Math.max(again - since(asked), 20));
 }
 
+/** Asks for the site until it is there. */
+async function plan() {
+  try {
+    const answer = await fetch("site", { signal: AbortSignal.timeout(2000) });
+    if (answer.ok) {
+      site = await answer.json();
+      return;
+    }
+  } catch {
+    // As for a picture.
+  }
+  setTimeout(plan, AGAIN_MS);
+}
+
 setInterval(() => since(drawn) >= DRAW_MS && draw(), DRAW_MS / 2);
+plan();
 ask();

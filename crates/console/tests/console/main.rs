@@ -11,6 +11,8 @@ mod properties;
 mod scenes;
 mod script;
 #[cfg(feature = "gui")]
+mod sensors;
+#[cfg(feature = "gui")]
 mod window;
 mod world;
 #[cfg(feature = "gui")]

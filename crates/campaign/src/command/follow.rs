@@ -1,0 +1,90 @@
+//! A mouth log that may still grow, read entry by entry as it does.
+
+use std::fs::File;
+use std::io::{BufReader, Seek, SeekFrom};
+use std::path::Path;
+
+use link::mouth::{Entry, Header, MouthError, Reader};
+
+/// A mouth log and how far it has been read.
+pub(super) struct Follow {
+    file: File,
+    header: Header,
+    /// Behind the last whole entry.
+    at: u64,
+}
+
+impl Follow {
+    /// From its beginning.
+    ///
+    /// # Errors
+    /// When there is no mouth log at `path`, or not yet its whole header.
+    pub(super) fn open(path: &Path) -> Result<Self, MouthError> {
+        let file = File::open(path)?;
+        let reader = Reader::new(BufReader::new(&file))?;
+        let (header, at) = (reader.header(), reader.at());
+        Ok(Self { file, header, at })
+    }
+
+    /// Hands over every entry that has come since the last look.
+    ///
+    /// # Errors
+    /// When the log is damaged.
+    pub(super) fn news(&mut self, mut each: impl FnMut(Entry)) -> Result<(), MouthError> {
+        self.file.seek(SeekFrom::Start(self.at))?;
+        let mut log = Reader::resume(BufReader::new(&self.file), self.header, self.at);
+        for entry in log.by_ref() {
+            match entry {
+                Ok(entry) => each(entry),
+                // The rest of the entry is still to be written.
+                Err(MouthError::Truncated { .. }) => break,
+                Err(error) => return Err(error),
+            }
+        }
+        self.at = log.at();
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use link::mouth::Writer;
+    use wire::core::{Input, Output};
+    use wire::id::{Boot, NodeId};
+    use wire::time::Instant;
+
+    use super::*;
+
+    #[test]
+    fn a_log_is_followed_over_an_entry_that_is_half_written() {
+        let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: Instant(0) };
+        let mut whole = Vec::new();
+        let mut log = Writer::new(&mut whole, header, 1 << 20).unwrap();
+        for text in ["one", "two"] {
+            log.output(&Output::Text { text: text.into(), picture: "{}".into() }).unwrap();
+        }
+        log.input(Instant(5), &Input::Finish).unwrap();
+        let mut file = tempfile::NamedTempFile::new().unwrap();
+        let mut seen = Vec::new();
+        file.write_all(&whole[..whole.len() / 2]).unwrap();
+        let mut follow = Follow::open(file.path()).unwrap();
+        let mut look = |seen: &mut Vec<String>| {
+            let mut finished = false;
+            follow
+                .news(|entry| match entry {
+                    Entry::Output(Output::Text { text, .. }) => seen.push(text),
+                    Entry::Input { input, .. } => finished = matches!(input, Input::Finish),
+                    Entry::Output(_) => {}
+                })
+                .unwrap();
+            finished
+        };
+        for byte in &whole[whole.len() / 2..] {
+            assert!(!look(&mut seen));
+            file.write_all(&[*byte]).unwrap();
+        }
+        assert!(look(&mut seen) && seen == ["one", "two"], "{seen:?}");
+    }
+}

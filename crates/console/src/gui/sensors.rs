@@ -1,0 +1,140 @@
+//! What a unit's sensors give while it runs, in a window of its own: for whoever tests, beside the operator's.
+//!
+//! It came over no link and no console accepted it, so it stands in no window in which anything is ordered, and says so. Where it comes
+//! from and how old it is at most is its [`Sensors`]' to say.
+
+use std::sync::Arc;
+
+use eframe::egui::{self, CentralPanel, Context, Panel, RichText, Ui, vec2};
+use eframe::{App, CreationContext, Frame, NativeOptions};
+use wire::time::Span;
+
+use super::app::{CURRENT, MOST_OFTEN};
+use super::beside::{Textures, one};
+use super::sign::{Shape, Tone};
+use super::theme::{self, Palette};
+use super::words::seconds;
+use crate::beside::Sight;
+
+/// Between two pictures, points.
+const GAP: f32 = 8.0;
+/// What stands below a picture is no higher than this.
+const WORDS: f32 = 22.0;
+/// Pictures beside each other.
+const COLUMNS: usize = 2;
+
+/// What the sensors gave last.
+#[derive(Clone, Debug)]
+pub struct Sensed {
+    /// Sensor by sensor.
+    pub sights: Arc<[Sight]>,
+    /// How long ago that was at most, once that is known.
+    pub age: Option<Span>,
+}
+
+/// Who reads them. No call waits.
+pub trait Sensors {
+    /// What they gave last; nothing before the first.
+    fn newest(&mut self) -> Option<Sensed>;
+    /// Whether nothing more will come: the window closes.
+    fn over(&mut self) -> bool;
+}
+
+/// The content of the window.
+#[derive(Debug, Default)]
+pub struct Content {
+    textures: Textures,
+}
+
+impl Content {
+    /// Draws what there is.
+    pub fn draw(&mut self, ui: &mut Ui, sensed: Option<&Sensed>) {
+        Panel::top("what this is").show(ui, |ui| {
+            ui.horizontal_wrapped(|ui| {
+                let words = "TEST BENCH · read from the unit's own log, over no link · no operator sees this";
+                ui.label(RichText::new(words).color(Palette::of(ui).advice));
+                age(ui, sensed);
+            });
+        });
+        CentralPanel::default().show(ui, |ui| match sensed {
+            Some(sensed) => self.pictures(ui, sensed),
+            None => {
+                ui.label(RichText::new("Waiting for the first frame.").size(15.0));
+            }
+        });
+    }
+
+    fn pictures(&mut self, ui: &mut Ui, sensed: &Sensed) {
+        self.textures.take(ui, &sensed.sights);
+        ui.spacing_mut().item_spacing = vec2(GAP, 2.0);
+        let rows = sensed.sights.len().div_ceil(COLUMNS).max(1) as f32;
+        let wide = (ui.available_width() - GAP * (COLUMNS - 1) as f32) / COLUMNS as f32;
+        let high = ui.available_height() / rows - WORDS;
+        let size = vec2(wide.max(40.0), high.max(40.0));
+        let pairs: Vec<_> = sensed.sights.iter().zip(&self.textures.pictures).collect();
+        for row in pairs.chunks(COLUMNS) {
+            ui.horizontal_top(|ui| {
+                for (sight, texture) in row {
+                    ui.vertical(|ui| {
+                        ui.set_width(size.x);
+                        one(ui, size, sight, texture.as_ref());
+                    });
+                }
+            });
+        }
+    }
+}
+
+/// How old it is; with a sign where that is too old to be called current.
+fn age(ui: &mut Ui, sensed: Option<&Sensed>) {
+    let Some(Sensed { age, .. }) = sensed else { return };
+    let (tone, words) = match age {
+        Some(age) if *age <= CURRENT => (Tone::Normal, format!("at most {} old", seconds(*age))),
+        Some(age) => (Tone::Alarm, format!("NOT CURRENT: {} old", seconds(*age))),
+        None => (Tone::Caution, "of unknown age".to_owned()),
+    };
+    let color = tone.color(Palette::of(ui));
+    if tone != Tone::Normal {
+        let (place, _) = ui.allocate_exact_size(vec2(16.0, 16.0), egui::Sense::hover());
+        Shape::Cross.draw(ui.painter(), place.center(), 12.0, color);
+    }
+    ui.label(RichText::new(words).color(color));
+}
+
+/// Opens the window and returns when it was closed, or when nothing more will come.
+///
+/// # Errors
+/// When it cannot be opened.
+pub fn run(sensors: Box<dyn Sensors>) -> Result<(), String> {
+    let title = "holdsafe sensors: TEST BENCH";
+    let viewport = egui::ViewportBuilder::default()
+        .with_title(title)
+        .with_app_id("holdsafe-sensors")
+        .with_inner_size([760.0, 640.0])
+        .with_min_inner_size([480.0, 400.0]);
+    let options = NativeOptions { viewport, renderer: eframe::Renderer::Glow, ..NativeOptions::default() };
+    let make = move |context: &CreationContext<'_>| -> Result<Box<dyn App>, _> {
+        theme::apply(&context.egui_ctx);
+        Ok(Box::new(Program { content: Content::default(), sensors }))
+    };
+    eframe::run_native(title, options, Box::new(make)).map_err(|why| format!("the window cannot be opened: {why}"))
+}
+
+struct Program {
+    content: Content,
+    sensors: Box<dyn Sensors>,
+}
+
+impl App for Program {
+    fn logic(&mut self, ctx: &Context, _: &mut Frame) {
+        if self.sensors.over() {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+        }
+        ctx.request_repaint_after(MOST_OFTEN);
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _: &mut Frame) {
+        let sensed = self.sensors.newest();
+        self.content.draw(ui, sensed.as_ref());
+    }
+}
