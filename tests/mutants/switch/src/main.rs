@@ -117,7 +117,8 @@ impl Put<'_> {
     fn either(&self, mutant: &Mutant, instead: Expr, expr: &mut Expr) {
         let asked = self.asked(mutant);
         let kept = &*expr;
-        *expr = parse_quote!((if #asked { #instead } else { #kept }));
+        // What begins with a block would end a statement there.
+        *expr = parse_quote!((if #asked { #instead } else { (#kept) }));
     }
 }
 
@@ -210,7 +211,8 @@ impl VisitMut for Put<'_> {
                 (Expr::Unary(of), "unary") => *of.expr.clone(),
                 (Expr::Binary(of), "binary") => {
                     let Ok(op) = parse_str::<BinOp>(&replacement) else { continue };
-                    Expr::Binary(syn::ExprBinary { op, ..of.clone() })
+                    let (left, right) = (&of.left, &of.right);
+                    parse_quote!((#left) #op (#right))
                 }
                 _ => continue,
             };
