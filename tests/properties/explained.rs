@@ -123,11 +123,22 @@ fn a_console_that_hangs_and_then_gives_a_hold_too_late_is_told_from_what_carries
 }
 
 #[test]
-fn a_gateway_of_several_units_that_stood_still_to_the_end_is_said_to_look_like_its_link() {
-    let mut ready = shipped("nominal");
-    ready.scenario = Word::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");
-    let loss = first_loss(ready, "processes", &[("gateway-hangs", 5_500, 4_000)]);
-    assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::Telemetry, &[Place::Gateway][..]), "{loss:#?}");
+fn a_gateway_of_several_units_that_stood_still_is_told_by_the_others_from_the_link_of_one() {
+    for lasts in [1_200, 2_400, 4_000] {
+        for (moved, of, place) in [("gateway-hangs", "processes", Place::Gateway), ("cut", "path", Place::Telemetry)] {
+            let mut ready = shipped("nominal");
+            ready.scenario = Word::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");
+            let loss = first_loss(ready, of, &[(moved, 4_600, lasts)]);
+            assert_eq!((loss.origin.place, &loss.origin.or[..]), (place, &[][..]), "{moved} for {lasts}: {loss:#?}");
+        }
+    }
+}
+
+#[test]
+fn an_order_that_whoever_took_a_session_swallowed_goes_back_to_when_it_was_taken() {
+    let loss = first_loss(shipped("nominal"), "stations", &[("take-session", 4_500, 3_900)]);
+    assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::CommandPlane, &[][..]), "{loss:#?}");
+    assert!(loss.origin.since_us.abs_diff(4_500_000) < DATED_BACK, "{loss:#?}");
 }
 
 /// What is missed is dated by the last of it that was good, at the most this much before, microseconds.

@@ -20,6 +20,8 @@ const SLACK: Micros = 150_000;
 const AT_ONCE: Micros = 5_000;
 /// A console that runs says what it shows several times a second.
 const CONSOLE_SPEAKS: Micros = 1_000_000;
+/// Whoever loses a session takes it back within this time: the longest pause of a client is 0.8 s.
+const IN_TURNS: Micros = 1_500_000;
 /// What the unit can say of a link that is silent both ways.
 const PASSES_NOTHING: &str = "nothing passes between unit and gateway, either way";
 
@@ -100,12 +102,36 @@ fn held(log: &Log, change: &Change, granted: Micros) -> Option<Origin> {
         }
         None => from(NodeId::GATEWAY, Place::CommandPlane, sent, format!("HOLD {id} was sent and is not carried out")),
     };
+    let origin = match session_taken(log, sent) {
+        Some((since, peer)) if origin.place == Place::CommandPlane => {
+            let what = format!("the broker gave the session of {peer} to somebody else who came under its identity");
+            let unheeded = format!("HOLD {id} was sent and is not carried out");
+            from(NodeId::BROKER, Place::CommandPlane, since, what).with(Stage::Health, sent, NodeId::GATEWAY, unheeded)
+        }
+        Some(_) | None => origin,
+    };
     let asked = log.last(NodeId::CONSOLE, sent, |event| given(event, id));
     let origin = match asked {
         Some((at, ())) => origin.with(Stage::Cause, at, NodeId::CONSOLE, format!("{} asked for a HOLD", id.operator)),
         None => origin,
     };
     Some(origin.with(Stage::Health, sent, NodeId::GATEWAY, "no grant while a HOLD is unacknowledged"))
+}
+
+/// Since when the unit's session or the gateway's was being taken in turns when a command went out at `sent`, and whose.
+fn session_taken(log: &Log, sent: Micros) -> Option<(Micros, PeerId)> {
+    let mut taken = log.by(NodeId::BROKER).rev().filter(|w| w.at <= sent).filter_map(|w| match w.entry.event {
+        Event::TakenOver { peer } if [PeerId::UNIT_A, PeerId::GATEWAY].contains(&peer) => Some((w.at, peer)),
+        _ => None,
+    });
+    let mut first = taken.next().filter(|(at, _)| at + IN_TURNS >= sent)?;
+    for (at, peer) in taken {
+        if at + IN_TURNS < first.0 {
+            break;
+        }
+        first = (at, peer);
+    }
+    Some(first)
 }
 
 /// A pause of the console's that ends right before a command went out at `sent`: what it gave then it gave late.
@@ -121,7 +147,8 @@ fn given(event: &Event, id: CommandId) -> Option<()> {
 
 /// Nothing passes: whether the gateway is silent or the link. A gateway that is gone closes no account, and the broker loses it. Of one
 /// that stood still the next record continues where it had stopped, while one that runs goes on writing to a unit that does
-/// not hear it. Where the unit hears none, the gateway's closing account tells, if it served nobody else.
+/// not hear it. Where the unit hears none, the gateway's closing account tells, if it served nobody else. One that served others too
+/// is told by them: no link of the unit's keeps them from it.
 fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     let ends = log.entries().iter().find(|w| closes(&w.entry.event)).map_or(Micros::MAX, |w| w.at);
     let closed = log.by(NodeId::GATEWAY).any(|w| closes(&w.entry.event));
@@ -137,6 +164,11 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     if lost.is_some_and(|(at, ())| at <= change.at && at < ends) {
         return Some(gateway("the broker lost the gateway, and the unit hears nothing of it"));
     }
+    match heard_others(log, change, last) {
+        Some(true) => return None,
+        Some(false) => return Some(gateway("the gateway took in nothing of anybody, the unit or others")),
+        None => {}
+    }
     match written_unheard(log, change).or_else(|| written_in_all(log, change)) {
         // One that stood still has all that waited for it at once.
         Some(0) if one_by_one(log, last) => None,
@@ -149,6 +181,22 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
             Some(from(NodeId::UNIT_A, Place::Telemetry, last, what).or(Place::Gateway))
         }
     }
+}
+
+/// Whether the gateway went on hearing others after it had heard the unit last; nothing where it had not heard them as often before.
+fn heard_others(log: &Log, change: &Change, last: Micros) -> Option<bool> {
+    let of_another = |event: &Event| match *event {
+        Event::Accepted { at: Interface::Uplink, peer, .. } => peer != PeerId::UNIT_A,
+        Event::Refused { at: Interface::Uplink, peer, .. } => peer.is_some_and(|peer| peer != PeerId::UNIT_A),
+        _ => false,
+    };
+    let within = |from: Micros, to: Micros| {
+        log.by(NodeId::GATEWAY).filter(|w| w.at > from && w.at <= to && of_another(&w.entry.event)).count()
+    };
+    // What came before it stood still may be taken in a period after the unit's last word.
+    let after = last + log.bounds.telemetry_period_ms * 1000 + SLACK;
+    let before = last.saturating_sub(change.at.saturating_sub(after));
+    (within(before, last) > 1).then(|| within(after, change.at) > 0)
 }
 
 /// Whether what the gateway next hears of the unit after `last` comes singly, as it was sent, though late.

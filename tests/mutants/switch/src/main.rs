@@ -1,7 +1,7 @@
 //! Puts mutants that `cargo mutants` lists into sources, each behind its number, so that one build has them all and a run switches one on.
 //!
 //! Reads from stdin what is to be mutated, writes the sources in place, and says on stdout which mutants stand where. What cannot be asked
-//! at run time is left out and said to be: mutants in a `const fn` or a constant, and of a condition that binds (`if let … && …`).
+//! at run time is left out and said to be: mutants in a `const fn` or a constant, of what returns `impl Trait`, and of a condition that binds (`if let … && …`).
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -70,7 +70,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
 fn change(root: &Path, name: &Path, mutants: &[Mutant]) -> Result<Vec<Stands>, Box<dyn std::error::Error>> {
     let mut file = syn::parse_file(&std::fs::read_to_string(root.join(name))?)?;
-    let ask: Expr = if name.starts_with("crates/wire") { parse_quote!(crate::mutant) } else { parse_quote!(wire::mutant) };
+    let ask: Expr =
+        if name.starts_with("crates/wire") { parse_quote!(crate::mutant) } else { parse_quote!(wire::mutant) };
     Put { mutants, ask }.visit_file_mut(&mut file);
     let text = prettyplease::unparse(&file);
     std::fs::write(root.join(name), &text)?;
@@ -103,9 +104,12 @@ impl Put<'_> {
         if signature.constness.is_some() {
             return;
         }
+        // Two values of which only the trait is known are of two types.
+        let opaque =
+            matches!(&signature.output, syn::ReturnType::Type(_, of) if matches!(**of, syn::Type::ImplTrait(_)));
         let first = block.stmts.first().map(Spanned::span);
         visit_mut::visit_block_mut(self, block);
-        let Some(first) = first else { return };
+        let Some(first) = first.filter(|_| !opaque) else { return };
         for mutant in self.at("FnValue", first) {
             let Ok(value) = parse_str::<Expr>(&mutant.replacement) else { continue };
             let asked = self.asked(mutant);
