@@ -139,6 +139,17 @@ fn an_order_that_whoever_took_a_session_swallowed_goes_back_to_when_it_was_taken
     let loss = first_loss(shipped("nominal"), "stations", &[("take-session", 4_500, 3_900)]);
     assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::CommandPlane, &[][..]), "{loss:#?}");
     assert!(loss.origin.since_us.abs_diff(4_500_000) < DATED_BACK, "{loss:#?}");
+    // A theft that was over when somebody else swallowed the order is not what it goes back to.
+    let mut ready = shipped("nominal");
+    let stations = alphabet("stations");
+    let kind = stations.moves.iter().position(|m| m.name.as_str() == "take-session").expect("a move of it");
+    let begins = 4_500 / stations.tick_ms.unsigned() as u32;
+    // For 1.5 s: to 6.0 s. The operator gives a HOLD at 7 s.
+    let theft = Word::new(vec![Letter { begins, kind, places: vec![145] }]);
+    ready.scenario = theft.in_scenario(&stations, &ready.scenario).expect("it fits");
+    let loss = first_loss(ready, "broker", &[("drop-holds", 6_300, 2_500)]);
+    assert_eq!((loss.origin.place, &loss.origin.or[..]), (Place::CommandPlane, &[][..]), "{loss:#?}");
+    assert!(loss.origin.since_us > 6_300_000, "{loss:#?}");
 }
 
 /// What is missed is dated by the last of it that was good, at the most this much before, microseconds.

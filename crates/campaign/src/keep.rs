@@ -71,7 +71,8 @@ const MAX_SITE_BYTES: u64 = 1 << 20;
 
 /// Writes the site.
 pub fn site(directory: &Path, cast: &Cast) -> std::io::Result<()> {
-    std::fs::write(directory.join(SITE), serde_json::to_vec(&live::site(cast))?)
+    // What another run left there stays.
+    std::fs::File::create_new(directory.join(SITE))?.write_all(&serde_json::to_vec(&live::site(cast))?)
 }
 
 /// Reads it back.

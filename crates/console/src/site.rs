@@ -33,6 +33,21 @@ pub struct Site {
     pub relief: Option<Relief>,
 }
 
+impl Site {
+    /// What of it is drawn: no more than [`MAX_POINTS`] of each kind, and numbers that are some.
+    #[must_use]
+    pub fn sound(mut self) -> Self {
+        let finite = |place: &Place| place.iter().all(|at| at.is_finite());
+        for places in [&mut self.fence, &mut self.route] {
+            places.truncate(MAX_POINTS);
+            places.retain(finite);
+        }
+        self.blocks.truncate(MAX_POINTS);
+        self.blocks.retain(|block| finite(&block.at) && finite(&block.half) && block.yaw.is_finite());
+        self
+    }
+}
+
 /// Heights of the ground on a square grid.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -42,7 +42,7 @@ impl Page {
     /// Serves it on this port of loopback, with the site that the run was planned on.
     pub(super) fn open(port: u16, site: Site) -> Result<Self, Failure> {
         // The page draws no contours.
-        let site = serde_json::to_string(&Site { relief: None, ..site }).map_err(Failure::internal)?;
+        let site = serde_json::to_string(&Site { relief: None, ..site.sound() }).map_err(Failure::internal)?;
         let laid = Arc::new(Mutex::new(Laid::default()));
         let ready = Arc::clone(&laid);
         let picture = move || ready.lock().unwrap_or_else(PoisonError::into_inner).answer(trace_us());

@@ -53,7 +53,7 @@ enum Place {
 impl Place {
     fn open(context: &Context, args: &Args) -> Result<Self, Failure> {
         let place = match (args.web, args.foxglove) {
-            (Some(port), _) => Place::Page(Page::open(port, site(&args.run)?)?),
+            (Some(port), _) => Place::Page(Page::open(port, site(&args.run))?),
             (None, Some(port)) => Place::Viewer(Viewer::open(port)?),
             (None, None) => return Ok(Place::Terminal { json: context.json }),
         };
@@ -147,9 +147,12 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Interrupted)
 }
 
-/// The site that the run was planned on.
-fn site(run: &Path) -> Result<Site, Failure> {
-    keep::read_site(run).map_err(|why| Failure::new(Exit::NoEvidence, format!("{}: the site: {why}", run.display())))
+/// The site that the run was planned on; of one that cannot be read nothing is drawn.
+fn site(run: &Path) -> Site {
+    keep::read_site(run).unwrap_or_else(|why| {
+        eprintln!("{}: the page shows no geofence and no route: {why}", run.display());
+        Site::default()
+    })
 }
 
 /// What has come into the console's mouth log since the last look.

@@ -22,6 +22,8 @@ const AT_ONCE: Micros = 5_000;
 const CONSOLE_SPEAKS: Micros = 1_000_000;
 /// Whoever loses a session takes it back within this time: the longest pause of a client is 0.8 s.
 const IN_TURNS: Micros = 1_500_000;
+/// Whoever loses a session knows it within this time.
+const LOST_WITHIN: Micros = 200_000;
 /// What the unit can say of a link that is silent both ways.
 const PASSES_NOTHING: &str = "nothing passes between unit and gateway, either way";
 
@@ -118,20 +120,29 @@ fn held(log: &Log, change: &Change, granted: Micros) -> Option<Origin> {
     Some(origin.with(Stage::Health, sent, NodeId::GATEWAY, "no grant while a HOLD is unacknowledged"))
 }
 
-/// Since when the unit's session or the gateway's was being taken in turns when a command went out at `sent`, and whose.
+/// Since when the unit's session or the gateway's was being taken in turns, and whose, where somebody else held it when a command went
+/// out at `sent`.
 fn session_taken(log: &Log, sent: Micros) -> Option<(Micros, PeerId)> {
-    let mut taken = log.by(NodeId::BROKER).rev().filter(|w| w.at <= sent).filter_map(|w| match w.entry.event {
-        Event::TakenOver { peer } if [PeerId::UNIT_A, PeerId::GATEWAY].contains(&peer) => Some((w.at, peer)),
-        _ => None,
-    });
-    let mut first = taken.next().filter(|(at, _)| at + IN_TURNS >= sent)?;
-    for (at, peer) in taken {
-        if at + IN_TURNS < first.0 {
-            break;
+    let owners = [(PeerId::UNIT_A, NodeId::UNIT_A), (PeerId::GATEWAY, NodeId::GATEWAY)];
+    owners.into_iter().find_map(|(owner, node)| {
+        let taken = log.by(NodeId::BROKER).rev().filter(|w| w.at <= sent).filter_map(|w| match w.entry.event {
+            Event::TakenOver { peer } if peer == owner => Some(w.at),
+            _ => None,
+        });
+        let mut taken = taken.peekable();
+        // The owner takes it back in the same way, and then does not lose it.
+        let last = *taken.peek().filter(|at| **at + IN_TURNS >= sent)?;
+        let lost = log.first(node, last, |event| matches!(event, Event::SessionLost { .. }).then_some(()));
+        lost.filter(|(at, ())| *at <= last + LOST_WITHIN)?;
+        let mut since = last;
+        for at in taken {
+            if at + IN_TURNS < since {
+                break;
+            }
+            since = at;
         }
-        first = (at, peer);
-    }
-    Some(first)
+        Some((since, owner))
+    })
 }
 
 /// A pause of the console's that ends right before a command went out at `sent`: what it gave then it gave late.
@@ -165,9 +176,12 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
         return Some(gateway("the broker lost the gateway, and the unit hears nothing of it"));
     }
     match heard_others(log, change, last) {
-        Some(true) => return None,
-        Some(false) => return Some(gateway("the gateway took in nothing of anybody, the unit or others")),
-        None => {}
+        Some(true) if !started_anew(log, change) => return None,
+        // Where the links of all failed at once, it wrote on.
+        Some(false) if !wrote_on_regularly(log, change, last) => {
+            return Some(gateway("the gateway took in nothing of anybody, the unit or others"));
+        }
+        Some(_) | None => {}
     }
     match written_unheard(log, change).or_else(|| written_in_all(log, change)) {
         // One that stood still has all that waited for it at once.
@@ -183,20 +197,34 @@ fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     }
 }
 
-/// Whether the gateway went on hearing others after it had heard the unit last; nothing where it had not heard them as often before.
+/// Whether the gateway went on hearing others after it had heard the unit last; nothing where it had not heard them as often before, or
+/// wrote of something else meanwhile.
 fn heard_others(log: &Log, change: &Change, last: Micros) -> Option<bool> {
-    let of_another = |event: &Event| match *event {
-        Event::Accepted { at: Interface::Uplink, peer, .. } => peer != PeerId::UNIT_A,
-        Event::Refused { at: Interface::Uplink, peer, .. } => peer.is_some_and(|peer| peer != PeerId::UNIT_A),
-        _ => false,
-    };
-    let within = |from: Micros, to: Micros| {
-        log.by(NodeId::GATEWAY).filter(|w| w.at > from && w.at <= to && of_another(&w.entry.event)).count()
+    let of_another =
+        |event: &Event| matches!(event, Event::Accepted { at: Interface::Uplink, peer, .. } if *peer != PeerId::UNIT_A);
+    let within = |from: Micros, to: Micros, wanted: &dyn Fn(&Event) -> bool| {
+        log.by(NodeId::GATEWAY).filter(|w| w.at > from && w.at <= to && wanted(&w.entry.event)).count()
     };
     // What came before it stood still may be taken in a period after the unit's last word.
     let after = last + log.bounds.telemetry_period_ms * 1000 + SLACK;
     let before = last.saturating_sub(change.at.saturating_sub(after));
-    (within(before, last) > 1).then(|| within(after, change.at) > 0)
+    let heard = within(after, change.at, &of_another) > 0;
+    let known = heard || within(after, change.at, &|_| true) == 0;
+    (known && within(before, last, &of_another) > 1).then_some(heard)
+}
+
+/// Whether the gateway was started between what the unit accepted of it before the change and after.
+fn started_anew(log: &Log, change: &Change) -> bool {
+    let before = log.last(NodeId::UNIT_A, change.at, heard);
+    let after = log.first(NodeId::UNIT_A, change.at + 1, heard);
+    before.zip(after).is_some_and(|((_, before), (_, after))| before.boot != after.boot)
+}
+
+/// Whether the gateway wrote to the unit about as often as it does while the unit did not hear it.
+fn wrote_on_regularly(log: &Log, change: &Change, last: Micros) -> bool {
+    let until = log.first(NodeId::UNIT_A, change.at + 1, heard).map_or(last, |(at, _)| at);
+    let due = until.saturating_sub(last) / (log.bounds.telemetry_period_ms * 1000);
+    due > 0 && written_unheard(log, change).is_some_and(|written| written * 2 >= due)
 }
 
 /// Whether what the gateway next hears of the unit after `last` comes singly, as it was sent, though late.

@@ -42,8 +42,9 @@ impl Textures {
         if self.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, sights)) {
             return;
         }
+        let largest = ui.input(|input| input.max_texture_side);
         let load = |sight: &Sight| {
-            let image = picture(sight.image.as_ref()?)?;
+            let image = picture(sight.image.as_ref()?, largest)?;
             Some(ui.ctx().load_texture(sight.name, image, TextureOptions::NEAREST))
         };
         self.pictures = sights.iter().map(load).collect();
@@ -51,10 +52,12 @@ impl Textures {
     }
 }
 
-/// As egui takes it; nothing where the bytes are not those of its size.
-fn picture(image: &Image) -> Option<ColorImage> {
+/// As egui takes it; nothing where the bytes are not those of its size, or a side is longer than a graphics card takes.
+fn picture(image: &Image, largest: usize) -> Option<ColorImage> {
     let bytes = image.width.checked_mul(image.height)?.checked_mul(3)?;
-    (bytes > 0 && bytes == image.rgb.len()).then(|| ColorImage::from_rgb([image.width, image.height], &image.rgb))
+    let fits = image.width.max(image.height) <= largest;
+    (fits && bytes > 0 && bytes == image.rgb.len())
+        .then(|| ColorImage::from_rgb([image.width, image.height], &image.rgb))
 }
 
 /// All that there is, side by side.
@@ -151,9 +154,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_image_whose_bytes_are_not_those_of_its_size_is_not_drawn() {
-        let of = |width, height, bytes| picture(&Image { width, height, rgb: vec![7; bytes] }).is_some();
-        assert!(of(4, 2, 24));
+    fn an_image_whose_bytes_are_not_those_of_its_size_or_that_no_graphics_card_takes_is_not_drawn() {
+        let of = |width, height, bytes| picture(&Image { width, height, rgb: vec![7; bytes] }, 2_048).is_some();
+        assert!(of(4, 2, 24) && of(2_048, 1, 6_144));
         assert!(![of(4, 2, 23), of(0, 2, 0), of(usize::MAX, 2, 6), of(4, 2, 25)].contains(&true));
+        assert!(![of(65_535, 1, 196_605), of(1, 2_049, 6_147)].contains(&true));
     }
 }

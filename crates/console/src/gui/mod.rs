@@ -77,7 +77,12 @@ pub struct Window {
 impl Window {
     /// A window over `site` that commands `unit` first.
     pub fn new(unit: UnitId, site: Site) -> Self {
-        Self { desk: Desk::new(unit), site, tiling: Tiling::new(Preset::Operate), textures: Textures::default() }
+        Self {
+            desk: Desk::new(unit),
+            site: site.sound(),
+            tiling: Tiling::new(Preset::Operate),
+            textures: Textures::default(),
+        }
     }
 
     /// The layout, to keep or change it.

@@ -5,7 +5,7 @@ use eframe::egui::{Align2, FontId, Painter, Pos2, Shape, Stroke, vec2};
 use super::contour;
 use super::map::View;
 use super::theme::Palette;
-use crate::site::{Block, MAX_POINTS, Place, Relief, Site};
+use crate::site::{Block, Place, Relief, Site};
 
 /// Steps of the grid, metres: the first that is wide enough on screen is drawn.
 const STEPS: [f32; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
@@ -17,7 +17,7 @@ pub(super) fn draw(painter: &Painter, palette: &Palette, site: &Site, view: &Vie
     let step = STEPS.into_iter().find(|step| view.long(*step) >= LEAST_STEP).unwrap_or(STEPS[STEPS.len() - 1]);
     let contours = site.relief.as_ref().and_then(|relief| contours(painter, palette, relief, view));
     grid(painter, palette, view, step);
-    site.blocks.iter().take(MAX_POINTS).for_each(|block| paint_block(painter, palette, view, block));
+    site.blocks.iter().for_each(|block| paint_block(painter, palette, view, block));
     let fence: Vec<Pos2> = points(&site.fence, view);
     for (at, from) in fence.iter().enumerate() {
         let to = fence[(at + 1) % fence.len()];
@@ -49,8 +49,7 @@ pub(super) fn dashed_circle(painter: &Painter, center: Pos2, radius: f32, stroke
 }
 
 fn points(places: &[Place], view: &View) -> Vec<Pos2> {
-    let sound = |place: &&Place| place.iter().all(|at| at.is_finite());
-    places.iter().take(MAX_POINTS).filter(sound).map(|place| view.at(*place)).collect()
+    places.iter().map(|place| view.at(*place)).collect()
 }
 
 fn grid(painter: &Painter, palette: &Palette, view: &View, step: f32) {

@@ -28,14 +28,18 @@ const COLUMNS: usize = 2;
 pub struct Sensed {
     /// Sensor by sensor.
     pub sights: Arc<[Sight]>,
-    /// How long ago that was at most, once that is known.
-    pub age: Option<Span>,
+    /// How long ago that was, at least.
+    pub at_least: Span,
+    /// And at most, once that is known.
+    pub at_most: Option<Span>,
 }
 
 /// Who reads them. No call waits.
 pub trait Sensors {
     /// What they gave last; nothing before the first.
     fn newest(&mut self) -> Option<Sensed>;
+    /// Why nothing comes, or not all, where that is known.
+    fn trouble(&mut self) -> Option<String>;
     /// Whether nothing more will come: the window closes.
     fn over(&mut self) -> bool;
 }
@@ -48,12 +52,13 @@ pub struct Content {
 
 impl Content {
     /// Draws what there is.
-    pub fn draw(&mut self, ui: &mut Ui, sensed: Option<&Sensed>) {
+    pub fn draw(&mut self, ui: &mut Ui, sensed: Option<&Sensed>, trouble: Option<&str>) {
         Panel::top("what this is").show(ui, |ui| {
             ui.horizontal_wrapped(|ui| {
                 let words = "TEST BENCH · read from the unit's own log, over no link · no operator sees this";
                 ui.label(RichText::new(words).color(Palette::of(ui).advice));
-                age(ui, sensed);
+                sensed.into_iter().for_each(|sensed| age(ui, sensed));
+                trouble.into_iter().for_each(|trouble| flag(ui, Tone::Alarm, trouble));
             });
         });
         CentralPanel::default().show(ui, |ui| match sensed {
@@ -85,19 +90,33 @@ impl Content {
     }
 }
 
-/// How old it is; with a sign where that is too old to be called current.
-fn age(ui: &mut Ui, sensed: Option<&Sensed>) {
-    let Some(Sensed { age, .. }) = sensed else { return };
-    let (tone, words) = match age {
-        Some(age) if *age <= CURRENT => (Tone::Normal, format!("at most {} old", seconds(*age))),
-        Some(age) => (Tone::Alarm, format!("NOT CURRENT: {} old", seconds(*age))),
-        None => (Tone::Caution, "of unknown age".to_owned()),
-    };
-    let color = tone.color(Palette::of(ui));
-    if tone != Tone::Normal {
-        let (place, _) = ui.allocate_exact_size(vec2(16.0, 16.0), egui::Sense::hover());
-        Shape::Cross.draw(ui.painter(), place.center(), 12.0, color);
+/// How old it is; with a sign where that is not known, or too old to be called current.
+fn age(ui: &mut Ui, sensed: &Sensed) {
+    match sensed.at_most {
+        _ if sensed.at_least > CURRENT => flag(ui, Tone::Alarm, &not_current("at least", sensed.at_least)),
+        Some(age) if age > CURRENT => flag(ui, Tone::Alarm, &not_current("at most", rounded(age))),
+        Some(age) => {
+            ui.label(RichText::new(format!("at most {} old", seconds(rounded(age)))).color(Palette::of(ui).text));
+        }
+        None => flag(ui, Tone::Caution, "of unknown age"),
     }
+}
+
+fn not_current(bound: &str, age: Span) -> String {
+    format!("NOT CURRENT: {bound} {} old", seconds(age))
+}
+
+/// As it may be written of what is at most so old: up, and for as long as it stands there.
+fn rounded(age: Span) -> Span {
+    let stands = age.0.saturating_add(MOST_OFTEN.as_micros() as u64);
+    let step = if stands < 10_000_000 { 10_000 } else { 100_000 };
+    Span(stands.div_ceil(step).saturating_mul(step))
+}
+
+fn flag(ui: &mut Ui, tone: Tone, words: &str) {
+    let color = tone.color(Palette::of(ui));
+    let (place, _) = ui.allocate_exact_size(vec2(16.0, 16.0), egui::Sense::hover());
+    Shape::Cross.draw(ui.painter(), place.center(), 12.0, color);
     ui.label(RichText::new(words).color(color));
 }
 
@@ -134,7 +153,7 @@ impl App for Program {
     }
 
     fn ui(&mut self, ui: &mut Ui, _: &mut Frame) {
-        let sensed = self.sensors.newest();
-        self.content.draw(ui, sensed.as_ref());
+        let (sensed, trouble) = (self.sensors.newest(), self.sensors.trouble());
+        self.content.draw(ui, sensed.as_ref(), trouble.as_deref());
     }
 }

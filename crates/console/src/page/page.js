@@ -88,7 +88,7 @@ function planned({ fence, route, looped, blocks }, at) {
   if (fence.length > 2) drawn.push(svg("path", { class: "fence", d: `${along(fence)}Z`, fill: "none" }));
   if (route.length > 1) drawn.push(svg("path", { class: "route", d: along(route) + (looped ? "Z" : ""), fill: "none" }));
   for (const { at: [east, north], half } of blocks) {
-    const [[x, y], [side]] = [at(east * 1000, north * 1000), at(half[0] * 1000, 0)];
+    const [[x, y], [side]] = [at(east * 1000, north * 1000), at(Math.max(...half) * 1000, 0)];
     drawn.push(svg("circle", { class: "route", cx: x, cy: y, r: Math.max(side - at(0, 0)[0], 2), fill: "none" }));
   }
   if (fence.length > 2) {
@@ -210,8 +210,12 @@ async function ask() {
   } catch {
     // Whoever gave the pictures has gone or stands still: what is here grows old by itself.
   }
-  draw();
-  setTimeout(ask, Math.max(again - since(asked), 20));
+  try {
+    draw();
+  } finally {
+    // Whatever cannot be drawn, the next picture is asked for.
+    setTimeout(ask, Math.max(again - since(asked), 20));
+  }
 }
 
 /** Asks for the site until it is there. */

@@ -12,36 +12,51 @@ use wire::time::Span;
 
 /// Whether what is drawn of `sensed` says each of `texts`.
 fn says(sensed: Option<Sensed>, texts: &[&str]) -> Vec<bool> {
+    drawn(sensed, None, texts)
+}
+
+fn drawn(sensed: Option<Sensed>, trouble: Option<&'static str>, texts: &[&str]) -> Vec<bool> {
     let mut content = Content::default();
     let draw = move |ui: &mut eframe::egui::Ui| {
         theme::apply(ui.ctx());
-        content.draw(ui, sensed.as_ref());
+        content.draw(ui, sensed.as_ref(), trouble);
     };
     let mut drawn = Harness::builder().with_size(vec2(760.0, 640.0)).with_theme(Theme::Dark).build_ui(draw);
     drawn.run_steps(3);
     texts.iter().map(|text| drawn.query_all_by_label_contains(text).next().is_some()).collect()
 }
 
-fn sensed(age: Option<Span>) -> Option<Sensed> {
+/// At least and at most so many microseconds old.
+fn sensed(at_least: u64, at_most: Option<u64>) -> Option<Sensed> {
     let sight = |name, image| Sight { name, legend: "as seen", image, marks: Vec::new() };
     let image = || Some(Image { width: 4, height: 2, rgb: vec![90; 24] });
     let sights = [sight("colour", image()), sight("depth", image()), sight("thermal", None), sight("LiDAR", image())];
-    Some(Sensed { sights: Arc::new(sights), age })
+    Some(Sensed { sights: Arc::new(sights), at_least: Span(at_least), at_most: at_most.map(Span) })
 }
 
 #[test]
 fn every_sensor_has_its_picture_or_is_said_to_give_none_and_all_is_said_to_be_no_operators() {
-    let said = ["TEST BENCH", "over no link", "no operator sees this", "at most 0.18 s old"];
+    // What is written stands for 100 ms, and is rounded up.
+    let said = ["TEST BENCH", "over no link", "no operator sees this", "at most 0.29 s old"];
     let drawn = ["SENSOR colour 0 found", "SENSOR depth 0", "SENSOR thermal gave nothing", "SENSOR LiDAR 0 found"];
     for texts in [said, drawn] {
-        assert_eq!(says(sensed(Some(Span::ms(180))), &texts), [true; 4], "{texts:?}");
+        assert_eq!(says(sensed(30_000, Some(180_001)), &texts), [true; 4], "{texts:?}");
     }
-    assert_eq!(says(sensed(Some(Span::ms(180))), &["NOT CURRENT", "unknown"]), [false; 2]);
+    assert_eq!(says(sensed(30_000, Some(180_001)), &["NOT CURRENT", "unknown"]), [false; 2]);
 }
 
 #[test]
 fn frames_that_no_newer_one_follows_are_not_current_and_none_is_young_before_its_age_is_known() {
-    assert_eq!(says(sensed(Some(Span::ms(1_001))), &["NOT CURRENT: 1.00 s old", "at most"]), [true, false]);
-    assert_eq!(says(sensed(None), &["of unknown age", "at most", "NOT CURRENT"]), [true, false, false]);
+    let not_current = |at_least, at_most, says_so| says(sensed(at_least, at_most), &[says_so])[0];
+    assert!(not_current(900_000, Some(1_000_001), "NOT CURRENT: at most 1.11 s old"));
+    assert!(not_current(1_000_001, Some(1_200_000), "NOT CURRENT: at least 1.00 s old"));
+    assert!(not_current(1_000_001, None, "NOT CURRENT: at least 1.00 s old"));
+    assert_eq!(says(sensed(0, None), &["of unknown age", "at most", "NOT CURRENT"]), [true, false, false]);
     assert_eq!(says(None, &["Waiting for the first frame.", "old"]), [true, false]);
+}
+
+#[test]
+fn why_nothing_comes_is_said_beside_what_came_last() {
+    assert_eq!(drawn(sensed(0, Some(0)), Some("cut off"), &["cut off", "SENSOR colour"]), [true, true]);
+    assert_eq!(drawn(None, Some("cut off"), &["cut off"]), [true]);
 }

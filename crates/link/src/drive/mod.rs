@@ -24,7 +24,7 @@ use crate::instrument::Frame;
 use crate::spec::{Control, ServiceSpec, watch};
 
 /// How often buffered logs are handed to the operating system.
-const FLUSH_EVERY: Duration = Duration::from_millis(100);
+pub const FLUSH_EVERY: Duration = Duration::from_millis(100);
 
 /// Time for the last records to leave before the links are closed.
 const LINGER: Duration = Duration::from_millis(50);

@@ -186,33 +186,39 @@ impl VisitMut for Put<'_> {
         }
     }
 
-    /// A field that is not given comes from the rest.
-    fn visit_expr_struct_mut(&mut self, made: &mut syn::ExprStruct) {
-        let begins: Vec<Span> = made.fields.iter().map(Spanned::span).collect();
-        visit_mut::visit_expr_struct_mut(self, made);
-        let Some(rest) = made.rest.clone() else { return };
-        for (field, begin) in made.fields.iter_mut().zip(begins) {
-            for mutant in self.at("StructField", begin) {
-                let (asked, member, kept) = (self.asked(mutant), &field.member, &field.expr);
-                let either = parse_quote!(if #asked { (#rest).#member } else { #kept });
-                (field.expr, field.colon_token) = (either, Some(Default::default()));
-            }
-        }
-    }
-
     fn visit_expr_mut(&mut self, expr: &mut Expr) {
         let (found, genre) = match &*expr {
             Expr::Binary(of) if !binds(expr) => (self.at("BinaryOperator", of.op.span()), "binary"),
             Expr::Unary(of) => (self.at("UnaryOperator", of.op.span()), "unary"),
+            Expr::Struct(of) if of.rest.is_some() => {
+                (of.fields.iter().flat_map(|field| self.at("StructField", field.span())).collect(), "struct")
+            }
             _ => (Vec::new(), ""),
         };
-        let numbers: Vec<(u32, String)> = found.iter().map(|m| (m.number, m.replacement.clone())).collect();
+        let given = |m: &Mutant| match &*expr {
+            // Which of its fields.
+            Expr::Struct(of) => {
+                let stands = |field: &syn::FieldValue| {
+                    self.at("StructField", field.span()).iter().any(|at| at.number == m.number)
+                };
+                of.fields.iter().position(stands)
+            }
+            _ => None,
+        };
+        let numbers: Vec<(u32, String, Option<usize>)> =
+            found.iter().map(|m| (m.number, m.replacement.clone(), given(m))).collect();
         visit_mut::visit_expr_mut(self, expr);
         let original = expr.clone();
-        for (number, replacement) in numbers {
+        for (number, replacement, field) in numbers {
             let Some(mutant) = self.mutants.iter().find(|m| m.number == number) else { continue };
             let instead = match (&original, genre) {
                 (Expr::Unary(of), "unary") => *of.expr.clone(),
+                // A field that is not given comes from the rest.
+                (Expr::Struct(of), "struct") => {
+                    let fields = of.fields.iter().enumerate().filter(|(at, _)| Some(*at) != field);
+                    let fields = fields.map(|(_, field)| field.clone()).collect();
+                    Expr::Struct(syn::ExprStruct { fields, ..of.clone() })
+                }
                 (Expr::Binary(of), "binary") => {
                     let Ok(op) = parse_str::<BinOp>(&replacement) else { continue };
                     let (left, right) = (&of.left, &of.right);
