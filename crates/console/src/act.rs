@@ -198,3 +198,22 @@ fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Deed, Unable> {
     };
     Ok(Deed::Wish(wish))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_that_wait_to_be_staged_are_all_kept_up_to_their_bound_and_then_the_newest() {
+        let mut hand = Hand::default();
+        for n in 0..MAX_COMMANDS as u8 + 3 {
+            let kept = hand.confirmed.len();
+            hand.given([n; 32]);
+            assert_eq!(hand.confirmed.len(), (kept + 1).min(MAX_COMMANDS));
+        }
+        assert_eq!(
+            (hand.confirmed.front(), hand.confirmed.back()),
+            (Some(&[3; 32]), Some(&[MAX_COMMANDS as u8 + 2; 32]))
+        );
+    }
+}

@@ -1,13 +1,14 @@
 //! What may be shown, and how fresh.
 
+use console::shown::Origin;
 use proptest::prelude::*;
 use wire::core::Core;
 use wire::event::{Event, Freshness};
-use wire::feed::Feed;
+use wire::feed::{AcceptedReport, Feed};
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
 use wire::mode::Mode;
 use wire::person::Role;
-use wire::policy::{DisplayRule, Policy, Requirement};
+use wire::policy::{DisplayRule, Policy, Requirement, Waived};
 use wire::refusal::Reason;
 use wire::report::Report;
 use wire::time::{Echo, Instant, PeerStamp, Span};
@@ -25,6 +26,21 @@ fn a_unit_that_takes_no_part_is_not_called_silent_and_is_shown_all_the_same_once
     let shown = bench.console.shown(bench.now);
     assert_eq!(shown.silent, [UnitId::B]);
     assert_eq!(shown.units.iter().map(|unit| unit.unit).collect::<Vec<_>>(), [UnitId::A]);
+}
+
+#[test]
+fn what_another_brought_is_never_shown_as_the_units_own_nor_its_own_as_anothers() {
+    for (via, origin) in [(PeerId::UNIT_A, Origin::Direct), (PeerId::UNIT_C, Origin::Relayed(PeerId::UNIT_C))] {
+        let mut bench = Bench::new(Policy::default(), vec![]);
+        let report = bench.next(Mode::Ready);
+        let signed = sign(report.origin, &report);
+        let (received, age) = (bench.now, Some(Span::ms(20)));
+        let waived = Waived::default();
+        let brought = AcceptedReport { via, unit: UnitId::A, received, age, waived, report: signed[..].into() };
+        bench.feed(&Feed::Accepted(brought));
+        let shown = bench.console.shown(bench.now);
+        assert_eq!(shown.units.iter().map(|unit| unit.origin).collect::<Vec<_>>(), [origin]);
+    }
 }
 
 #[test]
