@@ -86,3 +86,29 @@ pub struct Block {
     #[serde(default)]
     pub yaw: f32,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_more_of_a_site_is_drawn_than_is_bounded_and_nothing_that_is_no_number() {
+        let block = |x: f32, half: f32, yaw: f32| Block { at: [x, 0.0], half: [half, 1.0], yaw };
+        let site = Site {
+            fence: vec![[1.0, f32::NAN], [2.0, 3.0], [f32::INFINITY, 0.0]],
+            route: vec![[0.0, 0.0]; MAX_POINTS + 1],
+            blocks: vec![
+                block(f32::NAN, 1.0, 0.0),
+                block(0.0, f32::INFINITY, 0.0),
+                block(0.0, 1.0, f32::NAN),
+                block(4.0, 1.0, 0.0),
+            ],
+            ..Site::default()
+        };
+        let sound = site.sound();
+        assert_eq!(
+            (sound.fence, sound.route.len(), sound.blocks),
+            (vec![[2.0, 3.0]], MAX_POINTS, vec![block(4.0, 1.0, 0.0)])
+        );
+    }
+}

@@ -244,8 +244,8 @@ fn one_by_one(log: &Log, last: Micros) -> bool {
 fn written_unheard(log: &Log, change: &Change) -> Option<u64> {
     let (_, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
     let (until, after) = log.first(NodeId::UNIT_A, change.at + 1, heard)?;
-    // A gateway that was started anew was gone meanwhile.
-    if before.boot != after.boot {
+    // It was gone meanwhile.
+    if started_anew(log, change) {
         return Some(0);
     }
     let since = by_themselves(log, change, until);
