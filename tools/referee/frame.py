@@ -1,7 +1,8 @@
-"""A referee for what a frame costs: the same rays in MuJoCo, the same image and model in Python's onnxruntime.
+"""A referee for what a frame and a step cost: the same rays and scene in MuJoCo, the same image and model in Python's onnxruntime.
 
 Called by `cargo bench --bench frame -- --python PYTHON` with a file that holds both. Needs numpy, mujoco and onnxruntime (PyPI).
-Says rays a second and how far the ranges are apart, and the time of one inference with one thread. CPU time.
+Says rays a second and how far the ranges are apart, simulated seconds a second of a vehicle of the same size on the same ground, and
+the time of one inference with one thread. CPU time.
 """
 
 import json
@@ -16,8 +17,8 @@ import onnxruntime
 BASE = 1.0  # a height field has to stand on something, metres
 
 
-def world(told):
-    """The scene as MuJoCo builds it: a height field, boxes and capsules."""
+def world(told, vehicle=False):
+    """The scene as MuJoCo builds it: a height field, boxes and capsules, all of them standing; with a vehicle where one is asked for."""
     heights = np.array(told["terrain"], dtype=np.float32)
     low, high, half = heights.min(), heights.max(), told["side"] / 2
     spec = mujoco.MjSpec()
@@ -34,10 +35,47 @@ def world(told):
         kind = mujoco.mjtGeom.mjGEOM_CAPSULE if capsule else mujoco.mjtGeom.mjGEOM_BOX
         quaternion = [np.cos(turn / 2), 0, 0, np.sin(turn / 2)]
         spec.worldbody.add_geom(type=kind, size=size.tolist(), pos=thing["centre"], quat=quaternion)
+    if vehicle:
+        spec.option.timestep = told["step"]
+        spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        add_vehicle(spec, told)
     model = spec.compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     return model, data
+
+
+def add_vehicle(spec, told):
+    """Chassis, springs and wheels of `sim::plant`'s size and weight. Its wheels are bodies that touch the ground, where ours are rays."""
+    half = told["yaw"] / 2
+    up = np.array(told["at"]) + [0, 0, 0.65]
+    chassis = spec.worldbody.add_body(name="chassis", pos=up.tolist(), quat=[np.cos(half), 0, 0, np.sin(half)])
+    chassis.add_freejoint()
+    chassis.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.8, 0.45, 0.22], mass=260)
+    for number, (x, y) in enumerate([(0.6, 0.45), (0.6, -0.45), (-0.6, 0.45), (-0.6, -0.45)]):
+        wheel = chassis.add_body(pos=[x, y, -0.3])
+        wheel.add_joint(type=mujoco.mjtJoint.mjJNT_SLIDE, axis=[0, 0, 1], stiffness=[9000.0, 0, 0], damping=[1500.0, 0, 0])
+        wheel.add_joint(name=f"wheel{number}", axis=[0, 1, 0])
+        wheel.add_geom(type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[0.3, 0, 0], mass=10, friction=[1.0, 0.005, 0.0001])
+        spec.add_actuator(
+            target=f"wheel{number}", trntype=mujoco.mjtTrn.mjTRN_JOINT,
+            gaintype=mujoco.mjtGain.mjGAIN_FIXED, biastype=mujoco.mjtBias.mjBIAS_AFFINE,
+            gainprm=[200.0] + [0] * 9, biasprm=[0, 0, -200.0] + [0] * 7,
+        )
+    spec.add_exclude(bodyname1="world", bodyname2="chassis")
+
+
+def step(told):
+    model, data = world(told, vehicle=True)
+    # It settles first, as ours has.
+    mujoco.mj_step(model, data, 200)
+    start = data.qpos[:3].copy()
+    data.ctrl[:] = told["speed"] / 0.3
+    before = time.process_time()
+    mujoco.mj_step(model, data, told["steps"])
+    took = time.process_time() - before
+    way = np.linalg.norm(data.qpos[:3] - start)
+    print("MuJoCo %s: %.0f simulated seconds a CPU second by mj_step alone, %.1f m of way" % (mujoco.__version__, told["steps"] * told["step"] / took, way))
 
 
 def cast(told):
@@ -86,4 +124,5 @@ if __name__ == "__main__":
     with open(sys.argv[1], encoding="utf-8") as file:
         told = json.load(file)
     cast(told)
+    step(told)
     infer(told)

@@ -131,6 +131,8 @@ mod tests {
     #[test]
     fn of_a_few_seconds_and_of_a_unit_that_repeats_no_challenge_no_rate_is_told() {
         assert_eq!(heard(0, 5, &[(1, 1)]).rate(), None);
+        // In the first window the tightest bounds are its last ones: two seconds before those of the second.
+        assert_eq!(heard(0, 6, &[[(50, 50); 30], [(1, 1); 30]].concat()).rate(), None);
         let mut deaf = Skew::default();
         (0..600).for_each(|n| deaf.heard(PeerStamp(n * 100_000), Instant(n * 100_000), None));
         assert_eq!(deaf.rate(), None);

@@ -1,8 +1,8 @@
 //! What one frame costs from the first ray to the track, stage by stage: CPU time of one thread, random held-out scenes.
 //!
 //! Run with `cargo bench --bench frame`. With `-- --python PYTHON` the same rays and images go to MuJoCo's `mj_multiRay` and to
-//! Python's onnxruntime in one run (`tools/referee/frame.py`), between two measurements here; with `-- --runtime LIBRARY` the model
-//! runs in that ONNX Runtime library here too.
+//! Python's onnxruntime in one run (`tools/referee/frame.py`), between two measurements here, and the scene to `mj_step` with a
+//! vehicle of the same size on it; with `-- --runtime LIBRARY` the model runs in that ONNX Runtime library here too.
 
 use std::error::Error;
 use std::path::{Path, PathBuf};
@@ -20,7 +20,7 @@ use perception::tracker::Tracker;
 use perception::{depth, runtime, thermal};
 use serde_json::json;
 use sim::fault::Faults;
-use sim::plant::Plant;
+use sim::plant::{Plant, SetPoint};
 use sim::sensor::Imagers;
 use sim::sensor::camera::{REACH, Sweep, eye, ray};
 use sim::terrain::{CELLS, SIDE};
@@ -35,6 +35,9 @@ const WARM_UP: u64 = 20;
 /// Times that the rays of one scene are cast, and that one image is looked at.
 const CASTS: usize = 200;
 const IMAGES: usize = 50;
+/// Steps of the world with the vehicle under way, and its speed, m/s.
+const STEPS: u64 = 1_000;
+const SPEED: f32 = 2.0;
 
 const STAGES: [&str; 7] = [
     "sensors: rays and images",
@@ -69,7 +72,24 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn here(world: &World, plant: &Plant, detector: &Detector, image: &[u8]) -> Result<(), Box<dyn Error>> {
     let (rays, inference) = (rays(world, plant) / 1e6, inference(detector, image)? * 1e3);
     println!("here: {rays:.2} million rays a second; an inference with what is made of it {inference:.3} ms");
+    let (rate, way) = stepped()?;
+    println!("here: {rate:.0} simulated seconds of bare rapier a CPU second, {way:.1} m of way");
     Ok(())
+}
+
+/// Simulated seconds a CPU second with nothing but the world and the vehicle, straight ahead; and how far it came, metres.
+fn stepped() -> Result<(f64, f32), Box<dyn Error>> {
+    let (mut world, mut plant) = settled(0)?;
+    let start = plant.state(&world).position;
+    let (took, ()) = timed(|| {
+        for k in 1..=STEPS {
+            let now = Instant(k * STEP.0);
+            plant.accept(now, SetPoint { speed: SPEED, curvature: 0.0, until: now + STEP });
+            plant.step(now, &mut world);
+        }
+    });
+    let way = (plant.state(&world).position - start).length();
+    Ok(((STEPS * STEP.0) as f64 / 1e6 / took.as_secs_f64(), way))
 }
 
 /// Frames through every stage, each on its own.
@@ -147,6 +167,7 @@ fn referee(python: &Path, world: &World, plant: &Plant, image: &[u8]) -> Result<
     let told = json!({
         "side": SIDE, "terrain": terrain.collect::<Vec<_>>(), "objects": objects.collect::<Vec<_>>(), "reach": REACH,
         "eye": eye(&camera, &state).to_array(), "rays": rays, "ranges": ranges, "image": image, "casts": CASTS, "images": IMAGES,
+        "steps": STEPS, "step": STEP.as_ms() / 1e3, "speed": SPEED, "at": state.position.to_array(), "yaw": state.yaw(),
         "model": root.join("crates/perception/models/detector.onnx"),
     });
     let file = std::env::temp_dir().join(format!("holdsafe-frame-{}.json", std::process::id()));

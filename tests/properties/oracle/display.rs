@@ -21,6 +21,8 @@ fn p7_a_record_accepted_after_it_was_held_back_too_long() {
         log.breaks()
     };
     assert_eq!(held(250), []);
+    assert_eq!(held(301), [], "what two clocks may differ by is no finding");
+    assert_eq!(held(302), [Property::P7]);
     assert_eq!(held(350), [Property::P7]);
 }
 

@@ -101,6 +101,36 @@ fn what_is_done_to_a_stream_needs_the_far_ends_mouth() {
     }
 }
 
+#[test]
+fn what_another_relay_says_or_what_was_done_at_another_time_is_no_receipt_of_what_was_to_be_done_to_a_stream() {
+    let seen = [(4001, Sight::Closed, 100, 0, 0)];
+    let told = |by: NodeId, from_ms: u64| {
+        let mut log = tampered(Deed::HalfClosed, 0, &seen);
+        log.entries.iter_mut().filter(|w| w.entry.node == NodeId::RELAY_COMMAND).for_each(|w| w.entry.node = by);
+        let window = Plan { from: from_ms * 1000, ..Plan::from(Planned::Stream(Deed::HalfClosed)) };
+        log.planned = vec![window];
+        log.judge().receipt
+    };
+    assert!(told(NodeId::RELAY_COMMAND, 4000));
+    assert!(!told(NodeId::RELAY_TELEMETRY, 4000), "it has no stream");
+    assert!(!told(NodeId::RELAY_COMMAND, 5000), "before its window");
+}
+
+#[test]
+fn a_hang_that_ends_as_another_begins_does_not_end_that_one() {
+    let (node, how) = (NodeId::PERCEPTION, Suspension::Hang);
+    let mut log = Log::whole();
+    log.planned = vec![Plan { from: 4_000_000, ..Plan::from(Planned::Suspend(node)) }];
+    for (at, on) in [(3500, true), (4000, false), (4000, true), (6000, false)] {
+        log.add(at, NodeId::CAMPAIGN, Event::Suspended { node, how, on });
+    }
+    for t in (1000..9000).step_by(25).filter(|t| !(3500..4000).contains(t) && !(4000..6000).contains(t)) {
+        log.add(t, NodeId::CAMPAIGN, Event::Ran { node });
+    }
+    log.add(4000, NodeId::CAMPAIGN, Event::Ran { node });
+    assert_eq!((log.judge().receipt, log.judge().zero), (true, Some(4_000_000)));
+}
+
 /// A log in which perception is said to be halted for half of each 100 ms from 4 s to 6 s; its core is fed at `fed`.
 fn slowed(fed: impl Fn(u64) -> bool) -> Verdict {
     let node = NodeId::PERCEPTION;

@@ -81,6 +81,28 @@ fn p3_a_hold_that_the_plant_does_not_follow() {
 }
 
 #[test]
+fn p3_a_plant_that_creeps_or_drives_on_as_the_hold_ends_follows_it() {
+    let held = |creeps: i32, resumed_ms: u64| {
+        let mut log = Log::whole();
+        log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(5000);
+        log.command(7000, 3, CommandKind::Resume).to(7000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
+        for w in &mut log.entries {
+            if let Event::Truth { speed_mm_s, set_speed_mm_s, leased, .. } = &mut w.entry.event {
+                match w.at {
+                    at if at >= resumed_ms * 1000 => (*speed_mm_s, *set_speed_mm_s, *leased) = (1000, 1000, true),
+                    6_500_000..7_000_000 => (*speed_mm_s, *set_speed_mm_s) = (creeps, creeps),
+                    _ => {}
+                }
+            }
+        }
+        log.breaks()
+    };
+    assert_eq!(held(50, 7000), []);
+    assert_eq!(held(51, 7000), [Property::P3]);
+    assert_eq!(held(0, 6900), [Property::P3], "before it was resumed");
+}
+
+#[test]
 fn p4_driving_outside_the_fence() {
     let mut log = Log::whole();
     log.truth(5000, 800, -20);

@@ -97,3 +97,22 @@ fn wrapped(mrad: f64) -> f64 {
     let turn = core::f64::consts::TAU * 1000.0;
     mrad - turn * libm::round(mrad / turn)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn where_a_thing_is_seen_counts_from_the_camera_and_from_where_the_unit_looks() {
+        let ahead = f64::from(Camera::GROUND.forward_m) * 1000.0;
+        let quarter = core::f64::consts::FRAC_PI_2 * 1000.0;
+        let seen = |unit, place, mrad: f64| {
+            let got = wrapped(bearing(unit, place));
+            assert!((got - mrad).abs() < 0.01, "{got} where {mrad} is due");
+        };
+        // Abreast of the camera, to the left of a unit that looks east, north, and from elsewhere.
+        seen((0.0, 0.0, 0.0), (ahead, 5000.0), quarter);
+        seen((0.0, 0.0, quarter), (-5000.0, ahead), quarter);
+        seen((3000.0, -2000.0, 0.0), (3000.0 + ahead, -7000.0), -quarter);
+    }
+}

@@ -187,23 +187,39 @@ fn moves() -> impl Strategy<Value = Vec<Move>> {
     ];
     let hold = || [Move::Person(Does::Now(CommandKind::Hold)), Move::Gap(1_100)];
     let holds: Vec<Move> = std::iter::repeat_with(hold).take(20).flatten().collect();
-    let some = prop_oneof![60 => one.prop_map(|one| vec![one]), 6 => order(), 1 => Just(holds), 1 => Just(crowd())];
+    let some = prop_oneof![60 => one.prop_map(|one| vec![one]), 6 => order(), 1 => overtaken(), 1 => Just(holds), 1 => Just(crowd())];
     prop::collection::vec(some, 1..40).prop_map(|some| some.concat())
 }
 
-/// An order away from safe on its whole way to where it is released, and now and then withdrawn on it: by itself that much
-/// hardly ever comes together.
+/// An order away from safe on its whole way to the unit's answer, now and then withdrawn on it, repeated by a key that is
+/// held down, or given when the picture is old: by itself that much hardly ever comes together.
 fn order() -> impl Strategy<Value = Vec<Move>> {
     let given = prop_oneof![
         6 => Just(vec![Does::PrepareFitting, Does::Confirm(true)]),
         2 => Just(vec![Does::PrepareFitting, Does::Confirm(true), Does::Withdraw]),
-        1 => Just(vec![Does::PrepareFitting, Does::Confirm(false)]),
+        3 => Just(vec![Does::PrepareFitting, Does::Confirm(false)]),
         1 => Just(vec![Does::NowFitting]),
+        1 => Just(vec![Does::PrepareFitting, Does::Again, Does::Confirm(true), Does::Again]),
     ];
-    (says(), given).prop_map(|(says, given)| {
+    let answered = prop_oneof![
+        2 => Just(vec![]),
+        1 => any::<bool>().prop_map(|refused| vec![Move::Ack(0, true, refused)]),
+        1 => any::<bool>().prop_map(|first| vec![Move::Ack(0, true, first), Move::Ack(0, true, !first)]),
+    ];
+    let gap = prop_oneof![6 => Just(0u64), 1 => 250u64..2_500];
+    (says(), gap, given, answered).prop_map(|(says, gap, given, answered)| {
         let says = Says { tracks: 1, failing: false, others: false, reboot: false, age: 20, stamp: 0, ..says };
         let given = given.into_iter().map(Move::Person);
-        std::iter::once(Move::Report(says)).chain(given).chain([Move::Stage(0, CommandStage::Staged)]).collect()
+        let before = [Move::Report(says), Move::Gap(gap)];
+        before.into_iter().chain(given).chain([Move::Stage(0, CommandStage::Staged)]).chain(answered).collect()
+    })
+}
+
+/// A report that is overtaken by a later one.
+fn overtaken() -> impl Strategy<Value = Vec<Move>> {
+    let young = |says: Says| Says { age: 20, stamp: 0, reboot: false, ..says };
+    (says(), says()).prop_map(move |(first, second)| {
+        vec![Move::Kept(young(first)), Move::Gap(1), Move::Report(young(second)), Move::Late]
     })
 }
 
@@ -220,12 +236,14 @@ fn crowd() -> Vec<Move> {
         age: 20,
         stamp: 0,
     };
-    vec![Move::Report(says); 9]
+    // Each is later than the one before, or it would not be newer.
+    let report = || [Move::Report(says.clone()), Move::Gap(1)];
+    std::iter::repeat_with(report).take(9).flatten().collect()
 }
 
 /// Runs many sequences in every role, and asks after each move of each whether `holds`.
 pub(crate) fn always(holds: impl Fn(&Step<'_>) -> Result<(), TestCaseError>) {
-    let config = ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() };
+    let config = ProptestConfig { cases: 80, failure_persistence: None, ..ProptestConfig::default() };
     let roles = prop::sample::select(&[Role::Supervise, Role::Supervise, Role::Operate, Role::View][..]);
     let outcome = proptest::test_runner::TestRunner::new(config)
         .run(&(roles, moves()), |(role, moves)| through(role, &moves, &holds));
