@@ -39,7 +39,13 @@ pub fn opens_association(datagram: &[u8]) -> bool {
         && raw.epoch == 0
         && raw.bytes[1] == 254
         && raw.body().first() == Some(&CLIENT_HELLO)
+        && is_one_message(raw.body())
         && lengths_hold(raw.body())
+}
+
+/// Whether nothing stands behind the first handshake message.
+fn is_one_message(body: &[u8]) -> bool {
+    body.get(9..MESSAGE_HEADER).is_some_and(|piece| body.len() == MESSAGE_HEADER + u24(piece))
 }
 
 /// What a datagram from a stranger comes to before there is an association: passed when it may open one, else why not.
