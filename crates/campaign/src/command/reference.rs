@@ -7,6 +7,7 @@ use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
+use crate::parallel;
 use crate::progress::Talk;
 use crate::report::{Mode, Reference, ReferenceRow, latency_table, reference_table};
 use crate::scenario::{self, Scenario};
@@ -14,6 +15,8 @@ use crate::trial::Trial;
 
 /// Twin trials of each scenario and of each cell: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;
+/// Live runs side by side for each core: they wait most of their time.
+const LIVE_PER_CORE: usize = 2;
 
 pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     let root = context.root()?;
@@ -32,21 +35,26 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     let all: Vec<Planned> = plans.iter().flat_map(|(_, twin, _)| twin.clone()).collect();
     out::write_json(&dir, "manifest.json", &out::Manifest::of(&root, context.seed, &all)?)?;
 
-    let (mut exit, mut rows) = (Exit::Fine, Vec::new());
-    for (mode, n) in [(Mode::Twin, TWIN_TRIALS), (Mode::Live, 1)] {
-        for (scenario, twin, live) in &plans {
-            let (planned, mode) = match mode {
-                Mode::Twin if scenario.is_of_stacks() => (twin, Mode::Stack),
-                Mode::Live if scenario.is_of_stacks() => continue,
-                Mode::Twin | Mode::Stack => (twin, mode),
-                Mode::Live => (live, mode),
-            };
-            let (own, more) = one(context, scenario, mode, planned, n, &dir)?;
-            exit = batch::graver(exit, own);
-            rows.extend(more);
-        }
+    let mut told = Told { dir: &dir, exit: Exit::Fine, rows: Vec::new() };
+    let batch = |label: &str, mode: Mode, planned: &[Planned], n: u64, jobs: usize| {
+        let batch = Batch { label, mode, planned, n, seed: context.seed, jobs, out: Some(&dir) };
+        batch.run(context.talk, &context.stop)
+    };
+    for (scenario, twin, _) in &plans {
+        let mode = if scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin };
+        let label = format!("{} ({})", scenario.name.as_str(), mode.name());
+        told.take(scenario, mode, twin, &batch(&label, mode, twin, TWIN_TRIALS, 1)?)?;
     }
-    finish(context, &Reference::new(context.seed, rows), &dir)?;
+    plans.retain(|(scenario, ..)| !scenario.is_of_stacks());
+    let live: Vec<Planned> = plans.iter().flat_map(|(_, _, live)| live.clone()).collect();
+    let trials = batch("live", Mode::Live, &live, 1, LIVE_PER_CORE * parallel::cores())?;
+    let mut left = trials.as_slice();
+    for (scenario, _, live) in &plans {
+        let own = left.split_off(..live.len()).unwrap_or_default();
+        told.take(scenario, Mode::Live, live, own)?;
+    }
+    let exit = told.exit;
+    finish(context, &Reference::new(context.seed, told.rows), &dir)?;
     Ok(exit)
 }
 
@@ -57,23 +65,23 @@ fn one_of_each_policy(mut planned: Vec<Planned>) -> Vec<Planned> {
     planned
 }
 
-fn one(
-    context: &Context,
-    scenario: &Scenario,
-    mode: Mode,
-    planned: &[Planned],
-    n: u64,
-    dir: &Path,
-) -> Result<(Exit, Vec<ReferenceRow>), Failure> {
-    let label = format!("{} ({})", scenario.name.as_str(), mode.name());
-    let batch = Batch { label: &label, mode, planned, n, seed: context.seed, jobs: 1, out: Some(dir) };
-    let trials = batch.run(context.talk, &context.stop)?;
-    out::write_trials(dir, &format!("{}.{}.jsonl", scenario.name.as_str(), mode.name()), &trials)?;
-    let rows = planned.iter().map(|p| {
-        let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == p.variation.cell).collect();
-        ReferenceRow::new(&p.variation.scenario, p.variation.cell.clone(), mode, &own)
-    });
-    Ok((batch::judge(mode, planned, &trials), rows.collect()))
+/// What was run so far, told and written.
+struct Told<'a> {
+    dir: &'a Path,
+    exit: Exit,
+    rows: Vec<ReferenceRow>,
+}
+
+impl Told<'_> {
+    fn take(&mut self, scenario: &Scenario, mode: Mode, planned: &[Planned], trials: &[Trial]) -> Result<(), Failure> {
+        out::write_trials(self.dir, &format!("{}.{}.jsonl", scenario.name.as_str(), mode.name()), trials)?;
+        self.rows.extend(planned.iter().map(|p| {
+            let own: Vec<&Trial> = trials.iter().filter(|t| t.cell == p.variation.cell).collect();
+            ReferenceRow::new(&p.variation.scenario, p.variation.cell.clone(), mode, &own)
+        }));
+        self.exit = batch::graver(self.exit, batch::judge(mode, planned, trials));
+        Ok(())
+    }
 }
 
 fn finish(context: &Context, reference: &Reference, dir: &Path) -> Result<(), Failure> {
