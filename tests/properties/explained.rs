@@ -147,11 +147,9 @@ fn where_nothing_tells_a_link_that_failed_from_a_gateway_that_stood_still_both_a
         let mut ready = shipped("nominal");
         ready.scenario = Word::default().in_scenario(&alphabet("teammates"), &ready.scenario).expect("it fits");
         let (run, _) = lost(ready, of, &[(moved, 5_300, 4_000)]);
-        let quiet = |event: &Event| match event {
-            Event::Accepted { at: Interface::Uplink, peer, .. } => *peer == PeerId::UNIT_A,
-            _ => true,
-        };
-        let entries: Vec<Witnessed> = run.evidence.entries.into_iter().filter(|w| quiet(&w.entry.event)).collect();
+        let of_a_teammate = |event: &Event| matches!(event, Event::Accepted { at: Interface::Uplink, peer, .. } if *peer != PeerId::UNIT_A);
+        let entries: Vec<Witnessed> =
+            run.evidence.entries.into_iter().filter(|w| !of_a_teammate(&w.entry.event)).collect();
         let told = explain(&entries, &run.evidence.bounds);
         let origin = &told.iter().find(|e| e.restricts()).expect("a loss").origin;
         assert_eq!((origin.place, &origin.or[..]), (Place::Telemetry, &[Place::Gateway][..]), "{moved}: {origin:#?}");

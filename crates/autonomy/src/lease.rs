@@ -52,6 +52,8 @@ mod tests {
         lease.grant(LONGEST, LONGEST, received, Some(age));
         assert_eq!(lease.lapsed(received + Span::ms(379)), None);
         assert_eq!(lease.lapsed(received + Span::ms(380)), Some(Because::Silence(received)));
+        assert_eq!(lease.age(LONGEST, received + Span::ms(50)), Some(Span::ms(170)));
+        assert_eq!(Lease::default().age(LONGEST, received), None);
     }
 
     #[test]

@@ -231,3 +231,22 @@ impl Sessions {
         (peer, stranger.map_or(no_session, |got| Refusal::Role { got }))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_as_many_sessions_as_there_is_room_for_it_is_known_whose_they_were_and_the_oldest_is_forgotten_first() {
+        let mut sessions = Sessions::default();
+        let known =
+            |sessions: &mut Sessions, n: usize| sessions.get_mut(SessionId(n as u32)).err().and_then(|(peer, _)| peer);
+        for n in 0..MAX_BARRED as u32 {
+            sessions.bar(SessionId(n), PeerId::UNIT_B);
+        }
+        assert_eq!(known(&mut sessions, 0), Some(PeerId::UNIT_B));
+        sessions.bar(SessionId(MAX_BARRED as u32), PeerId::UNIT_B);
+        assert_eq!((known(&mut sessions, 0), known(&mut sessions, 1)), (None, Some(PeerId::UNIT_B)));
+        assert_eq!(sessions.barred.len(), MAX_BARRED);
+    }
+}

@@ -17,7 +17,13 @@ fn a_plant_that_goes_on_when_its_unit_is_killed_breaks_p3() {
     let mut late = log.clone();
     late.plant_stops(6200);
     assert_eq!(late.breaks_with_dead(NodeId::UNIT_A), [Property::P3], "its lease ends after Th");
+    let after = |log: &Log, node| log.judge_with(vec![node]).responses[0].after;
+    assert_eq!(after(&log, NodeId::UNIT_A), Mode::PrepareToAct, "its last word, for its plant goes on");
     log.plant_stops(5300);
+    assert_eq!(after(&log, NodeId::UNIT_A), Mode::HoldSafe);
+    let mut other = Log::whole();
+    other.killed(5000, NodeId::CONSOLE).plant_stops(5300);
+    assert_eq!(after(&other, NodeId::CONSOLE), Mode::PrepareToAct, "the unit lives and says what it is in");
     let verdict = log.judge_with(vec![NodeId::UNIT_A]);
     assert_eq!((verdict.findings.as_slice(), verdict.outcome), (&[][..], Outcome::HoldSafe));
     let plant = verdict.responses[0].plant.unwrap();

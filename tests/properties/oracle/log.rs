@@ -2,7 +2,7 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use campaign::oracle::{Evidence, Plan, Planned, Property, Verdict, Witnessed, judge};
+use campaign::oracle::{Evidence, Nearness, Plan, Planned, Property, Verdict, Witnessed, judge, nearness};
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
@@ -179,9 +179,18 @@ impl Log {
     }
 
     pub(crate) fn judge_with(&self, killed: Vec<NodeId>) -> Verdict {
+        judge(&self.evidence(killed))
+    }
+
+    /// How near it comes to each limit.
+    pub(crate) fn nearness(&self) -> Nearness {
+        nearness(&self.evidence(Vec::new()))
+    }
+
+    pub(crate) fn evidence(&self, killed: Vec<NodeId>) -> Evidence {
         let mut entries = self.entries.clone();
         entries.sort_by_key(|w| w.at);
-        judge(&Evidence {
+        Evidence {
             entries,
             broken_log: None,
             custody: Vec::new(),
@@ -191,7 +200,7 @@ impl Log {
             stall_limit: u64::MAX,
             operators: vec![(NodeId::OPERATOR, u64::MAX), (NodeId::OPERATOR_2, 7_000_000)],
             killed,
-        })
+        }
     }
 
     pub(crate) fn breaks(&self) -> Vec<Property> {

@@ -5,6 +5,7 @@ mod authority;
 mod deaths;
 mod display;
 mod log;
+mod nearness;
 mod orders;
 mod receipts;
 mod trust;
@@ -14,6 +15,7 @@ use campaign::trial::Outcome;
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 use wire::mode::{Cause, Guard, Mode};
+use wire::time::Span;
 
 use log::BOUNDS;
 pub(crate) use log::{Log, command};
@@ -51,6 +53,16 @@ fn p10_a_broken_log() {
     });
     assert_eq!(verdict.outcome, Outcome::Invalid);
     assert!(verdict.findings.iter().all(|f| f.property == Property::P10));
+}
+
+#[test]
+fn a_run_on_a_host_that_overslept_by_more_than_it_may_shows_nothing() {
+    let overslept = |by: u64| {
+        let mut log = Log::whole();
+        log.add(5000, NodeId::CAMPAIGN, Event::Stalled { by: Span::ms(by) });
+        judge(&Evidence { stall_limit: 50_000, ..log.evidence(Vec::new()) }).outcome
+    };
+    assert_eq!((overslept(50), overslept(51)), (Outcome::Nominal, Outcome::Invalid));
 }
 
 #[test]

@@ -88,13 +88,15 @@ fn p5_and_p9_an_operators_id_over_another_command_than_the_operator_gave() {
     let resumed = |given, executed_ms: u64| {
         let mut log = Log::whole();
         log.cut_display(3000).to(3000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(3000);
-        log.add(3990, NodeId::CONSOLE, Event::Intended { command: command(3), kind: given });
+        let intended_ms = executed_ms.min(4000) - 10;
+        log.add(intended_ms, NodeId::CONSOLE, Event::Intended { command: command(3), kind: given });
         let executed = Event::Executed { command: command(3), kind: CommandKind::Resume, refused: None };
         log.add(executed_ms, NodeId::UNIT_A, executed).to(4000, Mode::HoldSafe, Mode::Ready, Cause::Operator);
         log.breaks()
     };
     assert_eq!(resumed(CommandKind::Resume, 4000), []);
     assert_eq!(resumed(CommandKind::Resume, 4050), [], "the log may have it a little after");
+    assert_eq!(resumed(CommandKind::Resume, 3899), [Property::P9], "long before");
     assert_eq!(resumed(CommandKind::Resume, 4051), [Property::P9], "that brought nothing about");
     assert_eq!(resumed(CommandKind::Hold, 4000), [Property::P5, Property::P9]);
 }

@@ -45,6 +45,9 @@ fn a_refusal_on_the_bus_that_is_no_longer_written_counts_by_the_closing_account(
         for _ in 0..256 {
             log.add(3000, NodeId::UNIT_A, Event::Refused { at, peer: None, reason, detail: Text::new("tag") });
         }
+        // What is refused elsewhere is no part of this account.
+        let at_the_link = Interface::Downlink;
+        log.add(1500, NodeId::UNIT_A, Event::Refused { at: at_the_link, peer: None, reason, detail: Text::new("tag") });
         let side = Side::Server;
         let event = Event::Attack { action: Action::Forge, side, length: 9, hash: 77, delay: Span::ZERO };
         log.add(came_ms, NodeId::INSIDER_PERCEPTION, event);

@@ -361,6 +361,8 @@ pub(crate) fn signed_order(key: &Key, intent: &Intent) -> Vec<u8> {
 
 #[cfg(test)]
 mod tests {
+    use wire::refusal::Refusal;
+
     use super::*;
 
     #[test]
@@ -386,6 +388,31 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn the_designation_of_another_track_keeps_no_authority_and_allows_no_act() {
+        let mut bench = Bench::new();
+        let held = |bench: &Bench| bench.machine(Start::PrepareToAct);
+        let (judged, confirmed) = (held(&bench), held(&bench));
+        bench.designation[0] = Ok(Designated::assumed(OTHER));
+        let (machine, mut mint, now) = judged;
+        let (machine, effects) = bench.step(machine, &mut mint, now, Stimulus::Judged, 0, false);
+        assert!(machine.authority().is_none(), "{effects:?}");
+        assert!(effects.iter().any(|e| matches!(e, Effect::Revoked(_))), "{effects:?}");
+        let (machine, mut mint, now) = confirmed;
+        let confirm = bench.orders[7].as_ref().expect("Confirm");
+        let (_, effects) = bench.step(machine, &mut mint, now, Stimulus::Ordered(confirm), 0, false);
+        assert!(matches!(effects[..], [Effect::Refused(Refusal::Interlock { .. })]), "{effects:?}");
+    }
+
+    #[test]
+    fn authority_carries_the_world_it_was_minted_in() {
+        let bench = Bench::new();
+        let mut mint = Mint::assumed(true, WorldId(7), LIFETIME);
+        let ready = bench.ordered(Machine::start(), &mut mint, Instant(1_000_000), 3);
+        let held = bench.ordered(ready, &mut mint, Instant(1_000_000), 5);
+        assert_eq!(held.authority().map(|authority| authority.world()), Some(WorldId(7)));
     }
 
     #[test]

@@ -1,0 +1,108 @@
+//! How near a log comes to each limit, in thousandths of the way: what a guided search climbs by.
+
+use campaign::oracle::{Limit, Nearness};
+use wire::bounds::Bounds;
+use wire::event::{Event, FaultKind, Sensor};
+use wire::id::{FrameId, NodeId};
+use wire::mode::{Cause, Mode};
+use wire::sensor::Class;
+
+use super::log::{BOUNDS, Log};
+
+/// So much of a limit, in thousandths.
+fn of(value: u64, limit: u64) -> Option<u32> {
+    Some((value * 1000 / limit) as u32)
+}
+
+fn near(nearness: &Nearness, limit: Limit) -> Option<u32> {
+    nearness.get(&limit).copied()
+}
+
+#[test]
+fn a_quiet_run_comes_as_near_as_its_records_and_its_orders_are_late() {
+    let Bounds { freshness_ms, telemetry_period_ms, command_limit_ms, .. } = BOUNDS;
+    let quiet = Log::whole().nearness();
+    for (limit, way) in [
+        (Limit::Age, of(1, freshness_ms)),
+        (Limit::Display, of(5, freshness_ms + telemetry_period_ms)),
+        (Limit::Order, of(10, command_limit_ms)),
+        (Limit::Fence, Some(0)),
+        (Limit::Authority, Some(1000)),
+        (Limit::Confirmation, None),
+        (Limit::Object, None),
+        (Limit::Loss, None),
+        (Limit::Blindness, None),
+        (Limit::Recovery, None),
+    ] {
+        assert_eq!(near(&quiet, limit), way, "{limit:?}");
+    }
+}
+
+#[test]
+fn what_is_shown_of_a_mode_that_was_left_counts_from_when_it_was_left() {
+    let mut log = Log::whole();
+    log.cut_display(4900).to(5000, Mode::PrepareToAct, Mode::Ready, Cause::Expired);
+    log.displayed(5080, Mode::PrepareToAct, 5000);
+    let limit = BOUNDS.freshness_ms + BOUNDS.telemetry_period_ms;
+    assert_eq!(near(&log.nearness(), Limit::Display), of(80, limit));
+    assert_eq!(near(&log.nearness(), Limit::Authority), of(3000, BOUNDS.authority_ms));
+}
+
+#[test]
+fn an_act_comes_as_near_as_its_object_is_far_and_its_confirmation_old() {
+    let mut log = Log::whole();
+    log.confirm_and_act(5000, Class::Vehicle, 700);
+    let nearness = log.nearness();
+    assert_eq!(near(&nearness, Limit::Object), of(700, BOUNDS.designation_mm.into()));
+    assert_eq!(near(&nearness, Limit::Confirmation), of(10, BOUNDS.command_limit_ms));
+}
+
+#[test]
+fn of_the_distance_that_is_kept_to_the_fence_what_is_used_up_counts() {
+    let kept = BOUNDS.fence_margin_mm as i32;
+    let mut log = Log::whole();
+    log.truth(5000, 100, kept / 4).truth(5010, 100, kept / 2);
+    assert_eq!(near(&log.nearness(), Limit::Fence), of((kept - kept / 4) as u64, kept as u64));
+    log.truth(5020, 100, -1);
+    assert_eq!(near(&log.nearness(), Limit::Fence), Some(1000), "beyond it is no further");
+}
+
+#[test]
+fn a_loss_counts_for_as_long_as_the_unit_stays_nominal_and_a_recovery_by_how_soon_it_comes() {
+    let mut log = Log::whole();
+    log.thermal_fault(4000, 4200);
+    assert_eq!(near(&log.nearness(), Limit::Loss), of(200, BOUNDS.to_degraded_ms));
+    let mut log = Log::whole();
+    log.thermal_fault(4000, 9000);
+    log.to(4150, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(wire::mode::Guard::Thermal));
+    log.to(4150 + 2 * BOUNDS.hysteresis_ms, Mode::Degraded, Mode::Ready, Cause::Recovered);
+    assert_eq!(near(&log.nearness(), Limit::Loss), of(150, BOUNDS.to_degraded_ms));
+    assert_eq!(near(&log.nearness(), Limit::Recovery), Some(500));
+}
+
+#[test]
+fn blindness_counts_for_as_long_as_the_unit_goes_on() {
+    let mut log = Log::whole();
+    let fault =
+        |active| Event::Fault { sensor: Sensor::Localisation, kind: FaultKind::Dropout, active, frame: FrameId(1) };
+    log.add(4000, NodeId::SIM, fault(true)).add(6000, NodeId::SIM, fault(false));
+    log.add(4020, NodeId::UNIT_A, Event::NavigationSeen { fix: false, odometry: true });
+    log.to(4300, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(wire::mode::Guard::Localisation));
+    log.to(4700, Mode::Degraded, Mode::HoldSafe, Cause::Unrecovered(wire::mode::Guard::Localisation));
+    assert_eq!(near(&log.nearness(), Limit::Blindness), of(700, BOUNDS.to_hold_safe_ms));
+}
+
+#[test]
+fn silence_at_an_end_of_the_link_counts_there_for_as_long_as_the_unit_goes_on() {
+    for (node, limit, other) in
+        [(NodeId::GATEWAY, Limit::Uplink, Limit::Downlink), (NodeId::UNIT_A, Limit::Downlink, Limit::Uplink)]
+    {
+        let mut log = Log::whole();
+        log.entries.retain(|w| !(w.at > 5_000_000 && w.at < 5_600_000 && Some(w.entry.node) == node.guard()));
+        let nearness = log.nearness();
+        let (here, there) = (near(&nearness, limit), near(&nearness, other));
+        assert!(here > there, "{node}: {here:?}, {there:?}");
+        log.to(5300, Mode::PrepareToAct, Mode::HoldSafe, Cause::Lost(wire::mode::Guard::Lease));
+        assert!(near(&log.nearness(), limit) < here, "{node}: it stopped");
+    }
+}
