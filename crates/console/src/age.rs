@@ -131,6 +131,17 @@ pub struct Labelled<T> {
 }
 
 impl<T> Labelled<T> {
+    /// The same `by` later, nothing having been heard meanwhile: older, and no fresher.
+    #[must_use]
+    pub(crate) fn older(self, by: Span, limits: &Limits) -> Self {
+        // Where values do not age, only what is lost does.
+        if !limits.age_out && self.freshness != Freshness::Lost {
+            return self;
+        }
+        let age = self.age + by;
+        Self { age, freshness: self.freshness.max(limits.label(age)), ..self }
+    }
+
     /// The value together with its freshness.
     pub fn get(&self) -> (&T, Freshness) {
         (&self.value, self.freshness)

@@ -184,7 +184,7 @@ fn conditions(shown: &Shown) -> Vec<Condition> {
         match command.life {
             Life::NotAcknowledged => standing.push((Alarm::NotAcknowledged(command.id), command.since.0)),
             // Who is refused by the gateway and then by the unit is refused once.
-            Life::RefusedByUnit(_) | Life::RefusedByGateway => {
+            Life::RefusedByUnit(_) | Life::RefusedByGateway(_) => {
                 let first = command.times.answered.unwrap_or(command.since);
                 standing.push((Alarm::CommandRefused(command.id), first.0));
             }

@@ -217,7 +217,7 @@ impl Console {
             Feed::Accepted(report) => return self.report(now, at, &report),
             Feed::Refused(reason, peer, counted) => self.model.refused_there(now, reason, peer, counted),
             Feed::Session(peer, open) => self.model.session(now, peer, open),
-            Feed::Command(intent, stage) => self.model.commands_mut().staged(now, &intent, stage),
+            Feed::Command(intent, stage, why) => self.model.commands_mut().staged(now, &intent, stage, why),
             Feed::Acknowledged(ack) => self.acknowledged(now, ack),
             Feed::SessionsLost(counted) => self.model.sessions_lost(PeerId::GATEWAY, None, counted),
         }

@@ -36,8 +36,8 @@ pub enum Life {
     Executed,
     /// The unit refused it.
     RefusedByUnit(Reason),
-    /// The gateway refused it.
-    RefusedByGateway,
+    /// The gateway refused it: why, or nothing where it lost its session and what waited there is void.
+    RefusedByGateway(Option<Reason>),
     /// It waited too long.
     Expired,
     /// Nothing was heard of it in time.
@@ -53,7 +53,7 @@ impl Life {
             Life::Staged => kind.towards_safe(),
             Life::Executed
             | Life::RefusedByUnit(_)
-            | Life::RefusedByGateway
+            | Life::RefusedByGateway(_)
             | Life::Expired
             | Life::NotAcknowledged => false,
         }
@@ -68,7 +68,7 @@ impl Life {
             Life::Released => 2,
             Life::Sent => 3,
             Life::NotAcknowledged => 4,
-            Life::RefusedByGateway | Life::Expired => 5,
+            Life::RefusedByGateway(_) | Life::Expired => 5,
             Life::RefusedByUnit(_) => 6,
             Life::Executed => 7,
         }
@@ -83,7 +83,7 @@ impl Life {
             Life::Sent => ShownAs::Sent,
             Life::Executed => ShownAs::Executed,
             Life::RefusedByUnit(_) => ShownAs::Refused,
-            Life::RefusedByGateway | Life::Expired => ShownAs::Void,
+            Life::RefusedByGateway(_) | Life::Expired => ShownAs::Void,
             Life::NotAcknowledged => ShownAs::NotAcknowledged,
         }
     }
@@ -139,7 +139,7 @@ impl Times {
             Life::Staged => &mut self.staged,
             Life::Released => &mut self.released,
             Life::Sent => &mut self.sent,
-            Life::Executed | Life::RefusedByUnit(_) | Life::RefusedByGateway | Life::Expired => &mut self.answered,
+            Life::Executed | Life::RefusedByUnit(_) | Life::RefusedByGateway(_) | Life::Expired => &mut self.answered,
         };
         stage.get_or_insert(now);
     }
@@ -204,11 +204,11 @@ impl Commands {
     }
 
     /// The gateway moved a command of ours along.
-    pub fn staged(&mut self, now: Instant, intent: &IntentHash, stage: CommandStage) {
+    pub fn staged(&mut self, now: Instant, intent: &IntentHash, stage: CommandStage, why: Option<Reason>) {
         let life = match stage {
             CommandStage::Staged => Life::Staged,
             CommandStage::Sent => Life::Sent,
-            CommandStage::Refused => Life::RefusedByGateway,
+            CommandStage::Refused => Life::RefusedByGateway(why),
             CommandStage::Expired => Life::Expired,
         };
         self.progress(now, intent, life);
@@ -260,7 +260,7 @@ impl Commands {
         let Some((heard, None)) = report.last_command else { return };
         let of_unit = self.0.iter_mut().map(|given| &mut given.shown).filter(|shown| shown.unit == unit);
         for shown in of_unit.filter(|shown| reached(heard, shown.id) && brought_about(shown.kind, report)) {
-            if !matches!(shown.life, Life::RefusedByUnit(_) | Life::RefusedByGateway) {
+            if !matches!(shown.life, Life::RefusedByUnit(_) | Life::RefusedByGateway(_)) {
                 shown.times.effect.get_or_insert(now);
             }
         }

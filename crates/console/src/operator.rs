@@ -215,7 +215,7 @@ fn after(life: Option<Life>, now: Instant, tries: u8) -> Option<Progress> {
     let Some(life) = life else { return Some(Progress::Done(now)) };
     let again = match life {
         Life::Requested | Life::Staged | Life::Released | Life::Sent => return None,
-        Life::Executed | Life::RefusedByGateway | Life::Expired => false,
+        Life::Executed | Life::RefusedByGateway(_) | Life::Expired => false,
         Life::RefusedByUnit(reason) => matches!(reason, Reason::Interlock | Reason::Late),
         Life::NotAcknowledged => true,
     };

@@ -10,7 +10,7 @@ use wire::time::{Instant, Span};
 use crate::age::{Labelled, Limits};
 use crate::alarm;
 use crate::shown::{Shown, ShownUnit};
-use crate::text::{life, word};
+use crate::text::{life, sensors, word};
 
 /// Raised when a field changes its meaning or goes.
 const VERSION: u32 = 1;
@@ -49,6 +49,9 @@ pub(crate) fn line(shown: &Shown) -> String {
             "kind": of.kind.name(),
             "life": life(of.life),
             "since_ms": ago(of.since),
+            "asked_ms": ago(of.times.requested),
+            "answered_ms": of.times.answered.map(ago),
+            "effect_ms": of.times.effect.map(ago),
         })).collect::<Value>(),
         "alarms": shown.alarms.iter().map(|of| json!({
             "priority": of.priority.name(),
@@ -105,6 +108,7 @@ fn track(of: &Labelled<ReportedTrack>) -> Value {
             "x_mm": track.x_mm,
             "y_mm": track.y_mm,
             "confidence_permille": track.confidence,
+            "modalities": sensors(track).collect::<Value>(),
         }),
     )
 }

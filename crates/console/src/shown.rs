@@ -192,6 +192,24 @@ pub struct Shown {
 }
 
 impl Shown {
+    /// The same `by` later, nothing having come meanwhile: what a view draws of a picture that has lain for so long.
+    #[must_use]
+    pub fn older(mut self, by: Span) -> Self {
+        let limits = self.limits;
+        for unit in &mut self.units {
+            unit.state = unit.state.older(by, &limits);
+            unit.pose = unit.pose.older(by, &limits);
+            unit.tracks.iter_mut().for_each(|track| *track = (*track).older(by, &limits));
+            unit.lost.iter_mut().for_each(|lost| lost.track = lost.track.older(by, &limits));
+        }
+        for link in &mut self.links {
+            link.open = link.open.older(by, &limits);
+            link.heard = link.heard.map(|heard| heard + by);
+        }
+        self.at += by;
+        self
+    }
+
     /// The unit, if it has been heard.
     pub fn unit(&self, unit: UnitId) -> Option<&ShownUnit> {
         self.units.iter().find(|shown| shown.unit == unit)

@@ -7,6 +7,7 @@ use std::fmt::Write;
 
 use wire::event::Freshness;
 use wire::report::ReportedTrack;
+use wire::sensor::Modality;
 use wire::time::{Instant, Span};
 
 use crate::act::Answer;
@@ -25,6 +26,7 @@ pub fn lines(shown: &Shown) -> String {
     if let Some(mark) = &shown.marks.ablation {
         line(&mut text, format_args!("ABLATION, not a result of the full policy: {mark}"));
     }
+    line(&mut text, format_args!("SIMULATION  {} · {}", shown.operator, shown.role.name()));
     for unit in &shown.units {
         unit_lines(&mut text, shown.at, unit);
     }
@@ -38,6 +40,9 @@ pub fn lines(shown: &Shown) -> String {
         line(&mut text, format_args!("ALARM    {peer} LOST its command session {n} times: {what}"));
     }
     shown.alarms.iter().for_each(|alarm| alarm_line(&mut text, shown.at, alarm));
+    if shown.alarms_more > 0 {
+        line(&mut text, format_args!("alarm    and {} more, for which there was no room", shown.alarms_more));
+    }
     shown.commands.iter().for_each(|command| command_line(&mut text, shown.at, command));
     if let Some(prepared) = &shown.prepared {
         let left = prepared.until.since(shown.at).as_ms() / 1000.0;
@@ -61,7 +66,8 @@ fn alarm_line(text: &mut String, at: Instant, shown: &ShownAlarm) {
 fn link(link: &ShownLink) -> String {
     let (open, freshness) = link.open.get();
     let last_known = if freshness == Freshness::Fresh { String::new() } else { format!(" ({})", word(freshness)) };
-    format!("{} {}{last_known}", link.peer, if *open { "up" } else { "DOWN" })
+    let heard = link.heard.map_or("no report".to_owned(), |heard| format!("report {} ago", age(heard)));
+    format!("{} {}{last_known}, {heard}", link.peer, if *open { "up" } else { "DOWN" })
 }
 
 fn refusals(refusals: &ShownRefusals) -> String {
@@ -98,14 +104,13 @@ fn unit_lines(text: &mut String, at: Instant, unit: &ShownUnit) {
     line(
         text,
         format_args!(
-            "         at ({:.1}, {:.1}) m  {} {}  via {}  {}{}",
+            "         at ({:.1}, {:.1}) m  {} {}  {}  {}",
             metres(pose.x_mm),
             metres(pose.y_mm),
             word(pose_freshness),
             age(unit.pose.age()),
-            unit.via,
+            unit.origin.words(),
             unit.clock.map_or("clock unknown".to_owned(), Rate::words),
-            if unit.waived.is_empty() { "" } else { "  UNVERIFIED" },
         ),
     );
     unit.tracks.iter().for_each(|track| track_line(text, track));
@@ -123,8 +128,17 @@ fn track_line(text: &mut String, labelled: &Labelled<ReportedTrack>) {
     let (word, age) = (word(freshness), age(labelled.age()));
     line(
         text,
-        format_args!("         track {:<3} {class:<8} {confidence:.2}  ({x:.1}, {y:.1}) m  {word} {age}", track.id.0),
+        format_args!(
+            "         track {:<3} {class:<8} {confidence:.2}  ({x:.1}, {y:.1}) m  {word} {age}  by {}",
+            track.id.0,
+            joined(sensors(track).map(str::to_owned)),
+        ),
     );
+}
+
+/// The modalities that support a track.
+pub(crate) fn sensors(track: &ReportedTrack) -> impl Iterator<Item = &'static str> {
+    Modality::ALL.into_iter().filter(|modality| track.supported.has(*modality)).map(Modality::name)
 }
 
 fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {
@@ -144,7 +158,8 @@ pub(crate) fn life(life: Life) -> String {
         Life::Sent => "sent".to_owned(),
         Life::Executed => "executed".to_owned(),
         Life::RefusedByUnit(reason) => format!("REFUSED by the unit: {}", reason.name()),
-        Life::RefusedByGateway => "REFUSED by the gateway".to_owned(),
+        Life::RefusedByGateway(Some(reason)) => format!("REFUSED by the gateway: {}", reason.name()),
+        Life::RefusedByGateway(None) => "REFUSED by the gateway: it lost its session".to_owned(),
         Life::Expired => "EXPIRED".to_owned(),
         Life::NotAcknowledged => "NOT ACKNOWLEDGED".to_owned(),
     }

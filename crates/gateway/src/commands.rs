@@ -8,7 +8,7 @@ use wire::core::{Output, Subject, Topic};
 use wire::event::{Event, Interface};
 use wire::feed::{CommandStage, Feed};
 use wire::id::{NodeId, PeerId};
-use wire::refusal::Refusal;
+use wire::refusal::{Reason, Refusal};
 use wire::time::{Instant, Span};
 use wire::trust::Accepted;
 use wire::trust::rate::Lane;
@@ -66,7 +66,7 @@ impl Gateway {
                 self.note(now, Event::Staged { command: command.id, stage: CommandStage::Refused });
                 // What another station asks for in vain is no command of the display's, whatever it claims to be.
                 if station == DISPLAY {
-                    self.tell(now, &Feed::Command(command.intent, CommandStage::Refused));
+                    self.tell(now, &Feed::Command(command.intent, CommandStage::Refused, Some(refusal.reason())));
                 }
             }
         }
@@ -93,7 +93,8 @@ impl Gateway {
             Ok(Some(who)) => {
                 self.note(now, Event::Struck { who });
                 for command in self.staging.strike(who) {
-                    self.staged(now, command, CommandStage::Refused);
+                    self.note(now, Event::Staged { command: command.id, stage: CommandStage::Refused });
+                    self.tell(now, &Feed::Command(command.intent, CommandStage::Refused, Some(Reason::Revoked)));
                 }
                 self.revocations.push(bytes.to_vec());
                 self.pass_on_revocations(now);
@@ -158,7 +159,7 @@ impl Gateway {
 
     pub(crate) fn staged(&mut self, now: Instant, command: Command, stage: CommandStage) {
         self.note(now, Event::Staged { command: command.id, stage });
-        self.tell(now, &Feed::Command(command.intent, stage));
+        self.tell(now, &Feed::Command(command.intent, stage, None));
     }
 
     /// A challenge of the display's is the display's to give, and no more often than twice a period: each is told to every

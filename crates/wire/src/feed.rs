@@ -22,9 +22,9 @@ pub enum Feed<'b> {
     /// A session opened (true) or ended (false).
     #[n(2)]
     Session(#[n(0)] PeerId, #[n(1)] bool),
-    /// The progress at the gateway of the command with this signed intent.
+    /// The progress at the gateway of the command with this signed intent; and why, where it refused it for a reason.
     #[n(3)]
-    Command(#[cbor(n(0), with = "minicbor::bytes")] IntentHash, #[n(1)] CommandStage),
+    Command(#[cbor(n(0), with = "minicbor::bytes")] IntentHash, #[n(1)] CommandStage, #[n(2)] Option<Reason>),
     /// The unit's signed acknowledgement, as it came.
     #[n(4)]
     Acknowledged(#[b(0)] &'b ByteSlice),

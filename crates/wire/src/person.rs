@@ -130,6 +130,9 @@ pub enum Role {
 }
 
 impl Role {
+    /// Every role, the least first.
+    pub const ALL: [Role; 3] = [Role::View, Role::Operate, Role::Supervise];
+
     /// Name as displayed.
     pub fn name(self) -> &'static str {
         match self {

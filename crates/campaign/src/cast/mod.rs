@@ -100,6 +100,17 @@ impl Cast {
         self
     }
 
+    /// The same with a person in this role at the console. Who may only look has no pen there, and neither has the script then.
+    #[must_use]
+    pub fn seating(mut self, role: wire::person::Role) -> Cast {
+        for member in &mut self.members {
+            if let Role::Console(config) = &mut member.role {
+                config.role = role;
+            }
+        }
+        self
+    }
+
     /// The world of the unit under test.
     pub fn world(&self) -> Option<&sim::SimConfig> {
         self.members.iter().find_map(|member| {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use link::instrument::Frame;
 use serde::Serialize;
-use wire::person::Act;
+use wire::person::{Act, Role};
 
 use super::plan::Planned;
 use crate::cast::{RunSecret, cast};
@@ -115,6 +115,8 @@ pub(super) struct View<'a> {
     pub show: &'a mut dyn FnMut(&str),
     /// Whether it has a window besides, until whose end the run lasts.
     pub window: bool,
+    /// What a person at the console may do.
+    pub role: Role,
     /// What a person does at the console, each at its time of the run, microseconds.
     pub acts: Vec<(u64, Act)>,
 }
@@ -122,7 +124,7 @@ pub(super) struct View<'a> {
 impl<'a> View<'a> {
     /// Nobody looks, and nobody acts.
     fn nobody(show: &'a mut dyn FnMut(&str)) -> Self {
-        Self { show, window: false, acts: Vec::new() }
+        Self { show, window: false, role: Role::Supervise, acts: Vec::new() }
     }
 }
 
@@ -168,9 +170,9 @@ fn run_live(
     view: View<'_>,
 ) -> Result<live::trial::Run, EngineError> {
     let program = std::env::current_exe().map_err(failed)?;
-    let View { show, window, acts } = view;
+    let View { show, window, role, acts } = view;
     let (keep, services) = (setup.run_dir.clone(), Services::Own(program));
-    let options = live::Options { keep, services, stop, show, window, acts };
+    let options = live::Options { keep, services, stop, show, window, role, acts };
     live::trial::run_live(scenario, setup, seed, options).map_err(|error| match error {
         LiveError::Stopped => EngineError::Stopped,
         LiveError::Environment(why) => EngineError::Environment(why),
@@ -212,7 +214,7 @@ pub(super) fn live_acts(
     stop: &Stop,
     acts: Vec<(u64, Act)>,
 ) -> Result<Vec<Witnessed>, EngineError> {
-    let run = run_live(scenario, setup, seed, stop, View { show: &mut |_| {}, window: false, acts })?;
+    let run = run_live(scenario, setup, seed, stop, View { acts, ..View::nobody(&mut |_| {}) })?;
     Ok(run.evidence.entries)
 }
 

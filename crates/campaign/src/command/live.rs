@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use link::clock::trace_us;
+use wire::person::Role;
 
 use super::batch;
 use super::bring::Bring;
@@ -31,9 +32,18 @@ pub(super) struct Args {
     /// Open the operator's window. The run then lasts until that is closed, at least to the scenario's end.
     #[arg(long)]
     console: bool,
+    /// What the person at the window may do: view, operate or supervise. Who may only look has no pen, and then the scenario's
+    /// operator has none either.
+    #[arg(long, requires = "console", default_value = "supervise", value_parser = role)]
+    role: Role,
     /// Keep recordings here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+}
+
+fn role(text: &str) -> Result<Role, String> {
+    let named = Role::ALL.into_iter().find(|role| role.name() == text);
+    named.ok_or_else(|| format!("one of {} is expected", Role::ALL.map(Role::name).join(", ")))
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
@@ -65,7 +75,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
     };
     let scenario = &one.variation.scenario;
-    let view = View { show: &mut show, window: args.console, acts: Vec::new() };
+    let view = View { show: &mut show, window: args.console, role: args.role, acts: Vec::new() };
     let mut trial = engine::watched(scenario, &one.setup, context.seed, &context.stop, view)
         .map_err(|e| Failure::from(e).reproduced_by(batch::reproduce(Mode::Live, one, context.seed)))?;
     trial.cell = one.variation.cell.clone();

@@ -30,7 +30,7 @@ use wire::audit::{Entry, Journal};
 use wire::codec;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
-use wire::person::{Act, Numbered};
+use wire::person::{Act, Numbered, Role};
 use wire::policy::Requirement;
 use wire::step::StepName;
 use wire::time::Span;
@@ -93,6 +93,8 @@ pub struct Options<'a> {
     /// Whether the console has a window. Then the run lasts until that is closed, at least to the scenario's end: a person
     /// wants to look, and to act.
     pub window: bool,
+    /// What that person, or one without a window, may do.
+    pub role: Role,
     /// What a person does at the console, each at its time of the run, microseconds, in order.
     pub acts: Vec<(u64, Act)>,
 }

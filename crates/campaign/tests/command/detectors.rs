@@ -128,6 +128,7 @@ fn a_model_that_was_swapped_before_perception_starts_ends_the_run_with_the_reaso
         stop: &stop,
         show: &mut |_| {},
         window: false,
+        role: wire::person::Role::default(),
         acts: Vec::new(),
     };
     let Err(LiveError::Environment(why)) = run_live(&scenario, &setup, 1, options) else {

@@ -3,11 +3,11 @@
 use eframe::egui::{Align, Button, Label, Layout, RichText, Role, TextEdit, Ui, WidgetInfo};
 use egui_extras::{Column, TableBuilder, TableRow};
 
-use super::Wish;
 use super::desk::Desk;
 use super::sign::{self, Shape, Tone};
 use super::theme::{Palette, ROW};
 use super::words;
+use super::{Wish, command};
 use crate::act::Act;
 use crate::alarm::{self, Priority, ShownAlarm};
 use crate::shown::Shown;
@@ -18,11 +18,12 @@ const MAX_SEARCH: usize = 64;
 /// The list, with its controls above.
 pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
     let open = |alarm: &&ShownAlarm| !alarm.acknowledged;
+    let live = command::dead(shown).is_none();
     ui.horizontal_wrapped(|ui| {
         let count = shown.alarms.iter().filter(open).count();
         let tone = if count > 0 { Tone::Caution } else { Tone::Weak };
         ui.label(RichText::new(format!("{count} not acknowledged")).color(tone.color(Palette::of(ui))));
-        if ui.add_enabled(count > 0, Button::new("Acknowledge all")).clicked() {
+        if ui.add_enabled(live && count > 0, Button::new("Acknowledge all")).clicked() {
             wishes.extend(shown.alarms.iter().filter(open).map(acknowledge));
         }
         ui.checkbox(&mut desk.acknowledged, "acknowledged too");
@@ -49,7 +50,7 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec
     table.column(Column::remainder().clip(true)).body(|body| {
         body.rows(ROW, listed.len(), |mut row| {
             if let Some(of) = listed.get(row.index()) {
-                cells(&mut row, shown, of, wishes);
+                cells(&mut row, shown, of, live, wishes);
             }
         });
     });
@@ -68,7 +69,7 @@ fn sign_of(priority: Priority) -> (Tone, Shape) {
     }
 }
 
-fn cells(row: &mut TableRow<'_, '_>, shown: &Shown, of: &ShownAlarm, wishes: &mut Vec<Wish>) {
+fn cells(row: &mut TableRow<'_, '_>, shown: &Shown, of: &ShownAlarm, live: bool, wishes: &mut Vec<Wish>) {
     let (tone, shape) = sign_of(of.priority);
     // What was taken note of is no longer asked for.
     let tone = if of.acknowledged { Tone::Weak } else { tone };
@@ -86,8 +87,9 @@ fn cells(row: &mut TableRow<'_, '_>, shown: &Shown, of: &ShownAlarm, wishes: &mu
             ui.label(RichText::new("acknowledged").weak());
             return;
         }
-        let button = ui.small_button("acknowledge");
-        button.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), format!("acknowledge: {text}")));
+        let button = ui.add_enabled(live, Button::new("acknowledge").small());
+        let named = || WidgetInfo::labeled(Role::Button, live && ui.is_enabled(), format!("acknowledge: {text}"));
+        button.widget_info(named);
         if button.clicked() {
             wishes.push(acknowledge(of));
         }

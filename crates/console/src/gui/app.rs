@@ -1,15 +1,15 @@
 //! The window as a program: takes the newest picture, draws it, sends what was done. Between it and the console's core
 //! stands a [`Source`], so that a live core and a recording are drawn by the same code.
 //!
-//! A picture is drawn when it comes, at most [`MOST_OFTEN`]; without one the window still draws a few times a second and
-//! says so once the last is too old to be called current.
+//! A picture is drawn when it comes, at most [`MOST_OFTEN`]; without one the window still draws a few times a second, what
+//! ages in it is as much older, and it says so once the last is too old to be called current.
 
 use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use eframe::egui::{self, CentralPanel, Context, RichText, Ui};
+use eframe::egui::{self, Context, Ui};
 use eframe::{App, CreationContext, Frame, NativeOptions};
 use wire::id::UnitId;
 use wire::time::{Instant, Span};
@@ -26,6 +26,8 @@ use crate::site::Site;
 pub const MOST_OFTEN: Duration = Duration::from_millis(100);
 /// The window is drawn anew after this time at the latest.
 pub const AT_LEAST: Duration = Duration::from_millis(250);
+/// And a recording that stands, after this one: somebody may have asked for it to close.
+const STANDING: Duration = Duration::from_secs(1);
 /// A picture with none after it for so long is not current. A live core gives several a second.
 pub const CURRENT: Span = Span::s(1);
 
@@ -73,7 +75,7 @@ pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'st
         .with_title(&looks.title)
         .with_app_id("holdsafe-console")
         .with_inner_size([1440.0, 860.0])
-        .with_min_inner_size([1180.0, 640.0]);
+        .with_min_inner_size([1320.0, 640.0]);
     let options = NativeOptions { viewport, renderer: eframe::Renderer::Glow, ..NativeOptions::default() };
     let title = looks.title.clone();
     let make = move |context: &CreationContext<'_>| -> Result<Box<dyn App>, _> {
@@ -105,6 +107,17 @@ impl Program {
     }
 }
 
+impl Program {
+    fn grant(&mut self, wishes: Vec<Wish>) {
+        for wish in wishes {
+            match wish {
+                Wish::Act(act) => self.source.send(act),
+                Wish::Seek(to) => self.source.seek(to),
+            }
+        }
+    }
+}
+
 impl App for Program {
     /// Runs while the window is hidden too, so that nothing piles up.
     fn logic(&mut self, ctx: &Context, _: &mut Frame) {
@@ -115,26 +128,25 @@ impl App for Program {
         if self.source.over() {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
         }
-        ctx.request_repaint_after(AT_LEAST);
+        // A recording that stands has nothing that ages.
+        let stands = self.source.tape().is_some_and(|tape| !tape.playing);
+        ctx.request_repaint_after(if stands { STANDING } else { AT_LEAST });
     }
 
     fn ui(&mut self, ui: &mut Ui, _: &mut Frame) {
         let Some(shown) = self.newest.clone() else {
-            CentralPanel::default()
-                .show(ui, |ui| ui.label(RichText::new("Waiting for the console's core.").size(15.0)));
-            return;
+            let wishes = self.window.wait(ui);
+            return self.grant(wishes);
         };
         let tape = self.source.tape();
         // A recording stands still when nobody moves it.
-        let behind = behind(ui.input(|input| input.time), self.came).filter(|_| tape.is_none());
+        let lain = if tape.is_some() { Span::ZERO } else { lain(ui.input(|input| input.time), self.came) };
+        let shown = Shown::clone(&shown).older(lain);
+        let behind = Some(lain).filter(|lain| *lain > CURRENT);
         let beside = tape.as_ref().map(|_| self.source.beside(shown.at));
         let picture = Picture { shown: &shown, behind, tape: tape.as_ref(), beside: beside.as_ref() };
-        for wish in self.window.draw(ui, &picture) {
-            match wish {
-                Wish::Act(act) => self.source.send(act),
-                Wish::Seek(to) => self.source.seek(to),
-            }
-        }
+        let wishes = self.window.draw(ui, &picture);
+        self.grant(wishes);
     }
 
     fn on_exit(&mut self, _: Option<&eframe::glow::Context>) {
@@ -151,9 +163,9 @@ impl App for Program {
     }
 }
 
-/// How long ago the newest picture came, once that is too long to call it current; both on egui's clock, seconds.
-fn behind(now: f64, came: f64) -> Option<Span> {
-    Some(Span(((now - came).max(0.0) * 1e6) as u64)).filter(|behind| *behind > CURRENT)
+/// How long the newest picture has lain; both on egui's clock, seconds.
+fn lain(now: f64, came: f64) -> Span {
+    Span(((now - came).max(0.0) * 1e6) as u64)
 }
 
 /// The layout of the last run, if it can be used.
@@ -169,9 +181,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_picture_is_current_for_a_second_and_no_longer() {
-        assert_eq!(behind(7.0, 6.0), None);
-        assert_eq!(behind(7.5, 6.0), Some(Span::ms(1500)));
-        assert_eq!(behind(6.0, 7.0), None, "a clock that runs backwards is no alarm");
+    fn a_picture_has_lain_since_it_came_and_no_time_where_a_clock_runs_backwards() {
+        assert_eq!(lain(7.5, 6.0), Span::ms(1500));
+        assert_eq!(lain(6.0, 7.0), Span::ZERO);
     }
 }

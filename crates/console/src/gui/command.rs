@@ -36,6 +36,12 @@ pub(super) fn keys(ui: &Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wis
     }
 }
 
+/// HOLD before there is a picture: the key works from the window's first moment. Whether it may is the core's to judge.
+pub(super) fn keys_unseen(ui: &Ui, unit: UnitId) -> Vec<Wish> {
+    let held = pressed(ui).into_iter().filter(|(key, _)| *key == Key::F1);
+    held.map(|_| hold(unit)).collect()
+}
+
 /// Keys that went down in this frame. One that is held down repeats itself; that is no further press.
 fn pressed(ui: &Ui) -> Vec<(Key, Modifiers)> {
     let press = |event: &egui::Event| {
@@ -93,8 +99,8 @@ fn withdraw(desk: &mut Desk, wishes: &mut Vec<Wish>) {
     wishes.push(Wish::Act(Act::Withdraw));
 }
 
-/// Whether the console commands at all. A lock of the whole column, said once at its top.
-fn dead(shown: &Shown) -> Option<&'static str> {
+/// Whether the console commands at all. A lock of the whole column, said once at its top, and of what is acknowledged.
+pub(super) fn dead(shown: &Shown) -> Option<&'static str> {
     if shown.marks.replay {
         Some("REPLAY: a recording takes no commands")
     } else if shown.role == crate::act::Role::View {

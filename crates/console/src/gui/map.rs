@@ -1,7 +1,7 @@
 //! The map from above, north up: the planned site, the units, their tracks, and how far each may have gone since it was seen.
 //!
-//! Around each thing stands the circle in which it may be by now: its age times the greatest speed that anything on the
-//! platform's site is credited with. What is lost stays at its last place, crossed out. Fresh is drawn above stale,
+//! Around each thing stands the circle in which it may be by now if it is no faster than the platform itself: its age times
+//! the platform's greatest speed, which the map says. What is lost stays at its last place, crossed out. Fresh is drawn above stale,
 //! symbols above labels; a label that finds no room is left out, and their number is said.
 
 use eframe::egui::{

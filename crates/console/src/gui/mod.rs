@@ -90,6 +90,13 @@ impl Window {
         &mut self.tiling
     }
 
+    /// Draws that there is no picture yet; what the person did meanwhile.
+    pub fn wait(&mut self, ui: &mut Ui) -> Vec<Wish> {
+        let text = format!("Waiting for the console's core. F1 holds {}.", self.desk.unit);
+        CentralPanel::default().show(ui, |ui| ui.label(RichText::new(text).size(15.0)));
+        command::keys_unseen(ui, self.desk.unit)
+    }
+
     /// Draws one frame; what the person did in it.
     pub fn draw(&mut self, ui: &mut Ui, picture: &Picture<'_>) -> Vec<Wish> {
         let mut wishes = Vec::new();
@@ -154,10 +161,8 @@ impl Window {
 /// The picture stands still while time goes on: nothing in it may be believed.
 fn not_current(ui: &mut Ui, behind: Span) {
     let palette = Palette::of(ui);
-    let text = format!(
-        "NOT CURRENT: this console has drawn nothing new for {}. Ages below stand still. Hold by other means.",
-        words::seconds(behind)
-    );
+    let text =
+        format!("NOT CURRENT: this console has drawn nothing new for {}. Hold by other means.", words::seconds(behind));
     Frame::new().fill(palette.alarm).inner_margin(Margin::symmetric(8, 4)).show(ui, |ui| {
         ui.set_min_width(ui.available_width());
         ui.label(RichText::new(text).size(15.0).strong().color(palette.on_block));

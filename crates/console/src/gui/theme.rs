@@ -1,6 +1,7 @@
 //! Colours and sizes: grey is normal, a saturated colour means that something is not, and is never the only sign of it.
 //!
-//! The four saturated hues are of Okabe and Ito's palette or beside it, so that they stay apart for the colour-blind.
+//! In the dark theme the four saturated hues are of Okabe and Ito's palette or beside it; in the light one they are dark
+//! enough to read, and caution and advice lie close for some of the colour-blind. So no hue stands without a shape and a word.
 //! Every text colour has a contrast of at least [`LEAST_CONTRAST`] on every surface; a test computes it.
 
 use eframe::egui::{

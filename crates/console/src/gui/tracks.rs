@@ -8,14 +8,15 @@ use wire::id::{TrackId, UnitId};
 use wire::report::ReportedTrack;
 use wire::sensor::Modality;
 
-use super::Wish;
 use super::desk::Desk;
 use super::sign::{self, Shape, Tone};
 use super::theme::{Palette, ROW};
 use super::words::{metres, origin, seconds};
+use super::{Wish, command};
 use crate::act::{Act, Alarm};
 use crate::age::Labelled;
 use crate::shown::{Shown, ShownUnit};
+use crate::text;
 
 /// What the table is ordered by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,10 +69,15 @@ const WIDTHS: [f32; 7] = [54.0, 62.0, 56.0, 72.0, 82.0, 36.0, 98.0];
 
 /// The table, which scrolls sideways where it does not fit. A click on a row looks at its track.
 pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+    for unit in shown.units.iter().filter(|unit| unit.lost_more > 0) {
+        let text = format!("{}: {} more LOST, for which there was no room", unit.unit, unit.lost_more);
+        ui.label(RichText::new(text).color(Tone::Alarm.color(Palette::of(ui))));
+    }
     ScrollArea::horizontal().auto_shrink([false, false]).show(ui, |ui| table(ui, desk, shown, wishes));
 }
 
 fn table(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+    let live = command::dead(shown).is_none();
     let rows = rows(shown, desk.sort);
     if rows.is_empty() {
         ui.weak("No unit reports a track.");
@@ -93,7 +99,7 @@ fn table(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
         body.rows(ROW, rows.len(), |mut row| {
             let Some(of) = rows.get(row.index()) else { return };
             row.set_selected(desk.track == Some(of.id()));
-            let chosen = cells(&mut row, of, wishes);
+            let chosen = cells(&mut row, of, live, wishes);
             let response = row.response();
             let (unit, track) = of.id();
             let (_, _, word) = word_of(of);
@@ -142,7 +148,7 @@ fn class(row: &Row<'_>) -> &'static str {
 }
 
 /// The cells of a row; whether its name was pressed.
-fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, wishes: &mut Vec<Wish>) -> bool {
+fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, live: bool, wishes: &mut Vec<Wish>) -> bool {
     let (track, _) = of.track.get();
     let (tone, shape, word) = word_of(of);
     let ink = |ui: &Ui| if of.lost.is_some() { Palette::of(ui).weak } else { Palette::of(ui).text };
@@ -168,9 +174,9 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, wishes: &mut Vec<Wish>) -> bo
         match of.lost {
             Some(act) => {
                 let says = format!("acknowledge that track {} {} is lost", of.unit.unit, track.id.0);
-                let button =
-                    ui.small_button(RichText::new("LOST").color(tone.color(Palette::of(ui)))).on_hover_text(&says);
-                button.widget_info(|| WidgetInfo::labeled(Role::Button, ui.is_enabled(), &says));
+                let button = Button::new(RichText::new("LOST").color(tone.color(Palette::of(ui)))).small();
+                let button = ui.add_enabled(live, button).on_hover_text(&says);
+                button.widget_info(|| WidgetInfo::labeled(Role::Button, live && ui.is_enabled(), &says));
                 if button.clicked() {
                     wishes.push(Wish::Act(act));
                 }
@@ -203,6 +209,6 @@ fn sensors(track: &ReportedTrack) -> (String, String) {
     };
     let seen = |m: &Modality| track.supported.has(*m);
     let letters = Modality::ALL.iter().map(|m| if seen(m) { letter(m) } else { '-' }).collect();
-    let names: Vec<&str> = Modality::ALL.into_iter().filter(seen).map(Modality::name).collect();
+    let names: Vec<&str> = text::sensors(track).collect();
     (letters, if names.is_empty() { "no sensor".to_owned() } else { names.join(", ") })
 }

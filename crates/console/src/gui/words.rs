@@ -62,7 +62,8 @@ pub(super) fn life(life: Life) -> String {
         Life::Sent => "sent to the unit".to_owned(),
         Life::Executed => "executed".to_owned(),
         Life::RefusedByUnit(reason) => format!("REFUSED by the unit: {}", reason.name()),
-        Life::RefusedByGateway => "REFUSED by the gateway".to_owned(),
+        Life::RefusedByGateway(Some(reason)) => format!("REFUSED by the gateway: {}", reason.name()),
+        Life::RefusedByGateway(None) => "REFUSED by the gateway: it lost its session".to_owned(),
         Life::Expired => "EXPIRED, never confirmed".to_owned(),
         Life::NotAcknowledged => "NOT ACKNOWLEDGED".to_owned(),
     }

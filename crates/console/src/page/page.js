@@ -173,10 +173,12 @@ function draw() {
     const { id, x_mm, y_mm, confidence_permille } = track.value;
     return [`${of.unit} ${id}`, freshness(track), track.value.class, (confidence_permille / 1000).toFixed(2), `${metres(x_mm)}, ${metres(y_mm)}`];
   }));
-  table("tracks", ["track", "age", "class", "confidence", "east, north (m)"], tracks, "no tracks");
+  const more = picture.units.filter((of) => of.lost_more > 0).map((of) => [of.unit, element("span", "alarm", `✕ ${of.lost_more} more LOST`), "", "", ""]);
+  table("tracks", ["track", "age", "class", "confidence", "east, north (m)"], [...tracks, ...more], "no tracks");
   table("alarms", ["priority", "what", "raised"], picture.alarms.map((of) => [
     element("span", of.standing ? PRIORITIES[of.priority] : "weak", `${of.standing ? "▲ " : ""}${of.priority}`),
-    `${of.says}${of.standing ? "" : ", over"}${of.acknowledged ? ", taken note of" : ""}`, `${ago(of.since_ms)} ago`]), "no alarms");
+    `${of.says}${of.standing ? "" : ", over"}${of.acknowledged ? ", acknowledged" : ""}`, `${ago(of.since_ms)} ago`])
+    .concat(picture.alarms_more > 0 ? [["", `and ${picture.alarms_more} more, for which there was no room`, ""]] : []), "no alarms");
   table("refusals", ["reason", "by", "from", "times", "last"], picture.refusals.map((of) => [of.reason, of.by, of.peer || "unknown", String(of.times), `${ago(of.last_ms)} ago`]), "nothing was refused");
   table("links", ["peer", "session", "last report"], picture.links.map((of) => {
     const open = aged(of.open, by, picture.limits_ms);
@@ -185,12 +187,14 @@ function draw() {
   }), "no link is known");
   table("commands", ["command", "to", "what became of it", "since"], picture.commands.map((of) => [
     `${of.kind} ${of.id}`, of.unit, element("span", /REFUSED|EXPIRED|NOT ACK/.test(of.life) ? "alarm" : "", of.life), `${ago(of.since_ms)} ago`]), "none was given");
-  say(picture, old);
+  say(picture, old, by);
 }
 
 /** Changes of mode and of currency in words, for who cannot see them. */
-function say(picture, old) {
-  const text = (old ? "not current; " : "") + picture.units.map((of) => `${of.unit} ${of.state.freshness === "fresh" ? of.state.value.mode : of.state.freshness}`).join(", ");
+function say(picture, old, by) {
+  const state = (of) => aged(of.state, by, picture.limits_ms);
+  const words = (of) => `${of.unit} ${state(of).word === "fresh" ? of.state.value.mode : state(of).word}`;
+  const text = (old ? "not current; " : "") + picture.units.map(words).join(", ");
   if (text === spoken) return;
   spoken = text;
   document.getElementById("said").textContent = text;

@@ -191,7 +191,8 @@ impl Bench {
 
     /// The gateway moves the command with this signed intent along.
     pub(crate) fn staged(&mut self, signed: &[u8], stage: CommandStage) {
-        self.feed(&Feed::Command(Sha256::digest(signed).into(), stage));
+        let why = (stage == CommandStage::Refused).then_some(Reason::Late);
+        self.feed(&Feed::Command(Sha256::digest(signed).into(), stage, why));
     }
 
     pub(crate) fn acknowledged(&mut self, by: NodeId, ack: &Ack) {

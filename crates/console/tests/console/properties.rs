@@ -18,6 +18,7 @@ use wire::mode::Mode;
 use wire::person::Numbered;
 use wire::policy::Policy;
 use wire::refusal::Reason;
+use wire::time::Span;
 
 use crate::bench::{Asked, Bench, console, retracing};
 use crate::display::label;
@@ -65,6 +66,16 @@ after_every_move! {
             for track in &unit.tracks {
                 prop_assert!(track.age() >= unit.state.age() + track.get().0.age);
             }
+        }
+    }
+
+    a_picture_that_has_lain_is_drawn_as_what_would_be_shown_by_then(step) {
+        for lain in [Span::ms(150), Span::ms(700), Span::s(3)] {
+            let drawn = step.after.clone().older(lain);
+            let then = step.world.bench.console.shown(step.after.at + lain);
+            prop_assert_eq!(&drawn.units, &then.units);
+            prop_assert_eq!(&drawn.links, &then.links);
+            prop_assert_eq!(drawn.at, then.at);
         }
     }
 

@@ -218,6 +218,19 @@ fn a_word_about_another_intent_of_the_same_id_moves_nothing() {
 }
 
 #[test]
+fn what_the_gateway_refused_says_why_in_words() {
+    let hold = Step { when: When::default(), ..step(0, Action::Hold, Mode::Ready) };
+    let mut bench = Bench::new(Policy::default(), vec![hold]);
+    bench.pass(Span::ms(1));
+    let (_, bytes) = bench.intents()[0].clone();
+    bench.staged(&bytes, CommandStage::Refused);
+    let shown = bench.console.shown(bench.now);
+    assert_eq!(shown.commands[0].life, Life::RefusedByGateway(Some(Reason::Late)));
+    let text = console::text::lines(&shown);
+    assert!(text.contains("REFUSED by the gateway: late"), "{text}");
+}
+
+#[test]
 fn a_revocation_waits_for_its_condition_and_is_asked_for_until_the_end() {
     let revoke = step(100, Action::Revoke(NodeId::OPERATOR_2), Mode::Ready);
     let mut bench = Bench::revoking(vec![revoke], vec![(NodeId::OPERATOR_2, b"signed".to_vec())]);

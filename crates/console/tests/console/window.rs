@@ -13,15 +13,19 @@ use eframe::egui::{Event, Key, Modifiers, Theme, Vec2, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use wire::command::CommandKind;
-use wire::id::UnitId;
+use wire::id::{NodeId, TrackId, UnitId};
 use wire::mode::Mode;
+use wire::report::ReportedTrack;
 use wire::time::Span;
 
+use crate::bench::Bench;
 use crate::scenes::{self, SCENES};
 use crate::yard::{self, Yard};
 
 const REASON: &str = "Reason: it goes into the signed order";
 const LAPTOP: Vec2 = vec2(1366.0, 768.0);
+/// The least size of the window.
+const LEAST: Vec2 = vec2(1320.0, 640.0);
 
 /// A window over a yard. What is done in it is done to the console, and kept.
 struct Seat {
@@ -188,6 +192,55 @@ fn away_from_safe_is_chosen_armed_and_confirmed_with_a_reason_and_seen_to_its_ef
 }
 
 #[test]
+fn every_order_away_from_safe_goes_its_whole_way_by_role_and_label() {
+    let idle = || {
+        let mut yard = Yard::new();
+        yard.actor(UnitId::A).mode = Mode::Idle;
+        yard.run(Span::s(1));
+        yard
+    };
+    let striking = || {
+        let mut yard = Yard::around(Bench::seating(wire::person::Role::Supervise), &[UnitId::A, UnitId::B]);
+        yard.run(Span::s(1));
+        yard
+    };
+    let (arm, act) = (CommandKind::Arm(TrackId(1)), CommandKind::Confirm(TrackId(1)));
+    let command = |kind| Order::Command(UnitId::A, kind);
+    let ways: [(&str, Yard, Order); 5] = [
+        ("enable unit-a", idle(), command(CommandKind::Enable)),
+        ("resume unit-a", standing(), command(CommandKind::Resume)),
+        ("arm unit-a on track 1", scenes::nominal(), command(arm)),
+        ("act with unit-a on track 1", scenes::authority(), command(act)),
+        ("strike operator-2 from the roll", striking(), Order::Revoke(NodeId::OPERATOR_2)),
+    ];
+    for (label, yard, order) in ways {
+        let mut seated = seat(yard);
+        let before = seated.state().yard.shown().commands.len();
+        if order == command(arm) {
+            seated.get_by_label_contains("TRACK unit-a 1 vehicle fresh").click();
+            seated.run_steps(3);
+        }
+        click(&mut seated, Kind::RadioButton, label);
+        click(&mut seated, Kind::Button, &format!("Arm: {label}"));
+        type_into(&mut seated, REASON, "as ordered");
+        if order == command(arm) {
+            press(&mut seated, Key::F9);
+        } else {
+            click(&mut seated, Kind::Button, &format!("CONFIRM: {label}   F9"));
+        }
+        let acts = [Act::Prepare(order), Act::Confirm(order, wire::codec::Text::new("as ordered"))];
+        assert_eq!(seated.state().acts, acts, "{label}");
+        let shown = seated.state().yard.shown();
+        match order {
+            Order::Command(_, kind) => {
+                assert_eq!(shown.commands[before..].iter().map(|given| given.kind).collect::<Vec<_>>(), [kind]);
+            }
+            Order::Revoke(who) => assert_eq!(shown.revocable, [(who, true)]),
+        }
+    }
+}
+
+#[test]
 fn escape_disarms_and_so_does_time_and_what_was_typed_is_gone() {
     let mut seated = seat(scenes::armed());
     type_into(&mut seated, REASON, "half a rea");
@@ -240,8 +293,24 @@ fn a_console_that_only_looks_and_a_recording_command_nothing() {
             button.click();
             seated.run_steps(2);
         }
+        let notes: Vec<_> = seated.query_all_by_role(Kind::Button).map(|node| node.accesskit_node()).collect();
+        let notes =
+            notes.iter().filter(|node| node.label().is_some_and(|label| label.to_lowercase().contains("acknowledge")));
+        assert!(notes.clone().count() > 0 && notes.clone().all(|node| node.is_disabled()), "{says_why}");
         assert_eq!(seated.state().acts, [], "{says_why}");
     }
+}
+
+#[test]
+fn hold_is_one_key_away_before_there_is_a_picture() {
+    let draw = |ui: &mut eframe::egui::Ui, (window, wishes): &mut (Window, Vec<Wish>)| wishes.extend(window.wait(ui));
+    let window = Window::new(UnitId::A, yard::site());
+    let mut waiting = Harness::builder().with_size(LAPTOP).build_ui_state(draw, (window, Vec::new()));
+    waiting.run_steps(2);
+    assert!(waiting.query_all_by_label_contains("F1 holds unit-a").next().is_some());
+    waiting.key_press(Key::F1);
+    waiting.run_steps(2);
+    assert_eq!(waiting.state().1, [Wish::Act(Act::Now(Order::Command(UnitId::A, CommandKind::Hold)))]);
 }
 
 #[test]
@@ -266,7 +335,7 @@ fn a_value_is_said_to_be_late_stale_and_lost_one_tick_beyond_its_limit() {
 
 #[test]
 fn the_safety_strip_is_there_in_every_layout_size_and_theme() {
-    for (size, theme) in [(LAPTOP, Theme::Dark), (vec2(2560.0, 1440.0), Theme::Light)] {
+    for (size, theme) in [(LEAST, Theme::Dark), (LAPTOP, Theme::Dark), (vec2(2560.0, 1440.0), Theme::Light)] {
         let mut seated = sized(scenes::authority(), size, theme);
         for preset in Preset::ALL {
             *seated.state_mut().window.tiling_mut() = Tiling::new(preset);
@@ -280,12 +349,49 @@ fn the_safety_strip_is_there_in_every_layout_size_and_theme() {
                     let rect = node.rect();
                     assert!(rect.width() > 60.0 && rect.right() <= size.x && rect.bottom() < 200.0, "{label}: {rect}");
                 }
+                for motion in seated.query_all_by_label_contains("m/s, route") {
+                    assert!(motion.rect().right() <= size.x, "{}", motion.rect());
+                }
                 for label in ["AGE unit-a", "AGE unit-b", "LINK unit-a up", "LINK unit-b up"] {
                     assert!(says(&seated, label), "{label} in {preset:?} with {pane:?}");
                 }
             }
         }
     }
+}
+
+#[test]
+fn no_layout_hides_that_a_picture_is_of_a_recording_or_of_an_ablation() {
+    for (mut seated, mark) in [(seat(scenes::hold_safe()), "MARK REPLAY"), (seat(scenes::ablation()), "MARK ABLATION")]
+    {
+        if mark == "MARK REPLAY" {
+            let (_, tape) = scenes::replayed(seated.state().yard.shown());
+            seated.state_mut().tape = Some(tape);
+        }
+        for preset in Preset::ALL {
+            *seated.state_mut().window.tiling_mut() = Tiling::new(preset);
+            for pane in Pane::ALL {
+                seated.state_mut().window.tiling_mut().open(pane);
+                seated.run_steps(2);
+                let rect = seated.get_by_label_contains(mark).rect();
+                assert!(rect.width() > 60.0 && rect.right() <= LAPTOP.x && rect.bottom() < 60.0, "{mark}: {rect}");
+            }
+        }
+    }
+}
+
+#[test]
+fn tracks_that_found_no_room_are_told_of() {
+    let mut yard = Yard::new();
+    for round in 0..8 {
+        let actor = yard.actor(UnitId::A);
+        let like = actor.tracks[0];
+        actor.tracks = (0..8).map(|n| ReportedTrack { id: TrackId(100 + round * 8 + n), ..like }).collect();
+        yard.run(Span::ms(200));
+    }
+    let more = yard.shown().unit(UnitId::A).expect("a unit").lost_more;
+    let seated = seat(yard);
+    assert!(more > 0 && says(&seated, &format!("unit-a: {more} more LOST, for which there was no room")), "{more}");
 }
 
 #[test]

@@ -65,7 +65,11 @@ impl Yard {
     }
 
     pub(crate) fn with(units: &[UnitId], policy: Policy, role: Role) -> Self {
-        let mut bench = Bench::over(units, policy, role);
+        Self::around(Bench::over(units, policy, role), units)
+    }
+
+    /// Around a console with nothing shown yet.
+    pub(crate) fn around(mut bench: Bench, units: &[UnitId]) -> Self {
         for unit in units {
             bench.feed(&Feed::Session(unit.peer(), true));
         }

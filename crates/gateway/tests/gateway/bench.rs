@@ -10,7 +10,7 @@ use wire::codec::{self, List, Text};
 use wire::command::{Ack, CommandKind, Confirmation, Intent, Request};
 use wire::core::{Core, Input, Output, Subject, Topic};
 use wire::event::{Account, Event, Interface};
-use wire::feed::Feed;
+use wire::feed::{CommandStage, Feed};
 use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP};
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId, WorldId};
 use wire::mode::{Cause, Guards, Mode};
@@ -65,6 +65,8 @@ pub(crate) struct Bench {
     pub(crate) events: Vec<Event>,
     pub(crate) published: Vec<(Subject, Vec<u8>)>,
     pub(crate) feeds: usize,
+    /// What the display was told of commands, and why where one was refused.
+    pub(crate) progress: Vec<(CommandStage, Option<Reason>)>,
     /// What the display was told of losses.
     pub(crate) losses: Vec<u32>,
     /// And of refusals.
@@ -88,6 +90,7 @@ impl Bench {
             events: Vec::new(),
             published: Vec::new(),
             feeds: 0,
+            progress: Vec::new(),
             losses: Vec::new(),
             refusals: Vec::new(),
             ended: Vec::new(),
@@ -131,6 +134,7 @@ impl Bench {
                     self.feeds += 1;
                     let body = &bytes[HEADER_LEN..bytes.len() - TAG_LEN];
                     match codec::decode(body, body.len()) {
+                        Ok(Feed::Command(_, stage, why)) => self.progress.push((stage, why)),
                         Ok(Feed::SessionsLost(times)) => self.losses.push(times),
                         Ok(Feed::Refused(reason, peer, counted)) => self.refusals.push((reason, peer, counted)),
                         _ => {}

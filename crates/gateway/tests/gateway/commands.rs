@@ -86,6 +86,7 @@ fn what_waits_here_is_void_when_the_gateways_session_is_lost_and_the_display_is_
     let confirmation = signed_confirmation(command(1), hash(&enable));
     assert_eq!(bench.request(&Request::Release(confirmation.as_slice().into())), Some(Reason::Confirmation));
     assert!(bench.published.is_empty());
+    assert_eq!(bench.progress[1..], [(CommandStage::Refused, None)], "for no reason of its own");
     assert_eq!(bench.losses, [1]);
     assert_eq!(bench.request(&Request::Watch(wire::id::Nonce(9))), None);
     assert_eq!(bench.losses, [1, 1], "a message of the feed may be lost");
@@ -204,6 +205,8 @@ fn a_revocation_voids_what_waits_refuses_what_follows_and_reaches_every_unit_unt
     assert_eq!(bench.request(&Request::Revoke(signed.as_slice().into())), None);
     let id = CommandId { operator: NodeId::OPERATOR_2, ..command(1) };
     assert_eq!(stages(&bench, id), [CommandStage::Staged, CommandStage::Refused]);
+    let told = [(CommandStage::Staged, None), (CommandStage::Refused, Some(Reason::Revoked))];
+    assert_eq!(bench.progress, told, "and why");
     let hold = of_second(2, CommandKind::Hold);
     assert_eq!(bench.second(&mut second, &Request::Stage(hold.as_slice().into())), Some(Reason::Revoked));
     bench.pass(Span::ms(2500));

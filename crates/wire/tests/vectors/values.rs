@@ -227,7 +227,8 @@ fn feeds() -> Vec<Named> {
         named!("refused-from-a-peer", Feed<'_>, Feed::Refused(Reason::Stale, Some(PeerId::UNIT_B), 70_000)),
         named!("refused-from-nobody-known", Feed<'_>, Feed::Refused(Reason::Tag, None, 1)),
         named!("session-open", Feed<'_>, Feed::Session(PeerId::UNIT_C, true)),
-        named!("command-sent", Feed<'_>, Feed::Command([7; 32], CommandStage::Sent)),
+        named!("command-sent", Feed<'_>, Feed::Command([7; 32], CommandStage::Sent, None)),
+        named!("command-refused", Feed<'_>, Feed::Command([7; 32], CommandStage::Refused, Some(Reason::Late))),
         named!("acknowledged", Feed<'_>, Feed::Acknowledged(opaque(b"ack"))),
         named!("sessions-lost", Feed<'_>, Feed::SessionsLost(2)),
     ]
