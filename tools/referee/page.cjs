@@ -70,6 +70,7 @@ async function address(watch) {
   watch.kill("SIGSTOP");
   await until(first, "when nothing more comes, the page says so", (page) => page.locator("#current").isVisible());
   await until(first, "and calls nothing fresh", async (page) => !/● fresh/.test(await page.locator("body").innerText()));
+  await until(first, "nor does it to who only hears it", async (page) => /^not current; unit-a (LATE|STALE|LOST)$/.test(await page.locator("#said").textContent()));
   watch.kill("SIGCONT");
   await until(first, "when pictures come again, it is current again", (page) => page.locator("#current").isHidden());
   for (const [scheme, width] of [["light", 1280], ["dark", 390], ["light", 390]]) views.push(await open(scheme, width));

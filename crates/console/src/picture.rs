@@ -92,18 +92,20 @@ fn unit(at: Instant, of: &ShownUnit) -> Value {
             "progress_permille": state.progress,
         })),
         "place": labelled(&of.pose, json!({ "x_mm": pose.x_mm, "y_mm": pose.y_mm, "yaw_mrad": pose.yaw_mrad })),
-        "tracks": of.tracks.iter().chain(of.lost.iter().map(|lost| &lost.track)).map(track).collect::<Value>(),
+        "tracks": of.tracks.iter().map(|of| track(of, true))
+            .chain(of.lost.iter().map(|lost| track(&lost.track, false))).collect::<Value>(),
         "lost_more": of.lost_more,
         "clock_ppm": of.clock.map(|rate| [rate.low_ppm, rate.high_ppm]),
     })
 }
 
-fn track(of: &Labelled<ReportedTrack>) -> Value {
+fn track(of: &Labelled<ReportedTrack>, reported: bool) -> Value {
     let (track, _) = of.get();
     labelled(
         of,
         json!({
             "id": track.id.0,
+            "reported": reported,
             "class": track.class.name(),
             "x_mm": track.x_mm,
             "y_mm": track.y_mm,

@@ -407,12 +407,16 @@ mod tests {
     }
 
     #[test]
-    fn authority_carries_the_world_it_was_minted_in() {
+    fn authority_carries_the_world_it_was_minted_in_and_a_number_of_its_own() {
         let bench = Bench::new();
         let mut mint = Mint::assumed(true, WorldId(7), LIFETIME);
-        let ready = bench.ordered(Machine::start(), &mut mint, Instant(1_000_000), 3);
-        let held = bench.ordered(ready, &mut mint, Instant(1_000_000), 5);
-        assert_eq!(held.authority().map(|authority| authority.world()), Some(WorldId(7)));
+        let mut machine = bench.ordered(Machine::start(), &mut mint, Instant(1_000_000), 3);
+        for serial in [1, 2] {
+            let held = bench.ordered(machine, &mut mint, Instant(1_000_000), 5);
+            let of = held.authority().map(|authority| (authority.world(), authority.serial()));
+            assert_eq!(of, Some((WorldId(7), serial)));
+            machine = bench.ordered(held, &mut mint, Instant(1_000_000), 2);
+        }
     }
 
     #[test]

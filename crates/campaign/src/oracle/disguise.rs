@@ -114,5 +114,9 @@ mod tests {
         seen((0.0, 0.0, 0.0), (ahead, 5000.0), quarter);
         seen((0.0, 0.0, quarter), (-5000.0, ahead), quarter);
         seen((3000.0, -2000.0, 0.0), (3000.0 + ahead, -7000.0), -quarter);
+        // More than half a turn to one side is less to the other.
+        for (turned, mrad) in [(5.0, 1.0), (-3.0, 1.0), (3.0, -1.0)] {
+            assert!((wrapped(turned * quarter) - mrad * quarter).abs() < 0.01, "{turned} quarters");
+        }
     }
 }

@@ -71,7 +71,7 @@ const WIDTHS: [f32; 7] = [54.0, 62.0, 56.0, 72.0, 82.0, 36.0, 98.0];
 pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
     for unit in shown.units.iter().filter(|unit| unit.lost_more > 0) {
         let text = format!("{}: {} more LOST, for which there was no room", unit.unit, unit.lost_more);
-        ui.label(RichText::new(text).color(Tone::Alarm.color(Palette::of(ui))));
+        ui.label(RichText::new(text).color(Tone::Advice.color(Palette::of(ui))));
     }
     ScrollArea::horizontal().auto_shrink([false, false]).show(ui, |ui| table(ui, desk, shown, wishes));
 }

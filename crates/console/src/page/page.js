@@ -9,8 +9,8 @@ const CURRENT_MS = 1000; // older than this, a picture is not current
 const WORDS = ["fresh", "LATE", "STALE", "LOST"];
 const SHAPES = { fresh: "●", LATE: "○", STALE: "◆", LOST: "✕" };
 const TONES = { fresh: "normal", LATE: "advice", STALE: "caution", LOST: "alarm" };
-const MODES = { HOLD_SAFE: "alarm filled", DEGRADED: "caution filled", PREPARE_TO_ACT: "mark" };
-const PRIORITIES = { HIGH: "alarm", MEDIUM: "caution", LOW: "advice" };
+const MODES = { HOLD_SAFE: "caution filled", DEGRADED: "caution filled", PREPARE_TO_ACT: "mark filled" };
+const PRIORITIES = { HIGH: ["alarm", "■"], MEDIUM: ["caution", "◆"], LOW: ["advice", "▲"] };
 const ORIGINS = { DIRECT: "normal" };
 
 /** Time that has passed since `then`, milliseconds: the larger of two clocks, for one of them may stand while a host sleeps. */
@@ -40,6 +40,12 @@ function aged(of, extra, limits) {
   const by = !limits ? 0 : age === null ? 3 : age <= limits.fresh ? 0 : age <= limits.late ? 1 : age <= limits.stale ? 2 : 3;
   const word = WORDS[Math.max(WORDS.indexOf(of.freshness), by)];
   return { value: of.value, word, age, tone: TONES[word] };
+}
+
+/** A track, as it may be drawn now. One that its unit no longer reports is lost, however young, and asks for less than a unit that is lost with all its tracks. */
+function track(of, extra, limits) {
+  const made = aged(of, extra, limits);
+  return { ...made, tone: !of.value.reported ? "advice" : made.word === "LOST" ? "caution" : made.tone };
 }
 
 const freshness = (of) => element("span", of.tone, `${SHAPES[of.word]} ${of.word} ${seconds(of.age)}`);
@@ -105,8 +111,8 @@ function map(picture, extra) {
     const place = aged(of.place, extra, picture.limits_ms);
     things.push({ ...place, x: place.value.x_mm, y: place.value.y_mm, name: of.unit, body: true });
     for (const each of of.tracks) {
-      const track = aged(each, extra, picture.limits_ms);
-      things.push({ ...track, x: track.value.x_mm, y: track.value.y_mm, name: `${track.value.id} ${track.value.class}` });
+      const seen = track(each, extra, picture.limits_ms);
+      things.push({ ...seen, x: seen.value.x_mm, y: seen.value.y_mm, name: `${seen.value.id} ${seen.value.class}` });
     }
   }
   const place = document.getElementById("map");
@@ -169,14 +175,14 @@ function draw() {
   map(picture, by);
   const ago = (ms) => (ms === null || extra === null ? "unknown" : seconds(ms + extra));
   const tracks = picture.units.flatMap((of) => of.tracks.map((each) => {
-    const track = aged(each, by, picture.limits_ms);
-    const { id, x_mm, y_mm, confidence_permille } = track.value;
-    return [`${of.unit} ${id}`, freshness(track), track.value.class, (confidence_permille / 1000).toFixed(2), `${metres(x_mm)}, ${metres(y_mm)}`];
+    const seen = track(each, by, picture.limits_ms);
+    const { id, x_mm, y_mm, confidence_permille } = seen.value;
+    return [`${of.unit} ${id}`, freshness(seen), seen.value.class, (confidence_permille / 1000).toFixed(2), `${metres(x_mm)}, ${metres(y_mm)}`];
   }));
-  const more = picture.units.filter((of) => of.lost_more > 0).map((of) => [of.unit, element("span", "alarm", `✕ ${of.lost_more} more LOST`), "", "", ""]);
+  const more = picture.units.filter((of) => of.lost_more > 0).map((of) => [of.unit, element("span", "advice", `✕ ${of.lost_more} more LOST`), "", "", ""]);
   table("tracks", ["track", "age", "class", "confidence", "east, north (m)"], [...tracks, ...more], "no tracks");
   table("alarms", ["priority", "what", "raised"], picture.alarms.map((of) => [
-    element("span", of.standing ? PRIORITIES[of.priority] : "weak", `${of.standing ? "▲ " : ""}${of.priority}`),
+    element("span", of.acknowledged ? "weak" : PRIORITIES[of.priority][0], `${PRIORITIES[of.priority][1]} ${of.priority}`),
     `${of.says}${of.standing ? "" : ", over"}${of.acknowledged ? ", acknowledged" : ""}`, `${ago(of.since_ms)} ago`])
     .concat(picture.alarms_more > 0 ? [["", `and ${picture.alarms_more} more, for which there was no room`, ""]] : []), "no alarms");
   table("refusals", ["reason", "by", "from", "times", "last"], picture.refusals.map((of) => [of.reason, of.by, of.peer || "unknown", String(of.times), `${ago(of.last_ms)} ago`]), "nothing was refused");
@@ -186,7 +192,7 @@ function draw() {
     return [of.peer, element("span", open.value ? open.tone : "alarm", `${SHAPES[open.value ? open.word : "LOST"]} ${word}`), of.heard_ms === null ? "never" : `${ago(of.heard_ms)} ago`];
   }), "no link is known");
   table("commands", ["command", "to", "what became of it", "since"], picture.commands.map((of) => [
-    `${of.kind} ${of.id}`, of.unit, element("span", /REFUSED|EXPIRED|NOT ACK/.test(of.life) ? "alarm" : "", of.life), `${ago(of.since_ms)} ago`]), "none was given");
+    `${of.kind} ${of.id}`, of.unit, element("span", /NOT ACK/.test(of.life) ? "alarm" : /REFUSED|EXPIRED/.test(of.life) ? "caution" : "", of.life), `${ago(of.since_ms)} ago`]), "none was given");
   say(picture, old, by);
 }
 
