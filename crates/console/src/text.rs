@@ -104,11 +104,12 @@ fn unit_lines(text: &mut String, at: Instant, unit: &ShownUnit) {
     line(
         text,
         format_args!(
-            "         at ({:.1}, {:.1}) m  {} {}  {}  {}",
+            "         at ({:.1}, {:.1}) m  {} {}  via {}  {}  {}",
             metres(pose.x_mm),
             metres(pose.y_mm),
             word(pose_freshness),
             age(unit.pose.age()),
+            unit.via,
             unit.origin.words(),
             unit.clock.map_or("clock unknown".to_owned(), Rate::words),
         ),

@@ -93,8 +93,7 @@ impl Gateway {
             Ok(Some(who)) => {
                 self.note(now, Event::Struck { who });
                 for command in self.staging.strike(who) {
-                    self.note(now, Event::Staged { command: command.id, stage: CommandStage::Refused });
-                    self.tell(now, &Feed::Command(command.intent, CommandStage::Refused, Some(Reason::Revoked)));
+                    self.moved(now, command, CommandStage::Refused, Some(Reason::Revoked));
                 }
                 self.revocations.push(bytes.to_vec());
                 self.pass_on_revocations(now);
@@ -158,8 +157,12 @@ impl Gateway {
     }
 
     pub(crate) fn staged(&mut self, now: Instant, command: Command, stage: CommandStage) {
+        self.moved(now, command, stage, None);
+    }
+
+    fn moved(&mut self, now: Instant, command: Command, stage: CommandStage, why: Option<Reason>) {
         self.note(now, Event::Staged { command: command.id, stage });
-        self.tell(now, &Feed::Command(command.intent, stage, None));
+        self.tell(now, &Feed::Command(command.intent, stage, why));
     }
 
     /// A challenge of the display's is the display's to give, and no more often than twice a period: each is told to every

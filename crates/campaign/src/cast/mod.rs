@@ -20,6 +20,7 @@ use adversary::insider::InsiderRecorder;
 use adversary::plan::Tampering;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId};
+use wire::person::Role as Person;
 use wire::policy::{Check, Requirement};
 use wire::setup::{Secret, Setup};
 use wire::sign::Key;
@@ -88,24 +89,13 @@ pub struct Cast {
 }
 
 impl Cast {
-    /// The same with a console that says in words what it shows, for a person at the terminal of a live run. In a twin
-    /// nobody reads.
+    /// The same with a console for a person in this role at a live run, who reads in words what it shows. In a twin nobody
+    /// reads. Who may only look has no pen there, and neither has the script then.
     #[must_use]
-    pub fn in_words(mut self) -> Cast {
+    pub fn seating(mut self, role: Person) -> Cast {
         for member in &mut self.members {
             if let Role::Console(config) = &mut member.role {
-                config.text = true;
-            }
-        }
-        self
-    }
-
-    /// The same with a person in this role at the console. Who may only look has no pen there, and neither has the script then.
-    #[must_use]
-    pub fn seating(mut self, role: wire::person::Role) -> Cast {
-        for member in &mut self.members {
-            if let Role::Console(config) = &mut member.role {
-                config.role = role;
+                (config.text, config.role) = (true, role);
             }
         }
         self

@@ -32,7 +32,7 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     let random = std::fs::File::open("/dev/urandom").and_then(|mut f| f.read_exact(&mut secret));
     random.map_err(|e| format!("no randomness from the host: {e}"))?;
     let secret = RunSecret::random(secret);
-    let cast = cast(scenario, setup, seed, &secret).in_words().seating(options.role);
+    let cast = cast(scenario, setup, seed, &secret).seating(options.role);
     let Aftermath { mut log, custody, held, lost, lasted, logs } =
         run(&cast, &secret, setup.policy.record_guard, options)?;
     log.sort_by_key(|l| l.at);

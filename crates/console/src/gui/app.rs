@@ -105,9 +105,7 @@ impl Program {
         }
         Self { window, source, newest: None, came: 0.0, layout: looks.layout }
     }
-}
 
-impl Program {
     fn grant(&mut self, wishes: Vec<Wish>) {
         for wish in wishes {
             match wish {
@@ -142,9 +140,8 @@ impl App for Program {
         // A recording stands still when nobody moves it.
         let lain = if tape.is_some() { Span::ZERO } else { lain(ui.input(|input| input.time), self.came) };
         let shown = Shown::clone(&shown).older(lain);
-        let behind = Some(lain).filter(|lain| *lain > CURRENT);
         let beside = tape.as_ref().map(|_| self.source.beside(shown.at));
-        let picture = Picture { shown: &shown, behind, tape: tape.as_ref(), beside: beside.as_ref() };
+        let picture = Picture { shown: &shown, behind: behind(lain), tape: tape.as_ref(), beside: beside.as_ref() };
         let wishes = self.window.draw(ui, &picture);
         self.grant(wishes);
     }
@@ -168,6 +165,11 @@ fn lain(now: f64, came: f64) -> Span {
     Span(((now - came).max(0.0) * 1e6) as u64)
 }
 
+/// For how long nothing newer has come, once that is too long to call the picture current.
+fn behind(lain: Span) -> Option<Span> {
+    Some(lain).filter(|lain| *lain > CURRENT)
+}
+
 /// The layout of the last run, if it can be used.
 fn kept(path: &std::path::Path) -> Option<Tiling> {
     let mut saved = String::new();
@@ -179,6 +181,13 @@ fn kept(path: &std::path::Path) -> Option<Tiling> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_picture_is_current_for_a_second_and_no_longer() {
+        assert_eq!(behind(lain(7.0, 6.0)), None);
+        assert_eq!(behind(lain(7.5, 6.0)), Some(Span::ms(1500)));
+        assert_eq!(behind(lain(6.0, 7.0)), None, "a clock that runs backwards is no alarm");
+    }
 
     #[test]
     fn a_picture_has_lain_since_it_came_and_no_time_where_a_clock_runs_backwards() {

@@ -95,7 +95,7 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
     let painter = ui.painter_at(rect);
     let palette = Palette::of(ui);
     painter.rect_filled(rect, 0.0, palette.ground);
-    plan::draw(&painter, palette, site, &view);
+    plan::draw(&painter, palette, site, &view, fastest(shown));
     let (left_out, crowded) = paint(&painter, palette, &things);
     if response.clicked()
         && let Some((unit, track)) = response.interact_pointer_pos().and_then(|at| nearest(&things, at))
@@ -188,8 +188,13 @@ fn buttons(ui: &mut Ui, desk: &mut Desk, mut view: View) {
     }
 }
 
+/// The platform's greatest speed, m/s.
+fn fastest(shown: &Shown) -> f32 {
+    shown.bounds.max_speed_mm_s as f32 / 1000.0
+}
+
 fn things(desk: &Desk, shown: &Shown, view: &View) -> Vec<Thing> {
-    let speed = shown.bounds.max_speed_mm_s as f32 / 1000.0;
+    let speed = fastest(shown);
     let may_be = |age: Span| view.long((age.as_ms() as f32 / 1000.0 * speed).min(WIDEST));
     let mut things = Vec::new();
     for unit in &shown.units {

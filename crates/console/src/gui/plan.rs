@@ -12,8 +12,8 @@ const STEPS: [f32; 7] = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0];
 /// Least width of a grid's step, points.
 const LEAST_STEP: f32 = 56.0;
 
-/// Paints the plan of the site.
-pub(super) fn draw(painter: &Painter, palette: &Palette, site: &Site, view: &View) {
+/// Paints the plan of the site; on its scale stands for which speed the circles on it are, m/s.
+pub(super) fn draw(painter: &Painter, palette: &Palette, site: &Site, view: &View, fastest: f32) {
     let step = STEPS.into_iter().find(|step| view.long(*step) >= LEAST_STEP).unwrap_or(STEPS[STEPS.len() - 1]);
     let contours = site.relief.as_ref().and_then(|relief| contours(painter, palette, relief, view));
     grid(painter, palette, view, step);
@@ -24,7 +24,7 @@ pub(super) fn draw(painter: &Painter, palette: &Palette, site: &Site, view: &Vie
         painter.extend(Shape::dashed_line(&[*from, to], Stroke::new(1.5, palette.weak), 10.0, 4.0));
     }
     route(painter, palette, site, view);
-    scale(painter, palette, view, step, contours);
+    scale(painter, palette, view, step, contours, fastest);
 }
 
 /// Lines of equal height; how far these are apart, where there are any.
@@ -109,7 +109,7 @@ fn route(painter: &Painter, palette: &Palette, site: &Site, view: &View) {
     }
 }
 
-fn scale(painter: &Painter, palette: &Palette, view: &View, step: f32, contours: Option<f32>) {
+fn scale(painter: &Painter, palette: &Palette, view: &View, step: f32, contours: Option<f32>, fastest: f32) {
     let right = view.rect.right_bottom() + vec2(-12.0, -10.0);
     let left = right - vec2(view.long(step), 0.0);
     let stroke = Stroke::new(1.5, palette.text);
@@ -118,6 +118,6 @@ fn scale(painter: &Painter, palette: &Palette, view: &View, step: f32, contours:
         painter.line_segment([end - vec2(0.0, 3.0), end + vec2(0.0, 3.0)], stroke);
     }
     let contours = contours.map_or_else(String::new, |apart| format!(", contours every {apart} m"));
-    let text = format!("{step:.0} m, north up{contours}");
+    let text = format!("{step:.0} m, north up{contours}; circles at {fastest:.1} m/s");
     painter.text(right - vec2(0.0, 4.0), Align2::RIGHT_BOTTOM, text, FontId::proportional(11.0), palette.text);
 }
