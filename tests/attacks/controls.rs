@@ -4,6 +4,7 @@ use campaign::oracle::{Witnessed, judge};
 use campaign::trial::Outcome;
 use holdsafe_tests::shipped;
 use wire::event::{Account, Event};
+use wire::feed::CommandStage;
 use wire::id::NodeId;
 
 use crate::SEEDS;
@@ -46,6 +47,19 @@ fn a_stream_relay_that_says_it_acted_and_did_not_has_no_receipt() {
         quiet.evidence.planned = attacked.evidence.planned;
         let verdict = judge(&quiet.evidence);
         assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid), "{name}: {:?}", verdict.findings);
+    }
+}
+
+/// Live, the gateway sends an order and says so, and the broker may be quicker to say that it kept it.
+#[test]
+fn the_sender_of_what_was_kept_back_may_say_so_a_moment_after_the_broker() {
+    let run = shipped("command_splice").run(1);
+    for (lag, receipt) in [(0, true), (20_000, true), (100_000, false)] {
+        let mut evidence = run.evidence.clone();
+        let sent = |w: &&mut Witnessed| matches!(w.entry.event, Event::Staged { stage: CommandStage::Sent, .. });
+        evidence.entries.iter_mut().filter(sent).for_each(|w| w.at += lag);
+        evidence.entries.sort_by_key(|w| w.at);
+        assert_eq!(judge(&evidence).receipt, receipt, "{lag} us later");
     }
 }
 

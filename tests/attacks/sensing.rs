@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use campaign::oracle::{Property, judge};
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
-use holdsafe_tests::{shipped, variations};
+use holdsafe_tests::{rendered, shipped, variations};
 use wire::event::Event;
 use wire::id::ObjectId;
 use wire::mode::Guard;
@@ -85,6 +85,14 @@ fn chaff_fills_no_table_and_takes_neither_the_track_nor_the_act() {
             })
             .collect();
         assert!(believed.max().is_some_and(|most| usize::from(most) <= objects.len()), "more tracks than objects");
+    }
+}
+
+#[test]
+fn chaff_that_is_painted_crowds_the_shipped_detectors_list() {
+    for run in rendered("chaff").expect(1..3) {
+        let mut told = run.evidence.entries.iter().map(|w| w.entry.event);
+        assert!(told.any(|event| matches!(event, Event::Crowded { detections, .. } if usize::from(detections) >= perception::CROWD)));
     }
 }
 

@@ -72,6 +72,13 @@ pub fn shipped(name: &str) -> Ready {
     variations(name).into_iter().next().expect("at least one variation")
 }
 
+/// The one variation of a scenario without cells, with rendered sensors and the shipped detector, as live.
+pub fn rendered(name: &str) -> Ready {
+    let mut ready = shipped(name);
+    ready.setup = Setup::load(&root(), &ready.scenario, None, true).expect("its policy and platform load");
+    ready
+}
+
 /// The scenario in a file of any place, under the policy that it names.
 pub fn file(path: &Path) -> Ready {
     let scenario = scenario::load(path).expect("the scenario loads");

@@ -5,7 +5,7 @@ it was about: somebody had sent it, and it never came although others did.
 """
 
 from links import DRIFT
-from log import key, key_of_record, within
+from log import SLACK, key, key_of_record, within
 
 ON_THE_WAY = 1_000_000  # longest from a sender's own entry to the broker's
 AT_ONCE = 100_000  # within so long the console has what the gateway's insider passed on
@@ -57,7 +57,7 @@ def published(log, side, t):
         said = [e["t_us"] for e in log.of("staged", by="gateway") if e["event"]["stage"] == "sent"]
     else:
         said = [e["t_us"] for e in log.of("executed", by="unit-a")]
-    return any(0 <= t - at <= ON_THE_WAY for at in said)
+    return any(-SLACK <= t - at <= ON_THE_WAY for at in said)
 
 
 def feed(log, action, span):

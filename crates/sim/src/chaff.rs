@@ -1,7 +1,7 @@
 //! Chaff: many weak detections in each frame, every one of them of the class that an act may be designated on.
 //!
-//! Rendered, small pictures of vehicles painted over the colour plane, which shows through a little; unrendered, what a detector
-//! makes of such. No two frames have them at the same places.
+//! Rendered, pictures of vehicles painted over the colour plane; unrendered, what a detector makes of such. No two frames
+//! have them at the same places.
 
 use wire::codec::List;
 use wire::sensor::{Camera, Class, Detection, PixelBox};
@@ -10,11 +10,15 @@ use crate::noise::Noise;
 
 /// Scores of a weak detection, permille: not so low that the stage passes it over.
 const SCORES: (f32, f32) = (500.0, 650.0);
-/// Width of a picture, pixels, and its height as a share of that.
+/// Width of a weak detection, pixels, and the height of any as a share of its width.
 const WIDTH: (f32, f32) = (16.0, 28.0);
-const HEIGHT: f32 = 0.45;
-/// How much of a picture shows.
-const OPAQUE: f32 = 0.8;
+const HEIGHT: f32 = 0.4;
+/// The lines that pictures stand on, as shares of the image's height, and how wide they are there, pixels: a detector that
+/// has learned how large a vehicle is at its distance passes over those of another size. Of 32 pictures the shipped one finds
+/// 7 to 22 (median of 40 frames: 15); of 32 anywhere, 4 to 10.
+const LINES: [(f32, f32); 5] = [(0.33, 14.0), (0.42, 16.0), (0.5, 18.0), (0.6, 26.0), (0.73, 28.0)];
+/// Their coats.
+const COATS: [[u8; 3]; 4] = [[150, 60, 50], [60, 80, 150], [200, 200, 200], [80, 40, 40]];
 
 /// Up to `count` detections more, as far as the list has room: what a detector is surer of stands before them.
 pub(crate) fn detect(camera: &Camera, noise: &mut Noise, count: u8, found: &mut List<Detection, 32>) {
@@ -25,30 +29,46 @@ pub(crate) fn detect(camera: &Camera, noise: &mut Noise, count: u8, found: &mut 
     }
 }
 
-/// Paints `count` pictures over a plane of 3 bytes a pixel.
+/// Paints `count` pictures over a plane of 3 bytes a pixel: in lines from the farthest to the nearest, in each evenly and from
+/// anywhere on.
 pub(crate) fn paint(camera: &Camera, noise: &mut Noise, count: u8, plane: &mut [u8]) {
-    for _ in 0..count {
-        let at = place(camera, noise);
-        for (x, y) in (at.y0..at.y1).flat_map(|y| (at.x0..at.x1).map(move |x| (x, y))) {
-            let share = |v: u16, low: u16, high: u16| (f32::from(v - low) + 0.5) / f32::from(high - low);
-            let colour = vehicle(2.0 * share(x, at.x0, at.x1) - 1.0, 1.0 - 2.0 * share(y, at.y0, at.y1));
-            let from = 3 * (usize::from(y) * usize::from(camera.width) + usize::from(x));
-            for (byte, channel) in plane[from..from + 3].iter_mut().zip(colour) {
-                *byte = (f32::from(*byte) * (1.0 - OPAQUE) + channel * OPAQUE) as u8;
-            }
+    let (columns, rows) = (f32::from(camera.width), f32::from(camera.height));
+    for (line, (foot, width)) in LINES.into_iter().enumerate() {
+        let many = (usize::from(count) + LINES.len() - 1 - line) / LINES.len();
+        let from = between(noise, (0.0, columns));
+        for k in 0..many {
+            let left = (from + k as f32 * columns / many as f32) % (columns - width);
+            let bounds = standing(left, foot * rows + between(noise, (-1.5, 1.5)), width);
+            let coat = COATS[between(noise, (0.0, COATS.len() as f32)) as usize % COATS.len()];
+            picture(camera, &bounds, coat, plane);
         }
     }
 }
 
-/// A vehicle's side: wheels, windows, coat; `along` and `up` in −1..1.
-fn vehicle(along: f32, up: f32) -> [f32; 3] {
-    if up < -0.35 && (along.abs() - 0.6).abs() < 0.2 {
-        [20.0; 3]
-    } else if up > 0.3 && along.abs() < 0.75 {
-        [34.0, 42.0, 52.0]
-    } else {
-        [150.0, 60.0, 50.0]
+fn picture(camera: &Camera, at: &PixelBox, coat: [u8; 3], plane: &mut [u8]) {
+    for (x, y) in (at.y0..at.y1).flat_map(|y| (at.x0..at.x1).map(move |x| (x, y))) {
+        let share = |v: u16, low: u16, high: u16| (f32::from(v - low) + 0.5) / f32::from(high - low);
+        let colour = vehicle(2.0 * share(x, at.x0, at.x1) - 1.0, 1.0 - 2.0 * share(y, at.y0, at.y1), coat);
+        let from = 3 * (usize::from(y) * usize::from(camera.width) + usize::from(x));
+        plane[from..from + 3].copy_from_slice(&colour);
     }
+}
+
+/// A vehicle's side: wheels, windows, coat; `along` and `up` in −1..1.
+fn vehicle(along: f32, up: f32, coat: [u8; 3]) -> [u8; 3] {
+    if up < -0.35 && (along.abs() - 0.6).abs() < 0.2 {
+        [20; 3]
+    } else if up > 0.3 && up < 0.85 && along.abs() < 0.75 {
+        [34, 42, 52]
+    } else {
+        coat
+    }
+}
+
+/// A box of `width` with its lower edge on `foot`.
+fn standing(left: f32, foot: f32, width: f32) -> PixelBox {
+    let top = foot - width * HEIGHT;
+    PixelBox { x0: left as u16, y0: top as u16, x1: (left + width) as u16, y1: foot as u16 }
 }
 
 /// Where there is ground, in the lower half of the image.
@@ -57,7 +77,7 @@ fn place(camera: &Camera, noise: &mut Noise) -> PixelBox {
     let height = width * HEIGHT;
     let (right, low) = (f32::from(camera.width) - width, f32::from(camera.height) - height);
     let (x, y) = (between(noise, (0.0, right)), between(noise, (0.45 * low, low)));
-    PixelBox { x0: x as u16, y0: y as u16, x1: (x + width) as u16, y1: (y + height) as u16 }
+    standing(x, y + height, width)
 }
 
 fn between(noise: &mut Noise, (low, high): (f32, f32)) -> f32 {
