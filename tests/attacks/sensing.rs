@@ -92,7 +92,9 @@ fn chaff_fills_no_table_and_takes_neither_the_track_nor_the_act() {
 fn chaff_that_is_painted_crowds_the_shipped_detectors_list() {
     for run in rendered("chaff").expect(1..3) {
         let mut told = run.evidence.entries.iter().map(|w| w.entry.event);
-        assert!(told.any(|event| matches!(event, Event::Crowded { detections, .. } if usize::from(detections) >= perception::CROWD)));
+        assert!(told.any(
+            |event| matches!(event, Event::Crowded { detections, .. } if usize::from(detections) >= perception::CROWD)
+        ));
     }
 }
 
