@@ -7,6 +7,7 @@ use wire::drive::{Act, Drive};
 use wire::event::{Account, Event};
 use wire::hop::HopBody;
 use wire::id::TrackId;
+use wire::measured::Measured;
 use wire::mode::{Because, Guard, Mode};
 use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
@@ -16,6 +17,7 @@ use wire::time::{Instant, Span};
 use crate::authority::Spent;
 use crate::command::Ordered;
 use crate::designation::{Designated, Stage};
+use crate::geofence::Motion;
 use crate::grid::Keepout;
 use crate::health::{Findings, Health};
 use crate::intake::report_body;
@@ -59,20 +61,35 @@ impl Autonomy {
     pub(crate) fn assess(&self, now: Instant) -> Health {
         let bounds = &self.bounds;
         let limit = bounds.product_limit();
-        let lost = self.localisation.lost(now, limit);
-        // Without a place there is no distance to the fence; localisation's own guards say so.
-        let motion = self.localisation.motion().filter(|_| lost.is_none() && !self.localisation.distrusted());
         let findings = self.picture.judge(Findings::default(), now, limit);
         let findings = findings
-            .with(Guard::Localisation, lost)
+            .with(Guard::Localisation, self.localisation.lost(now, limit))
             .with(Guard::Drift, self.localisation.drifts())
             .with(Guard::TimeBase, self.localisation.mistimed())
-            .with(Guard::Geofence, motion.and_then(|motion| self.fence.breached(&motion, bounds)))
+            .with(Guard::Geofence, self.placed(now).and_then(|motion| self.fence.breached(&motion, bounds)))
             .with(Guard::Lease, self.lease.lapsed(now))
             .with(Guard::Teammates, self.teammates.inconsistent())
             .with(Guard::SealedLog, self.seals.missing(now));
         let evidence = self.picture.waived().union(self.localisation.waived()).union(self.standing.lease_waived);
         Health::judge(findings, self.identity.waived_guards, evidence)
+    }
+
+    /// The values that the guards are judged by.
+    fn measured(&self, now: Instant) -> Measured {
+        let spare = self.placed(now).map(|motion| self.fence.spare(&motion, &self.bounds).floor() as i32);
+        let measured = self.localisation.measure(self.picture.measure(Measured::default(), now), now);
+        measured
+            .claimed(self.teammates.standing())
+            .with(Guard::Geofence, spare)
+            .aged(Guard::Lease, self.lease.age(Span::ms(self.bounds.lease_ms), now))
+            .aged(Guard::SealedLog, self.seals.age(now))
+    }
+
+    /// How the unit moves, as long as it knows. Without a place there is no distance to the fence; localisation's own guards
+    /// say so.
+    fn placed(&self, now: Instant) -> Option<Motion> {
+        let lost = self.localisation.lost(now, self.bounds.product_limit()).is_some();
+        self.localisation.motion().filter(|_| !lost && !self.localisation.distrusted())
     }
 
     /// Judges the guards and lets the machine follow from them. After the run is over nothing follows any more.
@@ -279,6 +296,7 @@ impl Autonomy {
             identity: &self.identity,
             machine: &self.machine,
             failing: self.health.failing(),
+            measured: self.measured(now),
             standing: &self.standing,
             localisation: &self.localisation,
             picture: &self.picture,

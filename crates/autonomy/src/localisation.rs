@@ -17,6 +17,7 @@
 mod drift;
 mod receiver;
 
+use wire::measured::Measured;
 use wire::mode::{Because, Guard, Guards};
 use wire::policy::Waived;
 use wire::sensor::{Fix, Navigation, Odometry, Pose};
@@ -96,6 +97,15 @@ impl Localisation {
             self.receiver.take(reading.stamp, fix.time);
             self.correct(&fix, elapsed);
         }
+    }
+
+    /// Age of the older of fix and odometry, what drift adds up to, and how far the receiver's time is off.
+    pub fn measure(&self, measured: Measured, now: Instant) -> Measured {
+        let oldest = self.fix.zip(self.odometry).map(|(fix, (odometry, _))| fix.min(odometry));
+        measured
+            .aged(Guard::Localisation, oldest.map(|oldest| now.since(oldest)))
+            .with(Guard::Drift, self.fix.map(|_| self.drift.sum()))
+            .with(Guard::TimeBase, self.receiver.off())
     }
 
     /// What the drift test says of the fixes.

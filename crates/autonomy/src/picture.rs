@@ -4,6 +4,7 @@
 //! share. A stage that repeats itself, or stays silent while tracks go on, grows stale here.
 
 use wire::id::TrackId;
+use wire::measured::Measured;
 use wire::mode::{Because, Guard};
 use wire::policy::Waived;
 use wire::sensor::Modality;
@@ -44,6 +45,15 @@ impl Picture {
     /// One track.
     pub fn track(&self, id: TrackId) -> Option<&Track> {
         self.tracks().iter().find(|track| track.id == id)
+    }
+
+    /// Ages of the newest tracks and of what each stage gave last.
+    pub fn measure(&self, measured: Measured, now: Instant) -> Measured {
+        let measured = measured.aged(Guard::Tracks, self.newest.as_ref().map(|tracks| now.since(tracks.stamp)));
+        Modality::ALL.into_iter().fold(measured, |measured, modality| {
+            let product = self.newest.as_ref().and_then(|tracks| tracks.products[modality as usize]);
+            measured.aged(Guard::of(modality), product.map(|product| now.since(product.stamp)))
+        })
     }
 
     /// Judges the guards of tracks and stages: a product older than `limit` is lost.

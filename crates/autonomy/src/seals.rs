@@ -46,6 +46,14 @@ impl Seals {
         }
     }
 
+    /// For how long the own log has been without a seal over all of it, at least since the newest came; none before the first.
+    pub fn age(&self, now: Instant) -> Option<Span> {
+        let (at, sealed) = self.sealed?;
+        let uncovered = self.marks.iter().find(|(_, entries)| *entries > sealed);
+        let since = uncovered.map_or(at, |(then, _)| at.min(*then));
+        Some(now.since(since))
+    }
+
     /// Why the log does not count as sealed, if it does not: silence of the recorder.
     pub fn missing(&self, now: Instant) -> Option<Because> {
         let (at, sealed) = self.sealed.unwrap_or_default();

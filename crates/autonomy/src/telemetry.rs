@@ -5,6 +5,7 @@
 
 use wire::codec;
 use wire::id::{CommandId, Sequence};
+use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::Waived;
 use wire::refusal::Reason;
@@ -46,6 +47,8 @@ pub struct Sources<'a> {
     pub machine: &'a Machine,
     /// Guards that fail now.
     pub failing: Guards,
+    /// What they are judged by.
+    pub measured: Measured,
     /// Cause and last command.
     pub standing: &'a Standing,
     /// Pose and speed.
@@ -88,6 +91,7 @@ impl Sources<'_> {
             tracks: self.picture.tracks().iter().map(|track| reported(track, now)).collect(),
             watched: self.watched,
             sessions_lost: self.standing.sessions_lost,
+            measured: self.measured,
         }
     }
 

@@ -6,6 +6,7 @@
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::id::{TrackId, UnitId};
+use wire::measured::{Limit, Measured};
 use wire::mode::{Guard, Mode};
 use wire::person::{Order, Role, Unable};
 use wire::report::ReportedTrack;
@@ -31,6 +32,16 @@ pub struct Predicate {
 impl Predicate {
     fn new(name: &'static str, holds: bool, value: impl Into<String>, limit: impl Into<String>) -> Self {
         Self { name, value: value.into(), limit: limit.into(), holds, unable: Unable::Interlock }
+    }
+
+    /// Its name, value and limit.
+    pub fn told(&self) -> String {
+        let Predicate { name, value, limit, .. } = self;
+        match (value.is_empty(), limit.is_empty()) {
+            (true, _) => (*name).to_owned(),
+            (false, true) => format!("{name} ({value})"),
+            (false, false) => format!("{name} ({value}, limit {limit})"),
+        }
     }
 
     fn or(self, unable: Unable) -> Self {
@@ -113,27 +124,17 @@ impl Shown {
 }
 
 impl ShownUnit {
-    /// What READY stands on, guard by guard, with value and limit where the report has them.
+    /// What READY stands on, guard by guard, each with what it was judged by and its limit.
     pub fn guards(&self, bounds: &Bounds) -> Vec<Predicate> {
         let (state, _) = self.state.get();
-        let age = Span(self.pose.age().0.saturating_sub(self.state.age().0));
         let guard = |guard: Guard| {
-            let (value, limit) = match guard {
-                Guard::Localisation => (ms(age), ms(bounds.product_limit())),
-                Guard::Designation => self.designation(bounds),
-                Guard::Rgb
-                | Guard::Depth
-                | Guard::Thermal
-                | Guard::Lidar
-                | Guard::Tracks
-                | Guard::Geofence
-                | Guard::Lease
-                | Guard::Teammates
-                | Guard::SealedLog
-                | Guard::Drift
-                | Guard::TimeBase => (String::new(), String::new()),
+            let holds = !state.failing.has(guard);
+            let (value, limit) = match Limit::of(guard, bounds) {
+                Some(limit) => judged(guard, holds, state.measured.of(guard), limit),
+                None if guard == Guard::Teammates => (claims(&state.measured), String::new()),
+                None => self.designation(bounds),
             };
-            Predicate::new(guard.name(), !state.failing.has(guard), value, limit)
+            Predicate::new(guard.name(), holds, value, limit)
         };
         Guard::ALL.into_iter().map(guard).collect()
     }
@@ -191,6 +192,36 @@ fn designates(unit: &ShownUnit, track: TrackId, least: u16) -> [Predicate; 2] {
         Predicate::new("track fresh", fresh.is_some(), age, ""),
         Predicate::new("track confidence", confidence >= least, permille(confidence), permille(least)),
     ]
+}
+
+/// A guard's value and its limit, in words. What fails within its limit says what it waits for.
+fn judged(guard: Guard, holds: bool, value: Option<i32>, limit: Limit) -> (String, String) {
+    let words = |value: i32| match limit {
+        Limit::Age(_) if value == i32::MAX => "unknown".to_owned(),
+        Limit::Age(_) => format!("{value} ms"),
+        Limit::Spare(_) => format!("{:.2} m to spare", f64::from(value) / 1000.0),
+        Limit::Drift(_) => format!("{value} mm s"),
+        Limit::Offset(_) => format!("{:.1} ms", f64::from(value) / 1000.0),
+    };
+    let bound = match limit {
+        Limit::Spare(bound) => format!("{} m", f64::from(bound) / 1000.0),
+        Limit::Age(bound) | Limit::Drift(bound) | Limit::Offset(bound) => words(bound),
+    };
+    let Some(value) = value else { return ("none yet".to_owned(), bound) };
+    let within = !holds && !limit.exceeded(value);
+    match (within, limit) {
+        (true, Limit::Age(_)) if guard == Guard::Localisation => {
+            (format!("{}, fix and odometry disagree", words(value)), bound)
+        }
+        (true, Limit::Drift(_)) => (words(value), format!("{} to recover", words(0))),
+        (true, Limit::Offset(most)) => (words(value), format!("{} to recover", words(most / 2))),
+        (true | false, _) => (words(value), bound),
+    }
+}
+
+/// What was found of teammates' claims.
+fn claims(measured: &Measured) -> String {
+    measured.teammate().map_or("consistent".to_owned(), |(unit, found)| format!("{unit}: {}", found.name()))
 }
 
 fn ms(span: Span) -> String {

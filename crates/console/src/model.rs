@@ -386,6 +386,7 @@ fn state_of(report: &Report) -> State {
         mode: report.mode,
         cause: report.cause,
         failing: report.failing,
+        measured: report.measured,
         authority: report.authority,
         speed_mm_s: report.speed_mm_s,
         nonce: report.command_nonce,

@@ -27,7 +27,7 @@ pub(crate) fn line(shown: &Shown) -> String {
         "ablation": shown.marks.ablation,
         "limits_ms": limits(&shown.limits),
         "max_speed_mm_s": shown.bounds.max_speed_mm_s,
-        "units": shown.units.iter().map(|of| unit(shown.at, of)).collect::<Value>(),
+        "units": shown.units.iter().map(|of| unit(shown, of)).collect::<Value>(),
         "silent": shown.silent.iter().map(|unit| unit.name()).collect::<Value>(),
         "links": shown.links.iter().map(|link| json!({
             "peer": link.peer.name(),
@@ -75,18 +75,22 @@ fn limits(limits: &Limits) -> Value {
     if age_out { json!({ "fresh": ms(fresh), "late": ms(late), "stale": ms(stale) }) } else { Value::Null }
 }
 
-fn unit(at: Instant, of: &ShownUnit) -> Value {
+/// A unit, with each guard and what it was judged by.
+fn unit(shown: &Shown, of: &ShownUnit) -> Value {
     let ((state, _), (pose, _)) = (of.state.get(), of.pose.get());
     json!({
         "unit": of.unit.name(),
         "via": of.via.name(),
         "origin": of.origin.words(),
         "checks_waived": !of.waived.is_empty(),
-        "since_ms": ms(at.since(of.since)),
+        "since_ms": ms(shown.at.since(of.since)),
         "state": labelled(&of.state, json!({
             "mode": state.mode.name(),
             "cause": state.cause.label(),
             "failing": state.failing.iter().map(|guard| guard.name()).collect::<Value>(),
+            "guards": of.guards(&shown.bounds).iter().map(|guard| json!({
+                "name": guard.name, "holds": guard.holds, "value": guard.value, "limit": guard.limit,
+            })).collect::<Value>(),
             "authority": state.authority.map(|held| json!({ "track": held.track.0, "left_ms": ms(held.left) })),
             "speed_mm_s": state.speed_mm_s,
             "progress_permille": state.progress,

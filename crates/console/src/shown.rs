@@ -6,6 +6,7 @@ use wire::bounds::Bounds;
 use wire::command::IntentHash;
 use wire::event::Freshness;
 use wire::id::{Boot, NodeId, Nonce, PeerId, RecordId, UnitId};
+use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::person::Role;
 use wire::policy::Waived;
@@ -29,6 +30,8 @@ pub struct State {
     pub cause: Cause,
     /// Guards that failed.
     pub failing: Guards,
+    /// What they were judged by.
+    pub measured: Measured,
     /// Authority, while it was held.
     pub authority: Option<ReportedAuthority>,
     /// Forward speed, mm/s.

@@ -5,6 +5,7 @@
 
 use std::fmt::Write;
 
+use wire::bounds::Bounds;
 use wire::event::Freshness;
 use wire::report::ReportedTrack;
 use wire::sensor::Modality;
@@ -28,7 +29,7 @@ pub fn lines(shown: &Shown) -> String {
     }
     line(&mut text, format_args!("SIMULATION  {} · {}", shown.operator, shown.role.name()));
     for unit in &shown.units {
-        unit_lines(&mut text, shown.at, unit);
+        unit_lines(&mut text, shown.at, &shown.bounds, unit);
     }
     for unit in &shown.silent {
         line(&mut text, format_args!("{:<8} nothing received", unit.name()));
@@ -79,7 +80,7 @@ fn refusals(refusals: &ShownRefusals) -> String {
     format!("{} {}{whence}", refusals.reason.name(), refusals.n)
 }
 
-fn unit_lines(text: &mut String, at: Instant, unit: &ShownUnit) {
+fn unit_lines(text: &mut String, at: Instant, bounds: &Bounds, unit: &ShownUnit) {
     let (state, freshness) = unit.state.get();
     let mark = match freshness {
         Freshness::Fresh => "",
@@ -98,7 +99,7 @@ fn unit_lines(text: &mut String, at: Instant, unit: &ShownUnit) {
         ),
     );
     let authority = state.authority.map_or("none".to_owned(), |a| format!("track {} for {}", a.track.0, age(a.left)));
-    let failing = joined(state.failing.iter().map(|guard| guard.name().to_owned()));
+    let failing = joined(unit.guards(bounds).iter().filter(|guard| !guard.holds).map(|guard| guard.told()));
     line(text, format_args!("         authority {authority}  failing {failing}  speed {}", speed(state.speed_mm_s)));
     let (pose, pose_freshness) = unit.pose.get();
     line(

@@ -22,6 +22,7 @@ use wire::codec::{self, List};
 use wire::core::Side;
 use wire::hop::{HOP_VERSION, Hop, HopBody};
 use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId};
+use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::{Check, Policy, Requirement};
 use wire::report::Report;
@@ -187,6 +188,7 @@ fn record(key: &Key, n: u64) -> Vec<u8> {
         tracks: List::default(),
         watched: None,
         sessions_lost: 0,
+        measured: Measured::default(),
     };
     let signed = key.sign(Purpose::Report, &codec::encode(&report));
     codec::encode(&Hop {

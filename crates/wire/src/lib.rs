@@ -31,6 +31,7 @@ pub mod event;
 pub mod feed;
 pub mod hop;
 pub mod id;
+pub mod measured;
 pub mod mode;
 pub mod person;
 pub mod policy;

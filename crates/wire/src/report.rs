@@ -7,6 +7,7 @@ use minicbor::{Decode, Encode};
 
 use crate::codec::List;
 use crate::id::{Boot, CommandId, NodeId, Nonce, RecordId, Sequence, TrackId};
+use crate::measured::Measured;
 use crate::mode::{Cause, Guards, Mode};
 use crate::refusal::Reason;
 use crate::sensor::{Class, Modalities, Pose, ProductMode};
@@ -110,6 +111,9 @@ pub struct Report {
     /// How often in this boot the unit's session at the broker was cut or taken.
     #[n(17)]
     pub sessions_lost: u32,
+    /// What the guards were judged by.
+    #[n(18)]
+    pub measured: Measured,
 }
 
 impl Report {

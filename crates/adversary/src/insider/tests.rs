@@ -5,6 +5,7 @@ use wire::core::{Input, Output};
 use wire::event::{Action, Event, wire_hash};
 use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP, Teammate};
 use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId};
+use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::Policy;
 use wire::refusal::{Reason, Refusal};
@@ -217,6 +218,7 @@ fn report_of_c() -> Vec<u8> {
         tracks: codec::List::default(),
         watched: None,
         sessions_lost: 0,
+        measured: Measured::default(),
     };
     key(3).sign(Purpose::Report, &codec::encode(&report))
 }

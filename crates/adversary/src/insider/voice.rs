@@ -4,6 +4,7 @@
 
 use wire::codec;
 use wire::id::{Boot, NodeId, Nonce, RecordId, Sequence};
+use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::{Pose, ProductMode};
@@ -97,6 +98,7 @@ impl Voice {
             tracks: codec::List::default(),
             watched,
             sessions_lost: 0,
+            measured: Measured::default(),
         }
     }
 }

@@ -7,12 +7,14 @@
 //! long as it is remembered: a unit that has just stopped is judged by the way it came. At rest the test is four times as
 //! sharp as at full speed. The figures are derived in `docs/bounds.md`.
 
+use wire::measured::DRIFT_MM_S;
+
 /// Innovation that noise of the fix accounts for, millimetres: one deviation of a good fix.
 const NOISE_MM: f64 = 40.0;
 /// Share of the way by which odometry may be wrong for long: slopes, slip, wear of the tyres.
 const ODOMETRY_SHARE: f64 = 0.01;
-/// The sum of excesses at which fixes are taken to drift, millimetre seconds: half a second of one deviation.
-const LIMIT_MM_S: f64 = 20.0;
+/// The sum of excesses at which fixes are taken to drift.
+const LIMIT_MM_S: f64 = DRIFT_MM_S as f64;
 /// Longest time that one reading may count for, seconds.
 const LONGEST_S: f64 = 0.25;
 
@@ -46,6 +48,11 @@ impl Drift {
     /// The anchor took over this share of the newest innovation, and forgot as much of the way.
     pub(super) fn forget(&mut self, share: f64) {
         self.way *= 1.0 - share;
+    }
+
+    /// The largest of the sums, millimetre seconds, rounded up.
+    pub(super) fn sum(&self) -> i32 {
+        self.sums.into_iter().fold(0.0, f64::max).ceil() as i32
     }
 
     /// Whether fixes drift.

@@ -5,12 +5,12 @@
 //! or is broken, and its place is worth no more than its time. The offset between the two clocks is followed no faster
 //! than any two clocks may drift apart, so that a false time cannot make itself true by staying.
 
+use wire::measured::OFFSET_US;
 use wire::sensor::ReceiverTime;
 use wire::time::{Instant, MAX_DRIFT_PPM};
 
-/// Difference between followed and seen offset at which the two disagree, microseconds: ten times what delivery and
-/// the stamping of a reading account for.
-const LIMIT_US: u64 = 5_000;
+/// Difference between followed and seen offset at which the two disagree, microseconds.
+const LIMIT_US: u64 = OFFSET_US as u64;
 /// A disagreement ends within this part of the limit.
 const RETURN_US: u64 = LIMIT_US / 2;
 
@@ -19,6 +19,8 @@ const RETURN_US: u64 = LIMIT_US / 2;
 pub(super) struct Receiver {
     /// Offset and the stamp at which it was last followed.
     followed: Option<(i64, Instant)>,
+    /// By how much the newest differed.
+    off: Option<i64>,
     disagrees: bool,
 }
 
@@ -31,6 +33,7 @@ impl Receiver {
             return;
         };
         let off = seen.saturating_sub(offset);
+        self.off = Some(off);
         let limit = if self.disagrees { RETURN_US } else { LIMIT_US };
         self.disagrees = off.unsigned_abs() > limit;
         if !self.disagrees {
@@ -38,6 +41,11 @@ impl Receiver {
             let reach = (stamp.since(at).0 * MAX_DRIFT_PPM / 1_000_000 + 1) as i64;
             self.followed = Some((offset + off.clamp(-reach, reach), stamp));
         }
+    }
+
+    /// By how much the newest time of the receiver differed from what was expected, microseconds; none before the second.
+    pub(super) fn off(&self) -> Option<i32> {
+        self.off.map(|off| off.clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32)
     }
 
     /// Whether the two disagree.

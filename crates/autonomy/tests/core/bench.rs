@@ -18,6 +18,7 @@ use wire::drive::{Act, Drive};
 use wire::event::Event;
 use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP, Teammate};
 use wire::id::{Boot, CommandId, FrameId, NodeId, Nonce, PeerId, Sequence, SessionId, TrackId, UnitId, WorldId};
+use wire::measured::Measured;
 use wire::mode::{Cause, Guard, Mode};
 use wire::policy::Policy;
 use wire::report::{MAX_REPORT, Report};
@@ -254,6 +255,7 @@ impl Bench {
             tracks: List::default(),
             watched: None,
             sessions_lost: 0,
+            measured: Measured::default(),
         }
     }
 

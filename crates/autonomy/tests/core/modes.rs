@@ -1,10 +1,12 @@
 //! How the mode follows from what comes in, and how fast.
 
+use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::core::Input;
 use wire::event::{Account, Event, Interface};
 use wire::id::WorldId;
-use wire::mode::{Because, Cause, Guard, Mode};
+use wire::measured::Limit;
+use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
 use wire::setup::Ablation;
@@ -61,6 +63,39 @@ fn the_loss_of_any_guard_ends_authority_in_time() {
         assert_eq!((from, to, cause), (Mode::PrepareToAct, expected, Cause::Lost(guard)));
         assert_eq!(bench.order(CommandKind::Confirm(TRACK)), Some(Reason::Interlock), "{guard:?}");
     }
+}
+
+/// Which guards fail, and by which values: a report that says one and not the other would leave its reader without a reason.
+#[test]
+fn what_a_report_measures_is_beyond_its_limit_exactly_where_the_guard_fails() {
+    let mut broken = Guards::default();
+    for guard in Guard::ALL {
+        let mut bench = Bench::in_mode(Mode::Ready);
+        let bounds = Bounds::GROUND;
+        lose(&mut bench, guard);
+        for _ in 0..80 {
+            bench.run(50);
+            let report = bench.report.clone().unwrap();
+            for of in Guard::ALL {
+                let Some(limit) = Limit::of(of, &bounds) else { continue };
+                let beyond = report.measured.of(of).is_some_and(|value| limit.exceeded(value));
+                let fails = report.failing.has(of);
+                // These two fail until they are back further than they had to go.
+                let lasts = matches!(of, Guard::Drift | Guard::TimeBase);
+                assert!(
+                    beyond == fails || lasts && !beyond,
+                    "{guard:?}: {of:?} {:?} {limit:?}",
+                    report.measured.of(of)
+                );
+                broken = if beyond { broken.with(of) } else { broken };
+            }
+            let claimed = report.measured.teammate().is_some();
+            assert_eq!(claimed, report.failing.has(Guard::Teammates));
+            broken = if claimed { broken.with(Guard::Teammates) } else { broken };
+        }
+    }
+    let measured = Guard::ALL.into_iter().filter(|guard| *guard != Guard::Designation);
+    assert_eq!(broken, measured.fold(Guards::default(), Guards::with), "each was seen beyond its limit");
 }
 
 #[test]

@@ -10,6 +10,7 @@ use wire::command::{Ack, CommandKind, Confirmation, Intent, Order};
 use wire::core::Subject;
 use wire::hop::{HOP_VERSION, Hop, HopBody};
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, UnitId};
+use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
@@ -160,6 +161,7 @@ impl Speakers {
             tracks: (1..=n % 8).map(track).collect(),
             watched: Some(Echo { nonce: self.nonce(), seen: PeerStamp(1_000_000_000) }),
             sessions_lost: 0,
+            measured: Measured::default(),
         };
         Key::from_bytes(&self.secrets[0]).sign(Purpose::Report, &codec::encode(&report))
     }

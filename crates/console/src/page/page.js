@@ -61,15 +61,20 @@ function table(into, heads, rows, none) {
   place.scrollTop = top;
 }
 
+function condition({ name, value, limit }) {
+  return !value ? name : limit ? `${name} (${value}, limit ${limit})` : `${name} (${value})`;
+}
+
 function unit(of, picture, extra) {
   const state = aged(of.state, extra, picture.limits_ms);
-  const { mode, cause, failing, authority, speed_mm_s } = state.value;
+  const { mode, cause, authority, speed_mm_s } = state.value;
+  const failing = state.value.guards.filter((guard) => !guard.holds);
   const fresh = state.word === "fresh";
   const shown = fresh
     ? element("span", `chip ${MODES[mode] || "normal"}`, mode)
     : element("span", `chip ${state.tone}`, "was ", element("s", "", mode), ` · ${state.word}`);
   const held = authority ? `track ${authority.track}, ${seconds(authority.left_ms)} left` : "none";
-  const guards = failing.length ? failing.join(", ") : "nothing";
+  const guards = failing.length ? failing.map(condition).join(", ") : "nothing";
   const clock = of.clock_ppm === null ? "unknown" : `${of.clock_ppm[0]} to ${of.clock_ppm[1]} ppm`;
   return element("div", "unit", element("strong", "", of.unit), shown, freshness(state),
     element("span", "", `for ${seconds(of.since_ms === null ? null : of.since_ms + extra)}, cause ${cause}`),

@@ -8,6 +8,7 @@ use wire::core::Input;
 use wire::event::Event;
 use wire::feed::{CommandStage, Feed};
 use wire::id::{Boot, NodeId, PeerId, TrackId, UnitId};
+use wire::measured::Measured;
 use wire::mode::{Guard, Guards, Mode};
 use wire::report::{Report, ReportedAuthority};
 use wire::time::Span;
@@ -109,6 +110,24 @@ fn a_step_towards_safe_gives_up_what_was_to_lead_away_from_it() {
     bench.act(HOLD).unwrap();
     bench.staged(&resume, CommandStage::Staged);
     assert!(bench.asked.iter().all(|asked| !matches!(asked, Asked::Release(_))));
+}
+
+#[test]
+fn what_fails_within_its_limit_says_what_it_waits_for() {
+    let mut bench = Bench::seating(Role::Supervise);
+    for (guard, value, words) in [
+        (Guard::Localisation, 84, "84 ms, fix and odometry disagree, limit 300 ms"),
+        (Guard::Drift, 12, "12 mm s, limit 0 mm s to recover"),
+        (Guard::TimeBase, 3_000, "3.0 ms, limit 2.5 ms to recover"),
+    ] {
+        let failing = Guards::default().with(guard);
+        let measured = Measured::default().with(guard, Some(value));
+        let lost = Report { failing, measured, ..bench.next(Mode::Degraded) };
+        bench.heard(&lost, Span::ms(20));
+        let text = console::text::lines(&bench.console.shown(bench.now));
+        assert!(text.contains(&format!("failing {} ({words})", guard.name())), "{text}");
+        bench.pass(Span::ms(100));
+    }
 }
 
 #[test]

@@ -12,6 +12,7 @@ use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Event, Freshness};
 use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId, WorldId};
+use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::person::{Act, Numbered, Order, Role, Unable};
 use wire::policy::{Policy, Waived};
@@ -342,6 +343,7 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
         tracks: [track].into_iter().collect::<List<_, 8>>(),
         watched: None,
         sessions_lost: 0,
+        measured: Measured::default(),
     }
 }
 

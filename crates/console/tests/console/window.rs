@@ -14,7 +14,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
 use wire::command::CommandKind;
 use wire::id::{NodeId, TrackId, UnitId};
-use wire::mode::Mode;
+use wire::mode::{Guard, Guards, Mode};
 use wire::report::ReportedTrack;
 use wire::time::Span;
 
@@ -270,6 +270,26 @@ fn an_interlock_is_named_beside_the_control_that_it_locks() {
     assert!(seated.get_by_role_and_label(Kind::Button, "Arm: resume unit-a").accesskit_node().is_disabled());
     assert!(says(&seated, "NO guards failing"), "with value and limit");
     assert!(seated.state().acts.is_empty());
+}
+
+#[test]
+fn why_names_each_guard_with_what_it_was_judged_by_and_its_limit() {
+    let mut seated = seat(scenes::nominal());
+    for (guard, line) in [
+        (Guard::Thermal, "NO thermal 412 ms, limit 300 ms"),
+        (Guard::Lease, "NO lease 612 ms, limit 500 ms"),
+        (Guard::Geofence, "NO geofence -1.24 m to spare, limit 0 m"),
+        (Guard::Drift, "NO drift 27 mm s, limit 20 mm s"),
+        (Guard::TimeBase, "NO time_base -7.3 ms, limit 5.0 ms"),
+        (Guard::Teammates, "NO teammates unit-b: kinematics"),
+    ] {
+        let yard = &mut seated.state_mut().yard;
+        yard.actors[0].failing = Guards::default().with(guard);
+        yard.run(Span::ms(200));
+        seated.run_steps(2);
+        assert!(says(&seated, line), "{line}");
+        assert!(says(&seated, "ok rgb 84 ms, limit 300 ms"), "what holds says by how much");
+    }
 }
 
 #[test]

@@ -5,11 +5,14 @@
 use console::shown::Shown;
 use console::site::{Block, Relief, Site};
 use sha2::{Digest, Sha256};
+use wire::bounds::Bounds;
 use wire::codec::List;
 use wire::command::{Ack, CommandKind, Confirmation, Intent};
+use wire::event::Inconsistency;
 use wire::feed::{AcceptedReport, CommandStage, Feed};
 use wire::id::{Boot, CommandId, Nonce, PeerId, Sequence, TrackId, UnitId};
-use wire::mode::{Cause, Guards, Mode};
+use wire::measured::{Limit, Measured};
+use wire::mode::{Cause, Guard, Guards, Mode};
 use wire::person::Role;
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
@@ -56,6 +59,24 @@ pub(crate) struct Yard {
     told: u64,
     /// Orders that were taken care of.
     done: usize,
+}
+
+/// Values that go with `failing`.
+pub(crate) fn measured(failing: Guards) -> Measured {
+    let claimed = failing.has(Guard::Teammates).then_some((UnitId::B, Inconsistency::Kinematics));
+    Guard::ALL.into_iter().fold(Measured::default().claimed(claimed), |measured, guard| {
+        let value = Limit::of(guard, &Bounds::GROUND).map(|limit| match (limit, failing.has(guard)) {
+            (Limit::Age(most), true) => most + 112,
+            (Limit::Age(_), false) => 84,
+            (Limit::Spare(_), true) => -1_240,
+            (Limit::Spare(_), false) => 21_600,
+            (Limit::Drift(_), true) => 27,
+            (Limit::Drift(_), false) => 0,
+            (Limit::Offset(_), true) => -7_300,
+            (Limit::Offset(_), false) => 200,
+        });
+        measured.with(guard, value)
+    })
 }
 
 impl Yard {
@@ -222,6 +243,7 @@ impl Actor {
             tracks: self.tracks.iter().copied().collect::<List<_, 8>>(),
             watched: None,
             sessions_lost: 0,
+            measured: measured(self.failing),
         }
     }
 

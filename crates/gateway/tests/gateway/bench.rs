@@ -13,6 +13,7 @@ use wire::event::{Account, Event, Interface};
 use wire::feed::{CommandStage, Feed};
 use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP};
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId, WorldId};
+use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Reason;
@@ -344,6 +345,7 @@ impl Unit {
             tracks: List::default(),
             watched: None,
             sessions_lost: 0,
+            measured: Measured::default(),
         }
     }
 }

@@ -109,3 +109,15 @@ pub enum Inconsistency {
     #[n(55)]
     Residual,
 }
+
+impl Inconsistency {
+    /// Name in logs and in words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Inconsistency::Kinematics => "kinematics",
+            Inconsistency::Exclusion => "exclusion",
+            Inconsistency::TimeBase => "time base",
+            Inconsistency::Residual => "residual",
+        }
+    }
+}

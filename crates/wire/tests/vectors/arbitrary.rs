@@ -8,8 +8,10 @@ use wire::bus::{ChannelKey, HEADER_LEN, Sender};
 use wire::codec;
 use wire::command::{Confirmation, Intent};
 use wire::core::Topic;
+use wire::event::Inconsistency;
 use wire::hop::{Hop, HopBody, MAX_HOP, Teammate};
-use wire::id::{Boot, CommandId, NODES, NodeId, Nonce, PeerId, Sequence, TrackId};
+use wire::id::{Boot, CommandId, NODES, NodeId, Nonce, PeerId, Sequence, TrackId, UnitId};
+use wire::measured::Measured;
 use wire::mode::{Cause, Guard, Guards, Mode};
 use wire::policy::Policy;
 use wire::refusal::Reason;
@@ -164,6 +166,13 @@ fn track() -> impl Strategy<Value = ReportedTrack> {
     })
 }
 
+/// Any value for any guard.
+fn measured(seed: u32, value: i32) -> Measured {
+    let some = |at: usize| (seed >> at & 1 == 1).then_some(value.rotate_left(at as u32));
+    let measured = Guard::ALL.iter().enumerate().fold(Measured::default(), |m, (at, guard)| m.with(*guard, some(at)));
+    measured.claimed((seed & 1 << 20 != 0).then_some((UnitId::C, Inconsistency::Exclusion)))
+}
+
 fn report() -> impl Strategy<Value = Report> {
     let product = prop::sample::select(vec![ProductMode::Live, ProductMode::Synthetic, ProductMode::Replay]);
     let state = (product, prop::sample::select(Mode::ALL.to_vec()), cause(), any::<u16>());
@@ -193,6 +202,7 @@ fn report() -> impl Strategy<Value = Report> {
                 watched: (sequence % 2 == 0)
                     .then_some(wire::time::Echo { nonce: Nonce(nonce), seen: PeerStamp(sequence) }),
                 sessions_lost: boot,
+                measured: measured(boot, speed_mm_s),
             }
         },
     )

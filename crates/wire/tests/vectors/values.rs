@@ -14,6 +14,7 @@ use wire::hop::{HOP_VERSION, Hop, HopBody, Teammate};
 use wire::id::{
     Boot, CommandId, FrameId, NodeId, Nonce, ObjectId, PeerId, RecordId, Sequence, SessionId, TrackId, UnitId, WorldId,
 };
+use wire::measured::Measured;
 use wire::mode::{Because, Cause, Guard, Guards, Mode};
 use wire::person::{self, Alarm, Numbered, Unable};
 use wire::policy::{Check, Waived};
@@ -122,6 +123,10 @@ pub(crate) fn report() -> Report {
         .collect(),
         watched: Some(Echo { nonce: Nonce(11), seen: PeerStamp(4_999_000_000) }),
         sessions_lost: 2,
+        measured: Measured::default()
+            .aged(Guard::Rgb, Some(Span::ms(84)))
+            .aged(Guard::SealedLog, Some(Span(u64::MAX)))
+            .with(Guard::Geofence, Some(-120)),
     }
 }
 
@@ -135,6 +140,9 @@ fn reports() -> Vec<Named> {
         tracks: List::default(),
         watched: None,
         sessions_lost: 0,
+        measured: Measured::default()
+            .aged(Guard::Thermal, Some(Span::ms(412)))
+            .claimed(Some((UnitId::B, Inconsistency::Residual))),
         ..report()
     };
     let refused = Report { last_command: Some((COMMAND, Some(Reason::Interlock))), ..bare.clone() };

@@ -7,6 +7,7 @@ use wire::core::{Core, Input, Output, Topic};
 use wire::event::{Action, Event};
 use wire::feed::{AcceptedReport, Feed};
 use wire::id::{Boot, CommandId, NodeId, Nonce, PeerId, Sequence, UnitId};
+use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::{Policy, Waived};
 use wire::report::{MAX_REPORT, Report};
@@ -157,6 +158,7 @@ fn signed(sequence: u64, mode: Mode) -> Vec<u8> {
         tracks: List::default(),
         watched: None,
         sessions_lost: 0,
+        measured: Measured::default(),
     };
     key().sign(Purpose::Report, &codec::encode(&report))
 }

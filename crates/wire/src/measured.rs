@@ -1,0 +1,113 @@
+//! What a unit's guards are judged by: for each a value, in a unit of its own, and the bound that it is held against.
+//!
+//! A unit tells both which guards fail (`mode::Guards`) and these values. Some fail for what no number says, or until a value
+//! has come back further than it had to go: which guards fail is never worked out from here.
+
+use minicbor::{Decode, Encode};
+
+use crate::bounds::Bounds;
+use crate::event::Inconsistency;
+use crate::id::UnitId;
+use crate::mode::Guard;
+use crate::time::Span;
+
+/// The sum of excesses at which fixes are taken to drift, millimetre seconds: half a second of one deviation.
+pub const DRIFT_MM_S: i32 = 20;
+/// Difference between the receiver's time and the host's clock at which the two disagree, microseconds: ten times what delivery
+/// and the stamping of a reading account for.
+pub const OFFSET_US: i32 = 5_000;
+
+/// The values, as they were when a report was made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Encode, Decode)]
+pub struct Measured {
+    /// By guard, in the unit of its [`Limit`]; none where there is nothing to measure, or no number that says it.
+    #[n(0)]
+    values: [Option<i32>; Guard::ALL.len()],
+    /// The teammate whose claims cannot all be true, and why not.
+    #[n(1)]
+    teammate: Option<(UnitId, Inconsistency)>,
+}
+
+impl Measured {
+    /// With a value for `guard`, in the unit of its limit.
+    #[must_use]
+    pub fn with(mut self, guard: Guard, value: Option<i32>) -> Self {
+        self.values[guard as usize] = value;
+        self
+    }
+
+    /// With an age: the begun millisecond counts, so that what is above its limit never looks as if it were not.
+    #[must_use]
+    pub fn aged(self, guard: Guard, age: Option<Span>) -> Self {
+        self.with(guard, age.map(|age| i32::try_from(age.0.div_ceil(1000)).unwrap_or(i32::MAX)))
+    }
+
+    /// With what was found of teammates' claims.
+    #[must_use]
+    pub fn claimed(self, teammate: Option<(UnitId, Inconsistency)>) -> Self {
+        Measured { teammate, ..self }
+    }
+
+    /// The teammate whose claims cannot all be true, and why not.
+    pub fn teammate(&self) -> Option<(UnitId, Inconsistency)> {
+        self.teammate
+    }
+
+    /// The value of `guard`.
+    pub fn of(&self, guard: Guard) -> Option<i32> {
+        self.values[guard as usize]
+    }
+}
+
+/// What a value is held against.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// An age, milliseconds: at most.
+    Age(i32),
+    /// Way to spare before the margin of the fence, millimetres: at least.
+    Spare(i32),
+    /// A sum of excesses, millimetre seconds: at most; then not again before it is 0.
+    Drift(i32),
+    /// A difference of two clocks, microseconds: at most; then not again above half of it.
+    Offset(i32),
+}
+
+impl Limit {
+    /// The limit of `guard` on a platform of these bounds; none where no number says what it is judged by.
+    pub fn of(guard: Guard, bounds: &Bounds) -> Option<Limit> {
+        let age = |ms: u64| Some(Limit::Age(i32::try_from(ms).unwrap_or(i32::MAX)));
+        match guard {
+            Guard::Rgb | Guard::Depth | Guard::Thermal | Guard::Lidar | Guard::Tracks | Guard::Localisation => {
+                age(bounds.product_limit_ms)
+            }
+            Guard::Lease => age(bounds.lease_ms),
+            Guard::SealedLog => age(bounds.seal_limit_ms),
+            Guard::Geofence => Some(Limit::Spare(0)),
+            Guard::Drift => Some(Limit::Drift(DRIFT_MM_S)),
+            Guard::TimeBase => Some(Limit::Offset(OFFSET_US)),
+            Guard::Teammates | Guard::Designation => None,
+        }
+    }
+
+    /// Whether `value` is beyond it.
+    pub fn exceeded(self, value: i32) -> bool {
+        match self {
+            Limit::Age(most) | Limit::Drift(most) => value > most,
+            Limit::Offset(most) => value.unsigned_abs() > most.unsigned_abs(),
+            Limit::Spare(least) => value < least,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_age_above_its_limit_by_a_microsecond_is_shown_above_it() {
+        let measured = Measured::default().aged(Guard::Rgb, Some(Span(300_001)));
+        assert_eq!(measured.of(Guard::Rgb), Some(301));
+        assert!(Limit::Age(300).exceeded(301) && !Limit::Age(300).exceeded(300));
+        assert_eq!(Measured::default().aged(Guard::Rgb, Some(Span(u64::MAX))).of(Guard::Rgb), Some(i32::MAX));
+    }
+}
