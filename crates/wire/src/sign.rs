@@ -3,8 +3,11 @@
 //! Protected header `{1: -8}` (EdDSA), empty unprotected header, attached payload. The external additional data names
 //! what is signed, so that a signature over one kind of payload can never serve for another.
 
+use std::sync::Arc;
+
 use arrayvec::ArrayVec;
-use ed25519_dalek::{Signature, Signer, SigningKey, VerifyingKey};
+use aws_lc_rs::signature::{Ed25519KeyPair, KeyPair};
+use ed25519_dalek::{Signature, VerifyingKey};
 use minicbor::Encoder;
 use minicbor::bytes::ByteSlice;
 use minicbor::{Decode, Encode};
@@ -55,14 +58,16 @@ impl Purpose {
 
 /// A node's own signing key. Neither printed nor copied about.
 pub struct Key {
-    signing: SigningKey,
+    signing: Arc<Ed25519KeyPair>,
     verified: Option<Verified>,
 }
 
 impl Key {
     /// From 32 secret bytes.
     pub fn from_bytes(secret: &[u8; 32]) -> Self {
-        Key { signing: SigningKey::from_bytes(secret), verified: None }
+        #[expect(clippy::expect_used, reason = "32 bytes are a seed, whatever they are")]
+        let signing = Ed25519KeyPair::from_seed_unchecked(secret).expect("a seed of 32 bytes");
+        Key { signing: Arc::new(signing), verified: None }
     }
 
     /// The same, and what it signs is known to be good to those who share `verified`.
@@ -73,17 +78,19 @@ impl Key {
 
     /// The public half.
     pub fn public(&self) -> [u8; 32] {
-        self.signing.verifying_key().to_bytes()
+        let mut public = [0; 32];
+        public.copy_from_slice(self.signing.public_key().as_ref());
+        public
     }
 
     /// Signs `payload` (at most [`MAX_SIGNED_PAYLOAD`] bytes); gives the encoded COSE_Sign1.
     pub fn sign(&self, purpose: Purpose, payload: &[u8]) -> Vec<u8> {
         let message = to_be_signed(purpose, payload);
-        let signature = self.signing.sign(&message);
+        let mut signature = [0; 64];
+        signature.copy_from_slice(self.signing.sign(&message).as_ref());
         if let Some(verified) = &self.verified {
-            verified.signed(&self.signing.verifying_key(), &message, &signature);
+            verified.signed(&self.public(), &message, &signature);
         }
-        let signature = signature.to_bytes();
         codec::encode(&Sign1 {
             protected: <&ByteSlice>::from(&PROTECTED[..]),
             unprotected: EmptyMap,

@@ -70,7 +70,7 @@ impl Verified {
     }
 
     /// A core signed this.
-    pub(super) fn signed(&self, key: &VerifyingKey, message: &[u8], signature: &Signature) {
+    pub(super) fn signed(&self, key: &[u8; 32], message: &[u8], signature: &[u8; 64]) {
         let good = Good::new(key, message, signature);
         self.with(|memory| {
             memory.counts.made += 1;
@@ -99,7 +99,7 @@ impl Verified {
         signature: &Signature,
         verify: impl FnOnce() -> bool,
     ) -> bool {
-        let asked = Good::new(key, message, signature);
+        let asked = Good::new(key.as_bytes(), message, &signature.to_bytes());
         if self.with(|memory| memory.knows(&asked)) {
             return true;
         }
@@ -135,8 +135,8 @@ impl Memory {
 }
 
 impl Good {
-    fn new(key: &VerifyingKey, message: &[u8], signature: &Signature) -> Self {
-        Good { signature: signature.to_bytes(), over: [key.as_bytes(), message].concat().into() }
+    fn new(key: &[u8; 32], message: &[u8], signature: &[u8; 64]) -> Self {
+        Good { signature: *signature, over: [&key[..], message].concat().into() }
     }
 }
 
