@@ -9,6 +9,7 @@ use wire::mode::Mode;
 use wire::person::Alarm;
 use wire::time::Instant;
 
+use crate::history::{Happened, History};
 use crate::life::Life;
 use crate::shown::{Shown, ShownUnit};
 use crate::skew::Rate;
@@ -105,6 +106,8 @@ type Condition = (Alarm, u64);
 struct Raised {
     shown: ShownAlarm,
     occurrence: u64,
+    /// Whether its condition stood when it was looked at last.
+    stood: bool,
 }
 
 impl Raised {
@@ -123,36 +126,46 @@ pub struct Alarms {
 }
 
 impl Alarms {
-    /// Takes what is shown now into account.
-    pub fn fold(&mut self, shown: &Shown) {
+    /// Takes what is shown now into account, and tells `history` what has begun and what is over.
+    pub fn fold(&mut self, shown: &Shown, history: &mut History) {
         for raised in &mut self.raised {
-            raised.shown.standing = false;
+            raised.stood = core::mem::take(&mut raised.shown.standing);
         }
         for condition in conditions(shown) {
-            self.stands(shown.at, condition);
+            if self.stands(shown.at, condition) {
+                history.note(shown.at, Happened::Raised(condition.0));
+            }
         }
+        let over = self.raised.iter().filter(|r| r.stood && !r.shown.standing && !once(&r.shown.alarm));
+        over.for_each(|r| history.note(shown.at, Happened::Over(r.shown.alarm)));
         self.raised.retain(|raised| raised.shown.standing || !raised.shown.acknowledged);
     }
 
-    fn stands(&mut self, now: Instant, (alarm, occurrence): Condition) {
+    /// Whether it stands anew.
+    fn stands(&mut self, now: Instant, (alarm, occurrence): Condition) -> bool {
         let shown =
             ShownAlarm { alarm, priority: Priority::of(&alarm), since: now, standing: true, acknowledged: false };
+        let new = Raised { shown, occurrence, stood: false };
         let room = self.raised.len() < MAX_ALARMS;
         match self.raised.iter_mut().find(|raised| raised.shown.alarm == alarm) {
-            Some(raised) if raised.occurrence == occurrence => raised.shown.standing = true,
-            Some(raised) => *raised = Raised { shown, occurrence },
-            None if room => self.raised.push(Raised { shown, occurrence }),
-            None => self.crowd_out(Raised { shown, occurrence }),
+            Some(raised) if raised.occurrence == occurrence => {
+                raised.shown.standing = true;
+                return !raised.stood;
+            }
+            Some(raised) => *raised = new,
+            None if room => self.raised.push(new),
+            None => return self.crowd_out(new),
         }
+        true
     }
 
-    /// A full list gives its least urgent, oldest alarm up for a more urgent one. Either way one more is not listed.
-    fn crowd_out(&mut self, new: Raised) {
+    /// A full list gives its least urgent, oldest alarm up for a more urgent one. Either way one more is not listed. Whether the
+    /// new one is.
+    fn crowd_out(&mut self, new: Raised) -> bool {
         self.more = self.more.saturating_add(1);
         let least = self.raised.iter_mut().max_by_key(|r| (r.shown.priority, core::cmp::Reverse(r.shown.since)));
-        if let Some(least) = least.filter(|least| least.shown.priority > new.shown.priority) {
-            *least = new;
-        }
+        let least = least.filter(|least| least.shown.priority > new.shown.priority);
+        least.map(|least| *least = new).is_some()
     }
 
     /// Takes note of the alarm that was raised then. False where there is none.

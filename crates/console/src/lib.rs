@@ -12,6 +12,7 @@ pub mod beside;
 pub mod display;
 #[cfg(feature = "gui")]
 pub mod gui;
+pub mod history;
 pub mod intake;
 pub mod intent;
 pub mod interlock;

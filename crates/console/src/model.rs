@@ -19,6 +19,7 @@ use wire::trust::{Accepted, SignedReport};
 use crate::act::Hand;
 use crate::age::{Aged, Limits};
 use crate::alarm::Alarms;
+use crate::history::{Happened, History};
 use crate::life::Commands;
 use crate::shown::{LostTrack, Marks, Origin, Shown, ShownLink, ShownRefusals, ShownUnit, State};
 use crate::skew::Skew;
@@ -100,6 +101,7 @@ pub struct Model {
     losses: BTreeMap<PeerId, Losses>,
     commands: Commands,
     alarms: Alarms,
+    history: History,
     hand: Hand,
 }
 
@@ -137,6 +139,7 @@ impl Model {
             losses: BTreeMap::new(),
             commands: Commands::default(),
             alarms: Alarms::default(),
+            history: History::default(),
             hand: Hand::default(),
         }
     }
@@ -170,7 +173,11 @@ impl Model {
         }
         let (arrived, age) = (evidence.received, evidence.age);
         let mode = |heard: &Heard| heard.state.at(arrived, &self.limits).get().0.mode;
-        let since = slot.as_ref().filter(|heard| mode(heard) == report.mode).map_or(arrived, |heard| heard.since);
+        let same = slot.as_ref().filter(|heard| mode(heard) == report.mode);
+        let since = same.map_or(arrived, |heard| heard.since);
+        if same.is_none() {
+            self.history.note(arrived, Happened::Mode(*unit, report.mode, report.cause));
+        }
         let older = |by: Span| age.map(|age| age.after(by));
         let mut skew = match &mut *slot {
             Some(heard) if heard.report.boot == report.boot => core::mem::take(&mut heard.skew),
@@ -234,13 +241,17 @@ impl Model {
     }
 
     /// An alarm was taken note of; a track that it was about is gone from then on. False where there is no such alarm.
-    pub fn acknowledge(&mut self, alarm: &Alarm, since: Instant) -> bool {
+    pub fn acknowledge(&mut self, now: Instant, alarm: &Alarm, since: Instant) -> bool {
         if let Alarm::TrackLost(unit, boot, id) = alarm
             && let Some((_, Some(heard))) = self.units.iter_mut().find(|(u, _)| u == unit)
         {
             heard.lost.kept.retain(|(of, track, _)| (of, track.id()) != (boot, *id));
         }
-        self.alarms.acknowledge(alarm, since)
+        let noted = self.alarms.acknowledge(alarm, since);
+        if noted {
+            self.history.note(now, Happened::Acknowledged(*alarm));
+        }
+        noted
     }
 
     /// Who was asked to be struck.
@@ -250,8 +261,9 @@ impl Model {
 
     /// Raises the alarms of what is shown, and says so in it.
     pub fn watch(&mut self, shown: &mut Shown) {
-        self.alarms.fold(shown);
+        self.alarms.fold(shown, &mut self.history);
         (shown.alarms, shown.alarms_more) = self.alarms.shown();
+        (shown.past, shown.past_more) = self.history.shown();
     }
 
     /// The person's hand.
@@ -287,6 +299,7 @@ impl Model {
             |(unit, heard): &(UnitId, Option<Heard>)| heard.as_ref().map(|heard| self.shown_unit(now, *unit, heard));
         let refusals = self.refusals.iter();
         let (alarms, alarms_more) = self.alarms.shown();
+        let (past, past_more) = self.history.shown();
         Shown {
             at: now,
             operator: self.desk.operator,
@@ -316,6 +329,8 @@ impl Model {
             revocable: self.desk.revocable.clone(),
             alarms,
             alarms_more,
+            past,
+            past_more,
             prepared: self.hand.prepared(),
             answers: self.hand.answers(),
         }

@@ -47,7 +47,7 @@ impl Console {
             Deed::Nothing => None,
             Deed::Wish(wish) => self.carry_out(now, wish),
             Deed::Note(alarm, since) => {
-                self.model.acknowledge(&alarm, since);
+                self.model.acknowledge(now, &alarm, since);
                 None
             }
         });

@@ -18,6 +18,7 @@ use wire::time::{Instant, Span};
 use crate::act::{Answer, Prepared};
 use crate::age::{Labelled, Limits};
 use crate::alarm::ShownAlarm;
+use crate::history::Past;
 use crate::life::ShownCommand;
 use crate::skew::Rate;
 
@@ -188,6 +189,10 @@ pub struct Shown {
     pub alarms: Vec<ShownAlarm>,
     /// Alarms for which there was no room.
     pub alarms_more: u32,
+    /// What happened at this display, oldest first.
+    pub past: Vec<Past>,
+    /// How much of it is no longer kept.
+    pub past_more: u32,
     /// The order that waits to be confirmed.
     pub prepared: Option<Prepared>,
     /// What came of the last acts, oldest first.

@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use console::gui::layout::{Preset, Tiling};
+use console::gui::layout::Preset;
 use console::gui::replay::Tape;
 use console::gui::{Picture, Window, theme};
 use console::shown::Shown;
@@ -66,7 +66,7 @@ impl Take {
         ui.ctx().set_theme(if self.name.contains("+light") { Theme::Light } else { Theme::Dark });
         let preset = Preset::ALL.into_iter().find(|p| self.name.contains(&format!("+{}", p.name().to_lowercase())));
         let mut window = Window::new(UnitId::A, yard::site());
-        *window.tiling_mut() = Tiling::new(preset.unwrap_or(Preset::Operate));
+        window.layouts_mut().start_from(preset.unwrap_or(Preset::Operate));
         window
     }
 }

@@ -1,15 +1,18 @@
-//! Alarms: the most urgent first, with what they say, since when, whether they still stand, and whether somebody took note.
+//! Alarms: the most urgent first, with what they say, since when, whether they still stand, and whether somebody took note; or
+//! what happened, newest first.
 
-use eframe::egui::{Align, Button, Label, Layout, RichText, Role, TextEdit, Ui, WidgetInfo};
+use eframe::egui::{Align, Button, Checkbox, Label, Layout, RichText, Role, TextEdit, Ui, WidgetInfo};
 use egui_extras::{Column, TableBuilder, TableRow};
 
 use super::desk::Desk;
+use super::keys;
 use super::sign::{self, Shape, Tone};
 use super::theme::{Palette, ROW};
 use super::words;
 use super::{Wish, command};
 use crate::act::Act;
 use crate::alarm::{self, Priority, ShownAlarm};
+use crate::history::Past;
 use crate::shown::Shown;
 
 /// Longest text that is searched for, bytes.
@@ -26,7 +29,8 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec
         if ui.add_enabled(live && count > 0, Button::new("Acknowledge all")).clicked() {
             wishes.extend(shown.alarms.iter().filter(open).map(acknowledge));
         }
-        ui.checkbox(&mut desk.acknowledged, "acknowledged too");
+        ui.add_enabled(!desk.past, Checkbox::new(&mut desk.acknowledged, "acknowledged too"));
+        ui.checkbox(&mut desk.past, "history");
         let label = ui.label(RichText::new("search").weak());
         let edit = TextEdit::singleline(&mut desk.search).char_limit(MAX_SEARCH).desired_width(110.0);
         ui.add(edit).labelled_by(label.id);
@@ -36,6 +40,9 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec
         }
     });
     let wanted = desk.search.to_lowercase();
+    if desk.past {
+        return happened(ui, shown, &wanted);
+    }
     let fits = |alarm: &&ShownAlarm| {
         (desk.acknowledged || !alarm.acknowledged) && alarm::words(&alarm.alarm).to_lowercase().contains(&wanted)
     };
@@ -44,14 +51,46 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec
         ui.label(RichText::new(if shown.alarms.is_empty() { "No alarm." } else { "No alarm fits the search." }).weak());
         return;
     }
-    let table = TableBuilder::new(ui).striped(true).auto_shrink([false, false]);
-    let table = table.cell_layout(Layout::left_to_right(Align::Center));
-    let table = table.column(Column::exact(84.0)).column(Column::exact(84.0)).column(Column::exact(92.0));
+    let table = table(ui).column(Column::exact(84.0)).column(Column::exact(84.0)).column(Column::exact(92.0));
     table.column(Column::remainder().clip(true)).body(|body| {
         body.rows(ROW, listed.len(), |mut row| {
             if let Some(of) = listed.get(row.index()) {
                 cells(&mut row, shown, of, live, wishes);
             }
+        });
+    });
+}
+
+fn table(ui: &mut Ui) -> TableBuilder<'_> {
+    let table = TableBuilder::new(ui).striped(true).auto_shrink([false, false]);
+    table.cell_layout(Layout::left_to_right(Align::Center))
+}
+
+/// What happened, newest first.
+fn happened(ui: &mut Ui, shown: &Shown, wanted: &str) {
+    if shown.past_more > 0 {
+        let text = format!("{} older are no longer kept here; a recording has them", shown.past_more);
+        ui.label(RichText::new(text).weak());
+    }
+    let fits = |past: &&Past| past.what.words().to_lowercase().contains(wanted);
+    let listed: Vec<&Past> = shown.past.iter().rev().filter(fits).collect();
+    if listed.is_empty() {
+        ui.label(RichText::new("Nothing that fits has happened.").weak());
+        return;
+    }
+    keys::scroll_next(ui, "list of what happened");
+    table(ui).column(Column::exact(84.0)).column(Column::remainder().clip(true)).body(|body| {
+        body.rows(ROW, listed.len(), |mut row| {
+            let Some(past) = listed.get(row.index()) else { return };
+            row.col(|ui| {
+                ui.label(RichText::new(words::ago(shown.at.since(past.at))).monospace());
+            });
+            row.col(|ui| {
+                if let Some(priority) = past.what.priority() {
+                    sign::shape(ui, sign_of(priority).1, Tone::Weak, priority.name());
+                }
+                ui.add(Label::new(past.what.words()).truncate());
+            });
         });
     });
 }

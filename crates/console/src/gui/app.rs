@@ -14,7 +14,7 @@ use eframe::{App, CreationContext, Frame, NativeOptions};
 use wire::id::UnitId;
 use wire::time::{Instant, Span};
 
-use super::layout::{MAX_SAVED, Tiling};
+use super::layout::{Layouts, MAX_SAVED};
 use super::replay::{Seek, Tape};
 use super::{Picture, Window, Wish, theme};
 use crate::act::Act;
@@ -65,7 +65,7 @@ pub struct Looks {
     pub unit: UnitId,
     /// Beneath the map.
     pub site: Site,
-    /// Where the layout is kept between two runs; nowhere when absent.
+    /// Where layouts are kept between two runs; nowhere when absent.
     pub layout: Option<PathBuf>,
 }
 
@@ -100,8 +100,8 @@ struct Program {
 impl Program {
     fn new(looks: Looks, source: Box<dyn Source>) -> Self {
         let mut window = Window::new(looks.unit, looks.site);
-        if let Some(tiling) = looks.layout.as_ref().and_then(|path| kept(path)) {
-            *window.tiling_mut() = tiling;
+        if let Some(layouts) = looks.layout.as_ref().and_then(|path| kept(path)) {
+            *window.layouts_mut() = layouts;
         }
         Self { window, source, newest: None, came: 0.0, layout: looks.layout }
     }
@@ -148,14 +148,14 @@ impl App for Program {
 
     fn on_exit(&mut self, _: Option<&eframe::glow::Context>) {
         let Some(path) = &self.layout else { return };
-        // A layout that cannot be kept is no reason to fail at the end of a run.
-        let kept = self.window.tiling_mut().saved().map_err(std::io::Error::other);
+        // Layouts that cannot be kept are no reason to fail at the end of a run.
+        let kept = self.window.layouts_mut().saved().map_err(std::io::Error::other);
         let kept = kept.and_then(|saved| {
             path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
             std::fs::write(path, saved)
         });
         if let Err(why) = kept {
-            eprintln!("the layout was not kept in {}: {why}", path.display());
+            eprintln!("layouts were not kept in {}: {why}", path.display());
         }
     }
 }
@@ -170,12 +170,12 @@ fn behind(lain: Span) -> Option<Span> {
     Some(lain).filter(|lain| *lain > CURRENT)
 }
 
-/// The layout of the last run, if it can be used.
-fn kept(path: &std::path::Path) -> Option<Tiling> {
+/// The layouts of the last run, if they can be used.
+fn kept(path: &std::path::Path) -> Option<Layouts> {
     let mut saved = String::new();
     // One byte more than may be there, so that a longer one is found out without being read.
     std::fs::File::open(path).ok()?.take(MAX_SAVED as u64 + 1).read_to_string(&mut saved).ok()?;
-    Tiling::read(&saved).ok()
+    Layouts::read(&saved).ok()
 }
 
 #[cfg(test)]

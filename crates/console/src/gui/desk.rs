@@ -29,8 +29,10 @@ pub(super) struct Desk {
     pub(super) reason: String,
     /// The number of the act that prepared it.
     prepared: Option<u64>,
-    /// What alarms are searched for.
+    /// What alarms and what happened are searched for.
     pub(super) search: String,
+    /// Whether what happened is looked at in place of alarms.
+    pub(super) past: bool,
     /// Whether alarms that were acknowledged are shown.
     pub(super) acknowledged: bool,
     /// Whether what a recording has beside what was shown is looked at.
@@ -52,6 +54,7 @@ impl Desk {
             reason: String::new(),
             prepared: None,
             search: String::new(),
+            past: false,
             acknowledged: true,
             beside: true,
             sort: Sort::default(),

@@ -1,6 +1,6 @@
 //! Which panes stand where. Panes can be dragged, tabbed and resized; what must always be seen is no pane.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use eframe::egui::{Color32, Frame, Id, Margin, Style, Ui, Visuals, WidgetText};
 use egui_tiles::{Behavior, Linear, LinearDir, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
@@ -11,8 +11,12 @@ use super::{Wish, ages, alarms, map, refusals, tracks, why};
 use crate::shown::Shown;
 use crate::site::Site;
 
-/// Longest saved layout that is read, bytes.
+/// Longest file of layouts that is read, bytes.
 pub const MAX_SAVED: usize = 64 * 1024;
+/// The most layouts that are kept by a name.
+pub const MAX_NAMED: usize = 6;
+/// The longest name, characters.
+pub const MAX_NAME: usize = 16;
 
 /// A pane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -74,22 +78,102 @@ impl Preset {
     }
 }
 
-/// A saved layout cannot be used.
+/// Saved layouts cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum LayoutError {
     /// Too long.
-    #[error("a layout of at most {MAX_SAVED} bytes expected, got {0}")]
+    #[error("layouts of at most {MAX_SAVED} bytes expected, got {0}")]
     Length(usize),
     /// Not a layout.
-    #[error("not a layout: {0}")]
+    #[error("no layouts: {0}")]
     Schema(#[from] serde_json::Error),
     /// A pane is missing or there twice, or the tree does not hold together.
     #[error("each pane once expected")]
     Panes,
+    /// More of them than are kept, or one by a name that is none.
+    #[error("at most {MAX_NAMED} layouts expected, by names of 1 to {MAX_NAME} characters")]
+    Names,
 }
 
-/// The layout.
-#[derive(Debug)]
+/// The layout in use, and those that were kept by a name.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layouts {
+    now: Tiling,
+    named: BTreeMap<String, Tiling>,
+}
+
+impl Layouts {
+    /// One to choose from, and none by a name.
+    pub fn new(preset: Preset) -> Self {
+        Self { now: Tiling::new(preset), named: BTreeMap::new() }
+    }
+
+    /// The layout in use.
+    pub fn now(&mut self) -> &mut Tiling {
+        &mut self.now
+    }
+
+    /// Turns to one to choose from.
+    pub fn start_from(&mut self, preset: Preset) {
+        self.now = Tiling::new(preset);
+    }
+
+    /// The names, in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.named.keys().map(String::as_str)
+    }
+
+    /// Whether the layout in use can be kept by this name: there is room, or one by it is there to be replaced.
+    pub fn takes(&self, name: &str) -> bool {
+        is_name(name) && (self.named.len() < MAX_NAMED || self.named.contains_key(name))
+    }
+
+    /// Keeps the layout in use by a name that it takes.
+    pub fn keep(&mut self, name: &str) {
+        if self.takes(name) {
+            self.named.insert(name.to_owned(), self.now.clone());
+        }
+    }
+
+    /// Turns to the layout that was kept by this name.
+    pub fn turn_to(&mut self, name: &str) {
+        if let Some(kept) = self.named.get(name) {
+            self.now = kept.clone();
+        }
+    }
+
+    /// Forgets the layout that was kept by this name.
+    pub fn forget(&mut self, name: &str) {
+        self.named.remove(name);
+    }
+
+    /// As saved.
+    pub fn saved(&self) -> Result<String, LayoutError> {
+        Ok(serde_json::to_string(self)?)
+    }
+
+    /// From what was saved, which may be anything.
+    pub fn read(saved: &str) -> Result<Self, LayoutError> {
+        if saved.len() > MAX_SAVED {
+            return Err(LayoutError::Length(saved.len()));
+        }
+        let read: Self = serde_json::from_str(saved)?;
+        if read.named.len() > MAX_NAMED || !read.names().all(is_name) {
+            return Err(LayoutError::Names);
+        }
+        let sound = [&read.now].into_iter().chain(read.named.values()).all(|tiling| holds_together(&tiling.0));
+        if sound { Ok(read) } else { Err(LayoutError::Panes) }
+    }
+}
+
+fn is_name(name: &str) -> bool {
+    (1..=MAX_NAME).contains(&name.chars().count()) && name.trim() == name && !name.chars().any(char::is_control)
+}
+
+/// A layout.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(transparent)]
 pub struct Tiling(Tree<Pane>);
 
 impl Tiling {
@@ -127,20 +211,6 @@ impl Tiling {
     /// Turns to the pane, if it stands behind others.
     pub fn open(&mut self, pane: Pane) {
         self.0.make_active(|_, tile| matches!(tile, Tile::Pane(of) if *of == pane));
-    }
-
-    /// As saved.
-    pub fn saved(&self) -> Result<String, LayoutError> {
-        Ok(serde_json::to_string(&self.0)?)
-    }
-
-    /// From what was saved, which may be anything.
-    pub fn read(saved: &str) -> Result<Self, LayoutError> {
-        if saved.len() > MAX_SAVED {
-            return Err(LayoutError::Length(saved.len()));
-        }
-        let tree: Tree<Pane> = serde_json::from_str(saved)?;
-        if holds_together(&tree) { Ok(Self(tree)) } else { Err(LayoutError::Panes) }
     }
 }
 
@@ -225,21 +295,45 @@ mod tests {
     #[test]
     fn a_saved_layout_is_read_again_and_no_other_that_hides_or_repeats_a_pane() {
         for preset in Preset::ALL {
-            let tiling = Tiling::new(preset);
-            let saved = tiling.saved().unwrap();
-            assert_eq!(Tiling::read(&saved).unwrap().0, tiling.0);
-            assert!(matches!(Tiling::read(&saved.replace("\"tracks\"", "\"map\"")), Err(LayoutError::Panes)));
+            let mut layouts = Layouts::new(preset);
+            layouts.keep("night");
+            let saved = layouts.saved().unwrap();
+            let read = Layouts::read(&saved).unwrap();
+            assert_eq!((&read.now.0, &read.named["night"].0), (&layouts.now.0, &layouts.now.0));
+            assert!(matches!(Layouts::read(&saved.replacen("\"tracks\"", "\"map\"", 1)), Err(LayoutError::Panes)));
+            assert!(matches!(Layouts::read(&saved.replace("night", "")), Err(LayoutError::Names)));
         }
-        assert!(matches!(Tiling::read("{}"), Err(LayoutError::Schema(_))));
-        assert!(matches!(Tiling::read(&" ".repeat(MAX_SAVED + 1)), Err(LayoutError::Length(_))));
+        assert!(matches!(Layouts::read("{}"), Err(LayoutError::Schema(_))));
+        assert!(matches!(Layouts::read(&" ".repeat(MAX_SAVED + 1)), Err(LayoutError::Length(_))));
+    }
+
+    #[test]
+    fn a_layout_is_kept_by_a_name_and_as_many_as_there_is_room_for() {
+        let mut layouts = Layouts::new(Preset::Map);
+        let names = ["a", "b", "c", "d", "e", "f", "g"];
+        names.iter().for_each(|name| layouts.keep(name));
+        assert_eq!(layouts.names().collect::<Vec<_>>(), names[..MAX_NAMED]);
+        let map = layouts.now.clone();
+        layouts.start_from(Preset::Examine);
+        layouts.keep("b");
+        layouts.turn_to("a");
+        assert_eq!(layouts.now.0, map.0);
+        layouts.turn_to("b");
+        assert_eq!(layouts.now.0, Tiling::new(Preset::Examine).0, "it was replaced");
+        layouts.forget("a");
+        assert!(layouts.takes("g") && !layouts.takes(" g") && !layouts.takes("") && !layouts.takes(&"g".repeat(17)));
+        names.iter().for_each(|name| layouts.keep(name));
+        let saved = layouts.saved().unwrap();
+        assert!(saved.len() < MAX_SAVED / 2, "as many as are kept can be read: {}", saved.len());
     }
 
     #[test]
     fn a_layout_that_goes_in_a_circle_is_not_drawn() {
-        let mut tiling = Tiling::new(Preset::Map);
-        let root = tiling.0.root().unwrap();
-        let Some(Tile::Container(container)) = tiling.0.tiles.get_mut(root) else { panic!("a root of two") };
+        let mut layouts = Layouts::new(Preset::Map);
+        let tree = &mut layouts.now.0;
+        let root = tree.root().unwrap();
+        let Some(Tile::Container(container)) = tree.tiles.get_mut(root) else { panic!("a root of two") };
         container.add_child(root);
-        assert!(matches!(Tiling::read(&tiling.saved().unwrap()), Err(LayoutError::Panes)));
+        assert!(matches!(Layouts::read(&layouts.saved().unwrap()), Err(LayoutError::Panes)));
     }
 }

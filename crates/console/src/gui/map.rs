@@ -5,14 +5,14 @@
 //! symbols above labels; a label that finds no room is left out, and their number is said.
 
 use eframe::egui::{
-    Align2, Button, FontId, Painter, Pos2, Rect, Response, Role, Sense, Stroke, TextWrapMode, Ui, Vec2, WidgetInfo,
-    vec2,
+    Button, FontId, Painter, Pos2, Rect, Response, Role, Sense, Stroke, TextWrapMode, Ui, Vec2, WidgetInfo, vec2,
 };
 use wire::event::Freshness;
 use wire::id::{TrackId, UnitId};
 use wire::time::Span;
 
 use super::desk::Desk;
+use super::keys;
 use super::plan;
 use super::sign::{self, Shape, Tone};
 use super::theme::Palette;
@@ -22,6 +22,8 @@ use crate::site::{Place, Site};
 
 /// The largest circle that is drawn, metres: beyond it, "anywhere" is what it says.
 const WIDEST: f32 = 60.0;
+/// How far one press of an arrow moves the map, pixels.
+const STEP_PX: f32 = 60.0;
 /// How near a click has to be, points.
 const REACH: f32 = 14.0;
 /// Circles beyond which those of tracks would hide what they are about: then the chosen track and the units keep theirs.
@@ -88,7 +90,14 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
     if steer(ui, &response, &mut view) {
         desk.camera = Some(view.camera);
     }
-    if response.double_clicked() {
+    let pressed = keys::on_map(ui, &response);
+    if let Some(pressed) = pressed.filter(|pressed| pressed.to != Vec2::ZERO || pressed.zoom != 1.0) {
+        view.camera.center[0] += pressed.to.x * STEP_PX / view.camera.scale;
+        view.camera.center[1] += pressed.to.y * STEP_PX / view.camera.scale;
+        zoom(&mut view, rect.center(), pressed.zoom);
+        desk.camera = Some(view.camera);
+    }
+    if response.double_clicked() || pressed.is_some_and(|pressed| pressed.fit) {
         desk.camera = None;
     }
     let things = things(desk, shown, &view);
@@ -102,27 +111,28 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
     {
         desk.look_at(unit, track);
     }
-    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, says(&things)));
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, says(&things, &view)));
     if left_out > 0 {
         let circles = if crowded { "; circles of the chosen track and of units only" } else { "" };
         let note = format!("labels left out for want of room: {left_out}{circles}");
-        painter.text(
-            // Above the scale, which stands in the other corner.
-            rect.left_bottom() + vec2(8.0, -26.0),
-            Align2::LEFT_BOTTOM,
-            note,
-            FontId::proportional(11.0),
-            palette.weak,
-        );
+        let galley = painter.layout_no_wrap(note, FontId::proportional(11.0), palette.weak);
+        // Above the scale, which stands in the other corner, and over the axis.
+        let at = rect.left_bottom() + vec2(8.0, -26.0 - galley.size().y);
+        painter.rect_filled(Rect::from_min_size(at, galley.size()).expand(2.0), 0.0, palette.ground);
+        painter.galley(at, galley, palette.weak);
     }
     buttons(ui, desk, view);
 }
 
 /// What the map says to who cannot see it.
-fn says(things: &[Thing]) -> String {
+fn says(things: &[Thing], view: &View) -> String {
     let tracks = things.iter().filter(|thing| thing.track.is_some()).count();
     let worse = things.iter().filter(|thing| thing.freshness != Freshness::Fresh).count();
-    format!("MAP {} units, {tracks} tracks, {worse} not fresh", things.len() - tracks)
+    let (units, across, [east, north]) =
+        (things.len() - tracks, view.rect.width() / view.camera.scale, view.camera.center);
+    format!(
+        "MAP {units} units, {tracks} tracks, {worse} not fresh; {across:.0} m across about ({east:.0}, {north:.0}) m"
+    )
 }
 
 fn around(site: &Site, shown: &Shown) -> Vec<Place> {

@@ -17,6 +17,7 @@ mod command;
 mod contour;
 mod desk;
 mod given;
+mod keys;
 mod map;
 mod plan;
 mod refusals;
@@ -26,13 +27,13 @@ mod tracks;
 mod why;
 mod words;
 
-use eframe::egui::{CentralPanel, Frame, Margin, Panel, RichText, Theme, Ui};
+use eframe::egui::{Button, CentralPanel, Frame, Margin, Panel, RichText, TextEdit, Theme, Ui};
 use wire::id::UnitId;
 use wire::time::Span;
 
 use self::beside::Textures;
 use self::desk::Desk;
-use self::layout::{Panes, Preset, Tiling};
+use self::layout::{Layouts, MAX_NAME, Panes, Preset};
 use self::replay::{Seek, Tape};
 use self::theme::Palette;
 use crate::act::Act;
@@ -70,7 +71,9 @@ pub struct Picture<'p> {
 pub struct Window {
     desk: Desk,
     site: Site,
-    tiling: Tiling,
+    layouts: Layouts,
+    /// What a layout is to be called, as typed.
+    name: String,
     textures: Textures,
 }
 
@@ -80,14 +83,15 @@ impl Window {
         Self {
             desk: Desk::new(unit),
             site: site.sound(),
-            tiling: Tiling::new(Preset::Operate),
+            layouts: Layouts::new(Preset::Operate),
+            name: String::new(),
             textures: Textures::default(),
         }
     }
 
-    /// The layout, to keep or change it.
-    pub fn tiling_mut(&mut self) -> &mut Tiling {
-        &mut self.tiling
+    /// The layouts, to keep or change them.
+    pub fn layouts_mut(&mut self) -> &mut Layouts {
+        &mut self.layouts
     }
 
     /// Draws that there is no picture yet; what the person did meanwhile.
@@ -136,7 +140,7 @@ impl Window {
                 ui.set_opacity(PAST);
             }
             let (desk, site) = (&mut self.desk, &self.site);
-            self.tiling.draw(ui, &mut Panes { desk, site, shown, wishes: &mut wishes });
+            self.layouts.now().draw(ui, &mut Panes { desk, site, shown, wishes: &mut wishes });
         });
         wishes
     }
@@ -147,7 +151,7 @@ impl Window {
             ui.label(RichText::new("layout").weak().small());
             for preset in Preset::ALL {
                 if ui.small_button(preset.name()).clicked() {
-                    self.tiling = Tiling::new(preset);
+                    self.layouts.start_from(preset);
                 }
             }
             let dark = ui.visuals().dark_mode;
@@ -155,6 +159,27 @@ impl Window {
                 ui.ctx().set_theme(if dark { Theme::Light } else { Theme::Dark });
             }
         });
+        ui.horizontal_wrapped(|ui| self.kept(ui));
+    }
+
+    /// Layouts by the names that they were kept by.
+    fn kept(&mut self, ui: &mut Ui) {
+        let names: Vec<String> = self.layouts.names().map(str::to_owned).collect();
+        for name in &names {
+            if ui.small_button(name).clicked() {
+                self.layouts.turn_to(name);
+                self.name.clone_from(name);
+            }
+        }
+        let label = ui.label(RichText::new("keep as").weak().small());
+        ui.add(TextEdit::singleline(&mut self.name).char_limit(MAX_NAME).desired_width(90.0)).labelled_by(label.id);
+        let name = self.name.trim();
+        if ui.add_enabled(self.layouts.takes(name), Button::new("Keep").small()).clicked() {
+            self.layouts.keep(name);
+        }
+        if names.iter().any(|known| known == name) && ui.small_button("Forget").clicked() {
+            self.layouts.forget(name);
+        }
     }
 }
 

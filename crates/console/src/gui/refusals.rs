@@ -3,6 +3,7 @@
 use eframe::egui::{Align, Label, Layout, RichText, ScrollArea, Ui};
 use egui_extras::{Column, TableBuilder};
 
+use super::keys;
 use super::theme::{Palette, ROW};
 use super::words;
 use crate::shown::Shown;
@@ -22,6 +23,7 @@ fn table(ui: &mut Ui, shown: &Shown) {
     let mut refusals: Vec<_> = shown.refusals.iter().collect();
     // What was refused last stands first.
     refusals.sort_by_key(|refused| std::cmp::Reverse(refused.last));
+    keys::scroll_next(ui, "list of refusals");
     let mut table = TableBuilder::new(ui).striped(true).auto_shrink([false, false]);
     table = table.cell_layout(Layout::left_to_right(Align::Center));
     for (_, width) in HEADS {

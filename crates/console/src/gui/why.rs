@@ -5,6 +5,7 @@ use wire::event::Freshness;
 use wire::mode::Mode;
 
 use super::desk::Desk;
+use super::keys;
 use super::sign::{self, Shape, Tone};
 use super::theme::Palette;
 use super::words::seconds;
@@ -36,6 +37,7 @@ pub(super) fn draw(ui: &mut Ui, desk: &Desk, shown: &Shown) {
     let mut guards = unit.guards(&shown.bounds);
     // What fails stands first.
     guards.sort_by_key(|guard| guard.holds);
+    keys::scroll_next(ui, "list of guards");
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
         for guard in &guards {

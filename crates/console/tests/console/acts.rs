@@ -1,6 +1,7 @@
 //! What a person does: what is asked of the gateway for it, and what is refused, by name.
 
 use console::act::{Act, Alarm, MAX_ANSWERS, Order, PREPARED_FOR, Role, Unable};
+use console::history::{Happened, MAX_PAST};
 use console::life::Life;
 use wire::codec::Text;
 use wire::command::{Ack, CommandKind};
@@ -9,7 +10,7 @@ use wire::event::Event;
 use wire::feed::{CommandStage, Feed};
 use wire::id::{Boot, NodeId, PeerId, TrackId, UnitId};
 use wire::measured::Measured;
-use wire::mode::{Guard, Guards, Mode};
+use wire::mode::{Cause, Guard, Guards, Mode};
 use wire::report::{Report, ReportedAuthority};
 use wire::time::Span;
 
@@ -320,6 +321,37 @@ fn an_alarm_stays_until_it_is_over_and_noted_and_one_that_begins_again_has_to_be
     bench.act(Act::Acknowledge(over.alarm, over.since)).unwrap();
     bench.pass(Span::ms(1));
     assert_eq!(alarms(&bench).iter().filter(|shown| shown.alarm == over.alarm).count(), 0);
+}
+
+#[test]
+fn modes_and_alarms_that_are_over_are_kept_in_their_order_and_the_oldest_make_room() {
+    let mut bench = Bench::seating(Role::Operate);
+    bench.reports(Mode::Ready, Span::ms(100));
+    bench.reports(Mode::Degraded, Span::ms(100));
+    let degraded = Alarm::Degraded(UnitId::A);
+    let raised = bench.console.shown(bench.now).alarms.into_iter().find(|shown| shown.alarm == degraded).unwrap();
+    bench.act(Act::Acknowledge(degraded, raised.since)).unwrap();
+    bench.reports(Mode::Ready, Span::ms(100));
+    let mode = |mode| Happened::Mode(UnitId::A, mode, Cause::Start);
+    let told = [
+        mode(Mode::Ready),
+        mode(Mode::Degraded),
+        Happened::Raised(degraded),
+        Happened::Acknowledged(degraded),
+        mode(Mode::Ready),
+        Happened::Over(degraded),
+    ];
+    let past = bench.console.shown(bench.now).past;
+    let about: Vec<Happened> = past.iter().map(|past| past.what).filter(|what| told.contains(what)).collect();
+    assert_eq!(about, told);
+    assert!(past.is_sorted_by_key(|past| past.at));
+    for n in 0..2 * MAX_PAST {
+        bench.feed(&Feed::Session(PeerId::UNIT_A, n % 2 == 0));
+        bench.pass(Span::ms(1));
+    }
+    let shown = bench.console.shown(bench.now);
+    assert_eq!(shown.past.len(), MAX_PAST);
+    assert!(shown.past_more >= told.len() as u32 && shown.past.iter().all(|past| past.what != mode(Mode::Degraded)));
 }
 
 #[test]

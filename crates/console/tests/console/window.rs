@@ -4,7 +4,7 @@
 
 use console::act::{Act, Alarm, Order, PREPARED_FOR};
 use console::beside::{Beside, Image, Mark, Sight};
-use console::gui::layout::{Pane, Preset, Tiling};
+use console::gui::layout::{Pane, Preset};
 use console::gui::replay::{Seek, Tape};
 use console::gui::{Picture, Window, Wish, theme};
 use console::life::Life;
@@ -110,7 +110,7 @@ fn hold_is_one_button_away_in_every_scene_and_layout() {
     for (name, make) in SCENES.into_iter().filter(|(name, _)| *name != "view-only") {
         for preset in Preset::ALL {
             let mut seated = seat(make());
-            *seated.state_mut().window.tiling_mut() = Tiling::new(preset);
+            seated.state_mut().window.layouts_mut().start_from(preset);
             seated.run_steps(2);
             click(&mut seated, Kind::Button, "HOLD unit-a   F1");
             assert_eq!(held(&seated), 1, "{name}, {preset:?}");
@@ -358,9 +358,9 @@ fn the_safety_strip_is_there_in_every_layout_size_and_theme() {
     for (size, theme) in [(LEAST, Theme::Dark), (LAPTOP, Theme::Dark), (vec2(2560.0, 1440.0), Theme::Light)] {
         let mut seated = sized(scenes::authority(), size, theme);
         for preset in Preset::ALL {
-            *seated.state_mut().window.tiling_mut() = Tiling::new(preset);
+            seated.state_mut().window.layouts_mut().start_from(preset);
             for pane in Pane::ALL {
-                seated.state_mut().window.tiling_mut().open(pane);
+                seated.state_mut().window.layouts_mut().now().open(pane);
                 seated.run_steps(2);
                 for label in
                     ["MARK SIMULATION", "STATE unit-a PREPARE_TO_ACT", "STATE unit-b READY", "AUTHORITY unit-a track 1"]
@@ -389,9 +389,9 @@ fn no_layout_hides_that_a_picture_is_of_a_recording_or_of_an_ablation() {
             seated.state_mut().tape = Some(tape);
         }
         for preset in Preset::ALL {
-            *seated.state_mut().window.tiling_mut() = Tiling::new(preset);
+            seated.state_mut().window.layouts_mut().start_from(preset);
             for pane in Pane::ALL {
-                seated.state_mut().window.tiling_mut().open(pane);
+                seated.state_mut().window.layouts_mut().now().open(pane);
                 seated.run_steps(2);
                 let rect = seated.get_by_label_contains(mark).rect();
                 assert!(rect.width() > 60.0 && rect.right() <= LAPTOP.x && rect.bottom() < 60.0, "{mark}: {rect}");
@@ -443,6 +443,37 @@ fn alarms_are_searched_and_acknowledged_one_by_one_and_all_at_once() {
 }
 
 #[test]
+fn what_happened_is_listed_and_searched_when_its_alarms_are_gone() {
+    let mut seated = seat(scenes::hold_safe());
+    let note = "acknowledged: unit-a is in HOLD_SAFE";
+    click(&mut seated, Kind::Button, "Acknowledge all");
+    assert!(!says(&seated, note));
+    click(&mut seated, Kind::CheckBox, "history");
+    assert!(says(&seated, note) && says(&seated, "unit-a went to HOLD_SAFE, cause lost:teammates"));
+    type_into(&mut seated, "search", "went to");
+    assert!(!says(&seated, note) && says(&seated, "unit-a went to HOLD_SAFE"));
+}
+
+#[test]
+fn a_layout_is_kept_by_a_name_turned_to_and_forgotten() {
+    let mut seated = seat(scenes::nominal());
+    let drawn = |seated: &mut Seated| {
+        let saved = seated.state_mut().window.layouts_mut().saved().unwrap();
+        serde_json::from_str::<serde_json::Value>(&saved).unwrap()["now"].clone()
+    };
+    click(&mut seated, Kind::Button, "Examine");
+    let examine = drawn(&mut seated);
+    type_into(&mut seated, "keep as", "night");
+    click(&mut seated, Kind::Button, "Keep");
+    click(&mut seated, Kind::Button, "Operate");
+    assert_ne!(drawn(&mut seated), examine);
+    click(&mut seated, Kind::Button, "night");
+    assert_eq!(drawn(&mut seated), examine);
+    click(&mut seated, Kind::Button, "Forget");
+    assert!(seated.query_by_role_and_label(Kind::Button, "night").is_none());
+}
+
+#[test]
 fn commands_go_to_the_unit_that_is_chosen_and_hold_all_goes_to_each() {
     let mut seated = seat(scenes::nominal());
     click(&mut seated, Kind::Button, "unit-b");
@@ -474,7 +505,7 @@ fn every_control_is_reached_with_the_tab_key_alone() {
     let mut seated = seat(standing());
     click(&mut seated, Kind::RadioButton, "resume unit-a");
     let mut reached = Vec::new();
-    for _ in 0..60 {
+    for _ in 0..70 {
         press(&mut seated, Key::Tab);
         let focused = seated.root().children_recursive().find(|node| node.is_focused());
         reached.extend(focused.and_then(|node| node.accesskit_node().label()));
@@ -496,6 +527,45 @@ fn every_control_is_reached_with_the_tab_key_alone() {
     ] {
         assert!(reached.iter().any(|label| label == wanted), "{wanted} is not among {reached:?}");
     }
+}
+
+/// Presses Tab until what says this has the focus.
+fn tab_to(seated: &mut Seated, says: &str) {
+    let focused = |seated: &Seated| {
+        let label = |node: &egui_kittest::Node<'_>| node.accesskit_node().label().is_some_and(|l| l.starts_with(says));
+        seated.root().children_recursive().any(|node| node.is_focused() && label(&node))
+    };
+    for _ in 0..80 {
+        if focused(seated) {
+            return;
+        }
+        press(seated, Key::Tab);
+    }
+    panic!("Tab does not lead to {says}");
+}
+
+#[test]
+fn the_map_is_panned_and_zoomed_and_a_list_is_scrolled_by_keys_alone() {
+    let mut seated = sized(scenes::nominal(), LEAST, Theme::Dark);
+    let map = |seated: &Seated| {
+        let map = seated.query_all_by_role(Kind::Canvas).find_map(|node| node.accesskit_node().label());
+        map.expect("a map").split_once("; ").expect("where it looks").1.to_owned()
+    };
+    tab_to(&mut seated, "MAP");
+    let all = map(&seated);
+    press(&mut seated, Key::ArrowRight);
+    let right = map(&seated);
+    press(&mut seated, Key::Plus);
+    let nearer = map(&seated);
+    assert!(right != all && nearer != right, "{all}, {right}, {nearer}");
+    press(&mut seated, Key::Home);
+    assert_eq!(map(&seated), all);
+    tab_to(&mut seated, "list of guards");
+    let first = |seated: &Seated| seated.query_all_by_label_contains("ok rgb").next().map(|node| node.rect().top());
+    let top = first(&seated);
+    press(&mut seated, Key::ArrowDown);
+    seated.run_steps(20);
+    assert!(first(&seated) < top, "{:?}, {top:?}", first(&seated));
 }
 
 #[test]
@@ -572,9 +642,9 @@ fn every_scene_is_drawn_in_every_layout_and_theme_with_every_pane_open() {
     for (name, make) in SCENES {
         let mut seated = sized(make(), LAPTOP, if name.len() % 2 == 0 { Theme::Dark } else { Theme::Light });
         for preset in Preset::ALL {
-            *seated.state_mut().window.tiling_mut() = Tiling::new(preset);
+            seated.state_mut().window.layouts_mut().start_from(preset);
             for pane in Pane::ALL {
-                seated.state_mut().window.tiling_mut().open(pane);
+                seated.state_mut().window.layouts_mut().now().open(pane);
                 seated.run_steps(2);
             }
         }
