@@ -199,7 +199,7 @@ fn judged(guard: Guard, holds: bool, value: Option<i32>, limit: Limit) -> (Strin
     let words = |value: i32| match limit {
         Limit::Age(_) if value == i32::MAX => "unknown".to_owned(),
         Limit::Age(_) => format!("{value} ms"),
-        Limit::Spare(_) => format!("{:.2} m to spare", f64::from(value) / 1000.0),
+        Limit::Spare(_) => format!("{:.2} m", f64::from(value) / 1000.0),
         Limit::Drift(_) => format!("{value} mm s"),
         Limit::Offset(_) => format!("{:.1} ms", f64::from(value) / 1000.0),
     };

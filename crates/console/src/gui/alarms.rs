@@ -31,9 +31,11 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec
         }
         ui.add_enabled(!desk.past, Checkbox::new(&mut desk.acknowledged, "acknowledged too"));
         ui.checkbox(&mut desk.past, "history");
-        let label = ui.label(RichText::new("search").weak());
-        let edit = TextEdit::singleline(&mut desk.search).char_limit(MAX_SEARCH).desired_width(110.0);
-        ui.add(edit).labelled_by(label.id);
+        ui.horizontal(|ui| {
+            let label = ui.label(RichText::new("search").weak());
+            let edit = TextEdit::singleline(&mut desk.search).char_limit(MAX_SEARCH).desired_width(110.0);
+            ui.add(edit).labelled_by(label.id);
+        });
         if shown.alarms_more > 0 {
             let text = format!("{} more for which there was no room", shown.alarms_more);
             ui.label(RichText::new(text).color(Palette::of(ui).caution));

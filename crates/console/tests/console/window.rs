@@ -278,7 +278,7 @@ fn why_names_each_guard_with_what_it_was_judged_by_and_its_limit() {
     for (guard, line) in [
         (Guard::Thermal, "NO thermal 412 ms, limit 300 ms"),
         (Guard::Lease, "NO lease 612 ms, limit 500 ms"),
-        (Guard::Geofence, "NO geofence -1.24 m to spare, limit 0 m"),
+        (Guard::Geofence, "NO geofence -1.24 m, limit 0 m"),
         (Guard::Drift, "NO drift 27 mm s, limit 20 mm s"),
         (Guard::TimeBase, "NO time_base -7.3 ms, limit 5.0 ms"),
         (Guard::Teammates, "NO teammates unit-b: kinematics"),
