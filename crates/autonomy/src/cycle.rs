@@ -81,7 +81,8 @@ impl Autonomy {
         measured
             .claimed(self.teammates.standing())
             .with(Guard::Geofence, spare)
-            .aged(Guard::Lease, self.lease.age(Span::ms(self.bounds.lease_ms), now))
+            // At its full age it has lapsed.
+            .aged(Guard::Lease, self.lease.age(Span::ms(self.bounds.lease_ms), now).map(|age| age + Span(1)))
             .aged(Guard::SealedLog, self.seals.age(now))
     }
 

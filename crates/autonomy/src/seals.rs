@@ -22,18 +22,22 @@ pub struct Seals {
     /// Length of the own log at past moments, oldest first.
     marks: VecDeque<(Instant, u64)>,
     sealed: Option<(Instant, u64)>,
+    /// The oldest mark that no seal covers, where it is no longer among `marks`.
+    behind: Option<(Instant, u64)>,
 }
 
 impl Seals {
     /// For the log of `node` in `boot`; a seal may be at most `limit` old.
     pub fn new(node: NodeId, boot: Boot, limit: Span) -> Self {
-        Seals { node, boot, limit, marks: VecDeque::with_capacity(MARKS), sealed: None }
+        Seals { node, boot, limit, marks: VecDeque::with_capacity(MARKS), sealed: None, behind: None }
     }
 
     /// Notes how long the own log is now.
     pub fn mark(&mut self, now: Instant, entries: u64) {
         if self.marks.len() == MARKS {
-            self.marks.pop_front();
+            let (_, sealed) = self.sealed.unwrap_or_default();
+            let uncovered = self.marks.pop_front().filter(|(_, entries)| *entries > sealed);
+            self.behind = self.behind.or(uncovered);
         }
         self.marks.push_back((now, entries));
     }
@@ -43,15 +47,18 @@ impl Seals {
         let ours = seal.heads.iter().find(|head| head.node == self.node && head.boot == self.boot);
         if let Some(head) = ours {
             self.sealed = Some((received, head.counter));
+            self.behind = self.behind.filter(|(_, entries)| *entries > head.counter);
         }
     }
 
     /// For how long the own log has been without a seal over all of it, at least since the newest came; none before the first.
+    /// What is without one for just the limit is so for too long.
     pub fn age(&self, now: Instant) -> Option<Span> {
         let (at, sealed) = self.sealed?;
-        let uncovered = self.marks.iter().find(|(_, entries)| *entries > sealed);
-        let since = uncovered.map_or(at, |(then, _)| at.min(*then));
-        Some(now.since(since))
+        let marks = self.behind.iter().chain(&self.marks);
+        let uncovered = marks.clone().find(|(_, entries)| *entries > sealed);
+        let uncovered = uncovered.map_or(Span::ZERO, |(then, _)| now.since(*then) + Span(1));
+        Some(now.since(at).max(uncovered))
     }
 
     /// Why the log does not count as sealed, if it does not: silence of the recorder.
@@ -82,8 +89,17 @@ mod tests {
         seals.take(Instant(900_000), &seal(5));
         assert_eq!(seals.missing(Instant(1_000_000)), None);
         assert!(seals.missing(Instant(1_900_001)).is_some(), "old");
+        assert_eq!(seals.age(Instant(1_900_001)), Some(Span(1_000_001)));
         seals.mark(Instant(1_000_000), 9);
         seals.take(Instant(2_000_000), &seal(8));
         assert!(seals.missing(Instant(2_000_000)).is_some(), "stops short");
+        assert_eq!(seals.age(Instant(2_000_000)), Some(Span(1_000_001)), "just the limit is too long");
+        for n in 1..200 {
+            seals.mark(Instant(2_000_000 + n * 50_000), 9 + n);
+            seals.take(Instant(2_000_000 + n * 50_000), &seal(8));
+        }
+        assert_eq!(seals.age(Instant(12_000_000)), Some(Span(11_000_001)), "however many marks ago");
+        seals.take(Instant(12_000_000), &seal(300));
+        assert_eq!(seals.age(Instant(12_000_000)), Some(Span::ZERO));
     }
 }

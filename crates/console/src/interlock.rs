@@ -131,7 +131,7 @@ impl ShownUnit {
             let holds = !state.failing.has(guard);
             let (value, limit) = match Limit::of(guard, bounds) {
                 Some(limit) => judged(guard, holds, state.measured.of(guard), limit),
-                None if guard == Guard::Teammates => (claims(&state.measured), String::new()),
+                None if guard == Guard::Teammates => (claims(holds, &state.measured), String::new()),
                 None => self.designation(bounds),
             };
             Predicate::new(guard.name(), holds, value, limit)
@@ -199,15 +199,15 @@ fn judged(guard: Guard, holds: bool, value: Option<i32>, limit: Limit) -> (Strin
     let words = |value: i32| match limit {
         Limit::Age(_) if value == i32::MAX => "unknown".to_owned(),
         Limit::Age(_) => format!("{value} ms"),
-        Limit::Spare(_) => format!("{:.2} m", f64::from(value) / 1000.0),
+        Limit::Spare(_) => format!("{:.3} m", f64::from(value) / 1000.0),
         Limit::Drift(_) => format!("{value} mm s"),
-        Limit::Offset(_) => format!("{:.1} ms", f64::from(value) / 1000.0),
+        Limit::Offset(_) => format!("{value} us"),
     };
     let bound = match limit {
         Limit::Spare(bound) => format!("{} m", f64::from(bound) / 1000.0),
         Limit::Age(bound) | Limit::Drift(bound) | Limit::Offset(bound) => words(bound),
     };
-    let Some(value) = value else { return ("none yet".to_owned(), bound) };
+    let Some(value) = value else { return ("not known".to_owned(), bound) };
     let within = !holds && !limit.exceeded(value);
     match (within, limit) {
         (true, Limit::Age(_)) if guard == Guard::Localisation => {
@@ -220,8 +220,12 @@ fn judged(guard: Guard, holds: bool, value: Option<i32>, limit: Limit) -> (Strin
 }
 
 /// What was found of teammates' claims.
-fn claims(measured: &Measured) -> String {
-    measured.teammate().map_or("consistent".to_owned(), |(unit, found)| format!("{unit}: {}", found.name()))
+fn claims(holds: bool, measured: &Measured) -> String {
+    match measured.teammate() {
+        Some((unit, found)) => format!("{unit}: {}", found.name()),
+        None if holds => "consistent".to_owned(),
+        None => "not said whose".to_owned(),
+    }
 }
 
 fn ms(span: Span) -> String {

@@ -175,7 +175,7 @@ impl Model {
         let mode = |heard: &Heard| heard.state.at(arrived, &self.limits).get().0.mode;
         let same = slot.as_ref().filter(|heard| mode(heard) == report.mode);
         let since = same.map_or(arrived, |heard| heard.since);
-        if same.is_none() {
+        if same.is_none() && slot.is_some() {
             self.history.note(arrived, Happened::Mode(*unit, report.mode, report.cause));
         }
         let older = |by: Span| age.map(|age| age.after(by));

@@ -6,6 +6,7 @@
 use wire::codec::List;
 use wire::sensor::{Camera, Class, Detection, PixelBox};
 
+use crate::fault::MAX_CHAFF;
 use crate::noise::Noise;
 
 /// Scores of a weak detection, permille: not so low that the stage passes it over.
@@ -13,10 +14,10 @@ const SCORES: (f32, f32) = (500.0, 650.0);
 /// Width of a weak detection, pixels, and the height of any as a share of its width.
 const WIDTH: (f32, f32) = (16.0, 28.0);
 const HEIGHT: f32 = 0.4;
-/// The lines that pictures stand on, as shares of the image's height, and how wide they are there, pixels: a detector that
-/// has learned how large a vehicle is at its distance passes over those of another size. Of 32 pictures the shipped one finds
-/// 7 to 22 (median of 40 frames: 15); of 32 anywhere, 4 to 10.
-const LINES: [(f32, f32); 5] = [(0.33, 14.0), (0.42, 16.0), (0.5, 18.0), (0.6, 26.0), (0.73, 28.0)];
+/// The lines that pictures stand on, as shares of the image's height, how wide they are there, pixels, and how many of 32 stand
+/// there, apart from each other: a detector that has learned how large a vehicle is at its distance passes over those of another
+/// size. Of 32 the shipped one finds 7 to 21 (median of 40 frames: 16); of 32 anywhere, 4 to 10.
+const LINES: [(f32, f32, u16); 5] = [(0.33, 14.0, 8), (0.42, 16.0, 8), (0.5, 18.0, 7), (0.6, 26.0, 5), (0.73, 28.0, 4)];
 /// Their coats.
 const COATS: [[u8; 3]; 4] = [[150, 60, 50], [60, 80, 150], [200, 200, 200], [80, 40, 40]];
 
@@ -33,11 +34,15 @@ pub(crate) fn detect(camera: &Camera, noise: &mut Noise, count: u8, found: &mut 
 /// anywhere on.
 pub(crate) fn paint(camera: &Camera, noise: &mut Noise, count: u8, plane: &mut [u8]) {
     let (columns, rows) = (f32::from(camera.width), f32::from(camera.height));
-    for (line, (foot, width)) in LINES.into_iter().enumerate() {
-        let many = (usize::from(count) + LINES.len() - 1 - line) / LINES.len();
-        let from = between(noise, (0.0, columns));
+    let (mut of_most, mut painted) = (0, 0);
+    for (foot, width, share) in LINES {
+        of_most += share;
+        let many = u16::from(count) * of_most / u16::from(MAX_CHAFF) - painted;
+        painted += many;
+        let room = columns - width;
+        let from = between(noise, (0.0, room));
         for k in 0..many {
-            let left = (from + k as f32 * columns / many as f32) % (columns - width);
+            let left = (from + f32::from(k) * room / f32::from(many)) % room;
             let bounds = standing(left, foot * rows + between(noise, (-1.5, 1.5)), width);
             let coat = COATS[between(noise, (0.0, COATS.len() as f32)) as usize % COATS.len()];
             picture(camera, &bounds, coat, plane);

@@ -53,6 +53,7 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec
         ui.label(RichText::new(if shown.alarms.is_empty() { "No alarm." } else { "No alarm fits the search." }).weak());
         return;
     }
+    keys::scroll_next(ui, "list of alarms");
     let table = table(ui).column(Column::exact(84.0)).column(Column::exact(84.0)).column(Column::exact(92.0));
     table.column(Column::remainder().clip(true)).body(|body| {
         body.rows(ROW, listed.len(), |mut row| {

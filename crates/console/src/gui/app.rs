@@ -100,10 +100,18 @@ struct Program {
 impl Program {
     fn new(looks: Looks, source: Box<dyn Source>) -> Self {
         let mut window = Window::new(looks.unit, looks.site);
-        if let Some(layouts) = looks.layout.as_ref().and_then(|path| kept(path)) {
-            *window.layouts_mut() = layouts;
-        }
-        Self { window, source, newest: None, came: 0.0, layout: looks.layout }
+        let layout = looks.layout.filter(|path| match kept(path) {
+            Ok(layouts) => {
+                layouts.into_iter().for_each(|layouts| *window.layouts_mut() = layouts);
+                true
+            }
+            // What somebody kept is not written over.
+            Err(why) => {
+                eprintln!("{} cannot be used, and layouts are not kept until it is moved away: {why}", path.display());
+                false
+            }
+        });
+        Self { window, source, newest: None, came: 0.0, layout }
     }
 
     fn grant(&mut self, wishes: Vec<Wish>) {
@@ -152,7 +160,10 @@ impl App for Program {
         let kept = self.window.layouts_mut().saved().map_err(std::io::Error::other);
         let kept = kept.and_then(|saved| {
             path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
-            std::fs::write(path, saved)
+            // Whole or not at all.
+            let new = path.with_extension("new");
+            std::fs::write(&new, saved)?;
+            std::fs::rename(&new, path)
         });
         if let Err(why) = kept {
             eprintln!("layouts were not kept in {}: {why}", path.display());
@@ -170,12 +181,16 @@ fn behind(lain: Span) -> Option<Span> {
     Some(lain).filter(|lain| *lain > CURRENT)
 }
 
-/// The layouts of the last run, if they can be used.
-fn kept(path: &std::path::Path) -> Option<Layouts> {
+/// The layouts of the last run; none where there was none.
+fn kept(path: &std::path::Path) -> Result<Option<Layouts>, Box<dyn std::error::Error>> {
     let mut saved = String::new();
+    let file = match std::fs::File::open(path) {
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(None),
+        file => file?,
+    };
     // One byte more than may be there, so that a longer one is found out without being read.
-    std::fs::File::open(path).ok()?.take(MAX_SAVED as u64 + 1).read_to_string(&mut saved).ok()?;
-    Layouts::read(&saved).ok()
+    file.take(MAX_SAVED as u64 + 1).read_to_string(&mut saved)?;
+    Ok(Some(Layouts::read(&saved)?))
 }
 
 #[cfg(test)]

@@ -22,13 +22,12 @@ pub(super) struct Pressed {
     pub(super) fit: bool,
 }
 
-/// Keys on a map that has the focus; its frame says that it has it.
+/// Keys on a map that has the focus. Whoever draws it then draws its [`frame`] above it.
 pub(super) fn on_map(ui: &Ui, map: &Response) -> Option<Pressed> {
     if !map.has_focus() {
         return None;
     }
     hold_focus(ui, map);
-    frame(ui, map.rect);
     let times = times(ui);
     let to = vec2(times(Key::ArrowRight) - times(Key::ArrowLeft), times(Key::ArrowUp) - times(Key::ArrowDown));
     let steps = times(Key::Plus) + times(Key::Equals) - times(Key::Minus);
@@ -58,7 +57,8 @@ fn hold_focus(ui: &Ui, of: &Response) {
     ui.memory_mut(|memory| memory.set_focus_lock_filter(of.id, arrows));
 }
 
-fn frame(ui: &Ui, rect: Rect) {
+/// The frame around what has the focus.
+pub(super) fn frame(ui: &Ui, rect: Rect) {
     ui.painter().rect_stroke(rect.shrink(1.0), 0.0, Stroke::new(1.0, Palette::of(ui).mark), StrokeKind::Inside);
 }
 

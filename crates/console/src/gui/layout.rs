@@ -13,6 +13,8 @@ use crate::site::Site;
 
 /// Longest file of layouts that is read, bytes.
 pub const MAX_SAVED: usize = 64 * 1024;
+/// The largest number of a tile.
+const MAX_TILE: u64 = 1 << 32;
 /// The most layouts that are kept by a name.
 pub const MAX_NAMED: usize = 6;
 /// The longest name, characters.
@@ -91,7 +93,7 @@ pub enum LayoutError {
     #[error("each pane once expected")]
     Panes,
     /// More of them than are kept, or one by a name that is none.
-    #[error("at most {MAX_NAMED} layouts expected, by names of 1 to {MAX_NAME} characters")]
+    #[error("at most {MAX_NAMED} layouts expected, by names of 1 to {MAX_NAME} letters and digits")]
     Names,
 }
 
@@ -158,17 +160,27 @@ impl Layouts {
         if saved.len() > MAX_SAVED {
             return Err(LayoutError::Length(saved.len()));
         }
-        let read: Self = serde_json::from_str(saved)?;
+        // Before layouts had names a file was one of them.
+        let alone = || serde_json::from_str(saved).map(|now| Self { now, named: BTreeMap::new() });
+        let mut read: Self = serde_json::from_str(saved).or_else(|why| alone().map_err(|_| why))?;
         if read.named.len() > MAX_NAMED || !read.names().all(is_name) {
             return Err(LayoutError::Names);
         }
-        let sound = [&read.now].into_iter().chain(read.named.values()).all(|tiling| holds_together(&tiling.0));
-        if sound { Ok(read) } else { Err(LayoutError::Panes) }
+        for Tiling(tree) in [&mut read.now].into_iter().chain(read.named.values_mut()) {
+            if !holds_together(tree) {
+                return Err(LayoutError::Panes);
+            }
+            tree.tiles.recompute_next_tile_id();
+        }
+        Ok(read)
     }
 }
 
 fn is_name(name: &str) -> bool {
-    (1..=MAX_NAME).contains(&name.chars().count()) && name.trim() == name && !name.chars().any(char::is_control)
+    let plain = |c: char| c.is_alphanumeric() || matches!(c, ' ' | '-' | '_');
+    let own = Preset::ALL.iter().any(|preset| preset.name().eq_ignore_ascii_case(name));
+    let sized = (1..=MAX_NAME).contains(&name.chars().count());
+    sized && !own && name.chars().all(plain) && name.split(' ').all(|word| !word.is_empty())
 }
 
 /// A layout.
@@ -222,13 +234,13 @@ fn above(tiles: &mut Tiles<Pane>, upper: TileId, lower: TileId, share: f32) -> T
     tiles.insert_container(Linear::new_binary(LinearDir::Vertical, [upper, lower], share))
 }
 
-/// Whether every tile but the root is the child of one other that exists, and each pane is there once. With as many
-/// tiles as are reached from the root, nothing goes in a circle.
+/// Whether every tile but the root is the child of one other that exists, and each pane is there once and not hidden. With as many
+/// tiles as are reached from the root, nothing goes in a circle. Numbers that leave no room for another tile are no layout's.
 fn holds_together(tree: &Tree<Pane>) -> bool {
     let Some(root) = tree.root() else { return false };
     let (mut seen, mut panes, mut open) = (BTreeSet::new(), BTreeSet::new(), vec![root]);
     while let Some(tile) = open.pop() {
-        if !seen.insert(tile.0) {
+        if !seen.insert(tile.0) || !tree.is_visible(tile) || tile.0 > MAX_TILE {
             return false;
         }
         match tree.tiles.get(tile) {
@@ -301,7 +313,13 @@ mod tests {
             let read = Layouts::read(&saved).unwrap();
             assert_eq!((&read.now.0, &read.named["night"].0), (&layouts.now.0, &layouts.now.0));
             assert!(matches!(Layouts::read(&saved.replacen("\"tracks\"", "\"map\"", 1)), Err(LayoutError::Panes)));
-            assert!(matches!(Layouts::read(&saved.replace("night", "")), Err(LayoutError::Names)));
+            for name in ["", " night", "HOLD   F1", "examine", "a\u{202e}b"] {
+                assert!(matches!(Layouts::read(&saved.replace("night", name)), Err(LayoutError::Names)), "{name}");
+            }
+            let before = serde_json::to_string(&layouts.now).unwrap();
+            assert_eq!(Layouts::read(&before).unwrap().now.0, layouts.now.0, "of the version before");
+            let last = saved.replace("\"next_tile_id\":", "\"next_tile_id\":18446744073709551615,\"was\":");
+            assert!(Layouts::read(&last).is_ok(), "numbered anew: {last}");
         }
         assert!(matches!(Layouts::read("{}"), Err(LayoutError::Schema(_))));
         assert!(matches!(Layouts::read(&" ".repeat(MAX_SAVED + 1)), Err(LayoutError::Length(_))));

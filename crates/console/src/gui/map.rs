@@ -121,6 +121,9 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
         painter.rect_filled(Rect::from_min_size(at, galley.size()).expand(2.0), 0.0, palette.ground);
         painter.galley(at, galley, palette.weak);
     }
+    if response.has_focus() {
+        keys::frame(ui, rect);
+    }
     buttons(ui, desk, view);
 }
 

@@ -27,7 +27,7 @@ mod tracks;
 mod why;
 mod words;
 
-use eframe::egui::{Button, CentralPanel, Frame, Margin, Panel, RichText, TextEdit, Theme, Ui};
+use eframe::egui::{Button, CentralPanel, Frame, Margin, Panel, RichText, Role, TextEdit, Theme, Ui, WidgetInfo};
 use wire::id::UnitId;
 use wire::time::Span;
 
@@ -166,7 +166,9 @@ impl Window {
     fn kept(&mut self, ui: &mut Ui) {
         let names: Vec<String> = self.layouts.names().map(str::to_owned).collect();
         for name in &names {
-            if ui.small_button(name).clicked() {
+            let button = ui.small_button(name);
+            button.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("layout {name}")));
+            if button.clicked() {
                 self.layouts.turn_to(name);
                 self.name.clone_from(name);
             }

@@ -278,9 +278,9 @@ fn why_names_each_guard_with_what_it_was_judged_by_and_its_limit() {
     for (guard, line) in [
         (Guard::Thermal, "NO thermal 412 ms, limit 300 ms"),
         (Guard::Lease, "NO lease 612 ms, limit 500 ms"),
-        (Guard::Geofence, "NO geofence -1.24 m, limit 0 m"),
+        (Guard::Geofence, "NO geofence -1.240 m, limit 0 m"),
         (Guard::Drift, "NO drift 27 mm s, limit 20 mm s"),
-        (Guard::TimeBase, "NO time_base -7.3 ms, limit 5.0 ms"),
+        (Guard::TimeBase, "NO time_base -7300 us, limit 5000 us"),
         (Guard::Teammates, "NO teammates unit-b: kinematics"),
     ] {
         let yard = &mut seated.state_mut().yard;
@@ -467,10 +467,10 @@ fn a_layout_is_kept_by_a_name_turned_to_and_forgotten() {
     click(&mut seated, Kind::Button, "Keep");
     click(&mut seated, Kind::Button, "Operate");
     assert_ne!(drawn(&mut seated), examine);
-    click(&mut seated, Kind::Button, "night");
+    click(&mut seated, Kind::Button, "layout night");
     assert_eq!(drawn(&mut seated), examine);
     click(&mut seated, Kind::Button, "Forget");
-    assert!(seated.query_by_role_and_label(Kind::Button, "night").is_none());
+    assert!(seated.query_by_role_and_label(Kind::Button, "layout night").is_none());
 }
 
 #[test]
@@ -505,7 +505,7 @@ fn every_control_is_reached_with_the_tab_key_alone() {
     let mut seated = seat(standing());
     click(&mut seated, Kind::RadioButton, "resume unit-a");
     let mut reached = Vec::new();
-    for _ in 0..70 {
+    for _ in 0..80 {
         press(&mut seated, Key::Tab);
         let focused = seated.root().children_recursive().find(|node| node.is_focused());
         reached.extend(focused.and_then(|node| node.accesskit_node().label()));
