@@ -72,6 +72,25 @@ fn no_core_knows_a_clock_a_socket_tokio_or_link() {
     }
 }
 
+/// A mutant whose place is gone is never switched on, and would be taken for one that was noticed or not.
+#[test]
+fn every_mutant_has_its_one_place_in_the_sources() {
+    for list in ["mutants.toml", "properties.toml"] {
+        let text = fs::read_to_string(root().join("tests/mutants").join(list)).unwrap();
+        let table: toml::Table = text.parse().unwrap();
+        let mutants: Vec<&toml::Value> = table.values().filter_map(toml::Value::as_array).flatten().collect();
+        // One in several places lists them; any other is its place.
+        let places = |mutant: &toml::Value| mutant.get("places").and_then(toml::Value::as_array).cloned();
+        let places = mutants.iter().flat_map(|mutant| places(mutant).unwrap_or_else(|| vec![(*mutant).clone()]));
+        let found = places.map(|place| {
+            let text = |key: &str| place.get(key).and_then(toml::Value::as_str).expect(key).to_owned();
+            let times = fs::read_to_string(root().join(text("file"))).unwrap().matches(&text("find")).count();
+            assert_eq!(times, 1, "{list}: `{}` in {}", text("find"), text("file"));
+        });
+        assert!(found.count() >= mutants.len() && mutants.len() > 20, "{list}");
+    }
+}
+
 #[test]
 fn dependencies_point_one_way() {
     let ours = [

@@ -9,7 +9,7 @@ use wire::mode::Mode;
 use wire::person::Alarm;
 use wire::time::Instant;
 
-use crate::history::{Happened, History};
+use crate::history::{History, Incident};
 use crate::life::Life;
 use crate::shown::{Shown, ShownUnit};
 use crate::skew::Rate;
@@ -133,11 +133,11 @@ impl Alarms {
         }
         for condition in conditions(shown) {
             if self.stands(shown.at, condition) {
-                history.note(shown.at, Happened::Raised(condition.0));
+                history.note(shown.at, Incident::Raised(condition.0));
             }
         }
         let over = self.raised.iter().filter(|r| r.stood && !r.shown.standing && !once(&r.shown.alarm));
-        over.for_each(|r| history.note(shown.at, Happened::Over(r.shown.alarm)));
+        over.for_each(|r| history.note(shown.at, Incident::Over(r.shown.alarm)));
         self.raised.retain(|raised| raised.shown.standing || !raised.shown.acknowledged);
     }
 

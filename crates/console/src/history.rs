@@ -1,9 +1,10 @@
 //! What happened at this display: modes as they were reported, alarms as they came, went and were taken note of.
 //!
-//! It is bounded, and what it no longer has the recording has. What an operator still has to take note of is `alarm`'s, and
-//! never leaves a list for want of room here.
+//! It is bounded, and what it no longer has the recording has. What an operator still has to take note of is `alarm`'s; what a
+//! recording is jumped to is `moment`'s, which looks at two pictures.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use wire::id::UnitId;
 use wire::mode::{Cause, Mode};
@@ -17,7 +18,7 @@ pub const MAX_PAST: usize = 256;
 
 /// What can happen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Happened {
+pub enum Incident {
     /// A unit was reported in another mode than before, by this cause.
     Mode(UnitId, Mode, Cause),
     /// An alarm was raised.
@@ -28,22 +29,22 @@ pub enum Happened {
     Acknowledged(Alarm),
 }
 
-impl Happened {
+impl Incident {
     /// How urgent it was, where it was an alarm that was raised.
     pub fn priority(&self) -> Option<Priority> {
         match self {
-            Happened::Raised(alarm) => Some(Priority::of(alarm)),
-            Happened::Mode(..) | Happened::Over(_) | Happened::Acknowledged(_) => None,
+            Incident::Raised(alarm) => Some(Priority::of(alarm)),
+            Incident::Mode(..) | Incident::Over(_) | Incident::Acknowledged(_) => None,
         }
     }
 
     /// What it says.
     pub fn words(&self) -> String {
         match self {
-            Happened::Mode(unit, mode, cause) => format!("{unit} went to {}, cause {}", mode.name(), cause.label()),
-            Happened::Raised(alarm) => alarm::words(alarm),
-            Happened::Over(alarm) => format!("over: {}", alarm::words(alarm)),
-            Happened::Acknowledged(alarm) => format!("acknowledged: {}", alarm::words(alarm)),
+            Incident::Mode(unit, mode, cause) => format!("{unit} went to {}, cause {}", mode.name(), cause.label()),
+            Incident::Raised(alarm) => alarm::words(alarm),
+            Incident::Over(alarm) => format!("over: {}", alarm::words(alarm)),
+            Incident::Acknowledged(alarm) => format!("acknowledged: {}", alarm::words(alarm)),
         }
     }
 }
@@ -54,28 +55,30 @@ pub struct Past {
     /// On the console's clock.
     pub at: Instant,
     /// What.
-    pub what: Happened,
+    pub what: Incident,
 }
 
 /// The newest [`MAX_PAST`] of what happened.
 #[derive(Clone, Debug, Default)]
 pub struct History {
-    kept: VecDeque<Past>,
+    /// Shared with the pictures that show it, which are many for each entry.
+    kept: Arc<VecDeque<Past>>,
     more: u32,
 }
 
 impl History {
     /// Keeps one more, and gives up the oldest where there is no room.
-    pub fn note(&mut self, at: Instant, what: Happened) {
-        if self.kept.len() == MAX_PAST {
-            self.kept.pop_front();
+    pub fn note(&mut self, at: Instant, what: Incident) {
+        let kept = Arc::make_mut(&mut self.kept);
+        if kept.len() == MAX_PAST {
+            kept.pop_front();
             self.more = self.more.saturating_add(1);
         }
-        self.kept.push_back(Past { at, what });
+        kept.push_back(Past { at, what });
     }
 
     /// As drawn: oldest first, and how many are no longer there.
-    pub fn shown(&self) -> (Vec<Past>, u32) {
-        (self.kept.iter().copied().collect(), self.more)
+    pub fn shown(&self) -> (Arc<VecDeque<Past>>, u32) {
+        (Arc::clone(&self.kept), self.more)
     }
 }

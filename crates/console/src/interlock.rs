@@ -34,14 +34,15 @@ impl Predicate {
         Self { name, value: value.into(), limit: limit.into(), holds, unable: Unable::Interlock }
     }
 
+    /// How it is, and how it has to be; empty where neither is known.
+    pub fn measured(&self) -> String {
+        let Predicate { value, limit, .. } = self;
+        if value.is_empty() || limit.is_empty() { value.clone() } else { format!("{value}, limit {limit}") }
+    }
+
     /// Its name, value and limit.
     pub fn told(&self) -> String {
-        let Predicate { name, value, limit, .. } = self;
-        match (value.is_empty(), limit.is_empty()) {
-            (true, _) => (*name).to_owned(),
-            (false, true) => format!("{name} ({value})"),
-            (false, false) => format!("{name} ({value}, limit {limit})"),
-        }
+        if self.value.is_empty() { self.name.to_owned() } else { format!("{} ({})", self.name, self.measured()) }
     }
 
     fn or(self, unable: Unable) -> Self {

@@ -19,7 +19,7 @@ use wire::trust::{Accepted, SignedReport};
 use crate::act::Hand;
 use crate::age::{Aged, Limits};
 use crate::alarm::Alarms;
-use crate::history::{Happened, History};
+use crate::history::{History, Incident};
 use crate::life::Commands;
 use crate::shown::{LostTrack, Marks, Origin, Shown, ShownLink, ShownRefusals, ShownUnit, State};
 use crate::skew::Skew;
@@ -176,7 +176,7 @@ impl Model {
         let same = slot.as_ref().filter(|heard| mode(heard) == report.mode);
         let since = same.map_or(arrived, |heard| heard.since);
         if same.is_none() && slot.is_some() {
-            self.history.note(arrived, Happened::Mode(*unit, report.mode, report.cause));
+            self.history.note(arrived, Incident::Mode(*unit, report.mode, report.cause));
         }
         let older = |by: Span| age.map(|age| age.after(by));
         let mut skew = match &mut *slot {
@@ -249,7 +249,7 @@ impl Model {
         }
         let noted = self.alarms.acknowledge(alarm, since);
         if noted {
-            self.history.note(now, Happened::Acknowledged(*alarm));
+            self.history.note(now, Incident::Acknowledged(*alarm));
         }
         noted
     }

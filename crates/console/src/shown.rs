@@ -2,6 +2,9 @@
 //!
 //! A value that ages is here only as a [`Labelled`] one. Making it is left to `model`.
 
+use std::collections::VecDeque;
+use std::sync::Arc;
+
 use wire::bounds::Bounds;
 use wire::command::IntentHash;
 use wire::event::Freshness;
@@ -190,7 +193,7 @@ pub struct Shown {
     /// Alarms for which there was no room.
     pub alarms_more: u32,
     /// What happened at this display, oldest first.
-    pub past: Vec<Past>,
+    pub past: Arc<VecDeque<Past>>,
     /// How much of it is no longer kept.
     pub past_more: u32,
     /// The order that waits to be confirmed.

@@ -100,17 +100,16 @@ struct Program {
 impl Program {
     fn new(looks: Looks, source: Box<dyn Source>) -> Self {
         let mut window = Window::new(looks.unit, looks.site);
-        let layout = looks.layout.filter(|path| match kept(path) {
-            Ok(layouts) => {
-                layouts.into_iter().for_each(|layouts| *window.layouts_mut() = layouts);
-                true
-            }
+        let mut layout = looks.layout;
+        match layout.as_deref().map(kept) {
+            Some(Ok(Some(layouts))) => *window.layouts_mut() = layouts,
+            Some(Ok(None)) | None => {}
             // What somebody kept is not written over.
-            Err(why) => {
+            Some(Err(why)) => {
+                let path = layout.take().unwrap_or_default();
                 eprintln!("{} cannot be used, and layouts are not kept until it is moved away: {why}", path.display());
-                false
             }
-        });
+        }
         Self { window, source, newest: None, came: 0.0, layout }
     }
 

@@ -9,6 +9,7 @@ use wire::report::ReportedTrack;
 use wire::sensor::Modality;
 
 use super::desk::Desk;
+use super::keys;
 use super::sign::{self, Shape, Tone};
 use super::theme::{Palette, ROW};
 use super::words::{metres, origin, seconds};
@@ -83,6 +84,8 @@ fn table(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
         ui.weak("No unit reports a track.");
         return;
     }
+    // Rows out of sight hold no control that Tab could lead to.
+    keys::scroll_next(ui, "list of tracks");
     // The pointer takes the whole row; the keyboard stops once in it, at its name.
     let mut table = TableBuilder::new(ui).striped(true).sense(Sense::CLICK).auto_shrink([false, false]);
     table = table.cell_layout(Layout::left_to_right(Align::Center));

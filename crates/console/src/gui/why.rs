@@ -60,11 +60,7 @@ pub(super) fn row(ui: &mut Ui, predicate: &Predicate, current: bool) {
         (true, false) => palette.weak,
         (false, _) => palette.caution,
     };
-    let value = match (predicate.value.is_empty(), predicate.limit.is_empty()) {
-        (true, _) => String::new(),
-        (false, true) => predicate.value.clone(),
-        (false, false) => format!("{}, limit {}", predicate.value, predicate.limit),
-    };
+    let value = predicate.measured();
     let says = format!("{word} {} {value}", predicate.name);
     let row = ui.horizontal(|ui| {
         ui.spacing_mut().interact_size.y = 16.0;

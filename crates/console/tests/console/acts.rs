@@ -1,7 +1,7 @@
 //! What a person does: what is asked of the gateway for it, and what is refused, by name.
 
 use console::act::{Act, Alarm, MAX_ANSWERS, Order, PREPARED_FOR, Role, Unable};
-use console::history::{Happened, MAX_PAST};
+use console::history::{Incident, MAX_PAST};
 use console::life::Life;
 use wire::codec::Text;
 use wire::command::{Ack, CommandKind};
@@ -332,18 +332,18 @@ fn modes_and_alarms_that_are_over_are_kept_in_their_order_and_the_oldest_make_ro
     let raised = bench.console.shown(bench.now).alarms.into_iter().find(|shown| shown.alarm == degraded).unwrap();
     bench.act(Act::Acknowledge(degraded, raised.since)).unwrap();
     bench.reports(Mode::Ready, Span::ms(100));
-    let mode = |mode| Happened::Mode(UnitId::A, mode, Cause::Start);
+    let mode = |mode| Incident::Mode(UnitId::A, mode, Cause::Start);
     let told = [
         mode(Mode::Degraded),
-        Happened::Raised(degraded),
-        Happened::Acknowledged(degraded),
+        Incident::Raised(degraded),
+        Incident::Acknowledged(degraded),
         mode(Mode::Ready),
-        Happened::Over(degraded),
+        Incident::Over(degraded),
     ];
     let past = bench.console.shown(bench.now).past;
-    let about: Vec<Happened> = past.iter().map(|past| past.what).filter(|what| told.contains(what)).collect();
+    let about: Vec<Incident> = past.iter().map(|past| past.what).filter(|what| told.contains(what)).collect();
     assert_eq!(about, told);
-    assert!(past.is_sorted_by_key(|past| past.at));
+    assert!(past.iter().is_sorted_by_key(|past| past.at));
     for n in 0..2 * MAX_PAST {
         bench.feed(&Feed::Session(PeerId::UNIT_A, n % 2 == 0));
         bench.pass(Span::ms(1));
