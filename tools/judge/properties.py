@@ -5,6 +5,7 @@ what is shown of commands and sessions `control`'s.
 """
 
 import json
+import math
 from bisect import bisect_right
 
 from links import arrivals
@@ -187,6 +188,26 @@ def p6(log):
                 yield "P6", log.end, "datagrams between the relay and the guard of " + to
 
 
+# An undisturbed fix is never off by more than six deviations, 40 mm each on an axis.
+NEAR = 240
+
+
+def off_its_way(log, poses, place, since, t):
+    """How far a place is from the way between the poses of that time, or from what the unit can have driven since the last fix."""
+    at = [when for when, _, _ in poses]
+    way = poses[max(0, bisect_right(at, since) - 1) : bisect_right(at, t)]
+    if not way:
+        return float("inf")
+    place = (place["x_mm"], place["y_mm"])
+    far = [math.dist(place, way[-1][2]) - log.bounds["max_speed_mm_s"] * (t - way[-1][1]) / 1e6]
+    for (_, _, a), (_, _, b) in zip(way, way[1:]):
+        leg = math.dist(a, b)
+        dot = sum((p - q) * (r - q) for p, q, r in zip(place, a, b))
+        share = min(1.0, max(0.0, dot / leg**2)) if leg else 0.0
+        far.append(math.dist(place, [q + share * (r - q) for q, r in zip(a, b)]))
+    return min(far)
+
+
 def p7(log):
     limit = (log.bounds["freshness_ms"] + log.bounds["telemetry_period_ms"]) * 1000 + SLACK
     accepted = {}
@@ -194,6 +215,11 @@ def p7(log):
         accepted[key_of_record(e["event"]["record"])] = e["t_us"]
     went_by = [(e["t_us"], e["event"]) for e in log.of("judged", by="unit-a")]
     times = [t for t, _ in went_by]
+    minted = [(e["t_us"], e["event"]["track"]) for e in log.of("minted", by="unit-a")]
+    poses = [
+        (e["t_us"], e["t_us"] - (e["local_us"] - e["event"]["stamp"]), (e["event"]["pose_x_mm"], e["event"]["pose_y_mm"]))
+        for e in log.of("located", by="unit-a")
+    ]
     for e in log.of("displayed"):
         ev, t = e["event"], e["t_us"]
         if ev["freshness"] != "fresh":
@@ -205,16 +231,22 @@ def p7(log):
         since = max(0, t - limit)
         if not log.was_in(ev["mode"], since, t):
             yield "P7", t, "a mode shown fresh that the unit was not in"
-        held = log.was_in("PREPARE_TO_ACT", since, t)
+        held = any(
+            track == ev["authority"] and max(at, since) <= min(until, t) and log.was_in("PREPARE_TO_ACT", max(at, since), min(until, t))
+            for (at, track), until in zip(minted, [at for at, _ in minted[1:]] + [float("inf")])
+        )
         other = any(log.was_in(m, since, t) for m in ("IDLE", "READY", "DEGRADED", "HOLD_SAFE"))
-        if ev["authority"] and not held or not ev["authority"] and not other:
+        if ev["authority"] is not None and not held or ev["authority"] is None and not other:
             yield "P7", t, "authority shown fresh that was not so"
         # What the unit went by at the beginning of that time, and every change within it.
         lately = [ev for _, ev in went_by[max(0, bisect_right(times, since) - 1) : bisect_right(times, t)]]
         if not any(sorted(was["failing"]) == sorted(ev["failing"]) for was in lately):
             yield "P7", t, "guards shown fresh as failing that were not so"
-        if ev["placed"] and not any(was["placed"] for was in lately):
-            yield "P7", t, "a place shown fresh that was older at the unit"
+        if ev["place"] is not None:
+            if not any(was["placed"] for was in lately):
+                yield "P7", t, "a place shown fresh that was older at the unit"
+            elif off_its_way(log, poses, ev["place"], since, t) > NEAR:
+                yield "P7", t, "a place shown fresh where the unit did not take itself to be"
         if ev["tracks_fresh"] > max((was["tracks"] for was in lately), default=0):
             yield "P7", t, "more tracks shown fresh than the unit had"
 

@@ -210,6 +210,7 @@ impl Autonomy {
     fn configured(&mut self, settings: &Settings) {
         let before = self.bounds.fence_margin_mm;
         self.bounds = settings::under(settings, &self.identity.bounds);
+        self.standing.settings = Some(*settings);
         if self.bounds.fence_margin_mm != before {
             self.mission.replan(plan(&self.fence, &self.map, &self.bounds));
         }

@@ -11,6 +11,7 @@ use wire::policy::Waived;
 use wire::refusal::Reason;
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::ProductMode;
+use wire::settings::Settings;
 use wire::sign::Purpose;
 use wire::time::{Echo, Instant, Span};
 use wire::track::Track;
@@ -36,6 +37,8 @@ pub struct Standing {
     pub lease_waived: Waived,
     /// How often our session at the broker was lost.
     pub sessions_lost: u32,
+    /// What an operator has set.
+    pub settings: Option<Settings>,
 }
 
 /// What a report is made from.
@@ -92,6 +95,7 @@ impl Sources<'_> {
             watched: self.watched,
             sessions_lost: self.standing.sessions_lost,
             measured: self.measured,
+            settings: self.standing.settings,
         }
     }
 

@@ -1,7 +1,7 @@
 //! What the display shows, told to the instrument plane: whenever it changes, and often enough otherwise.
 
 use wire::event::{Event, Freshness, ShownAs};
-use wire::id::{CommandId, PeerId, UnitId};
+use wire::id::{CommandId, PeerId, TrackId, UnitId};
 use wire::mode::{Guards, Mode};
 use wire::time::{Instant, Span};
 
@@ -14,7 +14,7 @@ pub const REPEAT: Span = Span::ms(200);
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Face {
     mode: Mode,
-    authority: bool,
+    authority: Option<TrackId>,
     freshness: Freshness,
     tracks_fresh: u8,
     tracks_stale: u8,
@@ -61,7 +61,7 @@ impl Witness {
             tracks_stale: face.tracks_stale,
             report: shown.report,
             failing: face.failing,
-            placed: face.placed,
+            place: face.placed.then_some(*shown.pose.get().0),
         })
     }
 }
@@ -70,7 +70,7 @@ fn face(shown: &ShownUnit) -> Face {
     let (state, freshness) = shown.state.get();
     Face {
         mode: state.mode,
-        authority: state.authority.is_some(),
+        authority: state.authority.map(|held| held.track),
         freshness,
         tracks_fresh: shown.tracks_labelled(&[Freshness::Fresh]),
         tracks_stale: shown.tracks_labelled(&[Freshness::Stale, Freshness::Lost]),

@@ -110,7 +110,7 @@ impl Shown {
             CommandKind::Enable | CommandKind::Resume => all.push(guards_hold(state)),
             CommandKind::Arm(track) => {
                 all.push(guards_hold(state));
-                all.extend(designates(shown, track, self.bounds.designation_confidence));
+                all.extend(designates(shown, track, shown.settings(&self.bounds).arm_permille));
             }
             CommandKind::Confirm(track) => {
                 all.push(guards_hold(state));
@@ -145,7 +145,7 @@ impl ShownUnit {
         let designated = self.state.get().0.authority.map(|held| held.track);
         let track = self.tracks.iter().map(|track| track.get().0).find(|track| Some(track.id) == designated);
         track.map_or((String::new(), String::new()), |track| {
-            (permille(track.confidence), permille(bounds.designation_keep))
+            (permille(track.confidence), permille(self.settings(bounds).keep_permille))
         })
     }
 }

@@ -172,8 +172,7 @@ fn brought_about(kind: CommandKind, report: &Report) -> bool {
         CommandKind::Enable | CommandKind::Resume => report.mode == Mode::Ready,
         CommandKind::Arm(track) => report.authority.is_some_and(|held| held.track == track),
         CommandKind::Confirm(_) => report.authority.is_none() && report.cause == Cause::Acted,
-        // The values are not in the report; that it was executed is in the acknowledgement.
-        CommandKind::Configure(_) => true,
+        CommandKind::Configure(values) => report.settings == Some(values),
     }
 }
 

@@ -402,6 +402,7 @@ fn state_of(report: &Report) -> State {
         cause: report.cause,
         failing: report.failing,
         measured: report.measured,
+        settings: report.settings,
         authority: report.authority,
         speed_mm_s: report.speed_mm_s,
         nonce: report.command_nonce,

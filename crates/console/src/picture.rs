@@ -92,6 +92,7 @@ fn unit(shown: &Shown, of: &ShownUnit) -> Value {
                 "name": guard.name, "holds": guard.holds, "value": guard.value, "limit": guard.limit,
             })).collect::<Value>(),
             "authority": state.authority.map(|held| json!({ "track": held.track.0, "left_ms": ms(held.left) })),
+            "settings": of.settings(&shown.bounds),
             "speed_mm_s": state.speed_mm_s,
             "progress_permille": state.progress,
         })),

@@ -16,6 +16,7 @@ use wire::policy::Waived;
 use wire::refusal::Reason;
 use wire::report::{ReportedAuthority, ReportedTrack};
 use wire::sensor::{Pose, ProductMode};
+use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
 use crate::act::{Answer, Prepared};
@@ -36,6 +37,8 @@ pub struct State {
     pub failing: Guards,
     /// What they were judged by.
     pub measured: Measured,
+    /// What an operator has set, where it does not go by the platform's own values.
+    pub settings: Option<Settings>,
     /// Authority, while it was held.
     pub authority: Option<ReportedAuthority>,
     /// Forward speed, mm/s.
@@ -114,6 +117,11 @@ pub struct ShownUnit {
 }
 
 impl ShownUnit {
+    /// The values that it goes by: what was set, else the platform's own.
+    pub fn settings(&self, bounds: &Bounds) -> Settings {
+        self.state.get().0.settings.unwrap_or(Settings::of(bounds))
+    }
+
     /// How many tracks carry one of these labels.
     pub fn tracks_labelled(&self, labels: &[Freshness]) -> u8 {
         self.tracks.iter().filter(|t| labels.contains(&t.freshness())).count() as u8

@@ -189,6 +189,7 @@ fn record(key: &Key, n: u64) -> Vec<u8> {
         watched: None,
         sessions_lost: 0,
         measured: Measured::default(),
+        settings: None,
     };
     let signed = key.sign(Purpose::Report, &codec::encode(&report));
     codec::encode(&Hop {

@@ -11,6 +11,7 @@ use crate::measured::Measured;
 use crate::mode::{Cause, Guards, Mode};
 use crate::refusal::Reason;
 use crate::sensor::{Class, Modalities, Pose, ProductMode};
+use crate::settings::Settings;
 use crate::time::{Echo, PeerStamp, Span};
 
 /// Longest encoded and signed report in bytes; leaves room for the hop in one 1,200-byte datagram.
@@ -114,6 +115,9 @@ pub struct Report {
     /// What the guards were judged by.
     #[n(18)]
     pub measured: Measured,
+    /// What an operator has set, where the unit does not go by the platform's own values.
+    #[n(19)]
+    pub settings: Option<Settings>,
 }
 
 impl Report {

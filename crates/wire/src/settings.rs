@@ -3,10 +3,14 @@
 //! Each value has a range of its own, which is part of the schema. Whether the values are safe together depends on the
 //! platform and is judged by the unit (`autonomy::settings`).
 
+use core::ops::RangeInclusive;
+
 use minicbor::{Decode, Decoder, Encode};
 
-/// Ranges of the single values: speed, margin, confidence to arm, confidence to keep.
-const RANGES: [core::ops::RangeInclusive<u16>; 4] = [500..=3000, 300..=5000, 500..=950, 300..=900];
+use crate::bounds::Bounds;
+
+/// Ranges of the single values, in their order.
+pub const RANGES: [RangeInclusive<u16>; 4] = [500..=3000, 300..=5000, 500..=950, 300..=900];
 
 /// Values for one mission.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, serde::Serialize, serde::Deserialize)]
@@ -24,6 +28,23 @@ pub struct Settings {
     /// Confidence below which a designated track is given up, permille.
     #[n(3)]
     pub keep_permille: u16,
+}
+
+impl Settings {
+    /// A platform's own values, as near as they can be set.
+    pub fn of(bounds: &Bounds) -> Settings {
+        let own = [
+            bounds.max_speed_mm_s,
+            bounds.fence_margin_mm,
+            bounds.designation_confidence.into(),
+            bounds.designation_keep.into(),
+        ];
+        let near = |value: u32, range: &RangeInclusive<u16>| {
+            value.clamp((*range.start()).into(), (*range.end()).into()) as u16
+        };
+        let [speed_mm_s, margin_mm, arm_permille, keep_permille] = core::array::from_fn(|k| near(own[k], &RANGES[k]));
+        Settings { speed_mm_s, margin_mm, arm_permille, keep_permille }
+    }
 }
 
 impl<'b, C> Decode<'b, C> for Settings {

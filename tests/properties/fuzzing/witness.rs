@@ -100,7 +100,12 @@ impl Witness {
             }
             Event::Accepted { at: Interface::Uplink, peer, record, .. } => self.accepted.push((peer, record)),
             Event::Displayed { unit: UnitId::A, authority, freshness, report, .. } => {
-                self.shown.push(Shown { at_ms, fresh: freshness == Freshness::Fresh, authority, report });
+                self.shown.push(Shown {
+                    at_ms,
+                    fresh: freshness == Freshness::Fresh,
+                    authority: authority.is_some(),
+                    report,
+                });
             }
             Event::Minted { .. } if unit_a => self.authority.push((at_ms, true)),
             Event::Revoked { .. } | Event::Acted { .. } if unit_a => self.authority.push((at_ms, false)),

@@ -53,11 +53,12 @@ fn p1_authority_that_outlives_its_time_and_p11_one_on_another_track_than_was_ord
     }
     assert_eq!(log.breaks(), [Property::P1], "8.3 s of it");
     let mut log = Log::whole();
-    let minted = log.entries.iter_mut().find_map(|w| match &mut w.entry.event {
-        Event::Minted { track, .. } => Some(track),
-        _ => None,
-    });
-    *minted.expect("it was minted") = TrackId(2);
+    for w in &mut log.entries {
+        match &mut w.entry.event {
+            Event::Minted { track, .. } | Event::Displayed { authority: Some(track), .. } => *track = TrackId(2),
+            _ => {}
+        }
+    }
     assert_eq!(log.breaks(), [Property::P11]);
 }
 

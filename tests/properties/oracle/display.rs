@@ -3,11 +3,11 @@
 use campaign::oracle::{Planned, Property};
 use wire::core::Side;
 use wire::event::{Action, Event, ShownAs};
-use wire::id::NodeId;
+use wire::id::{NodeId, TrackId};
 use wire::mode::{Guard, Guards, Mode};
 use wire::time::Span;
 
-use super::log::{Log, command};
+use super::log::{Log, command, way};
 
 #[test]
 fn p7_a_record_accepted_after_it_was_held_back_too_long() {
@@ -53,7 +53,7 @@ fn p7_authority_shown_fresh_that_the_unit_does_not_hold_or_hidden_while_it_does(
         let mut log = Log::whole();
         for w in log.entries.iter_mut().filter(|w| w.at == ms * 1000) {
             if let Event::Displayed { authority, .. } = &mut w.entry.event {
-                *authority = !*authority;
+                *authority = if authority.is_some() { None } else { Some(TrackId(1)) };
             }
         }
         log.breaks()
@@ -61,6 +61,37 @@ fn p7_authority_shown_fresh_that_the_unit_does_not_hold_or_hidden_while_it_does(
     assert_eq!(shown(1505), [Property::P7], "shown");
     assert_eq!(shown(5005), [Property::P7], "hidden");
     assert_eq!(shown(2105), [], "it had none just before");
+}
+
+#[test]
+fn p7_authority_shown_fresh_over_another_track_than_the_unit_holds_it_over() {
+    let mut log = Log::whole();
+    for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
+        if let Event::Displayed { authority, .. } = &mut w.entry.event {
+            *authority = Some(TrackId(2));
+        }
+    }
+    assert_eq!(log.breaks(), [Property::P7]);
+}
+
+#[test]
+fn p7_a_place_shown_fresh_where_the_unit_did_not_take_itself_to_be() {
+    let shown = |north_mm: i32, of_ms: u64| {
+        let mut log = Log::whole();
+        for w in log.entries.iter_mut().filter(|w| w.at == 5_005_000) {
+            if let Event::Displayed { place: Some(place), .. } = &mut w.entry.event {
+                *place = way(of_ms);
+                place.y_mm += north_mm;
+            }
+        }
+        log.breaks()
+    };
+    assert_eq!(shown(0, 5005), []);
+    assert_eq!(shown(0, 4700), [], "it was there within a telemetry period and Tf");
+    assert_eq!(shown(230, 4700), [], "a fix may be so far off");
+    assert_eq!(shown(600, 4700), [Property::P7], "beside its way, farther than it can have driven since it last said");
+    assert_eq!(shown(0, 4000), [Property::P7], "where it was too long before");
+    assert_eq!(shown(0, 6000), [Property::P7], "where it will be");
 }
 
 #[test]

@@ -10,7 +10,7 @@ use wire::event::{Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guards, Mode};
 use wire::policy::Waived;
-use wire::sensor::{Class, Modalities, Modality};
+use wire::sensor::{Class, Modalities, Modality, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
 
 /// A whole log holds authority from 2 s to its end.
@@ -41,6 +41,9 @@ impl Log {
         for t in (100..10_000).step_by(100) {
             let mode = log.mode(t);
             log.report(t).displayed(t + 5, mode, t).heard(t).truth(t, 1000, 5000);
+            if t % 200 == 100 {
+                log.located(t, way(t));
+            }
         }
         log
     }
@@ -84,16 +87,24 @@ impl Log {
         let event = Event::Displayed {
             unit: UnitId::A,
             mode,
-            authority: mode == Mode::PrepareToAct,
+            authority: (mode == Mode::PrepareToAct).then_some(TrackId(1)),
             freshness: Freshness::Fresh,
             age: Span::ms(5),
             tracks_fresh: 1,
             tracks_stale: 0,
             report: record(report),
             failing: Guards::default(),
-            placed: true,
+            place: Some(way(ms)),
         };
         self.add(ms, NodeId::CONSOLE, event)
+    }
+
+    /// The unit takes itself to be there, by a fix of then.
+    pub(crate) fn located(&mut self, ms: u64, at: Pose) -> &mut Log {
+        let Pose { x_mm, y_mm, .. } = at;
+        let (stamp, time) = (Instant(ms * 1000), ReceiverTime(ms * 1000));
+        let event = Event::Located { stamp, x_mm, y_mm, time, pose_x_mm: x_mm, pose_y_mm: y_mm, distrusted: false };
+        self.add(ms, NodeId::UNIT_A, event)
     }
 
     /// From `ms` on the unit goes by this.
@@ -126,8 +137,8 @@ impl Log {
     pub(crate) fn truth(&mut self, ms: u64, speed: i32, fence: i32) -> &mut Log {
         let event = Event::Truth {
             unit: UnitId::A,
-            x_mm: 0,
-            y_mm: 0,
+            x_mm: way(ms).x_mm,
+            y_mm: way(ms).y_mm,
             yaw_mrad: 0,
             speed_mm_s: speed,
             set_speed_mm_s: speed,
@@ -213,6 +224,8 @@ impl Log {
     /// `node` was killed on purpose at `ms`.
     pub(crate) fn killed(&mut self, ms: u64, node: NodeId) -> &mut Log {
         self.planned.push(Planned::Kill(node).into());
+        let says = |w: &Witnessed| w.entry.node == node && matches!(w.entry.event, Event::Located { .. });
+        self.entries.retain(|w| w.at <= ms * 1000 || !says(w));
         self.add(ms, NodeId::CAMPAIGN, Event::Ended { node, killed: true })
     }
 
@@ -238,6 +251,11 @@ impl Log {
 
 pub(crate) fn command(n: u64) -> CommandId {
     CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(n) }
+}
+
+/// Where the unit is at `ms`: it goes east at a metre a second.
+pub(crate) fn way(ms: u64) -> Pose {
+    Pose { x_mm: ms as i32, y_mm: 0, yaw_mrad: 0 }
 }
 
 pub(crate) fn record(ms: u64) -> RecordId {

@@ -219,6 +219,7 @@ fn report_of_c() -> Vec<u8> {
         watched: None,
         sessions_lost: 0,
         measured: Measured::default(),
+        settings: None,
     };
     key(3).sign(Purpose::Report, &codec::encode(&report))
 }

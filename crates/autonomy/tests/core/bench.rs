@@ -256,6 +256,7 @@ impl Bench {
             watched: None,
             sessions_lost: 0,
             measured: Measured::default(),
+            settings: None,
         }
     }
 

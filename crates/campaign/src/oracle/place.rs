@@ -15,10 +15,10 @@ use super::{Evidence, Finding, Micros, Property, finding};
 type Place = (f64, f64);
 
 /// Deviation of an undisturbed fix on each axis, millimetres, and of its time, microseconds.
-const FIX_MM: f64 = 40.0;
+pub(super) const FIX_MM: f64 = 40.0;
 const TIME_US: f64 = 1000.0;
 /// A fix is never off by more than so many deviations without a fault: the sim's noise is bounded there.
-const BOUNDED: f64 = 6.0;
+pub(super) const BOUNDED: f64 = 6.0;
 /// What was imposed is told from noise when it amounts to so many deviations over all sights together.
 const TELLING: f64 = 10.0;
 /// The share of what was imposed that has to be seen may be off one by this much.

@@ -1,8 +1,9 @@
 //! The events of a trial, sorted by what they are about. Nothing is judged here.
 
+use wire::audit::Entry;
 use wire::command::CommandKind;
 use wire::event::Event;
-use wire::id::{CommandId, NodeId, RecordId, UnitId};
+use wire::id::{CommandId, NodeId, RecordId, TrackId, UnitId};
 use wire::mode::{Cause, Guards, Mode};
 
 use super::{Evidence, Micros};
@@ -47,6 +48,17 @@ pub struct Judged {
     pub tracks: u8,
 }
 
+/// Where unit A took itself to be, in its own words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stood {
+    /// When it said so.
+    pub at: Micros,
+    /// When the fix behind it was taken.
+    pub fixed: Micros,
+    /// East and north, mm.
+    pub place: (i32, i32),
+}
+
 /// The sorted events.
 #[derive(Clone, Debug, Default)]
 pub struct Timeline {
@@ -54,6 +66,10 @@ pub struct Timeline {
     pub changes: Vec<Change>,
     /// What unit A went by, and from when.
     pub judged: Vec<(Micros, Judged)>,
+    /// Where unit A took itself to be.
+    pub poses: Vec<Stood>,
+    /// Tracks that unit A's authority was over, and from when.
+    pub designated: Vec<(Micros, TrackId)>,
     /// Truth of unit A.
     pub truth: Vec<Truth>,
     /// Authority minted: (when, serial).
@@ -74,13 +90,14 @@ impl Timeline {
     /// Sorts the events of `evidence`.
     pub fn of(evidence: &Evidence) -> Timeline {
         let mut line = Timeline::default();
-        evidence.entries.iter().for_each(|w| line.take(w.at, w.entry.node, &w.entry.event));
+        evidence.entries.iter().for_each(|w| line.take(w.at, &w.entry));
         line
     }
 
-    fn take(&mut self, at: Micros, node: NodeId, event: &Event) {
+    fn take(&mut self, at: Micros, entry: &Entry) {
+        let node = entry.node;
         let unit_a = node == NodeId::UNIT_A;
-        match *event {
+        match entry.event {
             Event::Transition { from, to, cause, .. } if unit_a => self.changes.push(Change { at, from, to, cause }),
             // A unit that is started again knows of no mode before.
             Event::Restarted { node: NodeId::UNIT_A, .. } => {
@@ -93,7 +110,14 @@ impl Timeline {
             Event::Judged { failing, placed, tracks } if unit_a => {
                 self.judged.push((at, Judged { failing, placed, tracks }));
             }
-            Event::Minted { authority, .. } if unit_a => self.minted.push((at, authority)),
+            Event::Located { stamp, pose_x_mm, pose_y_mm, .. } if unit_a => {
+                let fixed = at.saturating_sub(entry.at.since(stamp).0);
+                self.poses.push(Stood { at, fixed, place: (pose_x_mm, pose_y_mm) });
+            }
+            Event::Minted { authority, track, .. } if unit_a => {
+                self.minted.push((at, authority));
+                self.designated.push((at, track));
+            }
             Event::Revoked { authority, .. } if unit_a => self.revoked.push((at, authority)),
             Event::Intended { command, kind } if node == NodeId::CONSOLE => self.intended.push((at, command, kind)),
             Event::Executed { command, kind, refused: None } if unit_a => self.executed.push((at, command, kind)),
@@ -124,6 +148,16 @@ impl Timeline {
     pub fn went_by(&self, from: Micros, to: Micros, test: impl Fn(&Judged) -> bool) -> bool {
         let first = self.judged.partition_point(|(at, _)| *at <= from).saturating_sub(1);
         self.judged[first..].iter().take_while(|(at, _)| *at <= to).any(|(_, judged)| test(judged))
+    }
+
+    /// Whether unit A held authority over `track` at some instant of `[from, to]`.
+    pub fn held(&self, track: TrackId, from: Micros, to: Micros) -> bool {
+        let next = self.designated.iter().skip(1).map(|(at, _)| *at).chain(std::iter::once(Micros::MAX));
+        let mut spans = self.designated.iter().zip(next).filter(|((_, over), _)| *over == track);
+        spans.any(|((at, _), until)| {
+            let (first, last) = (from.max(*at), to.min(until));
+            first <= last && self.was_in(Mode::PrepareToAct, first, last)
+        })
     }
 
     /// Whether unit A held authority at `at`.

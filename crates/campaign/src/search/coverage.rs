@@ -70,7 +70,7 @@ fn decided(w: &Witnessed, freshness_ms: u64) -> Option<String> {
         Event::Transition { from, to, cause, .. } => Some(format!("{node} {from:?} {to:?} {}", cause.label())),
         Event::Revoked { cause, .. } => Some(format!("{node} revoked {}", cause.label())),
         Event::Displayed { unit: UnitId::A, mode, authority, freshness, .. } => {
-            Some(format!("shown {mode:?} {authority} {freshness:?}"))
+            Some(format!("shown {mode:?} {} {freshness:?}", authority.is_some()))
         }
         Event::CommandShown { shown, .. } => Some(format!("shown {shown:?}")),
         Event::Executed { kind, refused, .. } => Some(format!("{node} executed {:?} {refused:?}", kind.name())),

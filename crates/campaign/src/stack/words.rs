@@ -162,6 +162,7 @@ impl Speakers {
             watched: Some(Echo { nonce: self.nonce(), seen: PeerStamp(1_000_000_000) }),
             sessions_lost: 0,
             measured: Measured::default(),
+            settings: None,
         };
         Key::from_bytes(&self.secrets[0]).sign(Purpose::Report, &codec::encode(&report))
     }

@@ -11,7 +11,7 @@ use wire::id::UnitId;
 use super::desk::Desk;
 use super::theme::Palette;
 use super::words::{self, seconds};
-use super::{Wish, given};
+use super::{Wish, given, settings};
 use crate::act::{Act, Order, Prepared};
 use crate::shown::Shown;
 
@@ -88,14 +88,12 @@ fn confirm(desk: &mut Desk, prepared: &Prepared) -> Option<Wish> {
         return None;
     }
     let act = Act::Confirm(prepared.order, Text::new(reason));
-    desk.reason.clear();
-    desk.order = None;
+    desk.put_down();
     Some(Wish::Act(act))
 }
 
 fn withdraw(desk: &mut Desk, wishes: &mut Vec<Wish>) {
-    desk.reason.clear();
-    desk.order = None;
+    desk.put_down();
     wishes.push(Wish::Act(Act::Withdraw));
 }
 
@@ -143,7 +141,7 @@ fn wide(ui: &mut Ui, enabled: bool, height: f32, button: Button<'_>) -> bool {
 
 /// What may be ordered away from safe, for the chosen unit and track.
 fn orders(desk: &Desk, shown: &Shown) -> Vec<Order> {
-    let mut kinds = vec![CommandKind::Enable, CommandKind::Resume];
+    let mut kinds = vec![CommandKind::Configure(desk.settings(shown)), CommandKind::Enable, CommandKind::Resume];
     if let Some((_, track)) = desk.track.filter(|(unit, _)| *unit == desk.unit) {
         kinds.push(CommandKind::Arm(track));
     }
@@ -159,7 +157,15 @@ fn choice(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
     let orders = orders(desk, shown);
     for order in &orders {
         order_row(ui, desk, shown, order);
+        if let Order::Command(unit, CommandKind::Configure(mut values)) = *order
+            && desk.order == Some(*order)
+        {
+            settings::edit(ui, &mut values);
+            desk.values = Some(values);
+            desk.order = Some(Order::Command(unit, CommandKind::Configure(values)));
+        }
     }
+    let orders = self::orders(desk, shown);
     if !orders.iter().any(|order| matches!(order, Order::Command(_, CommandKind::Arm(_)))) {
         ui.label(RichText::new("To arm: choose a track in table or map.").weak().small());
     }

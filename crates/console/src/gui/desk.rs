@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use wire::id::{TrackId, UnitId};
 use wire::person::Order;
+use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
 use super::map::Camera;
@@ -25,6 +26,8 @@ pub(super) struct Desk {
     pub(super) track: Option<(UnitId, TrackId)>,
     /// The order away from safe that is looked at.
     pub(super) order: Option<Order>,
+    /// The values of an order to configure, once somebody changed one.
+    pub(super) values: Option<Settings>,
     /// The reason as typed, for what is prepared.
     pub(super) reason: String,
     /// The number of the act that prepared it.
@@ -51,6 +54,7 @@ impl Desk {
             unit,
             track: None,
             order: None,
+            values: None,
             reason: String::new(),
             prepared: None,
             search: String::new(),
@@ -67,9 +71,21 @@ impl Desk {
     pub(super) fn choose(&mut self, unit: UnitId) {
         if self.unit != unit {
             self.unit = unit;
-            self.order = None;
+            self.put_down();
             self.track = self.track.filter(|(of, _)| *of == unit);
         }
+    }
+
+    /// The values of an order to configure the chosen unit: as edited, else what it goes by.
+    pub(super) fn settings(&self, shown: &Shown) -> Settings {
+        let now = || shown.unit(self.unit).map(|unit| unit.settings(&shown.bounds));
+        self.values.or_else(now).unwrap_or(Settings::of(&shown.bounds))
+    }
+
+    /// Nothing is ordered any more, or it is on its way.
+    pub(super) fn put_down(&mut self) {
+        (self.order, self.values) = (None, None);
+        self.reason.clear();
     }
 
     /// Looks at a track, and turns to its unit.

@@ -21,6 +21,7 @@ mod keys;
 mod map;
 mod plan;
 mod refusals;
+mod settings;
 mod sign;
 mod strip;
 mod tracks;

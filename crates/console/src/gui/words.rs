@@ -117,7 +117,7 @@ pub(super) fn consequence(order: &Order) -> String {
             }
             CommandKind::Confirm(track) => format!("{unit} ACTS on track {}, once. It cannot be undone.", track.0),
             CommandKind::Configure(settings) => format!(
-                "{unit} drives at most {:.1} m/s, {:.1} m from the fence; arms from {:.2}, keeps from {:.2} confidence.",
+                "{unit} drives at most {} m/s, {} m from the fence; arms from {}, keeps from {} confidence.",
                 f64::from(settings.speed_mm_s) / 1000.0,
                 f64::from(settings.margin_mm) / 1000.0,
                 f64::from(settings.arm_permille) / 1000.0,

@@ -344,6 +344,7 @@ pub(crate) fn report(sequence: u64, stamp: u64, mode: Mode) -> Report {
         watched: None,
         sessions_lost: 0,
         measured: Measured::default(),
+        settings: None,
     }
 }
 

@@ -16,6 +16,7 @@ use wire::command::CommandKind;
 use wire::id::{NodeId, TrackId, UnitId};
 use wire::mode::{Guard, Guards, Mode};
 use wire::report::ReportedTrack;
+use wire::settings::Settings;
 use wire::time::Span;
 
 use crate::bench::Bench;
@@ -238,6 +239,38 @@ fn every_order_away_from_safe_goes_its_whole_way_by_role_and_label() {
             Order::Revoke(who) => assert_eq!(shown.revocable, [(who, true)]),
         }
     }
+}
+
+#[test]
+fn values_are_set_by_role_and_label_within_their_ranges_and_seen_to_be_what_the_unit_goes_by() {
+    let mut yard = Yard::new();
+    yard.actor(UnitId::A).mode = Mode::Idle;
+    yard.run(Span::s(1));
+    let own = yard.shown().unit(UnitId::A).unwrap().settings(&yard.shown().bounds);
+    let mut seated = seat(yard);
+    click(&mut seated, Kind::RadioButton, "configure unit-a");
+    for (label, typed) in [("Speed, at most", "1.25"), ("Margin to the fence", "99"), ("Confidence to keep", "0.4567")]
+    {
+        seated.get_by_role_and_label(Kind::SpinButton, label).click();
+        seated.run_steps(2);
+        seated.event(Event::Text(typed.to_owned()));
+        seated.run_steps(2);
+        press(&mut seated, Key::Enter);
+    }
+    let values = Settings { speed_mm_s: 1250, margin_mm: 5000, keep_permille: 457, ..own };
+    let order = Order::Command(UnitId::A, CommandKind::Configure(values));
+    assert!(says(&seated, "at most 1.25 m/s, 5 m from the fence; arms from 0.6, keeps from 0.457"), "in its own words");
+    click(&mut seated, Kind::Button, "Arm: configure unit-a");
+    type_into(&mut seated, REASON, "wet ground");
+    click(&mut seated, Kind::Button, "CONFIRM: configure unit-a   F9");
+    assert_eq!(seated.state().acts[1..], [Act::Confirm(order, wire::codec::Text::new("wet ground"))]);
+    seated.state_mut().yard.run(Span::s(1));
+    let shown = seated.state().yard.shown();
+    assert_eq!(shown.unit(UnitId::A).unwrap().settings(&shown.bounds), values, "as the unit reports");
+    assert!(shown.commands.last().is_some_and(|given| given.times.effect.is_some()), "and that is its effect");
+    seated.run_steps(2);
+    click(&mut seated, Kind::RadioButton, "configure unit-a");
+    assert!(says(&seated, "at most 1.25 m/s"), "the next order begins from there");
 }
 
 #[test]

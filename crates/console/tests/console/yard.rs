@@ -18,6 +18,7 @@ use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
 use wire::report::{Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::{Class, Modalities, Modality, Pose, ProductMode};
+use wire::settings::Settings;
 use wire::time::{Echo, PeerStamp, Span};
 
 use crate::bench::{Asked, Bench, sign};
@@ -31,6 +32,7 @@ pub(crate) struct Actor {
     pub(crate) mode: Mode,
     pub(crate) cause: Cause,
     pub(crate) failing: Guards,
+    settings: Option<Settings>,
     pub(crate) authority: Option<ReportedAuthority>,
     pub(crate) tracks: Vec<ReportedTrack>,
     pub(crate) pose: Pose,
@@ -205,6 +207,7 @@ impl Actor {
             mode: Mode::Ready,
             cause: Cause::Operator,
             failing: Guards::default(),
+            settings: None,
             authority: None,
             tracks: tracks(first, place),
             pose: Pose { x_mm: place.0, y_mm: place.1, yaw_mrad: (at * 900) as i16 },
@@ -244,6 +247,7 @@ impl Actor {
             watched: None,
             sessions_lost: 0,
             measured: measured(self.failing),
+            settings: self.settings,
         }
     }
 
@@ -259,7 +263,7 @@ impl Actor {
                 self.authority = Some(ReportedAuthority { track, left: Span::ms(4800) });
             }
             CommandKind::Confirm(_) => (self.mode, self.authority, self.cause) = (Mode::Ready, None, Cause::Acted),
-            CommandKind::Configure(_) => {}
+            CommandKind::Configure(values) => self.settings = Some(values),
         }
     }
 }

@@ -346,6 +346,7 @@ impl Unit {
             watched: None,
             sessions_lost: 0,
             measured: Measured::default(),
+            settings: None,
         }
     }
 }

@@ -18,7 +18,7 @@ use crate::mode::{Because, Cause, Guards, Mode};
 use crate::person::{Act, Order, Unable};
 use crate::policy::Waived;
 use crate::refusal::Reason;
-use crate::sensor::{Class, Modalities, Modality, ReceiverTime};
+use crate::sensor::{Class, Modalities, Modality, Pose, ReceiverTime};
 use crate::step::StepName;
 use crate::stream::{Deed, Sight};
 use crate::time::{Instant, Span};
@@ -94,7 +94,10 @@ pub enum Event {
     #[n(12)] NavigationSeen { #[n(0)] fix: bool, #[n(1)] odometry: bool },
     /// What the display shows of a unit.
     #[n(13)] Displayed {
-        #[n(0)] unit: UnitId, #[n(1)] mode: Mode, #[n(2)] authority: bool, #[n(3)] freshness: Freshness,
+        #[n(0)] unit: UnitId, #[n(1)] mode: Mode,
+        /// Track that it is shown to hold authority over.
+        #[n(2)] authority: Option<TrackId>,
+        #[n(3)] freshness: Freshness,
         /// Age as shown.
         #[n(4)] age: Span,
         /// Tracks shown as fresh.
@@ -105,8 +108,8 @@ pub enum Event {
         #[n(7)] report: RecordId,
         /// Guards shown as failing.
         #[n(8)] failing: Guards,
-        /// Its place is shown as fresh.
-        #[n(9)] placed: bool,
+        /// Its place, where that is shown as fresh.
+        #[n(9)] place: Option<Pose>,
     },
     /// Part of a closing account.
     #[n(14)] Count { #[n(0)] account: Account, #[n(1)] n: u64 },

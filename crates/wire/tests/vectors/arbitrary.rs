@@ -17,6 +17,7 @@ use wire::policy::Policy;
 use wire::refusal::Reason;
 use wire::report::{MAX_REPORT, Report, ReportedAuthority, ReportedTrack};
 use wire::sensor::{Candidates, Class, Frames, Modalities, Navigation, Pose, ProductMode};
+use wire::settings::{RANGES, Settings};
 use wire::time::{AgeBound, Echo, Instant, PeerStamp, Span};
 use wire::track::Tracks;
 use wire::trust::{BusGate, Decoded, Received, SessionGate, SignedReport, SignedStatement, Window};
@@ -173,6 +174,16 @@ fn measured(seed: u32, value: i32) -> Measured {
     measured.claimed((seed & 1 << 20 != 0).then_some((UnitId::C, Inconsistency::Exclusion)))
 }
 
+/// None, or values all over their ranges.
+fn settings(seed: u32) -> Option<Settings> {
+    let of = |k: usize| {
+        let range = &RANGES[k];
+        range.start() + (seed >> (7 * k)) as u16 % (range.end() - range.start() + 1)
+    };
+    let (speed_mm_s, margin_mm, arm_permille, keep_permille) = (of(0), of(1), of(2), of(3));
+    seed.is_multiple_of(2).then_some(Settings { speed_mm_s, margin_mm, arm_permille, keep_permille })
+}
+
 fn report() -> impl Strategy<Value = Report> {
     let product = prop::sample::select(vec![ProductMode::Live, ProductMode::Synthetic, ProductMode::Replay]);
     let state = (product, prop::sample::select(Mode::ALL.to_vec()), cause(), any::<u16>());
@@ -203,6 +214,7 @@ fn report() -> impl Strategy<Value = Report> {
                     .then_some(wire::time::Echo { nonce: Nonce(nonce), seen: PeerStamp(sequence) }),
                 sessions_lost: boot,
                 measured: measured(boot, speed_mm_s),
+                settings: settings(boot),
             }
         },
     )

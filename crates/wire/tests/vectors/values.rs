@@ -127,6 +127,7 @@ pub(crate) fn report() -> Report {
             .aged(Guard::Rgb, Some(Span::ms(84)))
             .aged(Guard::SealedLog, Some(Span(u64::MAX)))
             .with(Guard::Geofence, Some(-120)),
+        settings: Some(VALUES),
     }
 }
 
@@ -143,6 +144,7 @@ fn reports() -> Vec<Named> {
         measured: Measured::default()
             .aged(Guard::Thermal, Some(Span::ms(412)))
             .claimed(Some((UnitId::B, Inconsistency::Residual))),
+        settings: None,
         ..report()
     };
     let refused = Report { last_command: Some((COMMAND, Some(Reason::Interlock))), ..bare.clone() };
@@ -562,14 +564,14 @@ fn witnesses() -> Vec<(&'static str, Event)> {
             Event::Displayed {
                 unit: UnitId::A,
                 mode: Mode::Ready,
-                authority: false,
+                authority: Some(TrackId(3)),
                 freshness: Freshness::Late,
                 age: Span::ms(340),
                 tracks_fresh: 2,
                 tracks_stale: 1,
                 report: RECORD,
                 failing: Guards(0b100),
-                placed: true,
+                place: Some(Pose { x_mm: 1_000, y_mm: -2_000, yaw_mrad: 30 }),
             },
         ),
         (

@@ -159,6 +159,7 @@ fn signed(sequence: u64, mode: Mode) -> Vec<u8> {
         watched: None,
         sessions_lost: 0,
         measured: Measured::default(),
+        settings: None,
     };
     key().sign(Purpose::Report, &codec::encode(&report))
 }
