@@ -3,7 +3,7 @@
 //! It is bounded, and what it no longer has the recording has. What an operator still has to take note of is `alarm`'s; what a
 //! recording is jumped to is `moment`'s, which looks at two pictures.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use wire::id::UnitId;
@@ -49,6 +49,22 @@ impl Incident {
     }
 }
 
+/// Whom it was about; none where that is no unit.
+fn subject(what: &Incident) -> Option<UnitId> {
+    match what {
+        Incident::Mode(unit, ..) => Some(*unit),
+        Incident::Raised(alarm) | Incident::Over(alarm) | Incident::Acknowledged(alarm) => match alarm {
+            Alarm::HoldSafe(unit)
+            | Alarm::Degraded(unit)
+            | Alarm::Stale(unit)
+            | Alarm::Silent(unit)
+            | Alarm::TrackLost(unit, ..)
+            | Alarm::ClockRuns(unit) => Some(*unit),
+            Alarm::LinkDown(_) | Alarm::SessionLost(_) | Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_) => None,
+        },
+    }
+}
+
 /// What happened, and when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Past {
@@ -58,7 +74,7 @@ pub struct Past {
     pub what: Incident,
 }
 
-/// The newest [`MAX_PAST`] of what happened.
+/// What happened, at most [`MAX_PAST`]: the newest, of each unit as much as of any other.
 #[derive(Clone, Debug, Default)]
 pub struct History {
     /// Shared with the pictures that show it, which are many for each entry.
@@ -67,14 +83,18 @@ pub struct History {
 }
 
 impl History {
-    /// Keeps one more, and gives up the oldest where there is no room.
+    /// Keeps one more. Where there is no room the oldest goes of whom most is kept, so that a unit of which much happens
+    /// washes out what happened to no other.
     pub fn note(&mut self, at: Instant, what: Incident) {
         let kept = Arc::make_mut(&mut self.kept);
-        if kept.len() == MAX_PAST {
-            kept.pop_front();
+        kept.push_back(Past { at, what });
+        if kept.len() > MAX_PAST {
+            let mut of = BTreeMap::<_, usize>::new();
+            kept.iter().for_each(|past| *of.entry(subject(&past.what)).or_default() += 1);
+            let oldest = (0..kept.len()).rev().max_by_key(|n| of.get(&subject(&kept[*n].what)));
+            oldest.and_then(|oldest| kept.remove(oldest));
             self.more = self.more.saturating_add(1);
         }
-        kept.push_back(Past { at, what });
     }
 
     /// As drawn: oldest first, and how many are no longer there.

@@ -3,19 +3,27 @@
 //! Asked before anything is started, because what is missing would else be learned one piece at a time, the last of them
 //! by a panic. Opening the window is left to the console.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::os::linux::net::SocketAddrExt;
 use std::os::unix::net::{SocketAddr, UnixStream};
 use std::path::{Path, PathBuf};
 
 /// What the window loads on X11 when it starts, and the Debian package that has it.
-const LIBRARIES: [(&str, &str); 6] = [
+const X11: [(&str, &str); 6] = [
     ("libX11.so.6", "libx11-6"),
     ("libXcursor.so.1", "libxcursor1"),
     ("libXi.so.6", "libxi6"),
     ("libX11-xcb.so.1", "libx11-xcb1"),
     ("libxkbcommon-x11.so.0", "libxkbcommon-x11-0"),
     ("libGL.so.1", "libgl1"),
+];
+
+/// The same on Wayland, where the keyboard's comes with the first key.
+const WAYLAND: [(&str, &str); 4] = [
+    ("libwayland-client.so.0", "libwayland-client0"),
+    ("libwayland-egl.so.1", "libwayland-egl1"),
+    ("libxkbcommon.so.0", "libxkbcommon0"),
+    ("libEGL.so.1", "libegl1"),
 ];
 
 /// Where the dynamic loader looks, on the systems that we know.
@@ -35,11 +43,16 @@ const FOLDERS: [&str; 9] = [
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NoWindow {
     /// No display is named.
-    #[error("no display: set DISPLAY, or look from a terminal with `holdsafe watch`")]
+    #[error("no display: set DISPLAY or WAYLAND_DISPLAY, or look from a terminal with `holdsafe watch`")]
     NoDisplay,
     /// The display named does not answer.
-    #[error("the display {0} does not answer: is it running, and is DISPLAY right?")]
-    Silent(String),
+    #[error("the display {display} does not answer: is it running, and is {named} right?")]
+    Silent {
+        /// What was named.
+        display: String,
+        /// The variable that names it.
+        named: &'static str,
+    },
     /// Libraries are missing.
     #[error("the window's libraries are missing: apt-get install {}", .0.join(" "))]
     Libraries(Vec<&'static str>),
@@ -50,8 +63,10 @@ pub enum NoWindow {
 pub struct Environment {
     /// `DISPLAY`.
     pub x11: Option<String>,
-    /// `WAYLAND_DISPLAY`.
+    /// `WAYLAND_DISPLAY`, which goes before the other.
     pub wayland: Option<OsString>,
+    /// Where that is to be found: `XDG_RUNTIME_DIR`.
+    pub runtime: Option<PathBuf>,
     /// Folders with libraries that come before the system's: `LD_LIBRARY_PATH`.
     pub folders: Vec<PathBuf>,
 }
@@ -64,25 +79,39 @@ impl Environment {
         Self {
             x11: named("DISPLAY").and_then(|display| display.into_string().ok()),
             wayland: named("WAYLAND_DISPLAY"),
+            runtime: named("XDG_RUNTIME_DIR").map(PathBuf::from),
             folders: folders.unwrap_or_default(),
         }
     }
 
-    /// Whether a window can be opened. On Wayland the window itself says what it lacks.
+    /// Whether a window can be opened.
     ///
     /// # Errors
     /// With what is missing and how to come by it.
     pub fn probe(&self) -> Result<(), NoWindow> {
-        if self.wayland.is_some() {
-            return Ok(());
-        }
-        let display = self.x11.as_ref().ok_or(NoWindow::NoDisplay)?;
+        let (libraries, display, answers) = match (&self.wayland, &self.x11) {
+            (Some(name), _) => (&WAYLAND[..], name.display().to_string(), self.composes(name)),
+            (None, Some(display)) => (&X11[..], display.clone(), answers(display)),
+            (None, None) => return Err(NoWindow::NoDisplay),
+        };
         let missing: Vec<&str> =
-            LIBRARIES.iter().filter(|(library, _)| !self.has(library)).map(|(_, package)| *package).collect();
-        if !missing.is_empty() {
-            return Err(NoWindow::Libraries(missing));
+            libraries.iter().filter(|(library, _)| !self.has(library)).map(|(_, package)| *package).collect();
+        match (missing.is_empty(), answers) {
+            (false, _) => Err(NoWindow::Libraries(missing)),
+            (true, false) => Err(NoWindow::Silent { display, named: self.names() }),
+            (true, true) => Ok(()),
         }
-        if answers(display) { Ok(()) } else { Err(NoWindow::Silent(display.clone())) }
+    }
+
+    /// The variable that decides.
+    fn names(&self) -> &'static str {
+        if self.wayland.is_some() { "WAYLAND_DISPLAY" } else { "DISPLAY" }
+    }
+
+    /// Whether a compositor listens there: a socket by this name in the user's folder, or by its whole path.
+    fn composes(&self, name: &OsStr) -> bool {
+        let folder = self.runtime.as_deref().unwrap_or(Path::new("/"));
+        UnixStream::connect(folder.join(name)).is_ok()
     }
 
     fn has(&self, library: &str) -> bool {
@@ -127,6 +156,18 @@ mod tests {
         for display in [":65535", "", ":", ":x", "nowhere", "unix:65534.0", ":x.2.3.4", ":99999"] {
             assert!(!answers(display), "{display}");
         }
+    }
+
+    #[test]
+    fn a_compositor_is_found_by_its_name_in_the_users_folder_or_by_its_path_and_one_that_is_gone_is_not() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("wayland-7");
+        let listens = std::os::unix::net::UnixListener::bind(&path).expect("a socket");
+        let named = Environment { runtime: Some(folder.path().to_owned()), ..Environment::default() };
+        assert!(named.composes(OsStr::new("wayland-7")) && Environment::default().composes(path.as_os_str()));
+        assert!(!named.composes(OsStr::new("wayland-8")) && !Environment::default().composes(OsStr::new("wayland-7")));
+        drop(listens);
+        assert!(!named.composes(OsStr::new("wayland-7")), "its socket is still there");
     }
 
     #[test]

@@ -30,6 +30,8 @@ pub(super) struct Limits {
     pub(super) rest: f64,
     /// For how long after it ended something may be shown as if it were: a period of telemetry, and *Tf*.
     pub(super) shown: f64,
+    /// Between two reports of a unit.
+    pub(super) report: f64,
     /// From an operator's HOLD to the mode: the ways of a request, an order and the control period, where nobody is in them.
     pub(super) obeyed: f64,
     /// How far the claimed place of a teammate may be from where its claimed motion leads, metres.
@@ -74,6 +76,7 @@ impl Limits {
             grace: ms(bounds.lease_ms.saturating_sub(2 * bounds.grant_period_ms + bounds.control_period_ms)),
             seal: ms(bounds.seal_limit_ms + 2 * bounds.control_period_ms),
             rest: ms(bounds.set_point_lease_ms + bounds.control_period_ms) + braking,
+            report: ms(bounds.telemetry_period_ms),
             shown: ms(bounds.freshness_ms + 2 * bounds.telemetry_period_ms),
             obeyed: ms(bounds.control_period_ms + TWO_HOPS_MS),
             slack_m: f64::from(bounds.teammate_slack_mm) / 1000.0,

@@ -28,6 +28,8 @@ pub const MOST_OFTEN: Duration = Duration::from_millis(100);
 pub const AT_LEAST: Duration = Duration::from_millis(250);
 /// And a recording that stands, after this one: somebody may have asked for it to close.
 const STANDING: Duration = Duration::from_secs(1);
+/// Layouts are kept so often, where they have changed, seconds.
+const KEPT_EVERY: f64 = 1.0;
 /// A picture with none after it for so long is not current. A live core gives several a second.
 pub const CURRENT: Span = Span::s(1);
 
@@ -95,6 +97,10 @@ struct Program {
     /// When it came, on egui's clock, seconds.
     came: f64,
     layout: Option<PathBuf>,
+    /// What is kept there.
+    kept: String,
+    /// When that was looked at last, on egui's clock, seconds.
+    looked: f64,
 }
 
 impl Program {
@@ -110,7 +116,31 @@ impl Program {
                 eprintln!("{} cannot be used, and layouts are not kept until it is moved away: {why}", path.display());
             }
         }
-        Self { window, source, newest: None, came: 0.0, layout }
+        // What is never touched is never written.
+        let kept = window.layouts_mut().saved().unwrap_or_default();
+        Self { window, source, newest: None, came: 0.0, layout, kept, looked: 0.0 }
+    }
+
+    /// Keeps the layouts, where they are others than are kept. A run may end without asking the window.
+    fn keep(&mut self) {
+        let Some(path) = &self.layout else { return };
+        let saved = self.window.layouts_mut().saved().map_err(std::io::Error::other);
+        let kept = saved.and_then(|saved| {
+            if saved == self.kept {
+                return Ok(());
+            }
+            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
+            // Whole or not at all.
+            let new = path.with_extension("new");
+            std::fs::write(&new, &saved)?;
+            self.kept = saved;
+            std::fs::rename(&new, path)
+        });
+        // Layouts that cannot be kept are no reason to fail, and are told of once.
+        if let Err(why) = kept {
+            eprintln!("layouts are not kept in {}: {why}", path.display());
+            self.layout = None;
+        }
     }
 
     fn grant(&mut self, wishes: Vec<Wish>) {
@@ -129,6 +159,11 @@ impl App for Program {
         if let Some(newest) = self.source.newest() {
             self.newest = Some(newest);
             self.came = ctx.input(|input| input.time);
+        }
+        let now = ctx.input(|input| input.time);
+        if now - self.looked >= KEPT_EVERY {
+            self.looked = now;
+            self.keep();
         }
         if self.source.over() {
             ctx.send_viewport_cmd(egui::ViewportCommand::Close);
@@ -154,19 +189,7 @@ impl App for Program {
     }
 
     fn on_exit(&mut self, _: Option<&eframe::glow::Context>) {
-        let Some(path) = &self.layout else { return };
-        // Layouts that cannot be kept are no reason to fail at the end of a run.
-        let kept = self.window.layouts_mut().saved().map_err(std::io::Error::other);
-        let kept = kept.and_then(|saved| {
-            path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
-            // Whole or not at all.
-            let new = path.with_extension("new");
-            std::fs::write(&new, saved)?;
-            std::fs::rename(&new, path)
-        });
-        if let Err(why) = kept {
-            eprintln!("layouts were not kept in {}: {why}", path.display());
-        }
+        self.keep();
     }
 }
 

@@ -350,7 +350,17 @@ fn modes_and_alarms_that_are_over_are_kept_in_their_order_and_the_oldest_make_ro
     }
     let shown = bench.console.shown(bench.now);
     assert_eq!(shown.past.len(), MAX_PAST);
-    assert!(shown.past_more >= told.len() as u32 && shown.past.iter().all(|past| past.what != mode(Mode::Degraded)));
+    let about: Vec<Incident> = shown.past.iter().map(|past| past.what).filter(|what| told.contains(what)).collect();
+    assert_eq!(about, told, "what happened to the unit is not washed out by what happens to others");
+    assert!(shown.past.iter().is_sorted_by_key(|past| past.at) && shown.past_more > 0);
+    for n in 0..2 * MAX_PAST {
+        bench.reports([Mode::Ready, Mode::Degraded][n % 2], Span::ms(100));
+    }
+    let shown = bench.console.shown(bench.now);
+    assert_eq!(shown.past.len(), MAX_PAST);
+    assert!(shown.past.iter().all(|past| past.what != told[2]), "of itself the oldest goes");
+    let links = shown.past.iter().filter(|past| matches!(past.what, Incident::Raised(Alarm::LinkDown(_)))).count();
+    assert!(links > MAX_PAST / 8, "{links}");
 }
 
 #[test]

@@ -65,8 +65,8 @@ pub(super) const ALL: &[Assertion] = &[
     },
 ];
 
-/// A hidden drift of *v* for so long that the disagreement, which is forgotten with *tau*, has grown above the slack: from
-/// then on the unit may not drive within *Th*. Only where nothing else is said that could hide it, and the unit was driving.
+/// A hidden drift of *v* for so long that the disagreement, which is forgotten with *tau*, has grown above the slack by the
+/// time of a report: from then on the unit may not drive within *Th*. Only where nothing else is said that could hide it, and the unit was driving.
 fn undisputed(facts: &Facts) -> Option<String> {
     let others = facts.deeds.done.iter().filter(|deed| !BESIDE_ITS_OWN.contains(&deed.of.as_str()));
     let [lie] = others.collect::<Vec<_>>()[..] else { return None };
@@ -74,7 +74,8 @@ fn undisputed(facts: &Facts) -> Option<String> {
     if lie.of != "hide-drift" || share >= 1.0 {
         return None;
     }
-    let noticed = lie.from_ms - libm::log(1.0 - share) * FORGETS_S * 1000.0;
+    // The place is claimed in reports only, and it is the next one that is judged.
+    let noticed = lie.from_ms - libm::log(1.0 - share) * FORGETS_S * 1000.0 + facts.limits.report;
     let by = noticed + facts.limits.hold;
     let drove = drives(mode_at(&facts.mission, noticed)) && by <= facts.duration_ms && noticed < lie.until_ms();
     let mode = mode_at(&facts.changes, by);

@@ -85,6 +85,7 @@ fn trial(alphabet: &str, moves: &[&str]) -> Facts {
             grace: 250.0,
             seal: 1_100.0,
             rest: 1_350.0,
+            report: 100.0,
             shown: 500.0,
             obeyed: 150.0,
             slack_m: 1.5,
