@@ -1,8 +1,8 @@
 //! Colours and sizes: grey is normal, a saturated colour means that something is not, and is never the only sign of it.
 //!
-//! In the dark theme the four saturated hues are of Okabe and Ito's palette or beside it; in the light one they are dark
-//! enough to read, and caution and advice lie close for some of the colour-blind. So no hue stands without a shape and a word.
-//! Every text colour has a contrast of at least [`LEAST_CONTRAST`] on every surface; a test computes it.
+//! In the dark theme the four saturated hues are of Okabe and Ito's palette or beside it; in the light one, where all have to be
+//! dark enough to read, they differ in lightness too. Every text colour has a contrast of at least [`LEAST_CONTRAST`] on every
+//! surface, and no two of the hues look alike to the colour-blind: tests compute both. Still none stands without a shape and a word.
 
 use eframe::egui::{
     self, Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme, Ui, Vec2, Visuals,
@@ -81,9 +81,9 @@ impl Palette {
         strong: Color32::from_rgb(0x0C, 0x0E, 0x10),
         text: Color32::from_rgb(0x2A, 0x2F, 0x34),
         weak: Color32::from_rgb(0x4A, 0x51, 0x58),
-        alarm: Color32::from_rgb(0xA8, 0x1C, 0x0C),
-        caution: Color32::from_rgb(0x7A, 0x45, 0x00),
-        advice: Color32::from_rgb(0x57, 0x50, 0x00),
+        alarm: Color32::from_rgb(0xA1, 0x1A, 0x2D),
+        caution: Color32::from_rgb(0x91, 0x48, 0x08),
+        advice: Color32::from_rgb(0x40, 0x33, 0x02),
         mark: Color32::from_rgb(0x00, 0x4C, 0x7D),
         on_block: Color32::from_rgb(0xFF, 0xFF, 0xFF),
     };
@@ -164,11 +164,16 @@ pub fn contrast(a: Color32, b: Color32) -> f64 {
 }
 
 fn luminance(color: Color32) -> f64 {
-    let channel = |value: u8| {
+    let [r, g, b] = linear(color);
+    0.2126 * r + 0.7152 * g + 0.0722 * b
+}
+
+/// Red, green and blue as they add up, 0 to 1.
+fn linear(color: Color32) -> [f64; 3] {
+    [color.r(), color.g(), color.b()].map(|value| {
         let value = f64::from(value) / 255.0;
         if value <= 0.04045 { value / 12.92 } else { libm::pow((value + 0.055) / 1.055, 2.4) }
-    };
-    0.2126 * channel(color.r()) + 0.7152 * channel(color.g()) + 0.0722 * channel(color.b())
+    })
 }
 
 #[cfg(test)]
@@ -180,6 +185,56 @@ mod tests {
         assert!((contrast(Color32::BLACK, Color32::WHITE) - 21.0).abs() < 1e-9);
         // The example that its techniques give for the least that passes on white.
         assert!((contrast(Color32::from_gray(0x76), Color32::WHITE) - 4.54).abs() < 0.01);
+    }
+
+    /// What the eye without red, green or blue cones makes of linear red, green and blue (Machado, Oliveira and Fernandes,
+    /// 2009, severity 1), and the whole eye.
+    const EYES: [[[f64; 3]; 3]; 4] = [
+        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        [[0.152286, 1.052583, -0.204868], [0.114503, 0.786281, 0.099216], [-0.003882, -0.048116, 1.051998]],
+        [[0.367322, 0.860646, -0.227968], [0.280085, 0.672501, 0.047413], [-0.011820, 0.042940, 0.968881]],
+        [[1.255528, -0.076749, -0.178779], [-0.078411, 0.930809, 0.147602], [0.004733, 0.691367, 0.303900]],
+    ];
+    /// Least distance of two hues in CIE L*a*b* (1976), where some 2 is just seen.
+    const LEAST_APART: f64 = 15.0;
+
+    /// L*, a* and b* of a colour as an eye sees it, under D65.
+    fn lab(color: Color32, eye: &[[f64; 3]; 3]) -> [f64; 3] {
+        let seen = linear(color);
+        let of = |row: &[f64; 3]| row.iter().zip(seen).map(|(m, c)| m * c).sum::<f64>();
+        let [r, g, b] = [of(&eye[0]), of(&eye[1]), of(&eye[2])].map(|c| c.clamp(0.0, 1.0));
+        let f = |t: f64| if t > 0.008856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 };
+        let x = f((0.4124 * r + 0.3576 * g + 0.1805 * b) / 0.95047);
+        let y = f(0.2126 * r + 0.7152 * g + 0.0722 * b);
+        let z = f((0.0193 * r + 0.1192 * g + 0.9505 * b) / 1.08883);
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    #[test]
+    fn no_two_hues_look_alike_nor_like_grey_to_anybody() {
+        for p in [Palette::DARK, Palette::LIGHT] {
+            let hues = [p.alarm, p.caution, p.advice, p.mark];
+            let texts = [p.strong, p.text, p.weak];
+            let pairs = (0..4).flat_map(|k| hues[..k].iter().chain(&texts).map(move |other| (hues[k], *other)));
+            for (a, b) in pairs {
+                for eye in &EYES {
+                    let (a, b) = (lab(a, eye), lab(b, eye));
+                    let apart = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+                    assert!(apart >= LEAST_APART, "{a:?} {b:?}: {apart:.1}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_page_has_the_windows_hues() {
+        let page = include_str!("../page/page.css");
+        for p in [Palette::DARK, Palette::LIGHT] {
+            for (name, hue) in [("alarm", p.alarm), ("caution", p.caution), ("advice", p.advice), ("mark", p.mark)] {
+                let says = format!("--{name}: #{:02x}{:02x}{:02x};", hue.r(), hue.g(), hue.b());
+                assert!(page.contains(&says), "{says}");
+            }
+        }
     }
 
     #[test]

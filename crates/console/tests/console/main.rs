@@ -13,6 +13,8 @@ mod script;
 #[cfg(feature = "gui")]
 mod sensors;
 #[cfg(feature = "gui")]
+mod snapshots;
+#[cfg(feature = "gui")]
 mod window;
 mod world;
 #[cfg(feature = "gui")]

@@ -29,7 +29,7 @@ const LAPTOP: Vec2 = vec2(1366.0, 768.0);
 const LEAST: Vec2 = vec2(1320.0, 640.0);
 
 /// A window over a yard. What is done in it is done to the console, and kept.
-struct Seat {
+pub(crate) struct Seat {
     yard: Yard,
     window: Window,
     tape: Option<Tape>,
@@ -39,9 +39,9 @@ struct Seat {
     seeks: Vec<Seek>,
 }
 
-type Seated = Harness<'static, Seat>;
+pub(crate) type Seated = Harness<'static, Seat>;
 
-fn seat(yard: Yard) -> Seated {
+pub(crate) fn seat(yard: Yard) -> Seated {
     sized(yard, LAPTOP, Theme::Dark)
 }
 
