@@ -6,6 +6,8 @@
 mod campaigns;
 #[path = "command/detectors.rs"]
 mod detectors;
+#[path = "command/displays.rs"]
+mod displays;
 #[path = "command/evidence.rs"]
 mod evidence;
 #[path = "command/exports.rs"]

@@ -177,8 +177,12 @@ impl<R: Read> Reader<R> {
     /// When these are not those of a mouth log.
     pub fn new(mut source: R) -> Result<Self, MouthError> {
         let mut magic = [0; MAGIC.len()];
-        if fill(&mut source, &mut magic)? < magic.len() || magic != MAGIC {
+        let filled = fill(&mut source, &mut magic)?;
+        if magic[..filled] != MAGIC[..filled] {
             return Err(MouthError::Magic);
+        }
+        if filled < magic.len() {
+            return Err(MouthError::Truncated { at: 0 });
         }
         let mut at = MAGIC.len() as u64;
         let header = record(&mut source, &mut at)?.ok_or(MouthError::Truncated { at })?;

@@ -9,30 +9,33 @@ use link::mouth::{Entry, Header, MouthError, Reader};
 /// A mouth log and how far it has been read.
 pub(super) struct Follow {
     file: File,
-    header: Header,
-    /// Behind the last whole entry.
-    at: u64,
+    /// Its header, and the byte behind the last whole entry; none while the header is still to be written.
+    read: Option<(Header, u64)>,
 }
 
 impl Follow {
     /// From its beginning.
     ///
     /// # Errors
-    /// When there is no mouth log at `path`, or not yet its whole header.
+    /// When there is no file at `path`.
     pub(super) fn open(path: &Path) -> Result<Self, MouthError> {
-        let file = File::open(path)?;
-        let reader = Reader::new(BufReader::new(&file))?;
-        let (header, at) = (reader.header(), reader.at());
-        Ok(Self { file, header, at })
+        Ok(Self { file: File::open(path)?, read: None })
     }
 
     /// Hands over every entry that has come since the last look.
     ///
     /// # Errors
-    /// When the log is damaged.
+    /// When it is no mouth log, or damaged.
     pub(super) fn news(&mut self, mut each: impl FnMut(Entry)) -> Result<(), MouthError> {
-        self.file.seek(SeekFrom::Start(self.at))?;
-        let mut log = Reader::resume(BufReader::new(&self.file), self.header, self.at);
+        self.file.seek(SeekFrom::Start(self.read.map_or(0, |(_, at)| at)))?;
+        let source = BufReader::new(&self.file);
+        let mut log = match self.read {
+            Some((header, at)) => Reader::resume(source, header, at),
+            None => match Reader::new(source) {
+                Err(MouthError::Truncated { .. }) => return Ok(()),
+                begun => begun?,
+            },
+        };
         for entry in log.by_ref() {
             match entry {
                 Ok(entry) => each(entry),
@@ -41,7 +44,7 @@ impl Follow {
                 Err(error) => return Err(error),
             }
         }
-        self.at = log.at();
+        self.read = Some((log.header(), log.at()));
         Ok(())
     }
 }
@@ -58,7 +61,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_log_is_followed_over_an_entry_that_is_half_written() {
+    fn a_log_is_followed_from_its_first_byte_on_over_entries_that_are_half_written() {
         let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: Instant(0) };
         let mut whole = Vec::new();
         let mut log = Writer::new(&mut whole, header, 1 << 20).unwrap();
@@ -68,7 +71,6 @@ mod tests {
         log.input(Instant(5), &Input::Finish).unwrap();
         let mut file = tempfile::NamedTempFile::new().unwrap();
         let mut seen = Vec::new();
-        file.write_all(&whole[..whole.len() / 2]).unwrap();
         let mut follow = Follow::open(file.path()).unwrap();
         let mut look = |seen: &mut Vec<String>| {
             let mut finished = false;
@@ -81,7 +83,7 @@ mod tests {
                 .unwrap();
             finished
         };
-        for byte in &whole[whole.len() / 2..] {
+        for byte in &whole {
             assert!(!look(&mut seen));
             file.write_all(&[*byte]).unwrap();
         }

@@ -107,7 +107,14 @@ impl Place {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let path = args.run.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
     let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
-    let mut log = Follow::open(&path).map_err(unread)?;
+    let unopened = |why: MouthError| {
+        let says = format!(
+            "{}: {why}; is this the folder that `live --out` was given, and has the run begun?",
+            path.display()
+        );
+        Failure::new(Exit::NoEvidence, says)
+    };
+    let mut log = Follow::open(&path).map_err(unopened)?;
     let (_nobody, pause) = channel::<()>();
     let mut looked = None;
     let mut now = trace_us();

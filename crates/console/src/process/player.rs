@@ -34,7 +34,7 @@ pub const TRUTH: &str = "truth.json";
 #[derive(Debug, thiserror::Error)]
 pub enum PlayerError {
     /// It lacks what it takes to look at it.
-    #[error("{READING}: {0} (kept by `live --out DIR`)")]
+    #[error("{0}; is this the folder that `live --out` was given?")]
     Reading(String),
     /// Its console's mouth log cannot be read.
     #[error("the console's mouth log: {0}")]
@@ -107,8 +107,9 @@ impl Player {
     /// # Errors
     /// When something of it is missing or is no recording. One that ends within an entry is read up to there.
     pub fn open(run_dir: &Path) -> Result<(Self, ProcessConfig), PlayerError> {
-        let reading = |error: &dyn std::fmt::Display| PlayerError::Reading(error.to_string());
-        let file = File::open(run_dir.join(READING)).map_err(|e| reading(&e))?;
+        let path = run_dir.join(READING);
+        let reading = |error: &dyn std::fmt::Display| PlayerError::Reading(format!("{}: {error}", path.display()));
+        let file = File::open(&path).map_err(|e| reading(&e))?;
         let config: ProcessConfig = serde_json::from_reader(file.take(MAX_READING)).map_err(|e| reading(&e))?;
         let log = run_dir.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
         let log = mouth::Reader::new(BufReader::new(File::open(log).map_err(MouthError::from)?))?;

@@ -1,0 +1,84 @@
+//! What shows a run to somebody: `watch`, `console` and `live --console`, as far as they go without a display.
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use super::{holdsafe, root};
+
+/// The program in an environment without a display.
+fn blind(arguments: &[&str]) -> (Option<i32>, String) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").args(["--root", root().to_str().unwrap()]);
+    let output = command.args(arguments).output().unwrap();
+    (output.status.code(), String::from_utf8(output.stderr).unwrap())
+}
+
+/// Two seconds in which nobody does anything, in a folder of its own.
+fn short() -> (tempfile::TempDir, String) {
+    let folder = tempfile::tempdir().unwrap();
+    let nominal = fs::read_to_string(root().join("scenarios/nominal.toml")).unwrap();
+    let (head, _) = nominal.split_once("[[operator.step]]").unwrap();
+    let text = head.replace("duration_s = 9.0", "duration_s = 2.0").replace("name = \"nominal\"", "name = \"short\"");
+    let path = folder.path().join("short.toml");
+    fs::write(&path, text).unwrap();
+    fs::create_dir(folder.path().join("scenes")).unwrap();
+    fs::copy(root().join("scenarios/scenes/yard.toml"), folder.path().join("scenes/yard.toml")).unwrap();
+    let path = path.to_str().unwrap().to_owned();
+    (folder, path)
+}
+
+#[test]
+fn a_live_run_is_watched_from_beside_to_its_end_and_shown_again_after_it() {
+    let (folder, scenario) = short();
+    let out = folder.path().join("run");
+    let run = out.to_str().unwrap();
+    let mut live = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
+    live.args(["--root", root().to_str().unwrap(), "live", &scenario, "--out", run]).stdout(Stdio::null());
+    let mut live = live.spawn().unwrap();
+    let log = out.join("mouth/console.cbor");
+    while !log.exists() {
+        assert!(live.try_wait().unwrap().is_none(), "the run ended before there was anything to watch");
+        std::thread::yield_now();
+    }
+    let mut watch = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
+    let mut watch = watch.args(["watch", run, "--json"]).stdout(Stdio::piped()).spawn().unwrap();
+    let lines = BufReader::new(watch.stdout.take().unwrap()).lines();
+    let pictures: Vec<Value> = lines.map(|line| serde_json::from_str(&line.unwrap()).unwrap()).collect();
+    assert!(watch.wait().unwrap().success() && live.wait().unwrap().success());
+    let fresh = |picture: &&Value| picture["units"][0]["state"]["freshness"] == "fresh";
+    assert!(pictures.iter().filter(fresh).count() >= 2, "{} pictures", pictures.len());
+    let times: Vec<u64> = pictures.iter().filter_map(|picture| picture["at_us"].as_u64()).collect();
+    assert!(times.is_sorted());
+
+    let once = holdsafe(&["watch", run, "--once"]);
+    let text = String::from_utf8(once.stdout).unwrap();
+    assert!(once.status.success() && text.contains("SIMULATION") && text.contains("IDLE"), "{text}");
+    let (code, says) = blind(&["console", run]);
+    assert_eq!(code, Some(5), "{says}");
+}
+
+#[test]
+fn without_a_display_a_window_is_one_line_with_a_remedy_and_nothing_is_started() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let (code, says) = blind(&["live", "nominal", "--console", "--out", out.to_str().unwrap()]);
+    assert_eq!(code, Some(5));
+    assert!(says.contains("holdsafe watch") && says.trim().lines().count() == 1, "{says}");
+    assert!(!out.exists(), "nothing was started");
+}
+
+#[test]
+fn what_is_no_run_is_neither_watched_nor_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let none = folder.path().to_str().unwrap();
+    for arguments in [&["watch", none][..], &["console", none], &["sensors", none]] {
+        let output = holdsafe(arguments);
+        let says = String::from_utf8(output.stderr).unwrap();
+        assert!(matches!(output.status.code(), Some(2 | 4 | 5)), "{arguments:?}: {says}");
+        assert!(says.contains(none) || says.contains("display"), "{arguments:?}: {says}");
+        assert!(!says.contains("panicked"), "{says}");
+    }
+}
