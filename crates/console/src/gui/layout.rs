@@ -196,20 +196,20 @@ impl Tiling {
         let root = match preset {
             Preset::Operate => {
                 let more = tiles.insert_tab_tile(vec![why, ages, refusals]);
-                let upper = beside(&mut tiles, map, tracks, 0.46);
+                let upper = beside(&mut tiles, map, tracks, BESIDE_TABLES);
                 let lower = beside(&mut tiles, alarms, more, 0.56);
                 above(&mut tiles, upper, lower, 0.62)
             }
             Preset::Examine => {
-                let left = above(&mut tiles, map, ages, 0.6);
-                let middle = above(&mut tiles, why, refusals, 0.58);
-                let right = above(&mut tiles, tracks, alarms, 0.55);
-                let rest = beside(&mut tiles, middle, right, 0.38);
-                beside(&mut tiles, left, rest, 0.34)
+                let reasons = above(&mut tiles, why, ages, 0.6);
+                let left = above(&mut tiles, map, reasons, 0.42);
+                let happened = above(&mut tiles, refusals, alarms, 0.5);
+                let right = above(&mut tiles, tracks, happened, 0.4);
+                beside(&mut tiles, left, right, BESIDE_TABLES)
             }
             Preset::Map => {
                 let more = tiles.insert_tab_tile(vec![tracks, alarms, why, ages, refusals]);
-                beside(&mut tiles, map, more, 0.6)
+                beside(&mut tiles, map, more, BESIDE_TABLES)
             }
         };
         Self(Tree::new(Id::unique("panes"), root, tiles))
@@ -225,6 +225,9 @@ impl Tiling {
         self.0.make_active(|_, tile| matches!(tile, Tile::Pane(of) if *of == pane));
     }
 }
+
+/// Share of what stands left of the tables: the rest is as wide as they are, down to the window's least width.
+const BESIDE_TABLES: f32 = 0.44;
 
 fn beside(tiles: &mut Tiles<Pane>, left: TileId, right: TileId, share: f32) -> TileId {
     tiles.insert_container(Linear::new_binary(LinearDir::Horizontal, [left, right], share))

@@ -687,6 +687,22 @@ fn every_scene_is_drawn_in_every_layout_and_theme_with_every_pane_open() {
 }
 
 #[test]
+fn no_table_is_cut_off_at_its_side_in_any_layout_down_to_the_least_window() {
+    for (size, preset) in [LAPTOP, LEAST].into_iter().flat_map(|size| Preset::ALL.map(|preset| (size, preset))) {
+        let mut seated = sized(scenes::flood(), size, Theme::Dark);
+        seated.state_mut().window.layouts_mut().start_from(preset);
+        for (pane, last) in [(Pane::Tracks, "sensors"), (Pane::Refusals, "refused by")] {
+            seated.state_mut().window.layouts_mut().now().open(pane);
+            seated.run_steps(3);
+            // The command column begins where the tables end.
+            let edge = seated.get_by_role_and_label(Kind::Button, "HOLD unit-a   F1").rect().left();
+            let right = seated.get_by_label(last).rect().right();
+            assert!(right <= edge, "{}, {size:?}: {last} ends at {right}, the pane before {edge}", preset.name());
+        }
+    }
+}
+
+#[test]
 fn two_hundred_tracks_are_drawn_and_none_of_them_is_missing_from_the_map() {
     let seated = seat(scenes::crowd());
     let shown = seated.state().yard.shown();
