@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use wire::id::UnitId;
+use wire::id::{PeerId, UnitId};
 use wire::mode::{Cause, Mode};
 use wire::person::Alarm;
 use wire::time::Instant;
@@ -49,19 +49,30 @@ impl Incident {
     }
 }
 
-/// Whom it was about; none where that is no unit.
-fn subject(what: &Incident) -> Option<UnitId> {
-    match what {
-        Incident::Mode(unit, ..) => Some(*unit),
-        Incident::Raised(alarm) | Incident::Over(alarm) | Incident::Acknowledged(alarm) => match alarm {
-            Alarm::HoldSafe(unit)
-            | Alarm::Degraded(unit)
-            | Alarm::Stale(unit)
-            | Alarm::Silent(unit)
-            | Alarm::TrackLost(unit, ..)
-            | Alarm::ClockRuns(unit) => Some(*unit),
-            Alarm::LinkDown(_) | Alarm::SessionLost(_) | Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_) => None,
-        },
+/// Whom something was about: of each as much is kept as of any other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Subject {
+    Unit(UnitId),
+    Peer(PeerId),
+    /// The orders that were given here.
+    Orders,
+}
+
+impl Incident {
+    fn subject(&self) -> Subject {
+        match self {
+            Incident::Mode(unit, ..) => Subject::Unit(*unit),
+            Incident::Raised(alarm) | Incident::Over(alarm) | Incident::Acknowledged(alarm) => match alarm {
+                Alarm::HoldSafe(unit)
+                | Alarm::Degraded(unit)
+                | Alarm::Stale(unit)
+                | Alarm::Silent(unit)
+                | Alarm::TrackLost(unit, ..)
+                | Alarm::ClockRuns(unit) => Subject::Unit(*unit),
+                Alarm::LinkDown(peer) | Alarm::SessionLost(peer) => Subject::Peer(*peer),
+                Alarm::NotAcknowledged(_) | Alarm::CommandRefused(_) => Subject::Orders,
+            },
+        }
     }
 }
 
@@ -74,7 +85,7 @@ pub struct Past {
     pub what: Incident,
 }
 
-/// What happened, at most [`MAX_PAST`]: the newest, of each unit as much as of any other.
+/// What happened, at most [`MAX_PAST`]: the newest, of each unit and link as much as of any other.
 #[derive(Clone, Debug, Default)]
 pub struct History {
     /// Shared with the pictures that show it, which are many for each entry.
@@ -83,15 +94,15 @@ pub struct History {
 }
 
 impl History {
-    /// Keeps one more. Where there is no room the oldest goes of whom most is kept, so that a unit of which much happens
-    /// washes out what happened to no other.
+    /// Keeps one more. Where there is no room the oldest goes of whom most is kept, so that a unit or a link to
+    /// which much happens washes out what happened to no other.
     pub fn note(&mut self, at: Instant, what: Incident) {
         let kept = Arc::make_mut(&mut self.kept);
         kept.push_back(Past { at, what });
         if kept.len() > MAX_PAST {
             let mut of = BTreeMap::<_, usize>::new();
-            kept.iter().for_each(|past| *of.entry(subject(&past.what)).or_default() += 1);
-            let oldest = (0..kept.len()).rev().max_by_key(|n| of.get(&subject(&kept[*n].what)));
+            kept.iter().for_each(|past| *of.entry(past.what.subject()).or_default() += 1);
+            let oldest = (0..kept.len()).rev().max_by_key(|n| of.get(&kept[*n].what.subject()));
             oldest.and_then(|oldest| kept.remove(oldest));
             self.more = self.more.saturating_add(1);
         }

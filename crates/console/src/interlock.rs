@@ -25,13 +25,15 @@ pub struct Predicate {
     pub limit: String,
     /// Whether it holds.
     pub holds: bool,
+    /// Whether it was judged at all: what nothing is known of fails nothing.
+    pub judged: bool,
     /// As what an act is refused for which it does not hold.
     pub unable: Unable,
 }
 
 impl Predicate {
     fn new(name: &'static str, holds: bool, value: impl Into<String>, limit: impl Into<String>) -> Self {
-        Self { name, value: value.into(), limit: limit.into(), holds, unable: Unable::Interlock }
+        Self { name, value: value.into(), limit: limit.into(), holds, judged: true, unable: Unable::Interlock }
     }
 
     /// How it is, and how it has to be; empty where neither is known.
@@ -130,21 +132,37 @@ impl ShownUnit {
         let (state, _) = self.state.get();
         let guard = |guard: Guard| {
             let holds = !state.failing.has(guard);
-            let (value, limit) = match Limit::of(guard, bounds) {
-                Some(limit) => judged(guard, holds, state.measured.of(guard), limit),
-                None if guard == Guard::Teammates => (claims(holds, &state.measured), String::new()),
-                None => self.designation(bounds),
+            let measured = state.measured.of(guard);
+            let (known, (value, limit)) = match Limit::of(guard, bounds) {
+                Some(limit) => (measured.is_some(), judged(guard, holds, measured, limit)),
+                None if guard == Guard::Teammates => (true, (claims(holds, &state.measured), String::new())),
+                None => (state.authority.is_some(), self.designation(bounds)),
             };
-            Predicate::new(guard.name(), holds, value, limit)
+            Predicate { judged: known || !holds, ..Predicate::new(guard.name(), holds, value, limit) }
         };
         Guard::ALL.into_iter().map(guard).collect()
+    }
+
+    /// What keeps the unit from READY when no guard does.
+    pub fn waits_for(&self, bounds: &Bounds) -> Option<String> {
+        let (state, _) = self.state.get();
+        let failing = state.failing.iter().any(|guard| guard != Guard::Designation);
+        match state.mode {
+            Mode::Ready | Mode::PrepareToAct => None,
+            Mode::Idle if failing => Some("the guards that fail, and then an operator who enables it".to_owned()),
+            Mode::Idle => Some("an operator who enables it".to_owned()),
+            Mode::HoldSafe if failing => Some("the guards that fail, and then an operator who resumes it".to_owned()),
+            Mode::HoldSafe => Some("an operator who resumes it".to_owned()),
+            Mode::Degraded => Some(format!("every guard to hold for {}", ms(Span::ms(bounds.hysteresis_ms)))),
+        }
     }
 
     /// Confidence of the designated track, and below which it is given up.
     fn designation(&self, bounds: &Bounds) -> (String, String) {
         let designated = self.state.get().0.authority.map(|held| held.track);
         let track = self.tracks.iter().map(|track| track.get().0).find(|track| Some(track.id) == designated);
-        track.map_or((String::new(), String::new()), |track| {
+        let nothing = if designated.is_none() { "nothing is designated" } else { "its track is not reported" };
+        track.map_or((nothing.to_owned(), String::new()), |track| {
             (permille(track.confidence), permille(self.settings(bounds).keep_permille))
         })
     }

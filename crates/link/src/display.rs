@@ -116,8 +116,15 @@ impl Environment {
 
     fn has(&self, library: &str) -> bool {
         let system = FOLDERS.iter().map(Path::new);
-        self.folders.iter().map(PathBuf::as_path).chain(system).any(|folder| folder.join(library).exists())
+        // Where the loader found it when it was asked last, wherever that is.
+        let cached = || std::fs::read("/etc/ld.so.cache").is_ok_and(|cache| names(&cache, library));
+        self.folders.iter().map(PathBuf::as_path).chain(system).any(|folder| folder.join(library).exists()) || cached()
     }
+}
+
+/// Whether the loader's cache has a library of this name: names stand in it between zero bytes.
+fn names(cache: &[u8], library: &str) -> bool {
+    cache.split(|byte| *byte == 0).any(|name| name == library.as_bytes())
 }
 
 /// Whether somebody listens at the display `[host]:number[.screen]`. One that names a host is not tried: that is a
@@ -173,5 +180,7 @@ mod tests {
     #[test]
     fn a_library_that_is_nowhere_is_missing() {
         assert!(!at(None).has("libthis-is-no-library.so.1"));
+        let cache = b"glibc-ld.so.cache1.1\0libGL.so.1\0/opt/libGL.so.1\0";
+        assert!(names(cache, "libGL.so.1") && !names(cache, "libGL.so") && !names(cache, "GL.so.1"));
     }
 }

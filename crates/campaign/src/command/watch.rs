@@ -126,6 +126,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             format!("{run} is over: `holdsafe console {run}` shows its recording"),
         ));
     }
+    if news.newest.is_none() && args.once {
+        let says = format!("{}: the console has shown nothing yet; without `--once` it is waited for", path.display());
+        return Err(Failure::new(Exit::NoEvidence, says));
+    }
     let mut place = Place::open(context, args)?;
     let (mut heard, mut said) = (trace_us(), false);
     loop {

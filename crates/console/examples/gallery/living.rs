@@ -102,7 +102,13 @@ impl eframe::App for Living {
         }
         let window = self.window.get_or_insert_with(|| self.take.window(ui));
         let shown = self.take.yard.shown();
-        let picture = Picture { shown: &shown, behind: self.take.behind, tape: self.take.tape.as_ref(), beside: None };
+        let picture = Picture {
+            shown: &shown,
+            behind: self.take.behind,
+            untaken: false,
+            tape: self.take.tape.as_ref(),
+            beside: None,
+        };
         let before = trace_us();
         let wishes = window.draw(ui, &picture);
         if self.measured.is_some() {

@@ -7,10 +7,12 @@
 use std::io::Read;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use eframe::egui::{self, Context, Ui};
 use eframe::{App, CreationContext, Frame, NativeOptions};
+use link::clock::trace_us;
 use wire::id::UnitId;
 use wire::time::{Instant, Span};
 
@@ -28,6 +30,10 @@ pub const MOST_OFTEN: Duration = Duration::from_millis(100);
 pub const AT_LEAST: Duration = Duration::from_millis(250);
 /// And a recording that stands, after this one: somebody may have asked for it to close.
 const STANDING: Duration = Duration::from_secs(1);
+/// The window's least width, points: the strip has room in it.
+const LEAST_WIDTH: f32 = 1320.0;
+/// For how long it is said that an act was taken by nobody, seconds.
+const UNTAKEN_FOR: f64 = 10.0;
 /// Layouts are kept so often, where they have changed, seconds.
 const KEPT_EVERY: f64 = 1.0;
 /// A picture with none after it for so long is not current. A live core gives several a second.
@@ -35,10 +41,11 @@ pub const CURRENT: Span = Span::s(1);
 
 /// Where pictures come from, and where acts go. No call waits.
 pub trait Source {
-    /// The newest picture, if it is newer than the last one asked for.
-    fn newest(&mut self) -> Option<Arc<Shown>>;
-    /// Hands an act over. What comes of it is in the pictures.
-    fn send(&mut self, act: Act);
+    /// The newest picture, if it is newer than the last one asked for, and for how long it has lain ready.
+    fn newest(&mut self) -> Option<(Arc<Shown>, Span)>;
+    /// Hands an act over. What comes of it is in the pictures; false where nobody took it.
+    #[must_use]
+    fn send(&mut self, act: Act) -> bool;
     /// Where the recording stands; `None` when this is live.
     fn tape(&mut self) -> Option<Tape> {
         None
@@ -77,14 +84,16 @@ pub fn run(looks: Looks, source: Box<dyn Source>, start: impl FnOnce(Wake) + 'st
         .with_title(&looks.title)
         .with_app_id("holdsafe-console")
         .with_inner_size([1440.0, 860.0])
-        .with_min_inner_size([1320.0, 640.0]);
+        .with_min_inner_size([LEAST_WIDTH, 640.0]);
     let options = NativeOptions { viewport, renderer: eframe::Renderer::Glow, ..NativeOptions::default() };
     let title = looks.title.clone();
     let make = move |context: &CreationContext<'_>| -> Result<Box<dyn App>, _> {
         theme::apply(&context.egui_ctx);
         let ctx = context.egui_ctx.clone();
-        start(Box::new(move || ctx.request_repaint_after(MOST_OFTEN)));
-        Ok(Box::new(Program::new(looks, source)))
+        let drawn = Drawn::default();
+        let last = drawn.clone();
+        start(Box::new(move || ctx.request_repaint_after(last.left())));
+        Ok(Box::new(Program::new(looks, source, drawn)))
     };
     eframe::run_native(&title, options, Box::new(make))
 }
@@ -94,8 +103,12 @@ struct Program {
     window: Window,
     source: Box<dyn Source>,
     newest: Option<Arc<Shown>>,
-    /// When it came, on egui's clock, seconds.
-    came: f64,
+    /// When it was made, on egui's clock, seconds.
+    made: f64,
+    /// When an act was taken by nobody, on the same.
+    untaken: Option<f64>,
+    /// When a picture was drawn last.
+    drawn: Drawn,
     layout: Option<PathBuf>,
     /// What is kept there.
     kept: String,
@@ -104,7 +117,7 @@ struct Program {
 }
 
 impl Program {
-    fn new(looks: Looks, source: Box<dyn Source>) -> Self {
+    fn new(looks: Looks, source: Box<dyn Source>, drawn: Drawn) -> Self {
         let mut window = Window::new(looks.unit, looks.site);
         let mut layout = looks.layout;
         match layout.as_deref().map(kept) {
@@ -118,7 +131,7 @@ impl Program {
         }
         // What is never touched is never written.
         let kept = window.layouts_mut().saved().unwrap_or_default();
-        Self { window, source, newest: None, came: 0.0, layout, kept, looked: 0.0 }
+        Self { window, source, newest: None, made: 0.0, untaken: None, drawn, layout, kept, looked: 0.0 }
     }
 
     /// Keeps the layouts, where they are others than are kept. A run may end without asking the window.
@@ -129,9 +142,14 @@ impl Program {
             if saved == self.kept {
                 return Ok(());
             }
+            // Another window may have kept some meanwhile.
+            if let Some(theirs) = kept(path).map_err(|why| std::io::Error::other(why.to_string()))? {
+                self.window.layouts_mut().join(&theirs, &Layouts::read(&self.kept).unwrap_or_default());
+            }
+            let saved = self.window.layouts_mut().saved().map_err(std::io::Error::other)?;
             path.parent().map_or(Ok(()), std::fs::create_dir_all)?;
             // Whole or not at all.
-            let new = path.with_extension("new");
+            let new = path.with_extension(format!("{}.new", std::process::id()));
             std::fs::write(&new, &saved)?;
             self.kept = saved;
             std::fs::rename(&new, path)
@@ -143,10 +161,11 @@ impl Program {
         }
     }
 
-    fn grant(&mut self, wishes: Vec<Wish>) {
+    fn grant(&mut self, wishes: Vec<Wish>, now: f64) {
         for wish in wishes {
             match wish {
-                Wish::Act(act) => self.source.send(act),
+                Wish::Act(act) if !self.source.send(act) => self.untaken = Some(now),
+                Wish::Act(_) => {}
                 Wish::Seek(to) => self.source.seek(to),
             }
         }
@@ -156,11 +175,12 @@ impl Program {
 impl App for Program {
     /// Runs while the window is hidden too, so that nothing piles up.
     fn logic(&mut self, ctx: &Context, _: &mut Frame) {
-        if let Some(newest) = self.source.newest() {
-            self.newest = Some(newest);
-            self.came = ctx.input(|input| input.time);
-        }
         let now = ctx.input(|input| input.time);
+        if let Some((newest, lain)) = self.source.newest() {
+            self.newest = Some(newest);
+            self.made = now - lain.as_ms() / 1000.0;
+        }
+        zoom_that_fits(ctx);
         if now - self.looked >= KEPT_EVERY {
             self.looked = now;
             self.keep();
@@ -174,18 +194,22 @@ impl App for Program {
     }
 
     fn ui(&mut self, ui: &mut Ui, _: &mut Frame) {
+        self.drawn.note();
+        let now = ui.input(|input| input.time);
         let Some(shown) = self.newest.clone() else {
             let wishes = self.window.wait(ui);
-            return self.grant(wishes);
+            return self.grant(wishes, now);
         };
         let tape = self.source.tape();
         // A recording stands still when nobody moves it.
-        let lain = if tape.is_some() { Span::ZERO } else { lain(ui.input(|input| input.time), self.came) };
+        let lain = if tape.is_some() { Span::ZERO } else { lain(now, self.made) };
         let shown = Shown::clone(&shown).older(lain);
         let beside = tape.as_ref().map(|_| self.source.beside(shown.at));
-        let picture = Picture { shown: &shown, behind: behind(lain), tape: tape.as_ref(), beside: beside.as_ref() };
+        let untaken = self.untaken.is_some_and(|since| now - since < UNTAKEN_FOR);
+        let (tape, beside) = (tape.as_ref(), beside.as_ref());
+        let picture = Picture { shown: &shown, behind: behind(lain), untaken, tape, beside };
         let wishes = self.window.draw(ui, &picture);
-        self.grant(wishes);
+        self.grant(wishes, now);
     }
 
     fn on_exit(&mut self, _: Option<&eframe::glow::Context>) {
@@ -193,9 +217,33 @@ impl App for Program {
     }
 }
 
-/// How long the newest picture has lain; both on egui's clock, seconds.
-fn lain(now: f64, came: f64) -> Span {
-    Span(((now - came).max(0.0) * 1e6) as u64)
+/// When a picture was drawn last, as whoever brings the next one has to know.
+#[derive(Clone, Debug, Default)]
+struct Drawn(Arc<AtomicU64>);
+
+impl Drawn {
+    fn note(&self) {
+        self.0.store(trace_us(), Ordering::Relaxed);
+    }
+
+    /// What is left until the next may be drawn.
+    fn left(&self) -> Duration {
+        MOST_OFTEN.saturating_sub(Duration::from_micros(trace_us().saturating_sub(self.0.load(Ordering::Relaxed))))
+    }
+}
+
+/// Enlarged no further than the window has room for the strip, whose cells have their widths.
+fn zoom_that_fits(ctx: &Context) {
+    let zoom = ctx.zoom_factor();
+    let most = ctx.content_rect().width() * zoom / LEAST_WIDTH;
+    if zoom > most.max(1.0) {
+        ctx.set_zoom_factor(most.max(1.0));
+    }
+}
+
+/// How long the newest picture has lain since it was made; both on egui's clock, seconds.
+fn lain(now: f64, made: f64) -> Span {
+    Span(((now - made).max(0.0) * 1e6) as u64)
 }
 
 /// For how long nothing newer has come, once that is too long to call the picture current.

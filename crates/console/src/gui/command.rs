@@ -10,7 +10,7 @@ use wire::id::UnitId;
 
 use super::desk::Desk;
 use super::theme::Palette;
-use super::words::{self, seconds};
+use super::words;
 use super::{Wish, given, settings};
 use crate::act::{Act, Order, Prepared};
 use crate::shown::Shown;
@@ -233,7 +233,7 @@ fn countdown(ui: &mut Ui, shown: &Shown, prepared: &Prepared) {
     let palette = Palette::of(ui);
     let left = prepared.until.since(shown.at);
     let share = left.0 as f32 / prepared.until.since(prepared.since).0.max(1) as f32;
-    let text = format!("ARMED: {}, {} left", words::order(&prepared.order), seconds(left));
+    let text = format!("ARMED: {}, {} left", words::order(&prepared.order), words::left(left));
     ui.add(Label::new(RichText::new(text).strong().color(palette.mark)).truncate());
     let (rect, _) = ui.allocate_exact_size(vec2(ui.available_width(), 6.0), egui::Sense::hover());
     ui.painter().rect_filled(rect, 2.0, palette.raised);

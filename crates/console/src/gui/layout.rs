@@ -105,6 +105,12 @@ pub struct Layouts {
     named: BTreeMap<String, Tiling>,
 }
 
+impl Default for Layouts {
+    fn default() -> Self {
+        Self::new(Preset::Operate)
+    }
+}
+
 impl Layouts {
     /// One to choose from, and none by a name.
     pub fn new(preset: Preset) -> Self {
@@ -148,6 +154,16 @@ impl Layouts {
     /// Forgets the layout that was kept by this name.
     pub fn forget(&mut self, name: &str) {
         self.named.remove(name);
+    }
+
+    /// With what another has by name and neither we nor the `last` that both saw had: it is kept too, as far as there is room.
+    pub fn join(&mut self, other: &Self, last: &Self) {
+        let new = other.named.iter().filter(|(name, _)| !last.named.contains_key(*name));
+        for (name, layout) in new {
+            if !self.named.contains_key(name) && self.takes(name) {
+                self.named.insert(name.clone(), layout.clone());
+            }
+        }
     }
 
     /// As saved.
@@ -346,6 +362,20 @@ mod tests {
         names.iter().for_each(|name| layouts.keep(name));
         let saved = layouts.saved().unwrap();
         assert!(saved.len() < MAX_SAVED / 2, "as many as are kept can be read: {}", saved.len());
+    }
+
+    #[test]
+    fn what_another_window_kept_meanwhile_is_kept_and_what_was_forgotten_here_is_not_back() {
+        let mut last = Layouts::default();
+        last.keep("old");
+        let mut ours = Layouts::read(&last.saved().unwrap()).unwrap();
+        let mut theirs = Layouts::read(&last.saved().unwrap()).unwrap();
+        ours.forget("old");
+        theirs.start_from(Preset::Map);
+        theirs.keep("night");
+        ours.join(&theirs, &last);
+        assert_eq!(ours.names().collect::<Vec<_>>(), ["night"]);
+        assert_eq!(ours.now.0, Tiling::new(Preset::Operate).0, "the layout in use stays");
     }
 
     #[test]

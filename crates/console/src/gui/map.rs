@@ -67,6 +67,11 @@ impl View {
     }
 }
 
+/// Where the buttons begin, from the upper right corner, how far they are apart, and how high the notes at the bottom are, points.
+const BUTTONS: Vec2 = vec2(-36.0, 22.0);
+const BUTTON: f32 = 24.0;
+const NOTES: f32 = 44.0;
+
 /// Something with a place, an age and a name.
 struct Thing {
     at: Pos2,
@@ -187,12 +192,12 @@ fn zoom(view: &mut View, about: Pos2, by: f32) {
 }
 
 fn buttons(ui: &mut Ui, desk: &mut Desk, mut view: View) {
-    let mut corner = view.rect.right_top() + vec2(-36.0, 22.0);
+    let mut corner = view.rect.right_top() + BUTTONS;
     for (sign, says, by) in [("+", "zoom in", 1.25), ("-", "zoom out", 0.8), ("fit", "fit the map", 0.0)] {
         let place = Rect::from_min_size(corner, Vec2::new(30.0, 20.0));
         let button = ui.put(place, Button::new(sign).small().wrap_mode(TextWrapMode::Extend));
         button.widget_info(|| WidgetInfo::labeled(Role::Button, true, says));
-        corner.y += 24.0;
+        corner.y += BUTTON;
         if button.clicked() {
             let middle = view.rect.center();
             zoom(&mut view, middle, if by > 0.0 { by } else { 1.0 });
@@ -308,6 +313,9 @@ fn labels(painter: &Painter, palette: &Palette, things: &[Thing]) -> usize {
         (false, None) => 11.0,
     };
     let mut taken: Vec<Rect> = things.iter().map(|t| Rect::from_center_size(t.at, Vec2::splat(size(t)))).collect();
+    // What is drawn above: the buttons, the note and the scale.
+    taken.push(Rect::from_min_size(inside.right_top() + BUTTONS, vec2(30.0, 3.0 * BUTTON)));
+    taken.push(Rect::from_min_max(inside.left_bottom() - vec2(0.0, NOTES), inside.right_bottom()));
     let mut left_out = 0;
     for thing in things.iter().rev().filter(|thing| inside.contains(thing.at)) {
         let color = if thing.tone == Tone::Normal { palette.text } else { thing.tone.color(palette) };

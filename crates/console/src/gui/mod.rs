@@ -42,9 +42,8 @@ use crate::beside::Beside;
 use crate::shown::Shown;
 use crate::site::Site;
 
-/// How much is seen of a picture that is not current.
-const PAST: f32 = 0.35;
-
+/// How much is seen of a picture that is not current: little enough to be told at once from one that is.
+const PAST: f32 = 0.65;
 /// What a person at the window wants.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wish {
@@ -61,6 +60,8 @@ pub struct Picture<'p> {
     pub shown: &'p Shown,
     /// How long no newer one has come, once that is too long to call it current.
     pub behind: Option<Span>,
+    /// An act was taken by nobody a moment ago.
+    pub untaken: bool,
     /// Where the recording stands, if it is one.
     pub tape: Option<&'p Tape>,
     /// What that has beside it.
@@ -84,7 +85,7 @@ impl Window {
         Self {
             desk: Desk::new(unit),
             site: site.sound(),
-            layouts: Layouts::new(Preset::Operate),
+            layouts: Layouts::default(),
             name: String::new(),
             textures: Textures::default(),
         }
@@ -112,8 +113,12 @@ impl Window {
         let palette = Palette::of(ui);
         let frame = |x: i8, y: i8| Frame::new().fill(palette.pane).inner_margin(Margin::symmetric(x, y));
         Panel::top("strip").resizable(false).frame(frame(8, 4)).show(ui, |ui| {
+            if picture.untaken {
+                banner(ui, "NOT TAKEN: what you did last did not reach this console's core. Hold by other means.");
+            }
             if let Some(behind) = picture.behind {
-                not_current(ui, behind);
+                let nothing = "NOT CURRENT: this console has drawn nothing new for";
+                banner(ui, &format!("{nothing} {}. Hold by other means.", words::seconds(behind)));
                 ui.set_opacity(PAST);
             }
             strip::draw(ui, &mut self.desk, shown);
@@ -186,11 +191,9 @@ impl Window {
     }
 }
 
-/// The picture stands still while time goes on: nothing in it may be believed.
-fn not_current(ui: &mut Ui, behind: Span) {
+/// What comes before everything else that is shown.
+fn banner(ui: &mut Ui, text: &str) {
     let palette = Palette::of(ui);
-    let text =
-        format!("NOT CURRENT: this console has drawn nothing new for {}. Hold by other means.", words::seconds(behind));
     Frame::new().fill(palette.alarm).inner_margin(Margin::symmetric(8, 4)).show(ui, |ui| {
         ui.set_min_width(ui.available_width());
         ui.label(RichText::new(text).size(15.0).strong().color(palette.on_block));

@@ -13,7 +13,7 @@ use super::app::{CURRENT, MOST_OFTEN};
 use super::beside::{Textures, one};
 use super::sign::{Shape, Tone};
 use super::theme::{self, Palette};
-use super::words::seconds;
+use super::words::{left, seconds};
 use crate::beside::Sight;
 
 /// Between two pictures, points.
@@ -93,8 +93,8 @@ impl Content {
 /// How old it is; with a sign where that is not known, or too old to be called current.
 fn age(ui: &mut Ui, sensed: &Sensed) {
     match sensed.at_most {
-        _ if sensed.at_least > CURRENT => flag(ui, Tone::Alarm, &not_current("at least", sensed.at_least)),
-        Some(age) if age > CURRENT => flag(ui, Tone::Alarm, &not_current("at most", rounded(age))),
+        _ if sensed.at_least > CURRENT => flag(ui, Tone::Alarm, &not_current("at least", &left(sensed.at_least))),
+        Some(age) if age > CURRENT => flag(ui, Tone::Alarm, &not_current("at most", &seconds(rounded(age)))),
         Some(age) => {
             ui.label(RichText::new(format!("at most {} old", seconds(rounded(age)))).color(Palette::of(ui).text));
         }
@@ -102,8 +102,8 @@ fn age(ui: &mut Ui, sensed: &Sensed) {
     }
 }
 
-fn not_current(bound: &str, age: Span) -> String {
-    format!("NOT CURRENT: {bound} {} old", seconds(age))
+fn not_current(bound: &str, age: &str) -> String {
+    format!("NOT CURRENT: {bound} {age} old")
 }
 
 /// As it may be written of what is at most so old: up, and for as long as it stands there.

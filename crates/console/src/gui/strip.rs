@@ -55,8 +55,15 @@ fn name(ui: &mut Ui, desk: &mut Desk, unit: UnitId) {
 fn unit_cells(ui: &mut Ui, at: Instant, unit: &ShownUnit) {
     state(ui, unit);
     let (state, freshness) = unit.state.get();
-    cell(ui, CELLS[2], RichText::new(format!("for {}", seconds(at.since(unit.since)))).monospace());
-    cell(ui, CELLS[3], RichText::new(format!("cause {}", state.cause.label())));
+    let cause = state.cause.label();
+    if freshness == Freshness::Fresh {
+        cell(ui, CELLS[2], RichText::new(format!("for {}", seconds(at.since(unit.since)))).monospace());
+        cell(ui, CELLS[3], RichText::new(format!("cause {cause}")));
+    } else {
+        // For how long it was so, nobody here knows.
+        cell(ui, CELLS[2], RichText::new(""));
+        cell(ui, CELLS[3], RichText::new(format!("cause was {cause}")).weak());
+    }
     authority(ui, unit);
     let (tone, shape, word) = sign::freshness(freshness);
     let age = seconds(unit.state.age());
@@ -98,7 +105,7 @@ fn authority(ui: &mut Ui, unit: &ShownUnit) {
 }
 
 fn authority_words(state: &Labelled<State>) -> (String, Tone, Shape) {
-    let held = |state: &State| state.authority.map(|held| (held.track.0, seconds(held.left)));
+    let held = |state: &State| state.authority.map(|held| (held.track.0, words::left(held.left)));
     match (state.fresh(), held(state.get().0)) {
         (Some(_), Some((track, left))) => (format!("track {track}, {left} left"), Tone::Mark, Shape::Triangle),
         (Some(_), None) => ("no authority".to_owned(), Tone::Normal, Shape::Ring),
@@ -128,7 +135,7 @@ fn run(ui: &mut Ui, shown: &Shown) {
         }
         for link in &shown.links {
             let clock = shown.units.iter().find(|unit| unit.unit.peer() == link.peer).and_then(|unit| unit.clock);
-            link_chip(ui, link, clock);
+            link_chip(ui, shown, link, clock);
         }
         for (peer, times) in &shown.losses {
             let text = format!("{peer} lost its command session {times}x");
@@ -139,9 +146,9 @@ fn run(ui: &mut Ui, shown: &Shown) {
     });
 }
 
-/// A link as the gateway's last word has it, which ages; when something last came through it; and how fast the clock at
-/// its other end runs, once that is known.
-fn link_chip(ui: &mut Ui, link: &ShownLink, clock: Option<Rate>) {
+/// A link as the gateway's last word has it, which ages; when something last came through it, which is as much out of normal
+/// as a report of that age; and how fast the clock at its other end runs.
+fn link_chip(ui: &mut Ui, shown: &Shown, link: &ShownLink, clock: Option<Rate>) {
     let (open, freshness) = link.open.get();
     let heard = link.heard.map_or("never".to_owned(), seconds);
     let runs = clock.is_some_and(Rate::beyond);
@@ -150,18 +157,19 @@ fn link_chip(ui: &mut Ui, link: &ShownLink, clock: Option<Rate>) {
             ((Tone::Caution, Shape::Diamond), format!("{} up {heard}", link.peer))
         }
         (true, Freshness::Fresh | Freshness::Late) => {
-            ((Tone::Normal, Shape::Disc), format!("{} up {heard}", link.peer))
+            let (tone, shape, word) =
+                sign::freshness(link.heard.map_or(Freshness::Lost, |age| shown.limits.label(age)));
+            let quiet = if tone == Tone::Normal { String::new() } else { format!(" {word}") };
+            ((tone, shape), format!("{} up {heard}{quiet}", link.peer))
         }
         (true, Freshness::Stale | Freshness::Lost) => {
             ((Tone::Caution, Shape::Diamond), format!("{} was up {heard}", link.peer))
         }
         (false, _) => ((Tone::Alarm, Shape::Cross), format!("{} DOWN {heard}", link.peer)),
     };
-    let (text, width) = match clock {
-        Some(rate) => (format!("{text}, {}", rate.words()), 300.0),
-        None => (text, 168.0),
-    };
-    sign::chip(ui, width, sign, &text, false, &format!("LINK {text}"));
+    let clock = clock.map_or("clock unknown".to_owned(), Rate::words);
+    let text = format!("{text}, {clock}");
+    sign::chip(ui, 300.0, sign, &text, false, &format!("LINK {text}"));
 }
 
 fn cell(ui: &mut Ui, width: f32, text: RichText) -> Response {

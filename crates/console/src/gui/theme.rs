@@ -15,6 +15,9 @@ pub const LEAST_CONTRAST: f64 = 4.5;
 /// Least contrast of the edge of a control (the same, for what is no text).
 pub const LEAST_EDGE: f64 = 3.0;
 
+/// Opacity of a control that cannot be pressed, which is still to be read.
+pub const DISABLED: f32 = 0.9;
+
 /// Height of a row of a table, points.
 pub const ROW: f32 = 20.0;
 
@@ -116,8 +119,7 @@ impl Palette {
         visuals.faint_bg_color = self.raised;
         visuals.extreme_bg_color = self.ground;
         visuals.text_edit_bg_color = Some(self.ground);
-        // What cannot be pressed is still to be read.
-        visuals.disabled_alpha = 0.8;
+        visuals.disabled_alpha = DISABLED;
         visuals.warn_fg_color = self.caution;
         visuals.error_fg_color = self.alarm;
         visuals.window_shadow = Shadow::NONE;
@@ -222,6 +224,16 @@ mod tests {
                     let apart = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
                     assert!(apart >= LEAST_APART, "{a:?} {b:?}: {apart:.1}");
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_pressed_can_still_be_read() {
+        for p in [Palette::DARK, Palette::LIGHT] {
+            for (text, surface) in [p.text, p.weak].into_iter().flat_map(|t| [p.pane, p.raised].map(|s| (t, s))) {
+                let seen = surface.lerp_to_gamma(text, DISABLED);
+                assert!(contrast(seen, surface) >= LEAST_CONTRAST, "{text:?} on {surface:?}");
             }
         }
     }

@@ -34,6 +34,10 @@ pub(super) fn draw(ui: &mut Ui, desk: &Desk, shown: &Shown) {
     let (age, since) = (seconds(unit.state.age()), seconds(shown.at.since(unit.since)));
     let age = format!("as reported {age} ago; last change: {}, {since} ago", state.cause.label());
     ui.add(Label::new(RichText::new(age).color(tone.color(Palette::of(ui)))).wrap());
+    if let Some(waits) = unit.waits_for(&shown.bounds) {
+        let waits = format!("{} for {waits}", if current { "waits" } else { "waited" });
+        ui.add(Label::new(RichText::new(waits).color(Palette::of(ui).text)).wrap());
+    }
     let mut guards = unit.guards(&shown.bounds);
     // What fails stands first.
     guards.sort_by_key(|guard| guard.holds);
@@ -50,12 +54,14 @@ pub(super) fn draw(ui: &mut Ui, desk: &Desk, shown: &Shown) {
 pub(super) fn row(ui: &mut Ui, predicate: &Predicate, current: bool) {
     let palette = Palette::of(ui);
     let (tone, shape, word) = match (predicate.holds, current) {
+        (true, _) if !predicate.judged => (Tone::Weak, Shape::Ring, "-"),
         (true, true) => (Tone::Weak, Shape::Disc, "ok"),
         (true, false) => (Tone::Weak, Shape::Ring, "was ok"),
         (false, true) => (Tone::Caution, Shape::Diamond, "NO"),
         (false, false) => (Tone::Caution, Shape::Diamond, "was NO"),
     };
     let color = match (predicate.holds, current) {
+        (true, _) if !predicate.judged => palette.weak,
         (true, true) => palette.text,
         (true, false) => palette.weak,
         (false, _) => palette.caution,

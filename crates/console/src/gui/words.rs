@@ -11,15 +11,23 @@ use crate::shown::Origin;
 /// Longest name that is written whole, characters.
 const MAX_NAME: usize = 48;
 
-/// A span in seconds, as wide as the eye expects: two decimals below ten seconds.
+/// An age in seconds, as wide as the eye expects: two decimals below ten seconds. It is rounded up, for it is an age at most.
 pub(super) fn seconds(span: Span) -> String {
-    let s = span.as_ms() / 1000.0;
-    match s {
-        _ if span == Span(u64::MAX) => "unknown".to_owned(),
-        s if s < 10.0 => format!("{s:.2} s"),
-        s if s < 100.0 => format!("{s:.1} s"),
-        s if s < 6000.0 => format!("{:.0} min", s / 60.0),
-        s => format!("{:.0} h", s / 3600.0),
+    if span == Span(u64::MAX) { "unknown".to_owned() } else { written(span, u64::div_ceil) }
+}
+
+/// What is left of a time: rounded down.
+pub(super) fn left(span: Span) -> String {
+    written(span, |us, unit| us / unit)
+}
+
+fn written(span: Span, whole: fn(u64, u64) -> u64) -> String {
+    const S: u64 = 1_000_000;
+    match span.0 {
+        us if us < 10 * S => format!("{:.2} s", whole(us, S / 100) as f64 / 100.0),
+        us if us < 100 * S => format!("{:.1} s", whole(us, S / 10) as f64 / 10.0),
+        us if us < 6_000 * S => format!("{} min", whole(us, 60 * S)),
+        us => format!("{} h", whole(us, 3_600 * S)),
     }
 }
 
@@ -124,5 +132,20 @@ pub(super) fn consequence(order: &Order) -> String {
                 f64::from(settings.keep_permille) / 1000.0,
             ),
         },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_age_is_written_shorter_and_no_time_that_is_left_longer_than_it_is() {
+        let ages = [(1, "0.01 s", "0.00 s"), (299_999, "0.30 s", "0.29 s"), (10_000_001, "10.1 s", "10.0 s")];
+        let long = [(149_000_000, "3 min", "2 min"), (6_000_000_001, "2 h", "1 h"), (1_420_000, "1.42 s", "1.42 s")];
+        for (us, age, rest) in ages.into_iter().chain(long) {
+            assert_eq!((seconds(Span(us)).as_str(), left(Span(us)).as_str()), (age, rest), "{us} us");
+        }
+        assert_eq!(seconds(Span(u64::MAX)), "unknown");
     }
 }

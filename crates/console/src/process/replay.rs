@@ -63,7 +63,7 @@ struct Running {
 }
 
 impl Source for Running {
-    fn newest(&mut self) -> Option<Arc<Shown>> {
+    fn newest(&mut self) -> Option<(Arc<Shown>, Span)> {
         if let Some((set_off, from)) = self.since {
             self.player.seek(from + Instant(trace_us()).since(set_off));
             self.new = true;
@@ -71,11 +71,13 @@ impl Source for Running {
                 self.since = None;
             }
         }
-        std::mem::take(&mut self.new).then(|| Arc::new(self.player.shown()))
+        std::mem::take(&mut self.new).then(|| (Arc::new(self.player.shown()), Span::ZERO))
     }
 
     /// Nothing can be done in a recording.
-    fn send(&mut self, _: Act) {}
+    fn send(&mut self, _: Act) -> bool {
+        true
+    }
 
     fn over(&mut self) -> bool {
         (self.over)()
@@ -95,6 +97,10 @@ impl Source for Running {
             Seek::To(at) => self.player.seek(at),
             Seek::Step(by) => self.player.step(by),
             Seek::Play(true) => {
+                // From its end there is only one way to go.
+                if self.player.at() >= self.player.length() {
+                    self.player.seek(Span::ZERO);
+                }
                 self.since = Some((Instant(trace_us()), self.player.at()));
                 return;
             }

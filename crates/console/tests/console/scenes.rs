@@ -142,7 +142,7 @@ pub(crate) fn view_only() -> Yard {
 pub(crate) fn crowd() -> Yard {
     let units = ["unit-a", "unit-b", "unit-c", "unit-d"].map(|name| UnitId::from_name(name).expect("a unit"));
     let mut yard = Yard::with(&units, Policy::default(), Role::Supervise);
-    for round in 0..6 {
+    for round in 0..7 {
         for (at, actor) in yard.actors.iter_mut().enumerate() {
             let like = actor.tracks[0];
             actor.tracks = (0..8).map(|n| scattered(like, at as u32, round * 8 + n)).collect();

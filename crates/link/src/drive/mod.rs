@@ -46,8 +46,8 @@ fn cannot(link: &'static str) -> impl Fn(&dyn std::fmt::Display) -> DriveError {
     move |why| DriveError::Link { link, why: why.to_string() }
 }
 
-/// Acts of a person that may wait.
-pub const ACTS: usize = 16;
+/// Acts of a person that may wait: more than one press can give, which is to take note of every alarm that a display has.
+pub const ACTS: usize = 512;
 
 /// The end at which a person's acts are given, encoded.
 #[derive(Clone, Debug)]
