@@ -81,9 +81,9 @@ pub(super) fn draw(ui: &mut Ui, textures: &mut Textures, beside: &Beside) {
 /// Why the mode is what it is.
 fn reasons(ui: &mut Ui, because: &str) {
     ui.label(RichText::new("WHY, by what the services logged").color(Palette::of(ui).text));
-    ScrollArea::both().id_salt("reasons").max_height(HIGH + 16.0).auto_shrink([false, true]).show(ui, |ui| {
+    ScrollArea::vertical().id_salt("reasons").max_height(HIGH + 16.0).auto_shrink([false, true]).show(ui, |ui| {
         for line in because.lines() {
-            ui.add(Label::new(RichText::new(line).monospace().size(11.0).color(Palette::of(ui).text)).extend());
+            ui.add(Label::new(RichText::new(line).monospace().size(11.0).color(Palette::of(ui).text)).wrap());
         }
     });
 }
