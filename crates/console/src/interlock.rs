@@ -248,7 +248,7 @@ fn claims(holds: bool, measured: &Measured) -> String {
 }
 
 fn ms(span: Span) -> String {
-    if span == Span(u64::MAX) { "unknown".to_owned() } else { format!("{:.0} ms", span.as_ms()) }
+    if span == Span(u64::MAX) { "unknown".to_owned() } else { format!("{} ms", span.0.div_ceil(1000)) }
 }
 
 fn permille(share: u16) -> String {

@@ -63,7 +63,7 @@ pub(crate) fn line(shown: &Shown) -> String {
         "alarms_more": shown.alarms_more,
         "prepared": shown.prepared.map(|of| json!({
             "order": of.order.name(),
-            "left_ms": ms(of.until.since(shown.at)),
+            "left_ms": left(of.until.since(shown.at)),
         })),
     })
     .to_string()
@@ -91,7 +91,7 @@ fn unit(shown: &Shown, of: &ShownUnit) -> Value {
             "guards": of.guards(&shown.bounds).iter().map(|guard| json!({
                 "name": guard.name, "holds": guard.holds, "value": guard.value, "limit": guard.limit,
             })).collect::<Value>(),
-            "authority": state.authority.map(|held| json!({ "track": held.track.0, "left_ms": ms(held.left) })),
+            "authority": state.authority.map(|held| json!({ "track": held.track.0, "left_ms": left(held.left) })),
             "settings": of.settings(&shown.bounds),
             "speed_mm_s": state.speed_mm_s,
             "progress_permille": state.progress,
@@ -125,7 +125,23 @@ fn labelled<T>(of: &Labelled<T>, value: Value) -> Value {
     json!({ "freshness": word(of.freshness()), "age_ms": ms(of.age()), "value": value })
 }
 
-/// Whole milliseconds; null where there is no bound.
+/// Whole milliseconds of what is left: rounded down.
+fn left(span: Span) -> u64 {
+    span.0 / 1000
+}
+
+/// Whole milliseconds of an age, begun ones too; null where there is no bound.
 fn ms(span: Span) -> Option<u64> {
-    (span != Span(u64::MAX)).then_some(span.0 / 1000)
+    (span != Span(u64::MAX)).then_some(span.0.div_ceil(1000))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_age_is_told_shorter_and_no_time_that_is_left_longer_than_it_is() {
+        assert_eq!((ms(Span(299_001)), left(Span(299_999))), (Some(300), 299));
+        assert_eq!(ms(Span(u64::MAX)), None);
+    }
 }

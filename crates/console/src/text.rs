@@ -46,18 +46,18 @@ pub fn lines(shown: &Shown) -> String {
     }
     shown.commands.iter().for_each(|command| command_line(&mut text, shown.at, command));
     if let Some(prepared) = &shown.prepared {
-        let left = prepared.until.since(shown.at).as_ms() / 1000.0;
-        line(&mut text, format_args!("prepared {}, to be confirmed within {left:.0} s", prepared.order.name()));
+        let left = prepared.until.since(shown.at).0 / 1_000_000;
+        line(&mut text, format_args!("prepared {}, to be confirmed within {left} s", prepared.order.name()));
     }
     if let Some(Answer { act: Some(_), at, outcome: Err(why), .. }) = shown.answers.last() {
-        let ago = shown.at.since(*at).as_ms() / 1000.0;
+        let ago = ago(shown.at.since(*at));
         line(&mut text, format_args!("not done {}, {ago:.1} s ago", why.says()));
     }
     text
 }
 
 fn alarm_line(text: &mut String, at: Instant, shown: &ShownAlarm) {
-    let ago = at.since(shown.since).as_ms() / 1000.0;
+    let ago = ago(at.since(shown.since));
     let over = if shown.standing { "" } else { ", over" };
     let noted = if shown.acknowledged { ", acknowledged" } else { "" };
     let (priority, words) = (shown.priority.name(), alarm::words(&shown.alarm));
@@ -92,7 +92,7 @@ fn unit_lines(text: &mut String, at: Instant, bounds: &Bounds, unit: &ShownUnit)
             "{:<8} {}{mark}  since {:.1} s  cause {}  {} {}",
             unit.unit.name(),
             state.mode.name(),
-            at.since(unit.since).as_ms() / 1000.0,
+            ago(at.since(unit.since)),
             state.cause.label(),
             word(freshness),
             age(unit.state.age()),
@@ -145,7 +145,7 @@ pub(crate) fn sensors(track: &ReportedTrack) -> impl Iterator<Item = &'static st
 
 fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {
     let life = life(command.life);
-    let ago = at.since(command.since).as_ms() / 1000.0;
+    let ago = ago(at.since(command.since));
     line(
         text,
         format_args!("command  {} {} to {}: {life}, {ago:.1} s ago", command.id, command.kind.name(), command.unit),
@@ -186,8 +186,13 @@ fn metres(mm: i32) -> f64 {
     f64::from(mm) / 1000.0
 }
 
+/// Tenths of a second, begun ones too.
+fn ago(span: Span) -> f64 {
+    span.0.div_ceil(100_000) as f64 / 10.0
+}
+
 fn age(span: Span) -> String {
-    if span == Span(u64::MAX) { "of unknown age".to_owned() } else { format!("{:.0} ms", span.as_ms()) }
+    if span == Span(u64::MAX) { "of unknown age".to_owned() } else { format!("{} ms", span.0.div_ceil(1000)) }
 }
 
 pub(crate) fn word(freshness: Freshness) -> &'static str {

@@ -3,9 +3,8 @@
 //!
 //! What READY stands on is compared with what the unit went by: its mode, the track that it holds authority over and its
 //! failing guards have to be the unit's own, its place one that it drove by; of its tracks the display may say less than the
-//! unit, never more. Commands are `planes`' to judge, the
-//! age of what the gateway accepted is `stale`'s. Other units' words are not compared: one of them may be an insider, whose
-//! word on itself says nothing.
+//! unit, never more. Commands are `planes`' to judge, the age of what the gateway accepted is `stale`'s. Other units' words
+//! are not compared: one of them may be an insider, whose word on itself says nothing.
 
 use std::collections::BTreeMap;
 

@@ -55,7 +55,7 @@ fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let mut used = BTreeSet::new();
     for w in &evidence.entries {
         let Event::PlantAct { authority, command, class, distance_mm, .. } = w.entry.event else { continue };
-        let minted = line.minted.iter().any(|(at, serial)| *serial == authority && *at <= w.at);
+        let minted = line.minted.iter().any(|(at, serial, _)| *serial == authority && *at <= w.at);
         let revoked = line.revoked.iter().any(|(at, serial)| *serial == authority && *at <= w.at);
         if !minted || revoked || !used.insert(authority) {
             found.push(finding(

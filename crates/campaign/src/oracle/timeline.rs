@@ -68,12 +68,10 @@ pub struct Timeline {
     pub judged: Vec<(Micros, Judged)>,
     /// Where unit A took itself to be.
     pub poses: Vec<Stood>,
-    /// Tracks that unit A's authority was over, and from when.
-    pub designated: Vec<(Micros, TrackId)>,
     /// Truth of unit A.
     pub truth: Vec<Truth>,
-    /// Authority minted: (when, serial).
-    pub minted: Vec<(Micros, u32)>,
+    /// Authority minted: (when, serial, over which track).
+    pub minted: Vec<(Micros, u32, TrackId)>,
     /// Authority that ended unused: (when, serial).
     pub revoked: Vec<(Micros, u32)>,
     /// Operator's intents.
@@ -114,10 +112,7 @@ impl Timeline {
                 let fixed = at.saturating_sub(entry.at.since(stamp).0);
                 self.poses.push(Stood { at, fixed, place: (pose_x_mm, pose_y_mm) });
             }
-            Event::Minted { authority, track, .. } if unit_a => {
-                self.minted.push((at, authority));
-                self.designated.push((at, track));
-            }
+            Event::Minted { authority, track, .. } if unit_a => self.minted.push((at, authority, track)),
             Event::Revoked { authority, .. } if unit_a => self.revoked.push((at, authority)),
             Event::Intended { command, kind } if node == NodeId::CONSOLE => self.intended.push((at, command, kind)),
             Event::Executed { command, kind, refused: None } if unit_a => self.executed.push((at, command, kind)),
@@ -152,9 +147,9 @@ impl Timeline {
 
     /// Whether unit A held authority over `track` at some instant of `[from, to]`.
     pub fn held(&self, track: TrackId, from: Micros, to: Micros) -> bool {
-        let next = self.designated.iter().skip(1).map(|(at, _)| *at).chain(std::iter::once(Micros::MAX));
-        let mut spans = self.designated.iter().zip(next).filter(|((_, over), _)| *over == track);
-        spans.any(|((at, _), until)| {
+        let next = self.minted.iter().skip(1).map(|(at, ..)| *at).chain(std::iter::once(Micros::MAX));
+        let mut spans = self.minted.iter().zip(next).filter(|((.., over), _)| *over == track);
+        spans.any(|((at, ..), until)| {
             let (first, last) = (from.max(*at), to.min(until));
             first <= last && self.was_in(Mode::PrepareToAct, first, last)
         })

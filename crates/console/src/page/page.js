@@ -31,7 +31,8 @@ function element(name, classes, ...content) {
   return made;
 }
 
-const seconds = (ms) => (ms === null || !Number.isFinite(ms) ? "unknown" : ms < 10000 ? `${(ms / 1000).toFixed(2)} s` : `${(ms / 1000).toFixed(0)} s`);
+const seconds = (ms) => (ms === null || !Number.isFinite(ms) ? "unknown" : ms < 10000 ? `${(Math.ceil(ms / 10) / 100).toFixed(2)} s` : `${Math.ceil(ms / 1000)} s`);
+const left = (ms) => `${(Math.floor(ms / 10) / 100).toFixed(2)} s left`;
 const metres = (mm) => (mm / 1000).toFixed(1);
 
 /** A value that ages, as it may be drawn now: no fresher than the console said, and older by what passed since. */
@@ -73,11 +74,11 @@ function unit(of, picture, extra) {
   const shown = fresh
     ? element("span", `chip ${MODES[mode] || "normal"}`, mode)
     : element("span", `chip ${state.tone}`, "was ", element("s", "", mode), ` · ${state.word}`);
-  const held = authority ? `track ${authority.track}, ${seconds(authority.left_ms)} left` : "none";
+  const held = authority ? `track ${authority.track}, ${left(authority.left_ms)}` : "none";
   const guards = failing.length ? failing.map(condition).join(", ") : "nothing";
   const clock = of.clock_ppm === null ? "unknown" : `${of.clock_ppm[0]} to ${of.clock_ppm[1]} ppm`;
   return element("div", "unit", element("strong", "", of.unit), shown, freshness(state),
-    element("span", "", `for ${seconds(of.since_ms === null ? null : of.since_ms + extra)}, cause ${cause}`),
+    element("span", "", fresh ? `for ${seconds(of.since_ms === null ? null : of.since_ms + extra)}, cause ${cause}` : `cause was ${cause}`),
     element("span", fresh && authority ? "mark" : fresh ? "" : "caution", fresh ? `authority ${held}` : `authority unknown, was ${held}`),
     element("span", failing.length ? "caution" : "", `${fresh ? "fails" : "failed"}: ${guards}`),
     element("span", "", `${(Math.round(speed_mm_s / 100) / 10 + 0).toFixed(1)} m/s`),

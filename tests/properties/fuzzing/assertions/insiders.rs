@@ -66,7 +66,8 @@ pub(super) const ALL: &[Assertion] = &[
 ];
 
 /// A hidden drift of *v* for so long that the disagreement, which is forgotten with *tau*, has grown above the slack by the
-/// time of a report: from then on the unit may not drive within *Th*. Only where nothing else is said that could hide it, and the unit was driving.
+/// time of a report: from then on the unit may not drive within *Th*. Only where nothing else is said that could hide it, and
+/// the unit was driving.
 fn undisputed(facts: &Facts) -> Option<String> {
     let others = facts.deeds.done.iter().filter(|deed| !BESIDE_ITS_OWN.contains(&deed.of.as_str()));
     let [lie] = others.collect::<Vec<_>>()[..] else { return None };
