@@ -1,12 +1,15 @@
 //! What a trial leaves in its run directory: the log as MCAP and as JSON lines.
 
-use std::io::{BufRead, Read, Write};
+use std::fs::{File, OpenOptions};
+use std::io::{BufRead, BufReader, BufWriter, Read, Write};
+use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
 use console::moment::MAX_MOMENTS;
 use console::process::player::{READING, TRUTH};
 use console::site::Site;
 use link::instrument::Frame;
+use link::mouth;
 use link::recorder::Recording;
 use serde::Deserialize;
 use serde_json::json;
@@ -91,6 +94,22 @@ pub fn console(directory: &Path, cast: &Cast, entries: &[Witnessed]) -> std::io:
 /// Writes what came of replaying the mouth logs.
 pub fn replays(directory: &Path, replays: &[CoreReplay]) -> std::io::Result<()> {
     std::fs::write(directory.join("replay.json"), serde_json::to_vec_pretty(replays)?)
+}
+
+/// Leaves out of the mouth logs below `directory` all sets of frames but each `every`-th ([`mouth::thin`]), of each core that `replays` found to
+/// be a function of its mouth: nobody needs them to the byte any more, and they are nearly all of a recording. A log of which anything
+/// else came stays as it is.
+pub fn thinned(directory: &Path, replays: &[CoreReplay], every: u32) -> std::io::Result<()> {
+    let identical = replays.iter().filter(|r| r.difference.is_none());
+    let with_frames = identical.filter(|r| matches!(r.node, NodeId::SIM | NodeId::PERCEPTION));
+    for log in with_frames.map(|r| directory.join("mouth").join(format!("{}.cbor", r.node))) {
+        let beside = log.with_extension("new");
+        let source = mouth::Reader::new(BufReader::new(File::open(&log)?)).map_err(std::io::Error::other)?;
+        let copy = BufWriter::new(OpenOptions::new().write(true).create_new(true).mode(0o600).open(&beside)?);
+        mouth::thin(source, copy, every).map_err(std::io::Error::other)?;
+        std::fs::rename(&beside, &log)?;
+    }
+    Ok(())
 }
 
 /// Writes the log as JSON lines, for other programs.

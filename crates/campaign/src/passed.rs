@@ -31,6 +31,15 @@ pub struct Passed {
     pub bytes: Vec<u8>,
 }
 
+/// What passed in a live run that was recorded.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Recorded {
+    /// The messages, in order of time.
+    pub passed: Vec<Passed>,
+    /// Messages of which the logs have the hash alone.
+    pub left_out: u64,
+}
+
 /// `input` of `reader`'s, where it is one of those that are kept.
 pub(crate) fn kept(reader: NodeId, at: Micros, input: &Input) -> Option<Passed> {
     let Input::Bus { topic, bytes } = input else { return None };
@@ -42,8 +51,8 @@ pub(crate) fn kept(reader: NodeId, at: Micros, input: &Input) -> Option<Passed> 
 ///
 /// # Errors
 /// When a mouth log is damaged before its end, or they hold more than [`ROOM`].
-pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Vec<Passed>, MouthError> {
-    let mut passed = Vec::new();
+pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Recorded, MouthError> {
+    let Recorded { mut passed, mut left_out } = Recorded::default();
     let mut room = ROOM;
     for reader in [NodeId::PERCEPTION, NodeId::UNIT_A] {
         let Ok(file) = File::open(directory.join("mouth").join(format!("{reader}.cbor"))) else { continue };
@@ -53,6 +62,10 @@ pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Vec<Passed>, 
             let (now, input) = match entry {
                 Ok(mouth::Entry::Input { now, input }) => (now, input),
                 Ok(mouth::Entry::Output(_)) => continue,
+                Ok(mouth::Entry::LeftOut { .. }) => {
+                    left_out += 1;
+                    continue;
+                }
                 // Its writer was killed.
                 Err(MouthError::Truncated { .. }) => break,
                 Err(error) => return Err(error),
@@ -65,5 +78,5 @@ pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Vec<Passed>, 
         }
     }
     passed.sort_by_key(|of| of.at);
-    Ok(passed)
+    Ok(Recorded { passed, left_out })
 }

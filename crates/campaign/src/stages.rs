@@ -111,6 +111,8 @@ impl Delays {
                         words.extend(heard(at, node, &input));
                     }
                     Entry::Output(output) => words.extend(said(at, node, &output)),
+                    // A log is read here before it is thinned.
+                    Entry::LeftOut { .. } => {}
                 }
             }
         }

@@ -230,7 +230,7 @@ fn malformed(n: u32) -> Vec<u8> {
 }
 
 /// Resident memory of this process, out of `/proc/self/statm` by pages of 4 KiB; zero where there is none.
-fn resident_kib() -> u64 {
+pub fn resident_kib() -> u64 {
     let statm = std::fs::read_to_string("/proc/self/statm").unwrap_or_default();
     statm.split_whitespace().nth(1).and_then(|pages| pages.parse::<u64>().ok()).unwrap_or(0) * 4
 }

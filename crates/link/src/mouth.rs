@@ -2,12 +2,14 @@
 //!
 //! A log is a magic, a header, then entries; each is a length (u32, big-endian) and that many bytes of CBOR. Feeding the
 //! inputs to a fresh core must give the same outputs, byte for byte ([`replay`]). The writer may have been killed at any
-//! byte; the reader says what is wrong and where, and allocates no more than [`MAX_ENTRY`].
+//! byte; the reader says what is wrong and where, and allocates no more than [`MAX_ENTRY`]. What is kept of a log after that
+//! may lack most of the sensor frames ([`thin`]).
 
 use std::io::{self, Read, Write};
 
 use minicbor::{Decode, Encode};
-use wire::core::{Core, Input, Output};
+use wire::core::{Core, Input, Output, Topic};
+use wire::event::wire_hash;
 use wire::id::{Boot, NodeId};
 use wire::time::Instant;
 
@@ -47,6 +49,22 @@ pub enum Entry {
     /// Given back after the last input.
     #[n(1)]
     Output(#[n(0)] Output),
+    /// A message on shared memory stood here, which was left out when the log was [thinned](thin).
+    #[n(2)]
+    LeftOut {
+        /// The host's time, where it was fed to the core; none where the core gave it back.
+        #[n(0)]
+        now: Option<Instant>,
+        /// Its channel.
+        #[n(1)]
+        topic: Topic,
+        /// Its length in bytes.
+        #[n(2)]
+        length: u32,
+        /// Its [`wire_hash`], by which insiders name what they sent.
+        #[n(3)]
+        hash: u64,
+    },
 }
 
 /// [`Entry`] by reference; same bytes.
@@ -131,6 +149,14 @@ impl<W: Write> Writer<W> {
     /// As the writer below.
     pub fn output(&mut self, output: &Output) -> io::Result<()> {
         self.append(&EntryRef::Output(output))
+    }
+
+    /// Notes what another log has.
+    ///
+    /// # Errors
+    /// As the writer below.
+    pub fn entry(&mut self, entry: &Entry) -> io::Result<()> {
+        self.append(entry)
     }
 
     /// Hands everything to the writer below.
@@ -289,6 +315,12 @@ pub enum ReplayError {
     /// The log is damaged before its end; a cut in the last entry is not an error.
     #[error(transparent)]
     Unreadable(#[from] MouthError),
+    /// The log was thinned: what stood in it is not there to be fed or compared.
+    #[error("the log was thinned: of some of its `{}` messages it has the hash alone", topic.name())]
+    Thinned {
+        /// Whose messages were left out.
+        topic: Topic,
+    },
 }
 
 /// Feeds a log's inputs to a fresh core and compares what comes out.
@@ -313,6 +345,7 @@ pub fn replay<R: Read>(log: Reader<R>, core: &mut dyn Core) -> Result<Replayed, 
                 }
                 done.outputs += 1;
             }
+            Ok(Entry::LeftOut { topic, .. }) => return Err(ReplayError::Thinned { topic }),
             Err(MouthError::Truncated { .. }) => break,
             Err(error) => return Err(error.into()),
         }
@@ -321,6 +354,52 @@ pub fn replay<R: Read>(log: Reader<R>, core: &mut dyn Core) -> Result<Replayed, 
         done.unlogged += 1;
     }
     Ok(done)
+}
+
+/// What was copied of a log, and what was left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Thinned {
+    /// Entries copied whole.
+    pub whole: u64,
+    /// Messages of which the hash alone is left.
+    pub left_out: u64,
+}
+
+/// Copies a log, but for sets of sensor frames, which are most of it: of those that the core was fed each `every`-th stays whole, from
+/// the first on (none where `every` is zero); those that it gave back do not, for whoever was fed them has them. A log that its killed writer
+/// cut is copied up to there. It cannot be replayed afterwards.
+///
+/// # Errors
+/// A log that is damaged before its end, and what the writer below says.
+pub fn thin<R: Read, W: Write>(log: Reader<R>, out: W, every: u32) -> Result<Thinned, MouthError> {
+    let mut writer = Writer::new(out, log.header(), u64::MAX)?;
+    let (mut thinned, mut fed) = (Thinned::default(), 0);
+    for entry in log {
+        let entry = match entry {
+            Ok(entry) => entry,
+            Err(MouthError::Truncated { .. }) => break,
+            Err(error) => return Err(error),
+        };
+        let left_out = match &entry {
+            Entry::Input { now, input: Input::Bus { topic: Topic::Frames, bytes } } => {
+                fed += 1;
+                let stays = every > 0 && (fed - 1) % u64::from(every) == 0;
+                (!stays).then(|| left_out(Some(*now), bytes))
+            }
+            Entry::Output(Output::Bus { topic: Topic::Frames, bytes }) => Some(left_out(None, bytes)),
+            Entry::Input { .. } | Entry::Output(_) | Entry::LeftOut { .. } => None,
+        };
+        thinned.left_out += u64::from(left_out.is_some());
+        thinned.whole += u64::from(left_out.is_none());
+        writer.entry(&left_out.unwrap_or(entry))?;
+    }
+    writer.flush()?;
+    Ok(thinned)
+}
+
+fn left_out(now: Option<Instant>, bytes: &[u8]) -> Entry {
+    let length = u32::try_from(bytes.len()).unwrap_or(u32::MAX);
+    Entry::LeftOut { now, topic: Topic::Frames, length, hash: wire_hash(bytes) }
 }
 
 fn diverged(index: u64, expected: Option<Output>, got: Option<Output>) -> ReplayError {

@@ -96,11 +96,7 @@ pub fn mouth(bytes: &[u8]) -> bool {
     for entry in entries.by_ref() {
         match entry {
             Ok(entry) => {
-                match &entry {
-                    mouth::Entry::Input { now, input } => writer.input(*now, input),
-                    mouth::Entry::Output(output) => writer.output(output),
-                }
-                .expect("memory takes it");
+                writer.entry(&entry).expect("memory takes it");
                 read.push(entry);
             }
             Err(error) => placed(&error, bytes.len()),
@@ -111,6 +107,9 @@ pub fn mouth(bytes: &[u8]) -> bool {
     let again = mouth::Reader::new(written.as_slice()).expect("a written log is one");
     assert_eq!(again.header(), header);
     assert_eq!(again.map(|entry| entry.expect("a written entry is one")).collect::<Vec<_>>(), read);
+    let again = mouth::Reader::new(written.as_slice()).expect("a written log is one");
+    let thinned = mouth::thin(again, std::io::sink(), 2).expect("a written log is whole");
+    assert_eq!(thinned.whole + thinned.left_out, read.len() as u64);
     !read.is_empty()
 }
 

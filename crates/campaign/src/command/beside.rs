@@ -41,7 +41,7 @@ impl Beheld {
         let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE) else { return Ok(None) };
         let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
         let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.display()));
-        let mut frames = recorded(run, &entries).map_err(unread)?;
+        let mut frames = recorded(run, &entries).map_err(unread)?.passed;
         frames.retain(|of| of.topic == Topic::Frames);
         let stages = if frames.is_empty() { None } else { Some(stages()?) };
         let changes = explain(&entries, &bounds).into_iter().map(|of| (of.at_us, explained(&of).into())).collect();

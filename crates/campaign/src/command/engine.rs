@@ -151,6 +151,7 @@ fn live_trial(
     if let Some(directory) = &setup.run_dir {
         keep::events(directory, &run.evidence)
             .and_then(|()| keep::replays(directory, &run.replays))
+            .and_then(|()| keep::thinned(directory, &run.replays, setup.frames))
             .and_then(|()| keep::held(directory, &run.held))
             .and_then(|()| keep::console(directory, &run.cast, &run.evidence.entries))
             .map_err(failed)?;

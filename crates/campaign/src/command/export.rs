@@ -16,7 +16,7 @@ use super::plan::{self, Wanted};
 use super::recorded::Recorded;
 use super::{Context, engine, out};
 use crate::oracle::Witnessed;
-use crate::passed::{Passed, recorded};
+use crate::passed::{self, Passed, recorded};
 use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
@@ -50,6 +50,8 @@ struct Exported {
     channels: Vec<Channel>,
     /// Messages between services that could not be read and are left out.
     unread: u64,
+    /// Sets of frames of which the recording has the hash alone (`--frames`).
+    not_kept: u64,
 }
 
 #[derive(Serialize)]
@@ -65,6 +67,7 @@ struct Found {
     passed: Vec<Passed>,
     scene: Option<Scene>,
     watermark: Option<String>,
+    not_kept: u64,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
@@ -72,13 +75,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if found.entries.is_empty() {
         return Err(Failure::new(Exit::NoEvidence, format!("{}: no entry of any service", args.run)));
     }
-    let watermark = found.watermark.clone();
+    let (watermark, not_kept) = (found.watermark.clone(), found.not_kept);
     let (channels, unread) = write(context, args, found)?;
     let channels: Vec<Channel> =
         channels.into_iter().map(|of| Channel { topic: of.topic, schema: of.schema, messages: of.messages }).collect();
     let (run, file) = (args.run.clone(), args.out.display().to_string());
     if context.json {
-        let object = Exported { schema_version: SCHEMA_VERSION, run, file, watermark, channels, unread };
+        let object = Exported { schema_version: SCHEMA_VERSION, run, file, watermark, channels, unread, not_kept };
         out::print_json("export", &object)?;
         return Ok(Exit::Fine);
     }
@@ -88,6 +91,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     if unread > 0 {
         eprintln!("{unread} messages between services could not be read and are left out");
+    }
+    if not_kept > 0 {
+        eprintln!("{not_kept} sets of frames were not kept but for their hash; `live --frames 1 --out DIR` keeps them all");
     }
     Ok(Exit::Fine)
 }
@@ -101,9 +107,9 @@ fn of_recording(args: &Args) -> Result<Found, Failure> {
     let directory = Path::new(&args.run);
     let found = Recorded::read(directory)?;
     found.warn(&args.run);
-    let passed = recorded(directory, &found.entries)
+    let passed::Recorded { passed, left_out } = recorded(directory, &found.entries)
         .map_err(|why| Failure::new(Exit::Usage, format!("{}: mouth logs: {why}", args.run)))?;
-    Ok(Found { entries: found.entries, passed, scene: None, watermark: None })
+    Ok(Found { entries: found.entries, passed, scene: None, watermark: None, not_kept: left_out })
 }
 
 fn of_scenario(context: &Context, args: &Args) -> Result<Found, Failure> {
@@ -121,7 +127,7 @@ fn of_scenario(context: &Context, args: &Args) -> Result<Found, Failure> {
     let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
     let eaten = engine::eaten(one, context.seed)?;
     let scene = eaten.cast().world().map(|world| world.scene.clone());
-    Ok(Found { entries: evidence.entries, passed: eaten.passed(), scene, watermark: one.setup.watermark() })
+    Ok(Found { entries: evidence.entries, passed: eaten.passed(), scene, watermark: one.setup.watermark(), not_kept: 0 })
 }
 
 /// Writes the file beside its place and puts it there when it is whole.

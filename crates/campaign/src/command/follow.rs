@@ -78,7 +78,7 @@ mod tests {
                 .news(|entry| match entry {
                     Entry::Output(Output::Text { text, .. }) => seen.push(text),
                     Entry::Input { input, .. } => finished = matches!(input, Input::Finish),
-                    Entry::Output(_) => {}
+                    Entry::Output(_) | Entry::LeftOut { .. } => {}
                 })
                 .unwrap();
             finished

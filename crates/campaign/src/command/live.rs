@@ -12,6 +12,7 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, out};
 use crate::report::Mode;
+use crate::scenario::FRAMES;
 
 /// Least time between two of the operator's views on a terminal, microseconds.
 const APART_US: u64 = 200_000;
@@ -39,6 +40,9 @@ pub(super) struct Args {
     /// Keep recordings here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Of these, keep every Nth set of sensor frames whole and of the others the hash: 1 keeps all (5 GB an hour), 0 none.
+    #[arg(long, value_name = "N", requires = "out", default_value_t = FRAMES)]
+    frames: u32,
 }
 
 fn role(text: &str) -> Result<Role, String> {
@@ -58,6 +62,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         return Err(Failure::new(Exit::NoEvidence, "nothing to run"));
     };
     if let Some(dir) = &args.out {
+        one.setup.frames = args.frames;
         one.setup.run_dir = Some(out::directory(dir, Some(dir), "live")?);
     }
     if let Some(mark) = one.setup.watermark() {

@@ -1,22 +1,29 @@
 //! `holdsafe bench replay`: runs in the twin whose cores are fed again, over all variations, and how fast the boundary and the state
 //! machine take their records then.
 
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
+use link::clock::{thread_cpu_us, trace_us};
+use link::load::resident_kib;
 use serde::Serialize;
 use wire::id::NodeId;
 
 use super::failure::{Exit, Failure};
-use super::plan::{self, Planned};
-use super::{Context, batch, engine, out, replay};
+use super::plan::{self, Planned, Wanted};
+use super::{Context, engine, out, replay};
 use crate::parallel;
 use crate::progress::Progress;
-use crate::report::{Mode, SCHEMA_VERSION, Spread};
+use crate::report::{SCHEMA_VERSION, Spread};
 
+/// The scenario in which nothing is done to the platform.
+const NULL_ATTACK: &str = "nominal";
 /// Differences that are told in full.
 const MAX_TOLD: usize = 50;
 /// Times that the null attack is fed again for the speed.
 const ROUNDS: usize = 9;
+/// How often each thread feeds it within a round.
+const FEEDINGS: usize = 32;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -42,9 +49,33 @@ struct Measured {
     /// Cores fed, and how much, all runs together.
     cores: u64,
     inputs: u64,
-    /// Inputs a CPU second of gateway and unit alone, null attack, every signature verified.
-    inputs_per_cpu_second: Spread,
+    /// How fast gateway and unit alone take the inputs of the null attack, every signature verified.
+    speed: Speed,
+    /// The same of perception with its networks, rendered: sets of frames a second of CPU.
+    inference: Inference,
     differences: Vec<Different>,
+}
+
+#[derive(Default, Serialize)]
+struct Inference {
+    inputs: u64,
+    outputs: u64,
+    identical: bool,
+    inputs_per_cpu_second: f64,
+}
+
+#[derive(Default, Serialize)]
+struct Speed {
+    /// Runs fed side by side: one on each core of the host.
+    threads: usize,
+    /// Inputs a second, all threads together.
+    inputs_per_second: Spread,
+    /// Inputs a second of CPU.
+    inputs_per_cpu_second: Spread,
+    /// Inputs fed for this.
+    inputs: u64,
+    /// Resident memory of this process after the first round and after the last.
+    resident_kib: [u64; 2],
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
@@ -57,7 +88,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         identical: 0,
         cores: 0,
         inputs: 0,
-        inputs_per_cpu_second: Spread::default(),
+        speed: Speed::default(),
+        inference: Inference::default(),
         differences: Vec::new(),
     };
     let measured = Mutex::new(empty);
@@ -83,35 +115,79 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mut measured = measured.into_inner().unwrap_or_else(PoisonError::into_inner);
     measured.differences.sort_by(|a, b| (a.seed, &a.core).cmp(&(b.seed, &b.core)));
     measured.differences.truncate(MAX_TOLD);
-    measured.inputs_per_cpu_second = speed(context, &cases)?;
+    measured.speed = speed(context, &cases)?;
+    measured.inference = inference(context)?;
     if context.json {
         out::print_json("bench-replay", &measured)?;
     } else {
         show(&measured);
     }
-    Ok(if measured.identical == measured.runs { Exit::Fine } else { Exit::Unexpected })
+    Ok(if measured.identical == measured.runs && measured.inference.identical { Exit::Fine } else { Exit::Unexpected })
 }
 
-/// Inputs a CPU second of the two cores with a boundary.
-fn speed(context: &Context, cases: &[Planned]) -> Result<Spread, Failure> {
-    let nominal = cases.iter().find(|c| c.variation.scenario.name.as_str() == "nominal");
+/// How fast the two cores with a boundary are fed.
+fn speed(context: &Context, cases: &[Planned]) -> Result<Speed, Failure> {
+    let nominal = cases.iter().find(|c| c.variation.scenario.name.as_str() == NULL_ATTACK);
     let nominal = nominal.ok_or_else(|| Failure::internal("no null attack"))?;
     let fed = engine::eaten(nominal, context.seed)?.only(|node| node == NodeId::GATEWAY || node == NodeId::UNIT_A);
-    let round = |_| {
-        let before = batch::cpu_seconds(Mode::Twin);
-        let refed = engine::again(&fed)?;
-        let took = batch::cpu_seconds(Mode::Twin) - before;
-        Ok(refed.iter().map(|r| r.inputs).sum::<u64>() as f64 / took)
-    };
-    (0..ROUNDS).map(round).collect::<Result<Vec<f64>, Failure>>().map(Spread::of)
+    let threads = parallel::cores();
+    let (mut speed, mut by_clock, mut by_cpu) = (Speed { threads, ..Speed::default() }, Vec::new(), Vec::new());
+    for _ in 0..ROUNDS {
+        let (inputs, cpu_us) = (AtomicU64::new(0), AtomicU64::new(0));
+        let before = trace_us();
+        parallel::each(threads, threads * FEEDINGS, |_| {
+            if context.stop.asked() {
+                return Err(Failure::from(engine::EngineError::Stopped));
+            }
+            let before = thread_cpu_us();
+            let refed = engine::again(&fed)?;
+            cpu_us.fetch_add(thread_cpu_us() - before, Ordering::Relaxed);
+            inputs.fetch_add(refed.iter().map(|r| r.inputs).sum::<u64>(), Ordering::Relaxed);
+            Ok(())
+        })?;
+        let (took, inputs) = (trace_us() - before, inputs.into_inner());
+        by_clock.push(inputs as f64 / took as f64 * 1e6);
+        by_cpu.push(inputs as f64 / cpu_us.into_inner() as f64 * 1e6);
+        speed.inputs += inputs;
+        speed.resident_kib[1] = resident_kib();
+        if by_clock.len() == 1 {
+            speed.resident_kib[0] = speed.resident_kib[1];
+        }
+    }
+    (speed.inputs_per_second, speed.inputs_per_cpu_second) = (Spread::of(by_clock), Spread::of(by_cpu));
+    Ok(speed)
+}
+
+/// Perception of the null attack, rendered, fed once more.
+fn inference(context: &Context) -> Result<Inference, Failure> {
+    let wanted = Wanted { rendered: true, ..Wanted::default() };
+    let (_, planned) = plan::plan(context, &plan::file_of(context, NULL_ATTACK)?, &wanted)?;
+    let nominal = planned.first().ok_or_else(|| Failure::internal("no null attack"))?;
+    let fed = engine::eaten(nominal, context.seed)?.only(|node| node == NodeId::PERCEPTION);
+    let before = thread_cpu_us();
+    let refed = engine::again(&fed)?;
+    let took = thread_cpu_us() - before;
+    let inputs = refed.iter().map(|r| r.inputs).sum();
+    let (outputs, identical) = (refed.iter().map(|r| r.outputs).sum(), refed.iter().all(|r| r.parted.is_none()));
+    Ok(Inference { inputs, outputs, identical, inputs_per_cpu_second: inputs as f64 / took as f64 * 1e6 })
 }
 
 fn show(m: &Measured) {
     let Measured { runs, identical, cores, inputs, .. } = m;
     out::say(format_args!("{identical} of {runs} runs identical: {cores} cores, {inputs} inputs, every output byte"));
-    let Spread { min, median, max, .. } = m.inputs_per_cpu_second;
+    let Speed { threads, inputs, resident_kib: [first, last], .. } = m.speed;
+    out::say(format_args!("gateway and unit, null attack, every signature verified, {inputs} inputs on {threads} threads:"));
+    let told = |per: &str, Spread { min, median, max, .. }: Spread| {
+        out::say(format_args!("  {min:.0} / {median:.0} / {max:.0} inputs a {per} (min / median / max)"));
+    };
+    told("second", m.speed.inputs_per_second);
+    told("second of CPU", m.speed.inputs_per_cpu_second);
+    out::say(format_args!("  resident memory: {first} KiB after the first round, {last} KiB after the last"));
+    let Inference { inputs, outputs, identical, inputs_per_cpu_second } = m.inference;
+    let verdict = if identical { "identical" } else { "NOT identical" };
     out::say(format_args!(
-        "gateway and unit, null attack, every signature verified: {min:.0} / {median:.0} / {max:.0} inputs a CPU s"
+        "perception with its networks, null attack, rendered: {inputs_per_cpu_second:.0} inputs a second of CPU \
+         ({inputs} inputs, {outputs} outputs, {verdict})"
     ));
     for d in &m.differences {
         out::say(format_args!("{} --seed {}: {}: {}", d.scenario, d.seed, d.core, d.difference));

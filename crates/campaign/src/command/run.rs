@@ -10,7 +10,7 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
 use crate::report::{Mode, RunObject, SCHEMA_VERSION, run_table};
-use crate::scenario::Scenario;
+use crate::scenario::{FRAMES, Scenario};
 
 /// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;
@@ -48,6 +48,9 @@ pub(super) struct Args {
     /// Keep manifest, trials, result and recordings here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Of a live trial's recordings, keep every Nth set of sensor frames whole and of the others the hash: 1 keeps all, 0 none.
+    #[arg(long, value_name = "N", requires_all = ["live", "out"], default_value_t = FRAMES)]
+    frames: u32,
 }
 
 /// Several scenarios in one object.
@@ -67,7 +70,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     // Every file is read before anything runs.
     let mut plans = Vec::new();
     for name in &args.scenarios {
-        plans.push(plan::plan(context, &plan::file_of(context, name)?, &wanted)?);
+        let (scenario, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
+        planned.iter_mut().for_each(|of| of.setup.frames = args.frames);
+        plans.push((scenario, planned));
     }
     if let Some((scenario, _)) = plans.iter().find(|(scenario, _)| args.live && scenario.is_of_stacks()) {
         let name = scenario.name.as_str();

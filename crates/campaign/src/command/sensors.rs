@@ -192,7 +192,8 @@ impl Newest {
                 *waiting = None;
                 *finished |= matches!(input, Input::Finish);
             }
-            Entry::Output(_) => {}
+            // Of a thinned log the newest that was kept is shown.
+            Entry::Output(_) | Entry::LeftOut { .. } => {}
         });
         looked.map_err(|why| unread(&path(&self.run, BOOTS[self.boot]), &why))?;
         let seen = trace_us().max(at);

@@ -181,7 +181,7 @@ impl News {
         log.news(|entry| match entry {
             Entry::Output(Output::Text { text, picture }) => news.newest = Some((text, picture)),
             Entry::Input { input: Input::Finish, .. } => news.finished = true,
-            Entry::Input { .. } | Entry::Output(_) => {}
+            Entry::Input { .. } | Entry::Output(_) | Entry::LeftOut { .. } => {}
         })?;
         Ok(news)
     }

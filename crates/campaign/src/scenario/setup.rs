@@ -12,6 +12,9 @@ use super::read::{load_platform, read_text};
 use super::{Name, Platform, Problem, Problems, Scenario};
 use crate::progress::Stop;
 
+/// Every fifth set of frames of a recorded live run stays whole, if nobody asks for others: two a second, 1 GB an hour.
+pub const FRAMES: u32 = 5;
+
 /// Policy, bounds and rendering of a trial, and where its recordings go.
 #[derive(Clone, Debug)]
 pub struct Setup {
@@ -31,6 +34,8 @@ pub struct Setup {
     pub detector: Option<Brought>,
     /// Directory for the trial's recordings; `None` where none are kept.
     pub run_dir: Option<PathBuf>,
+    /// Of a live run's recordings: every which set of sensor frames stays whole; 0 for none.
+    pub frames: u32,
     /// Set when the user wants to stop; engines look at it between steps.
     pub stop: Stop,
 }
@@ -54,7 +59,8 @@ impl Setup {
         let policy = load_policy(&path, &policy_name)?;
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
         let stop = Stop::default();
-        Ok(Self { policy_name, policy, bounds, misset: None, platform, rendered, detector: None, run_dir: None, stop })
+        let (misset, detector, run_dir, frames) = (None, None, None, FRAMES);
+        Ok(Self { policy_name, policy, bounds, misset, platform, rendered, detector, run_dir, frames, stop })
     }
 
     /// The words that every artefact of an ablation carries; `None` where every check, guard, rule and bound stands.

@@ -6,6 +6,8 @@ use std::process::{Command, Stdio};
 
 use serde_json::Value;
 
+use super::evidence::object;
+use super::exports::told;
 use super::{holdsafe, root};
 
 /// The program in an environment without a display.
@@ -58,6 +60,12 @@ fn a_live_run_is_watched_from_beside_to_its_end_and_shown_again_after_it() {
     assert!(once.status.success() && text.contains("SIMULATION") && text.contains("IDLE"), "{text}");
     let (code, says) = blind(&["console", run]);
     assert_eq!(code, Some(5), "{says}");
+
+    // What was fed to the cores was fed to them again; after that one in five sets of frames is enough to look at.
+    let file = folder.path().join("run.mcap");
+    let exported = object(&holdsafe(&["export", run, "--out", file.to_str().unwrap(), "--json"]));
+    let (kept, not_kept) = (told(&exported)["/camera/rgb"], exported["not_kept"].as_u64().unwrap());
+    assert!(not_kept > 0 && kept == (kept + not_kept).div_ceil(5), "{kept} kept, {not_kept} not");
 }
 
 #[test]

@@ -236,6 +236,8 @@ fn turns<R: Read>(log: mouth::Reader<R>) -> Result<Vec<Turn>, MouthError> {
                 turns.push(Turn { now, input, said: Vec::new() });
             }
             Ok(Entry::Input { .. }) | Err(MouthError::Truncated { .. }) => break,
+            // No console is fed sensor frames.
+            Ok(Entry::LeftOut { .. }) => {}
             Ok(Entry::Output(output)) => {
                 if let Some(last) = turns.last_mut().filter(|last| last.needs(&output)) {
                     last.said.push(output);

@@ -1,7 +1,8 @@
 //! Mouth logs: replay, and files that were cut or forged.
 
-use link::mouth::{Entry, Header, MAGIC, MAX_ENTRY, MouthError, Reader, ReplayError, Writer, replay};
+use link::mouth::{Entry, Header, MAGIC, MAX_ENTRY, MouthError, Reader, ReplayError, Thinned, Writer, replay, thin};
 use wire::core::{Core, Input, Output, Topic};
+use wire::event::wire_hash;
 use wire::id::{Boot, NodeId};
 use wire::time::Instant;
 
@@ -110,4 +111,45 @@ fn a_full_log_leaves_out_everything_after_the_first_loss() {
     assert_eq!(writer.counts(), (1, 2));
     let entries: Vec<Entry> = Reader::new(bytes.as_slice()).unwrap().map(Result::unwrap).collect();
     assert_eq!(entries, [Entry::Input { now: Instant(1), input: Input::Timeout }]);
+}
+
+#[test]
+fn a_thinned_log_has_every_third_set_of_frames_that_was_fed_and_of_the_others_the_hash_and_is_not_taken_for_a_whole_one() {
+    let header = Header { node: NodeId::PERCEPTION, boot: Boot(1), started: Instant(5) };
+    let frames = |n: u8| vec![n; 1000];
+    let mut whole = Vec::new();
+    let mut writer = Writer::new(&mut whole, header, 1 << 20).unwrap();
+    for n in 0..7 {
+        writer.input(Instant(n.into()), &Input::Bus { topic: Topic::Frames, bytes: frames(n) }).unwrap();
+        writer.input(Instant(n.into()), &Input::Timeout).unwrap();
+        writer.output(&Output::Bus { topic: Topic::Tracks, bytes: vec![n] }).unwrap();
+    }
+    writer.output(&Output::Bus { topic: Topic::Frames, bytes: frames(9) }).unwrap();
+    // Its writer was killed.
+    let cut = &whole[..whole.len() - 1];
+    let thinned = |log: &[u8], every| {
+        let mut thin_log = Vec::new();
+        let counts = thin(Reader::new(log).unwrap(), &mut thin_log, every).unwrap();
+        let log = Reader::new(thin_log.as_slice()).unwrap();
+        assert_eq!(log.header(), header);
+        (counts, log.map(Result::unwrap).collect::<Vec<_>>(), thin_log)
+    };
+    let (counts, entries, _) = thinned(&whole, 3);
+    assert_eq!(counts, Thinned { whole: 14 + 3, left_out: 4 + 1 });
+    let of = |n: u8, now| Entry::LeftOut { now, topic: Topic::Frames, length: 1000, hash: wire_hash(&frames(n)) };
+    for (n, three) in (0..7u8).zip(entries.chunks(3)) {
+        let now = Instant(n.into());
+        let fed = Entry::Input { now, input: Input::Bus { topic: Topic::Frames, bytes: frames(n) } };
+        assert_eq!(three[0], if n % 3 == 0 { fed } else { of(n, Some(now)) });
+        assert_eq!(three[1..], [
+            Entry::Input { now, input: Input::Timeout },
+            Entry::Output(Output::Bus { topic: Topic::Tracks, bytes: vec![n] })
+        ]);
+    }
+    assert_eq!(entries.last(), Some(&of(9, None)));
+    assert_eq!(thinned(cut, 1).0, Thinned { whole: 21, left_out: 0 });
+    let (counts, _, log) = thinned(cut, 0);
+    assert_eq!(counts, Thinned { whole: 14, left_out: 7 });
+    let again = replay(Reader::new(log.as_slice()).unwrap(), &mut Adder::default());
+    assert!(matches!(again, Err(ReplayError::Thinned { topic: Topic::Frames })), "{again:?}");
 }
