@@ -79,7 +79,7 @@ pub use value::{
     Count, Extent, Label, List, Located, Millis, Name, Radians, Real, RelativePath, Seconds, Share, TechniqueId, Text,
     ThreatId, Whole,
 };
-pub use varies::{Conditions, Varies};
+pub use varies::{Conditions, Models, Varies};
 pub use weakness::{Misset, Weakness, Weaknesses};
 
 use crate::trial::Outcome;
@@ -147,6 +147,10 @@ pub struct Scenario {
     /// The telemetry link's own weather.
     #[serde(default)]
     pub conditions: Conditions,
+
+    /// How far the models of sensors and plant are off.
+    #[serde(default)]
+    pub models: Models,
 
     /// Sensor faults.
     #[serde(default)]

@@ -68,9 +68,16 @@ impl Default for NoiseModel {
 }
 
 impl NoiseModel {
+    /// The same with so many times as many things that are confused or are not there; of the rest of the noise each reading's
+    /// [`Effect`] tells.
+    pub(crate) fn times(self, factor: f32) -> Self {
+        let chance = |p: f32| (p * factor).min(1.0);
+        Self { false_positive: chance(self.false_positive), confusion: chance(self.confusion), ..self }
+    }
+
     fn misses(&self, noise: &mut Noise, share_of_range: f32, effect: &Effect) -> bool {
         let chance = self.miss + (self.miss_far - self.miss) * share_of_range * share_of_range;
-        noise.chance((chance * f32::from(effect.noise)).min(1.0))
+        noise.chance((chance * effect.noise).min(1.0))
     }
 }
 
@@ -231,7 +238,7 @@ impl Stages {
         let sample = |(index, detection): (usize, &Detection)| {
             let nearest = seen.iter().filter(|s| overlap(&s.bounds, &detection.bounds)).map(|s| s.depth);
             let metres = nearest.min_by(f32::total_cmp).unwrap_or(depth::REACH * self.depth.uniform());
-            let error = self.depth.normal() * (0.02 + 0.0005 * metres * metres) * f32::from(effect.noise);
+            let error = self.depth.normal() * (0.02 + 0.0005 * metres * metres) * effect.noise;
             let covered = hidden(&self.camera, effect, &detection.bounds);
             let median =
                 if covered { depth::COVER_MM } else { ((metres + error) * 1000.0).clamp(1.0, 65_535.0) as u16 };
@@ -273,7 +280,7 @@ impl Stages {
             let towards = place.centre - origin;
             let range = towards.length() * hit.distance;
             let missed = self.model.misses(&mut self.lidar, range / self.model.lidar_range, effect);
-            let jitter = self.model.cluster_m * f32::from(effect.noise);
+            let jitter = self.model.cluster_m * effect.noise;
             let (dx, dy) = (self.lidar.normal() * jitter, self.lidar.normal() * jitter);
             let centroid = state.to_body(origin + towards * (0.75 * hit.distance + 0.25));
             if range <= self.model.lidar_range && !missed && !shadowed(effect, centroid) {
@@ -288,7 +295,7 @@ impl Stages {
     }
 
     fn jitter(&mut self, bounds: PixelBox, effect: &Effect) -> PixelBox {
-        let spread = self.model.edge_px * f32::from(effect.noise);
+        let spread = self.model.edge_px * effect.noise;
         let mut edge = |v: u16| f32::from(v) + spread * self.rgb.normal();
         let (low, high) = ([edge(bounds.x0), edge(bounds.y0)], [edge(bounds.x1) - 1.0, edge(bounds.y1) - 1.0]);
         clip(&self.camera, low, high).unwrap_or(bounds)

@@ -153,7 +153,7 @@ impl Fault {
 }
 
 /// What all active faults together do to one sensor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Effect {
     /// Gives nothing.
     pub dropout: bool,
@@ -164,7 +164,7 @@ pub struct Effect {
     /// How many weak detections it shows besides.
     pub chaff: u8,
     /// Factor on its noise.
-    pub noise: u16,
+    pub noise: f32,
     /// Covered share of its view from the left, permille.
     pub occluded: u16,
     /// Displacement east and north, millimetres.
@@ -180,7 +180,7 @@ impl Effect {
         freeze: false,
         skew: 0,
         chaff: 0,
-        noise: 1,
+        noise: 1.0,
         occluded: 0,
         displaced_mm: [0, 0],
         displaced_us: 0,
@@ -192,9 +192,12 @@ impl Effect {
     }
 }
 
-/// The faults of a run.
+/// The faults of a run, and how noisy every sensor is without any.
 #[derive(Clone, Debug)]
-pub struct Faults(Arc<[Fault]>);
+pub struct Faults {
+    all: Arc<[Fault]>,
+    noise: f32,
+}
 
 impl Faults {
     /// Takes at most [`MAX_FAULTS`] faults, each of which its sensor can have.
@@ -204,18 +207,24 @@ impl Faults {
         }
         match faults.iter().position(|f| !f.applies()) {
             Some(index) => Err(SceneError::FaultDoesNotApply { index }),
-            None => Ok(Faults(faults.into())),
+            None => Ok(Faults { all: faults.into(), noise: Effect::NONE.noise }),
         }
+    }
+
+    /// The same with sensors that are always so many times as noisy.
+    #[must_use]
+    pub(crate) fn over(self, noise: f32) -> Self {
+        Self { noise, ..self }
     }
 
     /// All of them, by index.
     pub fn all(&self) -> &[Fault] {
-        &self.0
+        &self.all
     }
 
     /// The most frames by which `sensor` will ever be late.
     pub(crate) fn deepest_skew(&self, sensor: Sensor) -> u8 {
-        let of_sensor = self.0.iter().filter(|f| f.sensor == sensor);
+        let of_sensor = self.all.iter().filter(|f| f.sensor == sensor);
         let late = |f: &Fault| if let Disturbance::Skew { frames } = f.disturbance { frames } else { 0 };
         of_sensor.map(late).max().unwrap_or(0)
     }
@@ -228,13 +237,13 @@ impl Faults {
             }
             Some(_) | None => *fault,
         };
-        self.0 = self.0.iter().map(called).collect();
+        self.all = self.all.iter().map(called).collect();
     }
 
     /// What befalls `sensor` this long after the start of the run.
     pub fn at(&self, run: Span, sensor: Sensor) -> Effect {
-        let active = self.0.iter().filter(|f| f.sensor == sensor && f.active(run));
-        active.fold(Effect::NONE, |effect, fault| effect.with(fault, run))
+        let active = self.all.iter().filter(|f| f.sensor == sensor && f.active(run));
+        active.fold(Effect { noise: self.noise, ..Effect::NONE }, |effect, fault| effect.with(fault, run))
     }
 }
 
@@ -250,7 +259,7 @@ impl Effect {
             Disturbance::Freeze => self.freeze = true,
             Disturbance::Skew { frames } => self.skew = self.skew.max(frames),
             Disturbance::Chaff { count } => self.chaff = self.chaff.saturating_add(count).min(MAX_CHAFF),
-            Disturbance::Noise { factor } => self.noise = self.noise.saturating_mul(factor),
+            Disturbance::Noise { factor } => self.noise *= f32::from(factor),
             Disturbance::Occlusion { permille } => self.occluded = self.occluded.max(permille),
             Disturbance::Drift { east_mm_s, north_mm_s } => {
                 let us = (run.0 - fault.begins().0) as i64;
@@ -306,6 +315,15 @@ mod tests {
         assert_eq!([2099, 2100, 2599, 2600].map(|ms| blind(&faults, ms)), [false, true, true, false]);
         faults.call(step.unwrap(), Span::ms(3000));
         assert!(!blind(&faults, 3200), "a step begins once");
+    }
+
+    #[test]
+    fn a_fault_multiplies_the_noise_that_is_there_without_it() {
+        let (sensor, disturbance) = (Sensor::Rgb, Disturbance::Noise { factor: 4 });
+        let fault = Fault { sensor, disturbance, start_ms: 0, duration_ms: 1000, step: None, waits_ms: None };
+        let faults = Faults::new(&[fault]).unwrap().over(0.5);
+        let noise = |ms, sensor| faults.at(Span::ms(ms), sensor).noise;
+        assert_eq!([noise(500, sensor), noise(1500, sensor), noise(500, Sensor::Lidar)], [2.0, 0.5, 0.5]);
     }
 
     #[test]

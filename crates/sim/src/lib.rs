@@ -9,12 +9,13 @@
 //! not of how often the core is woken.
 //!
 //! Code map: `scene` (what there is, with its `weather`) → `world` (physics, rays) → `plant` (drives) → `sensor`, `candidates` (measure)
-//! → `fault` (spoils) → `truth` (tells).
+//! → `fault` (spoils) → `truth` (tells). `fidelity`: how far these models are taken to be off.
 
 mod candidates;
 mod chaff;
 mod channel;
 pub mod fault;
+pub mod fidelity;
 mod noise;
 mod past;
 pub mod plant;
@@ -50,6 +51,7 @@ pub use render::{Label, Labelled, Skin, render, settled};
 use crate::candidates::Stages;
 use crate::channel::Channels;
 use crate::fault::{Fault, Faults, imaging};
+use crate::fidelity::Fidelity;
 use crate::plant::{Plant, SetPoint};
 use crate::scene::{Scene, SceneError};
 use crate::sensor::Imagers;
@@ -91,6 +93,9 @@ pub struct SimConfig {
     /// Noise of the unrendered mode; uncalibrated.
     #[serde(default)]
     pub noise: NoiseModel,
+    /// How far the models of sensors and plant are off.
+    #[serde(default)]
+    pub fidelity: Fidelity,
     /// How much faster than true time this host's clock runs, parts per million; the receiver gives true time.
     #[serde(default)]
     pub clock_ppm: i32,
@@ -109,6 +114,7 @@ impl SimConfig {
             scene: Scene::default(),
             faults: Vec::new(),
             noise: NoiseModel::default(),
+            fidelity: Fidelity::SHIPPED,
             clock_ppm: 0,
         }
     }
@@ -144,14 +150,16 @@ impl Sim {
         if !config.rendered {
             config.scene.unrendered()?;
         }
-        let faults = Faults::new(&config.faults)?;
+        let Fidelity { noise, .. } = config.fidelity;
+        config.fidelity.check()?;
+        let faults = Faults::new(&config.faults)?.over(noise);
         let mut world = World::new(Arc::new(config.scene.clone()));
-        let plant = Plant::new(&mut world, &config.scene.start);
+        let plant = Plant::new(&mut world, &config.scene.start, &config.fidelity);
         let (camera, lidar) = (Camera::GROUND, Lidar::GROUND);
         let eyes = if config.rendered {
             Eyes::Rendered(Box::new(Imagers::new(camera, lidar, config.seed).remembering(&faults)))
         } else {
-            Eyes::Unrendered(Box::new(Stages::new(config.noise, camera, lidar, config.seed, &faults)))
+            Eyes::Unrendered(Box::new(Stages::new(config.noise.times(noise), camera, lidar, config.seed, &faults)))
         };
         let journal = config.witness.then(|| Journal::new(config.node, config.boot, key));
         let mut sim = Sim {

@@ -10,6 +10,7 @@ use rapier3d::control::{DynamicRayCastVehicleController, WheelTuning};
 use rapier3d::prelude::*;
 use wire::time::{Instant, Span};
 
+use crate::fidelity::Fidelity;
 use crate::scene::Start;
 use crate::world::{DT, World, turn};
 
@@ -105,13 +106,13 @@ pub struct Plant {
 }
 
 impl Plant {
-    /// Puts the vehicle into `world`, standing.
-    pub fn new(world: &mut World, start: &Start) -> Self {
+    /// Puts the vehicle into `world`, standing; as heavy and with as much grip as `fidelity` says.
+    pub fn new(world: &mut World, start: &Start, fidelity: &Fidelity) -> Self {
         let chassis = world.physics.bodies.insert(chassis_body(world, start));
         let [length, width, height] = CHASSIS;
-        let shell = ColliderBuilder::cuboid(length, width, height).mass(MASS).friction(0.4);
+        let shell = ColliderBuilder::cuboid(length, width, height).mass(MASS * fidelity.load).friction(0.4);
         world.physics.insert_collider(shell, Some(chassis));
-        Plant { vehicle: wheels(chassis), set_point: None, reference: 0.0, integral: 0.0, steering: 0.0 }
+        Plant { vehicle: wheels(chassis, fidelity.grip), set_point: None, reference: 0.0, integral: 0.0, steering: 0.0 }
     }
 
     /// Takes a new set-point in place of the last. Speed and curvature are clamped to what the vehicle can do, the
@@ -203,7 +204,7 @@ fn chassis_body(world: &World, start: &Start) -> RigidBody {
 }
 
 /// Four wheels, the two that steer first.
-fn wheels(chassis: RigidBodyHandle) -> DynamicRayCastVehicleController {
+fn wheels(chassis: RigidBodyHandle, grip: f32) -> DynamicRayCastVehicleController {
     let mut vehicle = DynamicRayCastVehicleController::new(chassis);
     vehicle.index_up_axis = 2;
     vehicle.index_forward_axis = 0;
@@ -213,7 +214,7 @@ fn wheels(chassis: RigidBodyHandle) -> DynamicRayCastVehicleController {
         suspension_damping: 5.0,
         max_suspension_travel: 0.2,
         side_friction_stiffness: 1.0,
-        friction_slip: 2.0,
+        friction_slip: 2.0 * grip,
         max_suspension_force: 6000.0,
     };
     for (x, y) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
@@ -246,7 +247,7 @@ mod tests {
     fn the_vehicle_follows_a_set_point_and_brakes_when_its_lease_lapses() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let mut world = World::new(Arc::new(scene.clone()));
-        let mut plant = Plant::new(&mut world, &scene.start);
+        let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);
         drive(&mut plant, &mut world, 0, 100, None);
         let parked = plant.state(&world);
         assert!(parked.speed().abs() < STANDSTILL, "{parked:?}");
@@ -263,10 +264,29 @@ mod tests {
     }
 
     #[test]
+    fn with_more_load_or_less_grip_than_its_brakes_know_of_it_takes_longer_to_stop() {
+        let scene = Scene { objects: Vec::new(), ..Scene::default() };
+        let left = |fidelity: Fidelity| {
+            let mut world = World::new(Arc::new(scene.clone()));
+            let mut plant = Plant::new(&mut world, &scene.start, &fidelity);
+            drive(&mut plant, &mut world, 0, 500, Some((3.0, 0.0)));
+            let fast = plant.state(&world).speed();
+            assert!(fast > 2.6, "{fast}");
+            // The lease runs 0.3 s on.
+            drive(&mut plant, &mut world, 500, 70, None);
+            plant.state(&world).speed() / fast
+        };
+        let shipped = left(Fidelity::SHIPPED);
+        let laden = left(Fidelity { load: 1.6, ..Fidelity::SHIPPED });
+        let slippery = left(Fidelity { grip: 0.1, ..Fidelity::SHIPPED });
+        assert!(shipped + 0.1 < laden && shipped + 0.1 < slippery, "{shipped} {laden} {slippery}");
+    }
+
+    #[test]
     fn from_full_speed_in_the_tightest_curve_it_stays_upright_and_brakes_with_at_least_3_m_s2() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let mut world = World::new(Arc::new(scene.clone()));
-        let mut plant = Plant::new(&mut world, &scene.start);
+        let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);
         drive(&mut plant, &mut world, 0, 500, Some((9.0, 9.0)));
         let state = plant.state(&world);
         assert!((state.rotation * Vector::Z).z > 0.9, "{state:?}");

@@ -10,6 +10,7 @@ use wire::sensor::{Camera, Class, Lidar, PixelBox};
 use wire::time::{Instant, Span};
 
 use crate::fault::Faults;
+use crate::fidelity::Fidelity;
 use crate::plant::Plant;
 use crate::scene::{Scene, SceneError, Start};
 use crate::sensor::{Imagers, rgb};
@@ -72,7 +73,7 @@ pub fn settled(scene: &Scene, pose: Start) -> Result<(World, Plant), SceneError>
     let scene = Scene { start: pose, ..scene.clone() };
     scene.check()?;
     let mut world = World::new(Arc::new(scene));
-    let mut plant = Plant::new(&mut world, &pose);
+    let mut plant = Plant::new(&mut world, &pose, &Fidelity::SHIPPED);
     for k in 1..=SETTLE {
         plant.step(Instant(k * STEP.0), &mut world);
     }

@@ -96,6 +96,7 @@ impl Company<'_> {
             scene: world.clone(),
             faults,
             noise: sim::NoiseModel::default(),
+            fidelity: scene::fidelity(&self.scenario.models),
             clock_ppm: draw.clocks[host as usize].drift_ppm as i32,
         };
         let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];

@@ -1,5 +1,6 @@
 //! From a scenario's world to the sim's.
 
+use sim::fidelity::Fidelity;
 use sim::print::Print;
 use sim::scene::{Disguise, Ground, Object, Scene, SceneError, Start};
 use sim::weather::Weather;
@@ -43,6 +44,12 @@ pub fn needs_rendering(scenario: &Scenario) -> Option<SceneError> {
 }
 
 /// A point in millimetres, as configurations carry it.
+/// How far the models are off.
+pub(super) fn fidelity(models: &scenario::Models) -> Fidelity {
+    let scenario::Models { noise, load, grip } = models;
+    Fidelity { noise: noise.get() as f32, load: load.get() as f32, grip: grip.get() as f32 }
+}
+
 pub(super) fn millimetres(point: [f32; 2]) -> (i32, i32) {
     ((point[0] * 1000.0) as i32, (point[1] * 1000.0) as i32)
 }

@@ -93,7 +93,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         eprintln!("{unread} messages between services could not be read and are left out");
     }
     if not_kept > 0 {
-        eprintln!("{not_kept} sets of frames were not kept but for their hash; `live --frames 1 --out DIR` keeps them all");
+        eprintln!(
+            "{not_kept} sets of frames were not kept but for their hash; `live --frames 1 --out DIR` keeps them all"
+        );
     }
     Ok(Exit::Fine)
 }
@@ -127,7 +129,13 @@ fn of_scenario(context: &Context, args: &Args) -> Result<Found, Failure> {
     let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
     let eaten = engine::eaten(one, context.seed)?;
     let scene = eaten.cast().world().map(|world| world.scene.clone());
-    Ok(Found { entries: evidence.entries, passed: eaten.passed(), scene, watermark: one.setup.watermark(), not_kept: 0 })
+    Ok(Found {
+        entries: evidence.entries,
+        passed: eaten.passed(),
+        scene,
+        watermark: one.setup.watermark(),
+        not_kept: 0,
+    })
 }
 
 /// Writes the file beside its place and puts it there when it is whole.

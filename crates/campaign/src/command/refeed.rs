@@ -176,7 +176,9 @@ fn show(m: &Measured) {
     let Measured { runs, identical, cores, inputs, .. } = m;
     out::say(format_args!("{identical} of {runs} runs identical: {cores} cores, {inputs} inputs, every output byte"));
     let Speed { threads, inputs, resident_kib: [first, last], .. } = m.speed;
-    out::say(format_args!("gateway and unit, null attack, every signature verified, {inputs} inputs on {threads} threads:"));
+    out::say(format_args!(
+        "gateway and unit, null attack, every signature verified, {inputs} inputs on {threads} threads:"
+    ));
     let told = |per: &str, Spread { min, median, max, .. }: Spread| {
         out::say(format_args!("  {min:.0} / {median:.0} / {max:.0} inputs a {per} (min / median / max)"));
     };

@@ -1,4 +1,4 @@
-//! What a seed varies, and what the link is like whatever the seed.
+//! What a seed varies, and what the link and the models are like whatever the seed.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -14,6 +14,25 @@ pub struct Conditions {
     pub loss: Located<Share>,
     /// Longest uniform random delay of a datagram, beside the link's own.
     pub jitter_ms: Located<Millis>,
+}
+
+/// How far the twin's models of sensors and plant are taken to be off: factors, 1 as they ship. No service knows of them. They are there to
+/// ask which results hang on the models (`docs/evaluation.md`).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Models {
+    /// On the noise of every sensor; unrendered, also on how often a stage misses, confuses or invents something.
+    pub noise: Real<100, 10_000>,
+    /// On the vehicle's mass, which its drive and its brakes are not told.
+    pub load: Real<500, 2_000>,
+    /// On the friction between its wheels and the ground.
+    pub grip: Real<50, 2_000>,
+}
+
+impl Default for Models {
+    fn default() -> Self {
+        Self { noise: Real::constant(1.0), load: Real::constant(1.0), grip: Real::constant(1.0) }
+    }
 }
 
 /// What a seed varies. Everything else is the same in each trial.

@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use sim::fidelity::Fidelity;
 use sim::plant::{Plant, SetPoint};
 use sim::scene::Scene;
 use sim::world::{STEP, World};
@@ -107,7 +108,7 @@ impl Course {
     /// World and vehicle at the start, for [`Bare::drive`].
     pub fn bare(&self) -> Bare<'_> {
         let mut world = World::new(Arc::clone(&self.scene));
-        let plant = Plant::new(&mut world, &self.scene.start);
+        let plant = Plant::new(&mut world, &self.scene.start, &Fidelity::SHIPPED);
         Bare { course: self, world, plant }
     }
 }

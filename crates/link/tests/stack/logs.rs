@@ -114,7 +114,8 @@ fn a_full_log_leaves_out_everything_after_the_first_loss() {
 }
 
 #[test]
-fn a_thinned_log_has_every_third_set_of_frames_that_was_fed_and_of_the_others_the_hash_and_is_not_taken_for_a_whole_one() {
+fn a_thinned_log_has_every_third_set_of_frames_that_was_fed_and_of_the_others_the_hash_and_is_not_taken_for_a_whole_one()
+ {
     let header = Header { node: NodeId::PERCEPTION, boot: Boot(1), started: Instant(5) };
     let frames = |n: u8| vec![n; 1000];
     let mut whole = Vec::new();
@@ -141,10 +142,13 @@ fn a_thinned_log_has_every_third_set_of_frames_that_was_fed_and_of_the_others_th
         let now = Instant(n.into());
         let fed = Entry::Input { now, input: Input::Bus { topic: Topic::Frames, bytes: frames(n) } };
         assert_eq!(three[0], if n % 3 == 0 { fed } else { of(n, Some(now)) });
-        assert_eq!(three[1..], [
-            Entry::Input { now, input: Input::Timeout },
-            Entry::Output(Output::Bus { topic: Topic::Tracks, bytes: vec![n] })
-        ]);
+        assert_eq!(
+            three[1..],
+            [
+                Entry::Input { now, input: Input::Timeout },
+                Entry::Output(Output::Bus { topic: Topic::Tracks, bytes: vec![n] })
+            ]
+        );
     }
     assert_eq!(entries.last(), Some(&of(9, None)));
     assert_eq!(thinned(cut, 1).0, Thinned { whole: 21, left_out: 0 });

@@ -23,7 +23,7 @@ pub(crate) fn expose(sweep: &Sweep, noise: &mut Noise, effect: &Effect, weather:
             COVER_MM
         } else {
             let seen = pixel.hit.filter(|hit| weather.returns(hit.distance));
-            seen.map_or(0, |hit| reading(hit.distance, jitter * f32::from(effect.noise)))
+            seen.map_or(0, |hit| reading(hit.distance, jitter * effect.noise))
         };
         out.copy_from_slice(&millimetres.to_le_bytes());
     }

@@ -61,7 +61,7 @@ impl Lidar {
         let origin = state.to_world(Vector::new(0.0, 0.0, self.geometry.up_m));
         noise.fill(plane);
         for (k, (direction, out)) in self.directions.iter().zip(plane.chunks_exact_mut(2)).enumerate() {
-            let jitter = f32::from(i16::from_le_bytes([out[0], out[1]])) / 32_768.0 * f32::from(effect.noise);
+            let jitter = f32::from(i16::from_le_bytes([out[0], out[1]])) / 32_768.0 * effect.noise;
             let range = if k % azimuths < covered {
                 COVER_MM
             } else {

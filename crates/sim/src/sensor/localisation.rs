@@ -89,7 +89,7 @@ impl Navigators {
 }
 
 fn locate(state: &State, noise: &mut Noise, effect: &Effect) -> Fix {
-    let gain = f32::from(effect.noise);
+    let gain = effect.noise;
     let mut axis = |metres: f32, displaced: i64| {
         let millimetres = metres * 1000.0 + noise.normal() * f32::from(SIGMA_MM) * gain;
         (millimetres as i64).saturating_add(displaced).clamp(i64::from(i32::MIN), i64::from(i32::MAX)) as i32
@@ -101,7 +101,7 @@ fn locate(state: &State, noise: &mut Noise, effect: &Effect) -> Fix {
 }
 
 fn measure(state: &State, noise: &mut Noise, effect: &Effect) -> Odometry {
-    let gain = f32::from(effect.noise);
+    let gain = effect.noise;
     Odometry {
         speed_mm_s: (state.speed() * 1000.0 + noise.normal() * SIGMA_MM_S * gain) as i32,
         yaw_rate_mrad_s: (state.yaw_rate * 1000.0 + noise.normal() * SIGMA_MRAD_S * gain) as i16,

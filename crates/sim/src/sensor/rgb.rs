@@ -34,7 +34,7 @@ pub(crate) fn expose(sweep: &Sweep, world: &World, noise: &mut Noise, effect: &E
     let covered = covered(effect, sweep.width());
     noise.fill(plane);
     let weather = &world.scene().weather;
-    let gain = NOISE * f32::from(effect.noise) * weather.gain() / 128.0;
+    let gain = NOISE * effect.noise * weather.gain() / 128.0;
     for (k, (pixel, out)) in sweep.pixels().iter().zip(plane.chunks_exact_mut(3)).enumerate() {
         if k % sweep.width() < covered {
             out.copy_from_slice(&COVER);

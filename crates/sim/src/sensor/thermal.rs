@@ -25,7 +25,7 @@ pub(crate) fn expose(sweep: &Sweep, world: &World, noise: &mut Noise, effect: &E
     let covered = covered(effect, sweep.width());
     let ambient = world.scene().ground.kelvin;
     noise.fill(plane);
-    let gain = NOISE * f32::from(effect.noise) / 32_768.0;
+    let gain = NOISE * effect.noise / 32_768.0;
     for (k, (pixel, out)) in sweep.pixels().iter().zip(plane.chunks_exact_mut(2)).enumerate() {
         let jitter = f32::from(i16::from_le_bytes([out[0], out[1]])) * gain;
         let kelvin = if k % sweep.width() < covered { ambient } else { temperature(pixel, world) };

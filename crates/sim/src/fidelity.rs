@@ -1,0 +1,66 @@
+//! How far the models of sensors and plant are taken to be off, so that it can be asked which results hang on them.
+//!
+//! These are properties of the world that no service knows of and no fault: nothing is injected, and nothing of it is in a receipt.
+//! Leaves to scenarios what to try, and to campaigns what then comes out otherwise.
+
+use serde::{Deserialize, Serialize};
+
+use crate::scene::SceneError;
+
+/// Factors on the models, 1 as they ship.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Fidelity {
+    /// On the noise of every sensor, and unrendered on how often a stage misses, confuses or invents something.
+    pub noise: f32,
+    /// On the mass of the vehicle, of which its drive and its brakes know nothing: they push as before.
+    pub load: f32,
+    /// On the friction between wheels and ground.
+    pub grip: f32,
+}
+
+/// Least and greatest factor on noise.
+const NOISE: [f32; 2] = [0.1, 10.0];
+/// On mass.
+const LOAD: [f32; 2] = [0.5, 2.0];
+/// On friction.
+const GRIP: [f32; 2] = [0.05, 2.0];
+
+impl Fidelity {
+    /// The models as they ship.
+    pub const SHIPPED: Fidelity = Fidelity { noise: 1.0, load: 1.0, grip: 1.0 };
+
+    /// # Errors
+    /// A factor that is no number or outside its range.
+    pub fn check(&self) -> Result<(), SceneError> {
+        let each = [
+            ("fidelity.noise", self.noise, NOISE),
+            ("fidelity.load", self.load, LOAD),
+            ("fidelity.grip", self.grip, GRIP),
+        ];
+        let off = each.into_iter().find(|(_, got, [low, high])| !(*low..=*high).contains(got));
+        off.map_or(Ok(()), |(field, got, [low, high])| Err(SceneError::OutOfRange { field, got, low, high }))
+    }
+}
+
+impl Default for Fidelity {
+    fn default() -> Self {
+        Self::SHIPPED
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_factor_beyond_its_range_and_one_that_is_no_number_are_refused() {
+        assert_eq!(Fidelity::SHIPPED.check(), Ok(()));
+        for noise in [0.0, 11.0, f32::NAN, f32::INFINITY] {
+            let refused = Fidelity { noise, ..Fidelity::SHIPPED }.check();
+            assert!(matches!(refused, Err(SceneError::OutOfRange { field: "fidelity.noise", .. })), "{noise}");
+        }
+        assert!(Fidelity { load: 0.4, ..Fidelity::SHIPPED }.check().is_err());
+        assert!(Fidelity { grip: 0.0, ..Fidelity::SHIPPED }.check().is_err());
+    }
+}
