@@ -230,6 +230,20 @@ fn an_entry_that_is_kept_as_anothers_is_a_flaw() {
     assert_eq!(flaws.iter().map(|f| f.at).collect::<Vec<_>>(), [i + 1], "{flaws:?}");
 }
 
+/// Behind the recorder's own last word stands nothing that would cover it.
+#[test]
+fn no_entry_not_even_the_very_last_can_have_its_own_time_moved_by_a_microsecond() {
+    let (run, kept) = recorded();
+    for i in 0..kept.len() {
+        let mut hands = kept.clone();
+        let mut entry = Entry::decode(&hands[i].bytes).expect("an entry");
+        entry.at.0 += 1;
+        hands[i].bytes = wire::codec::encode(&entry);
+        let custody = judged(&hands, &run.held);
+        assert!(!custody.flaws.is_empty(), "entry {} of {}, {}", i + 1, kept.len(), entry.node);
+    }
+}
+
 #[test]
 fn no_secret_of_a_run_is_in_what_is_held_of_it_or_in_its_log() {
     let run = shipped("nominal").run(1);

@@ -12,7 +12,7 @@ use std::collections::BTreeSet;
 use serde::{Deserialize, Serialize};
 
 use crate::cast::Cast;
-use crate::scenario::{Evidence, Problem, Problems, Requirement, Scenario, Stride, TechniqueId, ThreatId};
+use crate::scenario::{Evidence, Platform, Problem, Problems, Requirement, Scenario, Stride, TechniqueId, ThreatId};
 
 /// The file, as it was when this program was built.
 const TEXT: &str = include_str!("../../../docs/catalogue.toml");
@@ -96,8 +96,8 @@ impl Catalogue {
     }
 
     /// docs/figures.md; the architecture is that of a run of `shown`, whose cast this is.
-    pub fn figures(&self, scenarios: &[Scenario], shown: &str, cast: &Cast) -> String {
-        figures::page(self, scenarios, shown, cast)
+    pub fn figures(&self, scenarios: &[Scenario], shown: &str, cast: &Cast, platforms: &[Platform]) -> String {
+        figures::page(self, scenarios, shown, cast, platforms)
     }
 
     fn doubles(&self) -> Vec<String> {

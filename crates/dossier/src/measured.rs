@@ -67,6 +67,9 @@ pub struct Curve {
     /// Why a line is an ablation.
     #[serde(default)]
     pub watermarks: Vec<String>,
+    /// The detector that took the shipped one's place, by its SHA-256.
+    #[serde(default)]
+    pub detector: Option<String>,
     /// One line a cell.
     pub lines: Vec<CurveLine>,
 }

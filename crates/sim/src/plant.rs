@@ -279,7 +279,7 @@ mod tests {
         let shipped = left(Fidelity::SHIPPED);
         let laden = left(Fidelity { load: 1.6, ..Fidelity::SHIPPED });
         let slippery = left(Fidelity { grip: 0.1, ..Fidelity::SHIPPED });
-        assert!(shipped + 0.1 < laden && shipped + 0.1 < slippery, "{shipped} {laden} {slippery}");
+        assert!(shipped + 0.05 < laden && shipped + 0.05 < slippery, "{shipped} {laden} {slippery}");
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The audit log: each node chains its own events and signs the head once a second; the recorder seals them all.
+//! The audit log: each node chains its own events and signs its chain once a second; the recorder seals them all.
 //!
 //! An entry holds the SHA-256 of the entry before it, so that an edit, a deletion or a swap breaks the chain at a known
 //! place. Writing files is left to `link`; judging what the events mean, to the oracle.
@@ -17,7 +17,7 @@ use crate::time::{Instant, Span};
 /// Longest encoded entry, bytes.
 pub const MAX_ENTRY: usize = 512;
 
-/// How often a node signs its head: an entry so long after the last signature has one behind it.
+/// How often a node signs its chain: an entry so long after the last signature has one behind it.
 pub const SIGN_PERIOD: Span = Span::s(1);
 /// How often the recorder seals.
 const SEAL_PERIOD: Span = Span::ms(250);
@@ -46,6 +46,12 @@ pub struct Entry {
 }
 
 impl Entry {
+    /// What the signature is over that this entry is: the entry itself, its signature's 64 bytes zero. So it covers its own time too, behind
+    /// which no other entry stands where it is the last, and by `previous` everything before it.
+    pub fn signed_as(&self) -> Vec<u8> {
+        codec::encode(&Entry { event: Event::Signed { signature: [0; 64] }, ..*self })
+    }
+
     /// Decodes one entry.
     pub fn decode(bytes: &[u8]) -> Result<Entry, Malformed> {
         codec::decode(bytes, MAX_ENTRY)
@@ -83,7 +89,7 @@ impl Journal {
         Journal { node: self.node, boot: self.boot, counter: self.counter, head: self.head, key, signed: self.signed }
     }
 
-    /// Appends `event` and queues it, with a signature over the head when one is due.
+    /// Appends `event` and queues it, with a signature over the chain when one is due.
     pub fn write(&mut self, now: Instant, event: Event, out: &mut std::collections::VecDeque<Output>) {
         out.push_back(Output::Audit { bytes: self.append(now, event) });
         if self.key.is_some() && self.signed.is_none_or(|at| now.since(at) >= SIGN_PERIOD) {
@@ -94,7 +100,8 @@ impl Journal {
     /// Signs the head now; the last thing a node does.
     pub fn sign(&mut self, now: Instant, out: &mut std::collections::VecDeque<Output>) {
         let Some(key) = &self.key else { return };
-        let signed = key.sign(Purpose::Head, &self.head);
+        let over = self.next(now, Event::Signed { signature: [0; 64] }).signed_as();
+        let signed = key.sign(Purpose::Head, &over);
         let signature: [u8; 64] = *signed.last_chunk().expect("a COSE_Sign1 ends with its 64-byte signature");
         self.signed = Some(now);
         out.push_back(Output::Audit { bytes: self.append(now, Event::Signed { signature }) });
@@ -105,11 +112,14 @@ impl Journal {
         self.counter
     }
 
+    fn next(&self, now: Instant, event: Event) -> Entry {
+        let counter = self.counter + 1;
+        Entry { node: self.node, boot: self.boot, counter, at: now, event, previous: self.head }
+    }
+
     fn append(&mut self, now: Instant, event: Event) -> Vec<u8> {
+        let bytes = codec::encode(&self.next(now, event));
         self.counter += 1;
-        let entry =
-            Entry { node: self.node, boot: self.boot, counter: self.counter, at: now, event, previous: self.head };
-        let bytes = codec::encode(&entry);
         debug_assert!(bytes.len() <= MAX_ENTRY, "entry above MAX_ENTRY");
         self.head = Sha256::digest(&bytes).into();
         bytes

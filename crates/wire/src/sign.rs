@@ -37,7 +37,7 @@ pub enum Purpose {
     Confirmation,
     /// A unit's acknowledgement.
     Ack,
-    /// The head of an audit chain.
+    /// An entry of an audit chain that signs the chain.
     Head,
     /// The authority's revocation of an identity.
     Revocation,

@@ -152,7 +152,7 @@ impl InsiderRecorder {
             let (counter, previous) = heads.get(&(entry.node, entry.boot)).copied().unwrap_or_default();
             (entry.counter, entry.previous) = (counter + 1, previous);
             if entry.node == NodeId::RECORDER {
-                entry.event = self.own(entry.event, &previous, &running);
+                entry.event = self.own(&entry, &running);
             }
             one.bytes = codec::encode(&entry);
             let hash: [u8; 32] = Sha256::digest(&one.bytes).into();
@@ -165,14 +165,14 @@ impl InsiderRecorder {
     }
 
     /// The recorder's own words over a recording that it has changed.
-    fn own(&self, event: Event, previous: &[u8; 32], running: &[[u8; 32]]) -> Event {
-        match event {
+    fn own(&self, entry: &Entry, running: &[[u8; 32]]) -> Event {
+        match entry.event {
             Event::Sealed { entries, .. } => {
                 let entries = usize::try_from(entries).unwrap_or(usize::MAX).min(running.len() - 1);
                 Event::Sealed { entries: entries as u64, head: running[entries] }
             }
             Event::Signed { .. } => {
-                let signed = self.key.sign(Purpose::Head, previous);
+                let signed = self.key.sign(Purpose::Head, &entry.signed_as());
                 Event::Signed { signature: *signed.last_chunk().expect("a COSE_Sign1 ends with its 64-byte signature") }
             }
             other => other,

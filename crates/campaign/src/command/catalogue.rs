@@ -39,7 +39,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let (_, planned) = plan::plan(context, &plan::file_of(context, DRAWN)?, &Wanted::default())?;
         let one = planned.first().ok_or_else(|| Failure::internal("a scenario without a variation"))?;
         let cast = cast(&one.variation.scenario, &one.setup, context.seed, &RunSecret::seeded(context.seed));
-        out::say(format_args!("{}", catalogue.figures(&scenarios, DRAWN, &cast).trim_end()));
+        let platforms = scenario::platforms(&context.root()?)?;
+        out::say(format_args!("{}", catalogue.figures(&scenarios, DRAWN, &cast, &platforms).trim_end()));
     } else if context.json {
         let named = |row: &Row| row.of(&scenarios).into_iter().map(|s| s.name.as_str()).collect();
         let rows = catalogue.row.iter().map(|row| ListedRow { row, scenarios: named(row) }).collect();

@@ -1,7 +1,7 @@
 //! Whether a recording is what the services wrote, whoever kept it.
 //!
 //! Five things are set against each other. Each service's *chain*: an entry holds the hash of the one before. Each service's
-//! *signatures* over its head, once a second and as its last entry, of which its public key has to verify the newest. The recorder's *seals*
+//! *signatures* over its chain, once a second and as its last entry, of which its public key has to verify the newest. The recorder's *seals*
 //! over everything in the order in which it came. The *heads* of the chains as they are held outside the recorder, by
 //! whoever ran the services: a recorder that keeps whole chains short, leaves out a service or makes up an earlier life of
 //! one agrees with itself and not with these. And each host's *clock*: the time under which an entry is kept, which every
@@ -58,10 +58,10 @@ pub struct Custody {
     pub flaws: Vec<Flaw>,
 }
 
-/// A service's signature over its head.
+/// A service's signature over its chain.
 struct Signature {
     at: usize,
-    head: [u8; 32],
+    entry: Entry,
     signature: [u8; 64],
 }
 
@@ -86,7 +86,7 @@ impl Chain {
         self.ends_signed = signature.is_some();
         self.last = Some(Head { node: entry.node, boot: entry.boot, counter: entry.counter, hash });
         if let Some(signature) = signature {
-            self.signatures.push(Signature { at, head: entry.previous, signature });
+            self.signatures.push(Signature { at, entry: *entry, signature });
             (self.signed, self.owes) = (Some(entry.at), false);
             return;
         }
@@ -197,7 +197,7 @@ impl<'a> Custodian<'a> {
             }
         }
         let good = |node: NodeId, s: &Signature| {
-            self.keys.verify(node, Purpose::Head, &Signed::detached(&s.head, &s.signature)).is_ok()
+            self.keys.verify(node, Purpose::Head, &Signed::detached(&s.entry.signed_as(), &s.signature)).is_ok()
         };
         let behind = self.events + 1;
         for (life, chain) in &self.lives {
@@ -214,7 +214,7 @@ impl<'a> Custodian<'a> {
             // The newest is over everything before it, earlier signatures too; these say where, once it is bad.
             let newest_is_bad = chain.signatures.last().is_some_and(|newest| !good(life.node, newest));
             if newest_is_bad && let Some(bad) = chain.signatures.iter().find(|s| !good(life.node, s)) {
-                found.push(Flaw { at: bad.at, what: format!("{life} did not sign this head of its chain") });
+                found.push(Flaw { at: bad.at, what: format!("{life} did not sign its chain here") });
             }
         }
         self.flaws.extend(found);

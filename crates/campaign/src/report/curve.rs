@@ -31,6 +31,9 @@ pub struct CurveObject {
     /// Why a line is an ablation, where one is.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub watermarks: Vec<String>,
+    /// The detector that took the shipped one's place, by its SHA-256.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detector: Option<String>,
     /// One line a cell of the scenario.
     pub lines: Vec<CurveLine>,
 }
@@ -102,6 +105,7 @@ impl CurveObject {
             unit: curve.unit.as_str().to_owned(),
             seed,
             watermarks,
+            detector: None,
             lines,
         }
     }

@@ -174,6 +174,7 @@ mod tests {
             unit: "m/s".to_owned(),
             seed: 1,
             watermarks: Vec::new(),
+            detector: None,
             lines: vec![line("one"), line("two"), line("three"), line("four")],
         };
         let text = svg(&curve);

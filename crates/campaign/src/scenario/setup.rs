@@ -103,7 +103,7 @@ pub fn find_root(from: &Path) -> Option<PathBuf> {
 /// # Errors
 /// When the directory cannot be listed.
 pub fn shipped(root: &Path) -> std::io::Result<Vec<PathBuf>> {
-    scenarios(&root.join("scenarios"))
+    files(&root.join("scenarios"))
 }
 
 /// The shipped scenarios that run rendered alone.
@@ -111,10 +111,23 @@ pub fn shipped(root: &Path) -> std::io::Result<Vec<PathBuf>> {
 /// # Errors
 /// The folder cannot be read.
 pub fn rendered(root: &Path) -> std::io::Result<Vec<PathBuf>> {
-    scenarios(&root.join("scenarios/rendered"))
+    files(&root.join("scenarios/rendered"))
 }
 
-fn scenarios(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+/// Every shipped platform, by name.
+///
+/// # Errors
+/// The folder cannot be read, or what is wrong with one of its files.
+pub fn platforms(root: &Path) -> Result<Vec<Platform>, Problems> {
+    let folder = root.join("platforms");
+    let unread = |e: std::io::Error| {
+        Problem::with_file(&folder.display().to_string(), e.to_string(), "run from a holdsafe checkout")
+    };
+    let files = files(&folder).map_err(|e| Problems::from(unread(e)))?;
+    files.iter().map(|file| load_platform(file)).collect()
+}
+
+fn files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in std::fs::read_dir(folder)? {
         let path = entry?.path();

@@ -1,0 +1,134 @@
+//! Which conclusions hang on the models: the same scenarios where sensors, plant or link are taken to be better or worse.
+//!
+//! A conclusion flips where a trial leaves the classes that its scenario states. Whether it flips into harm is told apart from that.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::put;
+use crate::objects::{CampaignRow, Outcome};
+use crate::results::{Found, Results};
+use crate::tried::told;
+
+/// The section; nothing where no campaign set anything.
+pub(super) fn fidelity(results: &Results) -> String {
+    let campaigns =
+        results.given().iter().filter_map(|g| if let Found::Campaign(c) = &g.found { Some(c) } else { None });
+    let rows: Vec<&CampaignRow> =
+        campaigns.flat_map(|c| &c.rows).filter(|r| !r.set.is_empty() && r.watermark.is_none()).collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    let (least, most) = rows.iter().fold((u64::MAX, 0), |(least, most), r| (least.min(r.n), most.max(r.n)));
+    let n = if least == most { least.to_string() } else { format!("{least} to {most}") };
+    let mut text = format!(
+        "\n## Which conclusions hang on the models?\n\nThe same scenarios under models of sensors, plant and link that are better or worse than those that ship, {n} \
+         trials each. *Holds*: every trial ended in a class that the scenario states. `models.noise` is a factor on the noise of every sensor and on what the \
+         stages miss, confuse or invent, `models.load` on the vehicle's mass, which its brakes are not told, `models.grip` on friction; \
+         `conditions` are the telemetry link's. What harms (UNSAFE, LATE) is bold.\n\n"
+    );
+    table(&mut text, &rows);
+    flips(&mut text, &rows);
+    text
+}
+
+/// Settings down, scenarios across, both in the order of the campaigns.
+fn table(text: &mut String, rows: &[&CampaignRow]) {
+    let (settings, scenarios) = (distinct(rows, setting), distinct(rows, scenario));
+    put(text, format_args!("| model | {} |\n|---|{}\n", scenarios.join(" | "), "---|".repeat(scenarios.len())));
+    for set in &settings {
+        let of = |name: &String| rows.iter().find(|r| setting(r) == *set && scenario(r) == *name).map(|r| cell(r));
+        let cells: Vec<String> = scenarios.iter().map(|name| of(name).unwrap_or_default()).collect();
+        put(text, format_args!("| {set} | {} |\n", cells.join(" | ")));
+    }
+}
+
+/// What flips and what does not, scenario by scenario.
+fn flips(text: &mut String, rows: &[&CampaignRow]) {
+    let mut flipped: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for row in rows.iter().filter(|r| r.unexpected > 0) {
+        flipped.entry(scenario(row)).or_default().push(format!("{} ({} of {})", setting(row), row.unexpected, row.n));
+    }
+    let harmed: Vec<String> =
+        rows.iter().filter(|r| harms(r)).map(|r| format!("{} at {}", scenario(r), setting(r))).collect();
+    put(
+        text,
+        format_args!("\nOf {} variations {} hold.\n\n", rows.len(), rows.iter().filter(|r| r.unexpected == 0).count()),
+    );
+    for name in distinct(rows, scenario) {
+        match flipped.get(&name) {
+            Some(where_to) => put(text, format_args!("- {name} flips at {}\n", where_to.join("; "))),
+            None => put(text, format_args!("- {name} holds throughout\n")),
+        }
+    }
+    match harmed.is_empty() {
+        true => text.push_str("\nNone flips into harm: no trial was UNSAFE or LATE that the scenario did not state.\n"),
+        false => put(text, format_args!("\n**Flips into harm**: {}.\n", harmed.join("; "))),
+    }
+}
+
+fn distinct(rows: &[&CampaignRow], of: impl Fn(&CampaignRow) -> String) -> Vec<String> {
+    let mut seen = BTreeSet::new();
+    rows.iter().map(|row| of(row)).filter(|name| seen.insert(name.clone())).collect()
+}
+
+fn scenario(row: &CampaignRow) -> String {
+    let cell = row.cell.as_ref().map_or_else(String::new, |cell| format!(" ({cell})"));
+    format!("`{}`{cell}", row.scenario)
+}
+
+fn setting(row: &CampaignRow) -> String {
+    let set: Vec<String> = row.set.iter().map(|(key, value)| format!("`{key}` {value}")).collect();
+    set.join(", ")
+}
+
+fn cell(row: &CampaignRow) -> String {
+    match (row.unexpected, harms(row)) {
+        (0, _) => "holds".to_owned(),
+        (_, false) => told(&row.outcomes),
+        (_, true) => format!("**{}**", told(&row.outcomes)),
+    }
+}
+
+/// Whether a trial did harm that its scenario does not state.
+fn harms(row: &CampaignRow) -> bool {
+    let harm = [Outcome::Unsafe, Outcome::Late];
+    harm.iter().any(|class| row.outcomes.contains_key(class) && !row.expected.contains(class))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn row(noise: &str, outcomes: &str, unexpected: u64) -> String {
+        format!(
+            r#"{{"variation":0,"scenario":"replay","set":{{"models.noise":{noise}}},"policy":"default","evidence":"model","counts":true,
+            "expected":["REJECTED"],"n":9,"outcomes":{outcomes},"unexpected":{unexpected},"sim_seconds":1.0,"distinct_decisions":1,
+            "latency_ms":{{"to_degraded":{{"n":0}},"to_hold_safe":{{"n":0}},"to_authority_revoked":{{"n":0}}}}}}"#
+        )
+    }
+
+    fn said(rows: &[String]) -> String {
+        let rows = rows.join(",");
+        let text = format!(
+            r#"{{"kind":"campaign","schema_version":1,"hash":"","complete":true,"trials":18,"planned":18,"rows":[{rows}]}}"#
+        );
+        let mut results = Results::default();
+        results.read("c.json", text.as_bytes()).expect("a campaign");
+        fidelity(&results)
+    }
+
+    #[test]
+    fn a_variation_that_left_its_classes_flips_a_conclusion() {
+        let text = said(&[row("1", r#"{"REJECTED":9}"#, 0), row("2", r#"{"REJECTED":7,"FALSE_TRIP":2}"#, 2)]);
+        assert!(text.contains("| `models.noise` 1 | holds |"), "{text}");
+        assert!(text.contains("- `replay` flips at `models.noise` 2 (2 of 9)"), "{text}");
+        assert!(text.contains("Of 2 variations 1 hold.") && text.contains("None flips into harm"), "{text}");
+        assert_eq!(fidelity(&Results::default()), "");
+    }
+
+    #[test]
+    fn harm_is_told_from_what_only_costs() {
+        let text = said(&[row("2", r#"{"REJECTED":8,"UNSAFE":1}"#, 1)]);
+        assert!(text.contains("**Flips into harm**: `replay` at `models.noise` 2.") && text.contains("| **"), "{text}");
+    }
+}

@@ -1,0 +1,70 @@
+//! Retraining against a thermovisual attack: one curve with the detector that ships, and one with another.
+
+use super::{Answer, Status, missing};
+use crate::measured::{Curve, CurvePoint, Share};
+use crate::results::{Found, Results};
+
+/// The scenario in which paint and warmth deceive together, in steps of strength.
+const THERMOVISUAL: &str = "decoy_printed_heated";
+
+/// What the two curves say: fewer decoys acted on at some strength, and more at none.
+pub(super) fn retrained(results: &Results) -> Answer {
+    let curves = results.given().iter().filter_map(|g| if let Found::Curve(c) = &g.found { Some(c) } else { None });
+    let curves: Vec<&Curve> = curves.filter(|c| c.scenario == THERMOVISUAL && c.watermarks.is_empty()).collect();
+    let shipped = curves.iter().find(|c| c.detector.is_none());
+    let Some((shipped, other)) = shipped.zip(curves.iter().find(|c| c.detector.is_some())) else { return missing() };
+    let pairs: Vec<(&CurvePoint, &CurvePoint)> =
+        points(shipped).filter_map(|a| Some((a, points(other).find(|b| b.value == a.value)?))).collect();
+    let fewer = pairs.iter().filter(|(a, b)| b.harmed.upper_95 < a.harmed.lower_95).count();
+    let more = pairs.iter().filter(|(a, b)| a.harmed.upper_95 < b.harmed.lower_95).count();
+    let mut lines: Vec<String> = pairs.iter().map(|(a, b)| line(&shipped.unit, a, b)).collect();
+    lines.push(format!(
+        "fewer at {fewer} of {} strengths and more at {more}, where the 95 % intervals do not meet; judged by what the platform did, not by the network",
+        pairs.len()
+    ));
+    let status = if fewer > 0 && more == 0 { Status::Reproduced } else { Status::NotReproduced };
+    Answer { status, lines }
+}
+
+fn points(curve: &Curve) -> impl Iterator<Item = &CurvePoint> {
+    curve.lines.iter().filter(|line| line.cell.is_none()).flat_map(|line| &line.points)
+}
+
+fn line(unit: &str, shipped: &CurvePoint, other: &CurvePoint) -> String {
+    let told = |Share { hits, n, .. }: Share| format!("{hits} of {n}");
+    let (value, shipped, other) = (shipped.value, told(shipped.harmed), told(other.harmed));
+    format!(
+        "`{THERMOVISUAL}` at {value} {unit}: the decoy is acted on in {shipped} with the detector that ships, {other} with the retrained one"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn curve(detector: &str, hits: u64, lower: f64, upper: f64) -> String {
+        format!(
+            r#"{{"kind":"curve","schema_version":1,"scenario":"decoy_printed_heated","title":"","unit":"of 255","seed":1,{detector}
+            "lines":[{{"policy":"default","points":[{{"value":16,"detected":{{"hits":0,"n":20,"share":0,"lower_95":0,"upper_95":1}},
+            "harmed":{{"hits":{hits},"n":20,"share":0.5,"lower_95":{lower},"upper_95":{upper}}}}}],
+            "reading":{{"smallest_detected_before_harm":null,"smallest_harmful":null}}}}]}}"#
+        )
+    }
+
+    fn said(shipped: (u64, f64, f64), other: (u64, f64, f64)) -> Status {
+        let mut results = Results::default();
+        let shipped = curve("", shipped.0, shipped.1, shipped.2);
+        let other = curve(r#""detector":"ab","#, other.0, other.1, other.2);
+        results.read("a.json", shipped.as_bytes()).expect("a curve");
+        assert_eq!(retrained(&results).status, Status::NotMeasured, "one curve says nothing");
+        results.read("b.json", other.as_bytes()).expect("a curve");
+        retrained(&results).status
+    }
+
+    #[test]
+    fn retraining_helps_only_where_the_intervals_do_not_meet() {
+        assert_eq!(said((20, 0.83, 1.0), (0, 0.0, 0.17)), Status::Reproduced);
+        assert_eq!(said((12, 0.36, 0.81), (9, 0.23, 0.68)), Status::NotReproduced);
+        assert_eq!(said((0, 0.0, 0.17), (20, 0.83, 1.0)), Status::NotReproduced);
+    }
+}
