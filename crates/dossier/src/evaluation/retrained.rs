@@ -22,6 +22,7 @@ pub(super) fn retrained(results: &Results) -> Answer {
         "fewer at {fewer} of {} strengths and more at {more}, where the 95 % intervals do not meet; judged by what the platform did, not by the network",
         pairs.len()
     ));
+    lines.push("The print was made with the weights of the detector that ships; `docs/perception.md` has one that was made with the retrained one's.".to_owned());
     let status = if fewer > 0 && more == 0 { Status::Reproduced } else { Status::NotReproduced };
     Answer { status, lines }
 }
