@@ -175,6 +175,10 @@ pub fn curve_table(curve: &CurveObject) -> String {
     let mut text: String = curve.watermarks.iter().map(|mark| format!("{mark}\n")).collect();
     let (title, set, unit) = (&curve.title, &curve.set, &curve.unit);
     text.push_str(&format!("{}: {title} ({set}, seed {} for each point)\n", curve.scenario, curve.seed));
+    curve
+        .detector
+        .iter()
+        .for_each(|sha256| text.push_str(&format!("with the detector {sha256} in place of the shipped one\n")));
     for line in &curve.lines {
         let cell = line.cell.as_ref().map(|cell| format!("{cell}, ")).unwrap_or_default();
         let columns = [
