@@ -2,9 +2,11 @@
 
 use std::fs::File;
 
+use campaign::cast::{RunSecret, cast};
 use campaign::evidence::hashes;
 use campaign::reproduction::{Again, Reference, References};
-use holdsafe_tests::{root, shipped, variations};
+use campaign::scenario::Settings;
+use holdsafe_tests::{Ready, root, shipped, variations};
 
 #[test]
 fn the_same_seed_gives_the_same_log_and_another_seed_another() {
@@ -15,6 +17,22 @@ fn the_same_seed_gives_the_same_log_and_another_seed_another() {
         assert_eq!(first, again, "{name}");
         assert_ne!(first.0, other.0, "{name}: log");
         assert_ne!(first.1, other.1, "{name}: decisions");
+    }
+}
+
+#[test]
+fn every_model_that_a_scenario_says_is_off_reaches_the_world_and_changes_what_happens() {
+    let ready = shipped("nominal");
+    let as_shipped = hashes(&ready.run(1).evidence.entries).0;
+    for (path, factor) in [("models.noise", 2.0), ("models.load", 1.5), ("models.grip", 0.25)] {
+        let scenario = Settings::one(path, factor.into()).applied_to(&ready.scenario).expect("a scenario");
+        let cast = cast(&scenario, &ready.setup, 1, &RunSecret::seeded(1));
+        let world = cast.world().expect("a world").fidelity;
+        let told = [("models.noise", world.noise), ("models.load", world.load), ("models.grip", world.grip)];
+        let off: Vec<_> = told.into_iter().filter(|(_, factor)| *factor != 1.0).collect();
+        assert_eq!(off, [(path, factor as f32)]);
+        let off = Ready { scenario, ..shipped("nominal") };
+        assert_ne!(hashes(&off.run(1).evidence.entries).0, as_shipped, "{path}");
     }
 }
 

@@ -97,19 +97,25 @@ pub fn replays(directory: &Path, replays: &[CoreReplay]) -> std::io::Result<()> 
 }
 
 /// Leaves out of the mouth logs below `directory` all sets of frames but each `every`-th ([`mouth::thin`]), of each core that `replays` found to
-/// be a function of its mouth: nobody needs them to the byte any more, and they are nearly all of a recording. A log of which anything
+/// be a function of its mouth in its first life: nobody needs them to the byte any more, and they are nearly all of a recording. A log of which anything
 /// else came stays as it is.
 pub fn thinned(directory: &Path, replays: &[CoreReplay], every: u32) -> std::io::Result<()> {
     let identical = replays.iter().filter(|r| r.difference.is_none());
     let with_frames = identical.filter(|r| matches!(r.node, NodeId::SIM | NodeId::PERCEPTION));
     for log in with_frames.map(|r| directory.join("mouth").join(format!("{}.cbor", r.node))) {
         let beside = log.with_extension("new");
-        let source = mouth::Reader::new(BufReader::new(File::open(&log)?)).map_err(std::io::Error::other)?;
-        let copy = BufWriter::new(OpenOptions::new().write(true).create_new(true).mode(0o600).open(&beside)?);
-        mouth::thin(source, copy, every).map_err(std::io::Error::other)?;
-        std::fs::rename(&beside, &log)?;
+        thin(&log, &beside, every).and_then(|()| std::fs::rename(&beside, &log)).inspect_err(|_| {
+            // It is of no use to anybody, and what failed is told.
+            let _ = std::fs::remove_file(&beside);
+        })?;
     }
     Ok(())
+}
+
+fn thin(log: &Path, beside: &Path, every: u32) -> std::io::Result<()> {
+    let source = mouth::Reader::new(BufReader::new(File::open(log)?)).map_err(std::io::Error::other)?;
+    let copy = BufWriter::new(OpenOptions::new().write(true).create_new(true).mode(0o600).open(beside)?);
+    mouth::thin(source, copy, every).map(|_| ()).map_err(std::io::Error::other)
 }
 
 /// Writes the log as JSON lines, for other programs.

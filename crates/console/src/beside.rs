@@ -44,7 +44,7 @@ pub struct Sight {
 /// What there is of one moment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Beside {
-    /// The newest that perception had taken in, sensor by sensor, and how long before.
+    /// The newest that perception had taken in and that was kept, sensor by sensor, and how long before.
     pub sensed: Option<(Arc<[Sight]>, Span)>,
     /// Why the mode is what it is, by what the services logged; line by line.
     pub because: Option<Arc<str>>,

@@ -21,6 +21,9 @@ pub const MAX_SKEW: u8 = 32;
 /// The most weak detections that one frame can be given: as many as a stage's list has room for.
 pub const MAX_CHAFF: u8 = 32;
 
+/// The greatest factor on a sensor's noise, however many faults multiply it.
+const MAX_NOISE: f32 = 65_535.0;
+
 /// What happens to the sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
@@ -259,7 +262,7 @@ impl Effect {
             Disturbance::Freeze => self.freeze = true,
             Disturbance::Skew { frames } => self.skew = self.skew.max(frames),
             Disturbance::Chaff { count } => self.chaff = self.chaff.saturating_add(count).min(MAX_CHAFF),
-            Disturbance::Noise { factor } => self.noise *= f32::from(factor),
+            Disturbance::Noise { factor } => self.noise = (self.noise * f32::from(factor)).min(MAX_NOISE),
             Disturbance::Occlusion { permille } => self.occluded = self.occluded.max(permille),
             Disturbance::Drift { east_mm_s, north_mm_s } => {
                 let us = (run.0 - fault.begins().0) as i64;

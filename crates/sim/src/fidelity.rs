@@ -11,7 +11,8 @@ use crate::scene::SceneError;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fidelity {
-    /// On the noise of every sensor, and unrendered on how often a stage misses, confuses or invents something.
+    /// On the noise of every sensor, and unrendered on how often a stage misses, confuses or invents something; not on the 0.3 K of the unrendered
+    /// thermal stage, nor on how sure a detection is.
     pub noise: f32,
     /// On the mass of the vehicle, of which its drive and its brakes know nothing: they push as before.
     pub load: f32,

@@ -51,7 +51,7 @@ impl Witness {
         }
     }
 
-    /// Signs the head: the last entry.
+    /// Signs the chain: the last entry.
     pub(crate) fn close(&mut self, now: Instant, out: &mut VecDeque<Output>) {
         if let Some(journal) = &mut self.journal {
             journal.sign(now, out);

@@ -77,7 +77,7 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// An empty chain; with a key, its head is signed once a second.
+    /// An empty chain; with a key, it is signed once a second.
     pub fn new(node: NodeId, boot: Boot, key: Option<Key>) -> Self {
         Self { node, boot, counter: 0, head: [0; 32], key, signed: None }
     }
@@ -97,7 +97,7 @@ impl Journal {
         }
     }
 
-    /// Signs the head now; the last thing a node does.
+    /// Signs the chain now; the last thing a node does.
     pub fn sign(&mut self, now: Instant, out: &mut std::collections::VecDeque<Output>) {
         let Some(key) = &self.key else { return };
         let over = self.next(now, Event::Signed { signature: [0; 64] }).signed_as();

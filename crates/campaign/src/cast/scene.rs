@@ -43,13 +43,13 @@ pub fn needs_rendering(scenario: &Scenario) -> Option<SceneError> {
     of(scenario, (0.0, 0.0), None).unrendered().err()
 }
 
-/// A point in millimetres, as configurations carry it.
 /// How far the models are off.
 pub(super) fn fidelity(models: &scenario::Models) -> Fidelity {
     let scenario::Models { noise, load, grip } = models;
     Fidelity { noise: noise.get() as f32, load: load.get() as f32, grip: grip.get() as f32 }
 }
 
+/// A point in millimetres, as configurations carry it.
 pub(super) fn millimetres(point: [f32; 2]) -> (i32, i32) {
     ((point[0] * 1000.0) as i32, (point[1] * 1000.0) as i32)
 }

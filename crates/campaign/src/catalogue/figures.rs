@@ -58,8 +58,9 @@ const DOMAINS: [&str; 3] = ["ground", "air", "space"];
 
 /// The services that a run has, once each, and the domains that have a platform.
 fn domains(cast: &Cast, platforms: &[Platform]) -> String {
-    let mut text = "flowchart TB\n    subgraph pattern [\"the pattern: the same code in every domain\"]\n".to_owned();
-    let parts: BTreeSet<(u8, &str)> = cast.members.iter().map(|member| part(&member.role)).collect();
+    let mut text =
+        "flowchart TB\n    subgraph pattern [\"the pattern: the same services in every domain\"]\n".to_owned();
+    let parts: BTreeSet<(u8, &str)> = cast.members.iter().filter_map(|member| part(&member.role)).collect();
     for (i, role) in parts {
         let _ = writeln!(text, "        P{i}[\"{role}\"]");
     }
@@ -69,7 +70,7 @@ fn domains(cast: &Cast, platforms: &[Platform]) -> String {
             Some(Platform { title, bounds, .. }) => {
                 let Bounds { freshness_ms: tf, to_degraded_ms: td, to_hold_safe_ms: th, .. } = bounds.to_bounds();
                 let told = format!("{domain}: {}<br/>Tf {tf} ms, Td {td} ms, Th {th} ms", title.as_str());
-                writeln!(text, "    pattern ==>|plant, bounds| {domain}[\"{told}\"]")
+                writeln!(text, "    pattern ==>|world, plant, bounds| {domain}[\"{told}\"]")
             }
             None => writeln!(text, "    pattern -.-> {domain}[\"{domain}: not built\"]"),
         };
@@ -77,17 +78,17 @@ fn domains(cast: &Cast, platforms: &[Platform]) -> String {
     text
 }
 
-/// What a part of the pattern does, and its place on the way from the world to the operator.
-fn part(role: &Role) -> (u8, &'static str) {
-    match role {
-        Role::Sim(_) => (0, "sim: world, plant, sensors"),
+/// What a part of the pattern does, and its place on the way from the world to the operator. The world is a domain's own.
+fn part(role: &Role) -> Option<(u8, &'static str)> {
+    Some(match role {
+        Role::Sim(_) => return None,
         Role::Perception(_) => (1, "perception: stages, corroboration, tracks"),
         Role::Autonomy(_) => (2, "autonomy: state machine, authority"),
         Role::Gateway(_) => (3, "gateway: trust boundary"),
         Role::Console(_) => (4, "console: display, operator"),
         Role::Recorder => (5, "recorder: chained, sealed log"),
         Role::Adversary(_) => (6, "adversary: in between"),
-    }
+    })
 }
 
 fn block(text: &mut String, diagram: &str) {

@@ -151,10 +151,13 @@ fn live_trial(
     if let Some(directory) = &setup.run_dir {
         keep::events(directory, &run.evidence)
             .and_then(|()| keep::replays(directory, &run.replays))
-            .and_then(|()| keep::thinned(directory, &run.replays, setup.frames))
             .and_then(|()| keep::held(directory, &run.held))
             .and_then(|()| keep::console(directory, &run.cast, &run.evidence.entries))
             .map_err(failed)?;
+        // What cannot be thinned stays whole: that costs room and nothing else.
+        if let Err(why) = keep::thinned(directory, &run.replays, setup.frames) {
+            eprintln!("{}: mouth logs stay whole: {why}", directory.display());
+        }
     }
     let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
     let differing = run.replays.iter().filter_map(|r| Some(format!("mouth of {}: {}", r.node, r.difference.as_ref()?)));

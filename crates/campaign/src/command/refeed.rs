@@ -51,7 +51,7 @@ struct Measured {
     inputs: u64,
     /// How fast gateway and unit alone take the inputs of the null attack, every signature verified.
     speed: Speed,
-    /// The same of perception with its networks, rendered: sets of frames a second of CPU.
+    /// The same of perception with its networks, rendered; a third of its inputs are sets of frames.
     inference: Inference,
     differences: Vec<Different>,
 }
@@ -168,7 +168,8 @@ fn inference(context: &Context) -> Result<Inference, Failure> {
     let refed = engine::again(&fed)?;
     let took = thread_cpu_us() - before;
     let inputs = refed.iter().map(|r| r.inputs).sum();
-    let (outputs, identical) = (refed.iter().map(|r| r.outputs).sum(), refed.iter().all(|r| r.parted.is_none()));
+    let outputs = refed.iter().map(|r| r.outputs).sum();
+    let identical = inputs > 0 && refed.iter().all(|r| r.parted.is_none());
     Ok(Inference { inputs, outputs, identical, inputs_per_cpu_second: inputs as f64 / took as f64 * 1e6 })
 }
 

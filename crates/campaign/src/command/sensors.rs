@@ -192,8 +192,9 @@ impl Newest {
                 *waiting = None;
                 *finished |= matches!(input, Input::Finish);
             }
-            // Of a thinned log the newest that was kept is shown.
-            Entry::Output(_) | Entry::LeftOut { .. } => {}
+            // Of a thinned log the newest that was kept is shown, and none for what perception said of another.
+            Entry::LeftOut { .. } => *waiting = None,
+            Entry::Output(_) => {}
         });
         looked.map_err(|why| unread(&path(&self.run, BOOTS[self.boot]), &why))?;
         let seen = trace_us().max(at);
@@ -302,6 +303,18 @@ mod tests {
         write("-2", &[(7, true), (8, true), (9, false)], true);
         assert_eq!((look(), look()), (None, Some(vec![8; 3])));
         assert!(newest.finished);
+        let of_a_whole = Newest::open(folder.path()).unwrap().look(7).unwrap().unwrap();
+        assert_eq!(of_a_whole.bytes, vec![8; 3]);
+        // The second and the fourth are left out; the third was refused.
+        write("", &[(1, true), (2, true), (3, false), (4, true)], true);
+        std::fs::remove_file(path(folder.path(), "-2")).unwrap();
+        let whole = std::fs::read(path(folder.path(), "")).unwrap();
+        let mut thinned = Vec::new();
+        link::mouth::thin(link::mouth::Reader::new(whole.as_slice()).unwrap(), &mut thinned, 2).unwrap();
+        std::fs::write(path(folder.path(), ""), thinned).unwrap();
+        let kept = Newest::open(folder.path()).unwrap().look(7).unwrap().unwrap();
+        assert_eq!(kept.bytes, vec![1; 3], "of the third perception said nothing");
+        write("-2", &[(7, true), (8, true), (9, false)], true);
         let mut later = Newest::open(folder.path()).unwrap();
         assert!(later.look(7).unwrap().is_some() && later.finished, "one look tells that it is over");
     }

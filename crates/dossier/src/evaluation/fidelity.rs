@@ -9,12 +9,15 @@ use crate::objects::{CampaignRow, Outcome};
 use crate::results::{Found, Results};
 use crate::tried::told;
 
+/// The policy that needs no naming.
+const SHIPPED: &str = "default";
+
 /// The section; nothing where no campaign set anything.
 pub(super) fn fidelity(results: &Results) -> String {
     let campaigns =
         results.given().iter().filter_map(|g| if let Found::Campaign(c) = &g.found { Some(c) } else { None });
     let rows: Vec<&CampaignRow> =
-        campaigns.flat_map(|c| &c.rows).filter(|r| !r.set.is_empty() && r.watermark.is_none()).collect();
+        campaigns.filter(|c| c.complete).flat_map(|c| &c.rows).filter(|r| is_of_a_model(r)).collect();
     if rows.is_empty() {
         return String::new();
     }
@@ -24,7 +27,9 @@ pub(super) fn fidelity(results: &Results) -> String {
         "\n## Which conclusions hang on the models?\n\nThe same scenarios under models of sensors, plant and link that are better or worse than those that ship, {n} \
          trials each. *Holds*: every trial ended in a class that the scenario states. `models.noise` is a factor on the noise of every sensor and on what the \
          stages miss, confuse or invent, `models.load` on the vehicle's mass, which its brakes are not told, `models.grip` on friction; \
-         `conditions` are the telemetry link's. What harms (UNSAFE, LATE) is bold.\n\n"
+         `conditions` are the telemetry link's. What harms (UNSAFE, LATE) is bold. Whether a mission took place is in no class: where the unit's guards keep it \
+         in IDLE, nothing done to it ends NOMINAL or REJECTED and a loss UNDETECTED, so *holds* beside UNDETECTED in the same row says little \
+         (`docs/scenarios.md`).\n\n"
     );
     table(&mut text, &rows);
     flips(&mut text, &rows);
@@ -66,6 +71,12 @@ fn flips(text: &mut String, rows: &[&CampaignRow]) {
     }
 }
 
+/// Whether all that it sets is of a model, and nothing is waived.
+fn is_of_a_model(row: &CampaignRow) -> bool {
+    let of_a_model = |key: &String| key.starts_with("models.") || key.starts_with("conditions.");
+    !row.set.is_empty() && row.set.keys().all(of_a_model) && row.counts && row.watermark.is_none()
+}
+
 fn distinct(rows: &[&CampaignRow], of: impl Fn(&CampaignRow) -> String) -> Vec<String> {
     let mut seen = BTreeSet::new();
     rows.iter().map(|row| of(row)).filter(|name| seen.insert(name.clone())).collect()
@@ -73,7 +84,8 @@ fn distinct(rows: &[&CampaignRow], of: impl Fn(&CampaignRow) -> String) -> Vec<S
 
 fn scenario(row: &CampaignRow) -> String {
     let cell = row.cell.as_ref().map_or_else(String::new, |cell| format!(" ({cell})"));
-    format!("`{}`{cell}", row.scenario)
+    let policy = if row.policy == SHIPPED { String::new() } else { format!(" (policy {})", row.policy) };
+    format!("`{}`{cell}{policy}", row.scenario)
 }
 
 fn setting(row: &CampaignRow) -> String {
@@ -124,6 +136,12 @@ mod tests {
         assert!(text.contains("- `replay` flips at `models.noise` 2 (2 of 9)"), "{text}");
         assert!(text.contains("Of 2 variations 1 hold.") && text.contains("None flips into harm"), "{text}");
         assert_eq!(fidelity(&Results::default()), "");
+    }
+
+    #[test]
+    fn what_sets_anything_but_a_model_is_no_question_of_fidelity() {
+        let row = row("2", r#"{"REJECTED":9}"#, 0).replace("models.noise", "delay.0.by_ms");
+        assert_eq!(said(&[row]), "");
     }
 
     #[test]

@@ -12,7 +12,8 @@ pub(super) fn retrained(results: &Results) -> Answer {
     let curves = results.given().iter().filter_map(|g| if let Found::Curve(c) = &g.found { Some(c) } else { None });
     let curves: Vec<&Curve> = curves.filter(|c| c.scenario == THERMOVISUAL && c.watermarks.is_empty()).collect();
     let shipped = curves.iter().find(|c| c.detector.is_none());
-    let Some((shipped, other)) = shipped.zip(curves.iter().find(|c| c.detector.is_some())) else { return missing() };
+    let same = |c: &&&Curve| shipped.is_some_and(|s| c.detector.is_some() && c.seed == s.seed);
+    let Some((shipped, other)) = shipped.zip(curves.iter().find(same)) else { return missing() };
     let pairs: Vec<(&CurvePoint, &CurvePoint)> =
         points(shipped).filter_map(|a| Some((a, points(other).find(|b| b.value == a.value)?))).collect();
     let fewer = pairs.iter().filter(|(a, b)| b.harmed.upper_95 < a.harmed.lower_95).count();
@@ -22,7 +23,12 @@ pub(super) fn retrained(results: &Results) -> Answer {
         "fewer at {fewer} of {} strengths and more at {more}, where the 95 % intervals do not meet; judged by what the platform did, not by the network",
         pairs.len()
     ));
-    lines.push("The print was made with the weights of the detector that ships; `docs/perception.md` has one that was made with the retrained one's.".to_owned());
+    lines.push(format!("the retrained detector: `{}`", other.detector.as_deref().unwrap_or_default()));
+    lines.push(
+        "the print was made with the weights of the detector that ships, so this says nothing of an attacker who knows of the retraining; `docs/perception.md` \
+         has a print that was made with the retrained one's weights, and what that comes to"
+            .to_owned(),
+    );
     let status = if fewer > 0 && more == 0 { Status::Reproduced } else { Status::NotReproduced };
     Answer { status, lines }
 }

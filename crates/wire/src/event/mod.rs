@@ -141,7 +141,7 @@ pub enum Event {
     #[n(21)] Acknowledged { #[n(0)] command: CommandId, #[n(1)] refused: Option<Reason> },
     /// The recorder sealed what it had.
     #[n(22)] Sealed { #[n(0)] entries: u64, #[cbor(n(1), with = "minicbor::bytes")] #[serde(skip)] head: [u8; 32] },
-    /// A service signed the head of its own chain.
+    /// A service signed its own chain.
     #[n(23)] Signed { #[cbor(n(0), with = "minicbor::bytes")] #[serde(skip)] signature: [u8; 64] },
     /// The recorder found a chain broken.
     #[n(24)] ChainBroken { #[n(0)] node: NodeId, #[n(1)] counter: u64 },
