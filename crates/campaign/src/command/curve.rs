@@ -72,7 +72,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     watermarks.sort();
     watermarks.dedup();
     let lines = lines.into_iter().map(|line| fold(curve, line, &trials)).collect();
-    let detector = all.iter().find_map(|p| Some(p.setup.detector.as_ref()?.model.sha256.clone()));
+    let detector = plan::detector(&all);
     let object = CurveObject { detector, ..CurveObject::new(scenario.name.as_str(), curve, seed, watermarks, lines) };
     if let Some(dir) = &out {
         out::write_trials(dir, &format!("{}.jsonl", object.scenario), &trials)?;

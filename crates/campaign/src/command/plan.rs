@@ -174,3 +174,8 @@ fn options(wanted: &Wanted, cell: Option<&str>) -> String {
 pub(super) fn stem(path: &Path) -> String {
     path.file_stem().and_then(|s| s.to_str()).unwrap_or_default().to_owned()
 }
+
+/// SHA-256 of the detector that takes the shipped one's place in them, where one does.
+pub(super) fn detector(planned: &[Planned]) -> Option<String> {
+    planned.iter().find_map(|one| Some(one.setup.detector.as_ref()?.model.sha256.clone()))
+}

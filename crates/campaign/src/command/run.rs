@@ -115,7 +115,7 @@ pub(super) fn fold(
         .collect();
     let mut run = RunObject::new(scenario.name.as_str(), mode, seed, trials, &cells);
     run.watermark = planned.iter().find_map(|p| p.setup.watermark());
-    run.detector = planned.iter().find_map(|p| Some(p.setup.detector.as_ref()?.model.sha256.clone()));
+    run.detector = plan::detector(planned);
     if cells.is_empty() {
         run.expected = planned.iter().flat_map(|p| p.variation.scenario.expected.to_vec()).collect();
     }
