@@ -61,7 +61,7 @@ pub use labels::{Labels, load_labels, parse_labels};
 pub use operator::{DisplayedState, Operator, Step, Verb};
 pub use peer::{Falsehood, ModeConfusion, Motion, Product, SessionReplay};
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
-pub use print::{Print, Row};
+pub use print::{Heat, Print, Row, Warm};
 pub use problem::{Problem, ProblemRow, Problems};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse, parse_platform, parse_scene};
 pub use rogue::{Mandate, Order, Rogue, Takeover, Values, Way};

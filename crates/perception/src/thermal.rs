@@ -38,10 +38,8 @@ fn blob(kelvin: &[u16], width: usize, detection: &Detection) -> Option<Blob> {
     Some(Blob { bounds, mean_ck, peak_ck: peak, class, score })
 }
 
-/// Spans of the three bands above or below the ground, and of absolute temperature, centikelvin.
-const COARSE: (i32, i32) = (-2_000, 6_000);
-const FINE: (i32, i32) = (-400, 1_200);
-const ABSOLUTE: (i32, i32) = (25_000, 35_000);
+/// Spans of the three bands, of which two are above or below the ground and one is of absolute temperature, centikelvin.
+pub const BANDS: [(i32, i32); 3] = [(-2_000, 6_000), (-400, 1_200), (25_000, 35_000)];
 
 /// The image that the network sees in a plane: for each pixel three bytes, how much warmer than the ground it is in two spans,
 /// and how warm it is. `None` when the plane is not of this size.
@@ -54,7 +52,7 @@ fn image(kelvin: &[u16], width: usize) -> Vec<u8> {
     let byte = |value: i32, (low, high): (i32, i32)| ((value - low).clamp(0, high - low) * 255 / (high - low)) as u8;
     let bands = |k: &u16| {
         let k = i32::from(*k);
-        [byte(k - ground, COARSE), byte(k - ground, FINE), byte(k, ABSOLUTE)]
+        [byte(k - ground, BANDS[0]), byte(k - ground, BANDS[1]), byte(k, BANDS[2])]
     };
     kelvin.iter().flat_map(bands).collect()
 }

@@ -1,7 +1,8 @@
 //! What is printed on an object's sides over its coat.
 //!
-//! A print is a grid of fields, each a shift of red, green and blue. All four sides of an object bear the same one, from its end
-//! to its front and from its top down; roof and belly bear none. Who makes one, and what for, is not known here.
+//! A print is a grid of fields, each a shift of red, green and blue, and perhaps so much warmer than the ground. All four sides of an
+//! object bear the same one, from its end to its front and from its top down; roof and belly bear none. Who makes one, and what for,
+//! is not known here.
 
 use serde::{Deserialize, Serialize};
 
@@ -9,24 +10,47 @@ use serde::{Deserialize, Serialize};
 pub const ROWS: usize = 8;
 /// Fields in a row.
 pub const COLUMNS: usize = 16;
+/// Steps of a heated field's temperature in a kelvin.
+pub const STEPS_PER_K: f32 = 4.0;
 
 /// A print.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(transparent)]
+#[serde(deny_unknown_fields)]
 pub struct Print {
     /// Row-major shifts of red, green and blue.
     fields: Vec<[i8; 3]>,
+    /// Row-major steps of temperature above the ground; empty where the object is as warm as it is.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    heat: Vec<u8>,
 }
 
 impl Print {
     /// Fields, row-major; `None` unless there are [`ROWS`] × [`COLUMNS`].
     pub fn new(fields: Vec<[i8; 3]>) -> Option<Self> {
-        (fields.len() == ROWS * COLUMNS).then_some(Print { fields })
+        (fields.len() == ROWS * COLUMNS).then_some(Print { fields, heat: Vec::new() })
+    }
+
+    /// The same, heated: each field to so many steps of [`STEPS_PER_K`] above the ground, row-major, and what bears no field as
+    /// cold as the ground. `None` unless there are as many.
+    #[must_use]
+    pub fn heated(self, heat: Vec<u8>) -> Option<Self> {
+        (heat.len() == ROWS * COLUMNS).then_some(Print { heat, ..self })
     }
 
     /// Row-major shifts of red, green and blue.
     pub fn fields(&self) -> &[[i8; 3]] {
         &self.fields
+    }
+
+    /// Row-major steps of temperature above the ground; empty where nothing is heated.
+    pub fn heat(&self) -> &[u8] {
+        &self.heat
+    }
+
+    /// By how much a field, or what bears none, is warmer than the ground, kelvin; `None` where the print is not heated.
+    pub(crate) fn warmth(&self, field: Option<usize>) -> Option<f32> {
+        let steps = field.and_then(|field| self.heat.get(field)).copied().unwrap_or(0);
+        (!self.heat.is_empty()).then(|| f32::from(steps) / STEPS_PER_K)
     }
 
     /// The shift in a field; none beyond the last, which a scene that was not checked might have.

@@ -45,6 +45,8 @@ pub struct Skin {
     pub paint: [u8; 3],
     /// Share of a shift of the field that reaches the camera.
     pub light: f32,
+    /// Share of the field's warmth above the ground that reaches the thermal camera.
+    pub heat: f32,
 }
 
 /// A frame with its labels, objects in order of their ids.
@@ -128,6 +130,10 @@ mod tests {
     use super::*;
     use crate::print::{COLUMNS, Print, ROWS};
 
+    fn plain(plane: &[u8]) -> Vec<i32> {
+        plane.chunks_exact(2).map(|b| i32::from(u16::from_le_bytes([b[0], b[1]]))).collect()
+    }
+
     fn frame(print: Option<Print>) -> Labelled {
         let mut scene = Scene { objects: Scene::default().objects.split_off(2), ..Scene::default() };
         scene.objects[0].print = print;
@@ -163,5 +169,22 @@ mod tests {
             (&neutral.depth, &neutral.thermal, &neutral.lidar),
             (&printed.depth, &printed.thermal, &printed.lidar)
         );
+    }
+
+    #[test]
+    fn a_heated_print_is_as_warm_as_it_says_field_by_field_and_nothing_else_is() {
+        let heat: Vec<u8> = (0..ROWS * COLUMNS).map(|k| (k * 7 % 161) as u8).collect();
+        let print = || Print::new(vec![[0; 3]; ROWS * COLUMNS]).unwrap();
+        let cold = frame(print().heated(vec![0; ROWS * COLUMNS]));
+        let warm = frame(print().heated(heat.clone()));
+        let (mut shown, mut rest) = (0, 0);
+        for ((skin, before), after) in warm.skin.iter().zip(plain(&cold.thermal)).zip(plain(&warm.thermal)) {
+            let reckoned = skin.map_or(0.0, |skin| f32::from(heat[usize::from(skin.field)]) * 25.0 * skin.heat);
+            assert!((after - before - reckoned as i32).abs() <= 1, "{before} {after} {reckoned}");
+            (shown, rest) = (shown + usize::from(reckoned > 0.0), rest + usize::from(skin.is_none()));
+        }
+        assert!(shown > 500 && rest > 10_000, "{shown} {rest}");
+        assert_eq!((&cold.rgb, &cold.depth), (&warm.rgb, &warm.depth));
+        assert_eq!(print().heated(vec![0; 5]), None);
     }
 }

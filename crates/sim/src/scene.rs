@@ -238,6 +238,8 @@ impl Object {
         self.size.iter().try_for_each(|s| within("object.size", *s, 0.1, 20.0))?;
         let fields = print::ROWS * print::COLUMNS;
         self.print.iter().try_for_each(|p| count("object.print", p.fields().len(), fields, fields))?;
+        let heat = self.print.iter().map(|print| print.heat().len()).filter(|heat| *heat > 0);
+        heat.into_iter().try_for_each(|heat| count("object.print.heat", heat, fields, fields))?;
         within("object.kelvin", self.kelvin, 200.0, 650.0)?;
         count("object.path", self.path.len(), 1, MAX_POINTS)?;
         self.path.iter().try_for_each(|p| point("object.path", *p))?;

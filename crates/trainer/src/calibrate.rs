@@ -44,7 +44,7 @@ fn sample(sense: Sense, net: &Net, device: &Device) -> Result<Vec<(f64, bool)>, 
         for number in 0..FRAMES {
             let example = match sense {
                 Sense::Colour => seen(Frame::new(cell, Split::Tuning, number)?),
-                Sense::Thermal => felt(heated(cell, Split::Tuning, number)?.0),
+                Sense::Thermal => felt(heated(cell, Split::Tuning, number, &[])?.0),
             };
             let mut plane = vec![0.0; 3 * HEIGHT * WIDTH];
             paint(&example.image, false, 1.0, &mut plane);

@@ -47,6 +47,9 @@ pub(crate) struct Round {
     /// By how much of 255 half of each batch was made harder at most.
     #[serde(default)]
     pub(crate) hardened: u8,
+    /// Patterns of heat, made against the weights of the round before or at random, that some fakes bore.
+    #[serde(default)]
+    pub(crate) patterns: u64,
     /// Frames learnt from.
     pub(crate) frames: u64,
     /// Objects on them.
@@ -99,7 +102,7 @@ pub(crate) fn write(directory: &Path, frames: Option<u64>) -> Result<(), Box<dyn
             let row = measure(&stages, cell, split, 0..frames, &Limits::default())?;
             let mut claims = Claims::default();
             for number in 0..frames {
-                let (frame, which) = heated(cell, split, number)?;
+                let (frame, which) = heated(cell, split, number, &[])?;
                 claims.add(&thermal.detector, &frame, |object| which.contains(&object));
             }
             eprintln!("{} {}: {:.3}", row.split, row.cell, row.mean_average_precision);
@@ -209,7 +212,8 @@ fn thermal_card(made: &Made, rows: &[Quality], warm: &[Claims]) -> String {
          two spans, absolute temperature). It finds vehicles and persons by where they are warm; what is warm and neither it calls an \
          obstacle. {} bytes, SHA-256 `{}`.\n\n\
          **Made by** `trainer train thermal`, `calibrate thermal` and `measure` from rendered frames of the learnt cells, in which a third of decoys \
-         and obstacles are heated evenly, to between 8 and 45 K above the ground:\n\n{}\n\
+         and obstacles are heated evenly, to between 8 and 45 K above the ground, and in rounds with patterns (`trainer harden thermal`) \
+         another third field by field:\n\n{}\n\
          **Measured** with true boxes on frames that nothing was learnt from, cells marked * conditions that nothing was learnt from. A vehicle or \
          person under its own name should be borne out, a decoy or obstacle that is called a vehicle found out. *Heated fakes* are decoys \
          and obstacles heated as in training, on frames of their own. Intervals are Wilson's, 95 %.\n\n{table}\n\
@@ -239,9 +243,10 @@ fn rounds(training: &Training) -> String {
                 |---|---|---|---|---|---|---|---|---|---|\n";
     let row = |(k, r): (usize, &Round)| {
         let (data, cells) = (&r.data_sha256, &r.cells_sha256);
-        let counts = [r.seed, r.steps, r.batch, u64::from(r.hardened), r.frames, r.objects, r.cpu_minutes]
-            .map(|n| n.to_string())
-            .join(" | ");
+        let hardened = if r.patterns > 0 { format!("{} patterns", r.patterns) } else { r.hardened.to_string() };
+        let [seed, steps, batch, frames, objects, minutes] =
+            [r.seed, r.steps, r.batch, r.frames, r.objects, r.cpu_minutes].map(|n| n.to_string());
+        let counts = [seed, steps, batch, hardened, frames, objects, minutes].join(" | ");
         format!("| {} | {counts} | `{data}` | `{cells}` |\n", k + 1)
     };
     training.round.iter().enumerate().map(row).fold(head.to_owned(), |all, row| all + &row)

@@ -16,6 +16,7 @@ use wire::id::ObjectId;
 use wire::sensor::Class;
 
 use crate::sense::Sense;
+use crate::views::{SHIFTS, print, steps};
 
 /// Cells of the grid.
 pub(crate) const CELLS: usize = ROWS * COLUMNS;
@@ -51,15 +52,19 @@ pub(crate) struct Target {
     pub(crate) place: Vec<f32>,
 }
 
-/// Frames of what may be learnt from, the cells in turn, with the hash of all that is in them.
-pub(crate) fn examples(sense: Sense, frames: std::ops::Range<u64>) -> Result<(Vec<Example>, String), ExampleError> {
+/// Frames of what may be learnt from, the cells in turn, with the hash of all that is in them. `pool`: heat that some fakes bear.
+pub(crate) fn examples(
+    sense: Sense,
+    frames: std::ops::Range<u64>,
+    pool: &[Vec<f32>],
+) -> Result<(Vec<Example>, String), ExampleError> {
     let learnt: Vec<_> = cells::all()?.iter().filter(|cell| cell.learnt).collect();
     let (mut hash, mut examples) = (Sha256::new(), Vec::new());
     for k in frames {
         let (cell, number) = (learnt[k as usize % learnt.len()], k / learnt.len() as u64);
         let example = match sense {
             Sense::Colour => seen(Frame::new(cell, Split::Training, number)?),
-            Sense::Thermal => felt(heated(cell, Split::Training, number)?.0),
+            Sense::Thermal => felt(heated(cell, Split::Training, number, pool)?.0),
         };
         hash.update(&example.image);
         let mut labels: Vec<&Label> = example.labels.iter().chain(&example.ignored).collect();
@@ -95,8 +100,14 @@ pub(crate) fn felt(example: Frame) -> Example {
     Example { image, labels, ignored }
 }
 
-/// A frame of a scene in which a third of all decoys and obstacles are heated evenly, and which those are.
-pub(crate) fn heated(cell: &Cell, split: Split, number: u64) -> Result<(Frame, Vec<ObjectId>), ExampleError> {
+/// A frame of a scene in which a third of all decoys and obstacles are heated evenly, and which those are; another third bear heat
+/// out of `pool`, if there is any.
+pub(crate) fn heated(
+    cell: &Cell,
+    split: Split,
+    number: u64,
+    pool: &[Vec<f32>],
+) -> Result<(Frame, Vec<ObjectId>), ExampleError> {
     let (mut scene, start) = draw::scene(cell, split, number)?;
     let mut rng = ChaCha8Rng::seed_from_u64(number);
     let ground = scene.ground.kelvin;
@@ -106,10 +117,13 @@ pub(crate) fn heated(cell: &Cell, split: Split, number: u64) -> Result<(Frame, V
             continue;
         }
         let mut uniform = || (rng.next_u32() >> 8) as f32 / 16_777_216.0;
-        let (heat, above) = (uniform() < 1.0 / 3.0, WARM_K + HOTTER_K * uniform());
-        if heat {
-            object.kelvin = ground + above;
+        let (lot, share) = (uniform(), uniform());
+        if lot < 1.0 / 3.0 {
+            object.kelvin = ground + WARM_K + HOTTER_K * share;
             which.push(ObjectId(index as u16));
+        } else if let Some(heat) = pool.get((share * pool.len() as f32) as usize).filter(|_| lot < 2.0 / 3.0) {
+            object.kelvin = ground + heat.iter().copied().fold(0.0, f32::max);
+            object.print = print(&[0.0; SHIFTS]).and_then(|print| print.heated(steps(heat)));
         }
     }
     Ok((Frame::of(scene, start, number)?, which))

@@ -1,22 +1,27 @@
 //! Trains the networks of `perception` on the project's own rendered frames, and attacks them.
 //!
 //! `trainer train colour|thermal DIR [STEPS] [FRAMES]` renders, trains and writes a model, `trainer refine` goes on from there with
-//! other frames at a lower rate, `trainer harden` does so with half of them made harder on purpose, `trainer calibrate` makes
-//! scores mean what they say. `trainer measure DIR [FRAMES]` runs both files through the pure-Rust runtime on frames that nothing
-//! was learnt from and writes their card and manifest; `trainer pixels DIR [FRAMES]` changes the image before the colour network
-//! with gradients of its own, `trainer prints DIR OTHER [VIEWS]` prints on decoys. Not part of the normal build: nothing depends
+//! other frames at a lower rate, `trainer harden` does so with half of them made harder on purpose (for warmth: with fakes that
+//! bear heat made against it), `trainer calibrate` makes scores mean what they say. `trainer measure DIR [FRAMES]` runs both files
+//! through the pure-Rust runtime on frames that nothing was learnt from and writes their card and manifest; `trainer pixels DIR
+//! [FRAMES]` changes the image before the colour network with gradients of its own, `trainer prints DIR OTHER [VIEWS]` prints on
+//! decoys, `trainer joint` prints on them and heats them against all stages at once. Not part of the normal build: nothing depends
 //! on this package.
 
 mod calibrate;
 mod card;
 mod data;
+mod descent;
 mod harden;
+mod heats;
 mod interval;
+mod joint;
 mod net;
 mod pixels;
 mod prints;
 mod sense;
 mod train;
+mod victim;
 mod views;
 
 use std::path::Path;
@@ -27,9 +32,11 @@ use perception::model::hex_digest;
 use crate::card::{Round, Training};
 use crate::sense::Sense;
 use crate::train::Kind;
+use crate::victim::Victim;
 
 const USAGE: &str = "usage: trainer train|refine colour|thermal DIR [STEPS] [FRAMES] | trainer harden colour|thermal DIR [STEPS] [FRAMES] \
-                     [STRENGTH] | trainer calibrate colour|thermal DIR | trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | trainer prints DIR OTHER [VIEWS]";
+                     [STRENGTH] | trainer calibrate colour|thermal DIR | trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | trainer prints DIR OTHER [VIEWS] | \
+                     trainer joint COLOUR_DIR THERMAL_DIR OTHER_COLOUR_DIR OTHER_THERMAL_DIR PAGE [VIEWS]";
 /// Seed of the weights and of the batches of the first round; each that follows has the next.
 const SEED: u64 = 20_261;
 /// Batches, and frames learnt from, unless others are asked for.
@@ -75,6 +82,10 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
         ["prints", directory, other, rest @ ..] if rest.len() <= 1 => {
             prints::write(Path::new(directory), Path::new(other), number(rest.first())?)
         }
+        ["joint", colour, thermal, other_colour, other_thermal, page, rest @ ..] if rest.len() <= 1 => {
+            let of = [colour, thermal, other_colour, other_thermal].map(|directory| Path::new(*directory));
+            joint::write(of, Path::new(page), number(rest.first())?)
+        }
         _ => Err(USAGE.into()),
     }
 }
@@ -93,7 +104,11 @@ fn train(
 ) -> Result<(), Box<dyn std::error::Error>> {
     let mut training = if kind == Kind::New { Training::default() } else { Training::read(sense, directory)? };
     let first = training.round.iter().map(|round| round.frames).sum();
-    let (examples, data_sha256) = data::examples(sense, first..first + frames)?;
+    // What is warm is made harder before it is rendered, colours while they are learnt.
+    let hardens_heat = sense == Sense::Thermal && matches!(kind, Kind::Hardened(_));
+    let pool = if hardens_heat { heats::pool(&Victim::read(sense, directory)?.net)? } else { Vec::new() };
+    let kind = if hardens_heat { Kind::Again } else { kind };
+    let (examples, data_sha256) = data::examples(sense, first..first + frames, &pool)?;
     eprintln!("{frames} frames rendered");
     let seed = SEED + training.round.len() as u64;
     let cpu = train::train(sense, &examples, steps as usize, seed, kind, &sense.model(directory))?;
@@ -102,6 +117,7 @@ fn train(
         steps,
         batch: train::BATCH as u64,
         hardened: if let Kind::Hardened(most) = kind { most } else { 0 },
+        patterns: pool.len() as u64,
         frames,
         objects: examples.iter().map(|e| e.labels.len() as u64).sum(),
         data_sha256,

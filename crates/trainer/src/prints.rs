@@ -1,7 +1,7 @@
 //! What it takes to have a decoy taken for a vehicle by printing on it, made on one set of views and judged on another.
 //!
 //! One print serves every view, so it is made from the mean gradient of many (expectation over transformation, Athalye et al.
-//! 2018), with momentum (Dong et al. 2018). Beside the attacker who knows the weights stand one who only sees the scores of
+//! 2018). Beside the attacker who knows the weights stand one who only sees the scores of
 //! some detections (random search over rectangles of fields, after Andriushchenko et al. 2020), one who knows another model's
 //! weights, and one who prints at random. Shape is a vehicle's throughout; the decoy is judged cold, and heated like a vehicle.
 
@@ -10,7 +10,6 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::Arc;
 
-use burn::module::Module;
 use burn::tensor::Device;
 use dataset::cells::Split;
 use dataset::example::{Example as Frame, counts};
@@ -19,7 +18,6 @@ use dataset::sightings::stands_near;
 use perception::corroborate::Limits;
 use perception::detector::Detector;
 use perception::grid::{HEIGHT, WIDTH};
-use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
@@ -27,11 +25,13 @@ use sim::print::{COLUMNS, ROWS};
 use wire::sensor::Class;
 
 use crate::data::{Example, target};
+use crate::descent::Descent;
 use crate::harden::gradient;
 use crate::interval::wilson;
 use crate::net::Net;
 use crate::sense::Sense;
 use crate::train::FRAME;
+use crate::victim::Victim;
 use crate::views::{COLD, HEATED, SHIFTS, View};
 
 // Fixed before the first print was made.
@@ -40,15 +40,14 @@ use crate::views::{COLD, HEATED, SHIFTS, View};
 const STRENGTHS: [u8; 6] = [0, 8, 16, 32, 64, 96];
 /// The design strength.
 const DESIGN: u8 = 32;
-/// Views that a print is made on, how many of them a step looks at, steps, and what is kept of the step before.
-const MADE_ON: usize = 64;
-const BATCH: usize = 8;
-const STEPS: usize = 60;
-const MOMENTUM: f32 = 0.8;
+/// Views that a print is made on, how many of them a step looks at, and steps.
+pub(crate) const MADE_ON: usize = 64;
+pub(crate) const BATCH: usize = 8;
+pub(crate) const STEPS: usize = 60;
 /// Looks at all of a fixed few views that an attacker without weights has.
 const QUERIES: usize = 400;
 /// Views that a print is judged on.
-const JUDGED_ON: usize = 299;
+pub(crate) const JUDGED_ON: usize = 299;
 
 /// What an attacker knows.
 #[derive(Clone, Copy, PartialEq)]
@@ -71,29 +70,11 @@ struct Tally {
     heated: u32,
 }
 
-/// A model by its file and its weights.
-struct Target {
-    sha256: String,
-    net: Net,
-    stages: Stages,
-    detector: Arc<Detector>,
-}
-
-impl Target {
-    fn read(directory: &Path) -> Result<Self, Box<dyn Error>> {
-        let net = Net::new(Sense::Colour, &Device::default()).try_load_file(directory.join("detector.bpk"))?;
-        let bytes = std::fs::read(directory.join("detector.onnx"))?;
-        let sha256 = hex_digest(&bytes);
-        let detector = Arc::new(Detector::new(Model::pinned(&bytes, &sha256)?)?);
-        let thermal = Arc::new(Detector::thermal()?);
-        Ok(Target { sha256, net, stages: Stages::new(Arc::clone(&detector), thermal), detector })
-    }
-}
-
 /// Attacks `directory/detector.onnx`, with prints of its own weights, of its scores and of the weights in `other`; writes
 /// `prints.md` and the print of the design strength.
 pub(crate) fn write(directory: &Path, other: &Path, views: Option<u64>) -> Result<(), Box<dyn Error>> {
-    let (own, other) = (Target::read(directory)?, Target::read(other)?);
+    let [own, other] = [Victim::read(Sense::Colour, directory)?, Victim::read(Sense::Colour, other)?];
+    let stages = own.stages(&Arc::new(Detector::thermal()?));
     let made_on = View::some(Split::Tuning, 0, MADE_ON)?;
     let judged_on = View::some(Split::HeldOut, 20_000, views.map_or(JUDGED_ON, |views| views as usize))?;
     eprintln!("{} views rendered", made_on.len() + judged_on.len());
@@ -108,7 +89,7 @@ pub(crate) fn write(directory: &Path, other: &Path, views: Option<u64>) -> Resul
             Knows::OtherWeights => by_weights(&other.net, &made_on, strength)?,
             Knows::Weights => by_weights(&own.net, &made_on, strength)?,
         };
-        let row = row(knows, strength, &judge(&own, &judged_on, &print)?);
+        let row = row(knows, strength, &judge(&own, &stages, &judged_on, &print)?);
         eprint!("{row}");
         rows += &row;
         if (knows, strength) == (Knows::Weights, DESIGN) {
@@ -126,34 +107,28 @@ fn by_weights(net: &Net, views: &[View], strength: u8) -> Result<Vec<f32>, Box<d
     let device = Device::default().autodiff();
     let mut rng = ChaCha8Rng::seed_from_u64(u64::from(strength));
     let bound = f32::from(strength);
-    let (mut shifts, mut pace) = (vec![0.0; SHIFTS], vec![0.0_f32; SHIFTS]);
+    let mut descent = Descent::new(vec![0.0; SHIFTS], -bound, bound);
     for step in 0..STEPS {
         let some: Vec<&View> = (0..BATCH).map(|_| &views[rng.next_u32() as usize % views.len()]).collect();
-        let planes = some.iter().flat_map(|view| view.planes(&shifts)).collect();
+        let planes = some.iter().flat_map(|view| view.planes(&descent.values)).collect();
         let targets = some.iter().map(|view| target(&claimed(view), false)).collect();
         let gradients = gradient(net, planes, targets, &device)?;
         let mut sum = vec![0.0; SHIFTS];
         some.iter().zip(gradients.chunks_exact(FRAME)).for_each(|(view, of)| view.back(of, &mut sum));
-        let size = sum.iter().map(|v| v.abs()).sum::<f32>().max(f32::MIN_POSITIVE) / SHIFTS as f32;
-        // Large steps first, to cross from one end to the other; small ones to settle.
-        let length = bound * 0.25 * (1.0 - step as f32 / STEPS as f32);
-        for ((shift, pace), sum) in shifts.iter_mut().zip(&mut pace).zip(sum) {
-            *pace = MOMENTUM * *pace + sum / size;
-            *shift = (*shift - length * pace.clamp(-1.0, 1.0)).clamp(-bound, bound);
-        }
+        descent.step(&sum, 1.0 - step as f32 / STEPS as f32);
     }
-    Ok(shifts)
+    Ok(descent.values)
 }
 
 /// What the view's labels would be if its decoys were vehicles.
-fn claimed(view: &View) -> Example {
+pub(crate) fn claimed(view: &View) -> Example {
     let (mut labels, ignored): (Vec<_>, Vec<_>) = view.plain.frame.labels.iter().copied().partition(counts);
     labels.iter_mut().filter(|label| label.class == Class::Decoy).for_each(|label| label.class = Class::Vehicle);
     Example { image: Vec::new(), labels, ignored }
 }
 
 /// Rectangles of fields at one end of the bound or the other, kept if the scores say that it helps.
-fn by_scores(target: &Target, views: &[View], strength: u8) -> Result<Vec<f32>, Box<dyn Error>> {
+fn by_scores(target: &Victim, views: &[View], strength: u8) -> Result<Vec<f32>, Box<dyn Error>> {
     let mut rng = ChaCha8Rng::seed_from_u64(u64::from(strength));
     let mut best = at_random(strength);
     let mut most = f32::MIN;
@@ -180,7 +155,7 @@ fn by_scores(target: &Target, views: &[View], strength: u8) -> Result<Vec<f32>, 
 }
 
 /// By how much the best vehicle where the decoy is outdoes the best decoy, permille.
-fn margin(target: &Target, view: &View, shifts: &[f32]) -> Result<f32, Box<dyn Error>> {
+fn margin(target: &Victim, view: &View, shifts: &[f32]) -> Result<f32, Box<dyn Error>> {
     let planes = view.planes(shifts);
     let byte = |k: usize| libm::roundf(planes[(k % 3) * HEIGHT * WIDTH + k / 3] * 255.0) as u8;
     let rgb: Vec<u8> = (0..FRAME).map(byte).collect();
@@ -192,7 +167,7 @@ fn margin(target: &Target, view: &View, shifts: &[f32]) -> Result<f32, Box<dyn E
     Ok(best(Class::Vehicle) - best(Class::Decoy))
 }
 
-fn at_random(strength: u8) -> Vec<f32> {
+pub(crate) fn at_random(strength: u8) -> Vec<f32> {
     let mut rng = ChaCha8Rng::seed_from_u64(u64::from(strength));
     (0..SHIFTS).map(|_| if rng.next_u32() & 1 == 0 { -f32::from(strength) } else { f32::from(strength) }).collect()
 }
@@ -201,14 +176,14 @@ fn below(rng: &mut ChaCha8Rng, n: usize) -> usize {
     rng.next_u32() as usize % n
 }
 
-fn judge(target: &Target, views: &[View], print: &[f32]) -> Result<Tally, Box<dyn Error>> {
+fn judge(target: &Victim, stages: &Stages, views: &[View], print: &[f32]) -> Result<Tally, Box<dyn Error>> {
     let limits = Limits::default();
     let mut tally = Tally::default();
     for view in views {
         let [cold, heated] = [view.printed(print, COLD)?, view.printed(print, HEATED)?];
         let found = target.detector.detect(&cold.frame.rgb, limits.score)?;
         let called = |class| found.iter().any(|d| d.class == class && d.bounds.shared(&view.label.bounds) >= 0.5);
-        let stands = |frame: &Frame| stands_near(&target.stages, &limits, frame, view.label.object, Class::Vehicle);
+        let stands = |frame: &Frame| stands_near(stages, &limits, frame, view.label.object, Class::Vehicle);
         tally.views += 1;
         tally.decoy += u32::from(called(Class::Decoy));
         tally.vehicle += u32::from(called(Class::Vehicle));
@@ -237,12 +212,12 @@ fn row(knows: Knows, strength: u8, tally: &Tally) -> String {
 }
 
 /// Rows of six hexadecimal digits a field; 80 is no shift.
-fn hex(shifts: &[f32]) -> String {
+pub(crate) fn hex(shifts: &[f32]) -> String {
     let byte = |shift: &f32| format!("{:02x}", (libm::roundf(*shift) as i32 + 128) as u8);
     shifts.chunks_exact(3 * COLUMNS).map(|row| row.iter().map(byte).collect::<String>() + "\n").collect()
 }
 
-fn page(own: &Target, other: &Target, views: usize, rows: &str) -> String {
+fn page(own: &Victim, other: &Victim, views: usize, rows: &str) -> String {
     format!(
         "# Prints on a decoy, against the detector `{:.12}`\n\n\
          Written by `trainer prints`. One print of {ROWS} × {COLUMNS} fields on each side of a decoy of a vehicle's size, made on {MADE_ON} \

@@ -1,4 +1,4 @@
-//! Views of one decoy, among what else a scene has: where prints are made, and where they are judged.
+//! Views of one decoy, among what else a scene has: where prints and heat are made, and where they are judged.
 //!
 //! Scenes are drawn as for measurements, and the decoys in them are all the attacker's: of one size and coat, which it knows. What
 //! it makes is judged on other views, rendered anew with the print in the scene.
@@ -7,13 +7,17 @@ use dataset::cells::{self, Split};
 use dataset::draw;
 use dataset::example::{Example, ExampleError, counts};
 use perception::grid::{HEIGHT, WIDTH};
+use perception::thermal::{BANDS, bands};
 use sim::Label;
-use sim::print::{COLUMNS, Print, ROWS};
+use sim::print::{COLUMNS, Print, ROWS, STEPS_PER_K};
 use sim::scene::{Scene, Start};
 use wire::sensor::Class;
 
-/// Channels of all fields of a print.
-pub(crate) const SHIFTS: usize = 3 * ROWS * COLUMNS;
+use crate::train::{FRAME, paint};
+
+/// Fields of a print, and the channels of all of them.
+pub(crate) const FIELDS: usize = ROWS * COLUMNS;
+pub(crate) const SHIFTS: usize = 3 * FIELDS;
 /// The attacker's decoy: of a vehicle's size, in a coat of its own.
 const SIZE: [f32; 3] = [4.2, 1.8, 1.6];
 const COAT: [u8; 3] = [60, 80, 150];
@@ -28,6 +32,8 @@ pub(crate) struct View {
     noise: u64,
     /// With a print that changes nothing.
     pub(crate) plain: Example,
+    /// The thermal plane with all decoys as cold as the ground.
+    cold: Vec<u8>,
     /// The decoy that is judged.
     pub(crate) label: Label,
 }
@@ -48,23 +54,32 @@ impl View {
             if scene.objects.iter().all(|object| object.class != Class::Decoy) {
                 continue;
             }
-            let plain = frame(&scene, start, k, &[0.0; SHIFTS], COLD)?;
+            let plain = frame(&scene, start, k, print(&[0.0; SHIFTS]), COLD)?;
             let decoy = plain.frame.labels.iter().find(|label| label.class == Class::Decoy && counts(label)).copied();
-            views.extend(decoy.map(|label| View { scene, start, noise: k, plain, label }));
+            let Some(label) = decoy else { continue };
+            let none = print(&[0.0; SHIFTS]).and_then(|print| print.heated(vec![0; FIELDS]));
+            let cold = frame(&scene, start, k, none, COLD)?.frame.thermal;
+            views.push(View { scene, start, noise: k, plain, cold, label });
         }
         Ok(views)
     }
 
     /// The frame with this print on the decoys, and these as warm as that.
     pub(crate) fn printed(&self, shifts: &[f32], kelvin: f32) -> Result<Example, ExampleError> {
-        frame(&self.scene, self.start, self.noise, shifts, kelvin)
+        frame(&self.scene, self.start, self.noise, print(shifts), kelvin)
+    }
+
+    /// The frame with this print on the decoys, its fields so many kelvin above the ground.
+    pub(crate) fn heated(&self, shifts: &[f32], heat: &[f32]) -> Result<Example, ExampleError> {
+        let print = print(shifts).and_then(|print| print.heated(steps(heat)));
+        frame(&self.scene, self.start, self.noise, print, COLD)
     }
 
     /// The colour image in 0..1 as it should come out with this print, without rendering it anew.
     pub(crate) fn planes(&self, shifts: &[f32]) -> Vec<f32> {
         let frame = &self.plain.frame;
         let mut planes = vec![0.0; 3 * HEIGHT * WIDTH];
-        crate::train::paint(&frame.rgb, false, 1.0, &mut planes);
+        paint(&frame.rgb, false, 1.0, &mut planes);
         for (at, skin) in frame.skin.iter().enumerate() {
             let Some(skin) = skin else { continue };
             for channel in 0..3 {
@@ -75,6 +90,30 @@ impl View {
             }
         }
         planes
+    }
+
+    /// What the thermal network sees with its decoys so many kelvin above the ground, field by field, without rendering it anew.
+    pub(crate) fn felt(&self, heat: &[f32]) -> Vec<f32> {
+        let skins = self.plain.frame.skin.iter();
+        let warmer = skins.zip(self.cold.chunks_exact(2)).flat_map(|(skin, cold)| {
+            let above = skin.map_or(0.0, |skin| heat[usize::from(skin.field)] * skin.heat * 100.0);
+            ((f32::from(u16::from_le_bytes([cold[0], cold[1]])) + above) as u16).to_le_bytes()
+        });
+        felt(&warmer.collect::<Vec<u8>>())
+    }
+
+    /// From the gradient at what the thermal network saw to that at the heat, a kelvin, added to `sum`. A band that is at its end does
+    /// not change.
+    pub(crate) fn back_warm(&self, gradient: &[f32], seen: &[f32], sum: &mut [f32]) {
+        for (at, skin) in self.plain.frame.skin.iter().enumerate() {
+            let Some(skin) = skin else { continue };
+            for (band, (low, high)) in BANDS.into_iter().enumerate() {
+                let k = band * HEIGHT * WIDTH + at;
+                let changes = seen[k] > 0.0 && seen[k] < 1.0;
+                let share = if changes { 100.0 * skin.heat / (high - low) as f32 } else { 0.0 };
+                sum[usize::from(skin.field)] += gradient[k] * share;
+            }
+        }
     }
 
     /// From the gradient at the image to that at the print, added to `sum`.
@@ -88,10 +127,18 @@ impl View {
     }
 }
 
-fn frame(scene: &Scene, start: Start, noise: u64, shifts: &[f32], kelvin: f32) -> Result<Example, ExampleError> {
+/// What the thermal network sees of a plane, as planes in 0..1.
+fn felt(plane: &[u8]) -> Vec<f32> {
+    let mut planes = vec![0.0; FRAME];
+    let bands = bands(plane, WIDTH as u16, HEIGHT as u16).unwrap_or_default();
+    paint(&bands, false, 1.0, &mut planes);
+    planes
+}
+
+fn frame(scene: &Scene, start: Start, noise: u64, print: Option<Print>, kelvin: f32) -> Result<Example, ExampleError> {
     let mut scene = scene.clone();
     for decoy in scene.objects.iter_mut().filter(|object| object.class == Class::Decoy) {
-        (decoy.print, decoy.kelvin) = (print(shifts), kelvin);
+        (decoy.print, decoy.kelvin) = (print.clone(), kelvin);
     }
     Example::of(scene, start, noise)
 }
@@ -99,4 +146,9 @@ fn frame(scene: &Scene, start: Start, noise: u64, shifts: &[f32], kelvin: f32) -
 /// As it can be printed: whole steps.
 pub(crate) fn print(shifts: &[f32]) -> Option<Print> {
     Print::new(shifts.chunks_exact(3).map(|shift| core::array::from_fn(|c| libm::roundf(shift[c]) as i8)).collect())
+}
+
+/// Kelvin as a print's fields can be heated.
+pub(crate) fn steps(heat: &[f32]) -> Vec<u8> {
+    heat.iter().map(|kelvin| libm::roundf(kelvin * STEPS_PER_K) as u8).collect()
 }

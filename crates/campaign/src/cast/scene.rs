@@ -1,7 +1,6 @@
 //! From a scenario's world to the sim's.
 
 use sim::fidelity::Fidelity;
-use sim::print::Print;
 use sim::scene::{Disguise, Ground, Object, Scene, SceneError, Start};
 use sim::weather::Weather;
 use wire::sensor::Class;
@@ -66,7 +65,7 @@ fn object(object: &scenario::Object, (east, north): (f64, f64)) -> Object {
         kelvin: object.temperature_k.get() as f32,
         colour: object.colour,
         disguise: Disguise { paint: object.painted_as.map(class), warmth: object.warm_as.map(class) },
-        print: object.print.as_ref().and_then(|print| Print::new(print.shifts())),
+        print: object.print.as_ref().and_then(scenario::Print::cut),
         path: object.path_m.iter().map(shifted).collect(),
         heading: object.heading_rad.get() as f32,
         speed: object.speed_m_s.get() as f32,

@@ -1,4 +1,4 @@
-//! What is printed on an object, as a scenario writes it: one line of hexadecimal digits for each row of fields.
+//! What is printed on an object, as a scenario writes it: one line of hexadecimal digits for each row of fields, and one for its heat.
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
@@ -20,6 +20,24 @@ pub struct Print {
     pub strength: Whole<0, 127>,
     /// Rows from the top.
     pub rows: [Row; sim::print::ROWS],
+    /// How warm its fields are; without it the object is as warm as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heat: Option<Heat>,
+}
+
+/// How warm the fields of a print are. What bears no field is as cold as the ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Heat {
+    /// What is warmer than this above the ground is cut to it, kelvin.
+    #[serde(default = "any")]
+    pub strength_k: Whole<0, 63>,
+    /// Rows from the top.
+    pub rows: [Warm; sim::print::ROWS],
+}
+
+fn any() -> Whole<0, 63> {
+    Whole::new(63).expect("invariant: a constant within its range")
 }
 
 fn whole() -> Whole<0, 127> {
@@ -27,10 +45,14 @@ fn whole() -> Whole<0, 127> {
 }
 
 impl Print {
-    /// Row-major shifts of red, green and blue.
-    pub fn shifts(&self) -> Vec<[i8; 3]> {
+    /// As the sim takes it, each field cut to the strength.
+    pub fn cut(&self) -> Option<sim::print::Print> {
         let most = self.strength.get() as i8;
-        self.rows.iter().flat_map(|row| row.0).map(|field| field.map(|shift| shift.clamp(-most, most))).collect()
+        let cut = |field: [i8; 3]| field.map(|shift| shift.clamp(-most, most));
+        let print = sim::print::Print::new(self.rows.iter().flat_map(|row| row.0).map(cut).collect())?;
+        let Some(heat) = &self.heat else { return Some(print) };
+        let most = (heat.strength_k.get() as f32 * sim::print::STEPS_PER_K) as u8;
+        print.heated(heat.rows.iter().flat_map(|row| row.0).map(|steps| steps.min(most)).collect())
     }
 }
 
@@ -41,14 +63,29 @@ pub struct Row([[i8; 3]; COLUMNS]);
 
 impl Row {
     fn new(text: &str) -> Option<Self> {
-        let digits: Vec<u8> = text.chars().map(|c| c.to_digit(16).map(|digit| digit as u8)).collect::<Option<_>>()?;
-        let bytes: Vec<u8> =
-            digits.chunks(2).map(|pair| pair.iter().fold(0, |byte, digit| byte << 4 | digit)).collect();
+        let bytes = bytes(text)?;
         let (fields, rest) = bytes.as_chunks::<3>();
-        let whole = digits.len() == 6 * COLUMNS && rest.is_empty();
-        let fields: &[[u8; 3]; COLUMNS] = fields.try_into().ok().filter(|_| whole)?;
+        let fields: &[[u8; 3]; COLUMNS] = fields.try_into().ok().filter(|_| rest.is_empty())?;
         Some(Row(fields.map(|field| field.map(|byte| (i16::from(byte) - 128) as i8))))
     }
+}
+
+/// One row: how many quarters of a kelvin each field is warmer than the ground, from the object's end to its front, two
+/// hexadecimal digits each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Warm([u8; COLUMNS]);
+
+impl Warm {
+    fn new(text: &str) -> Option<Self> {
+        Some(Warm(bytes(text)?.try_into().ok()?))
+    }
+}
+
+/// Pairs of hexadecimal digits.
+fn bytes(text: &str) -> Option<Vec<u8>> {
+    let digits: Vec<u8> = text.chars().map(|c| c.to_digit(16).map(|digit| digit as u8)).collect::<Option<_>>()?;
+    let (pairs, rest) = digits.as_chunks::<2>();
+    rest.is_empty().then(|| pairs.iter().map(|[high, low]| high << 4 | low).collect())
 }
 
 impl<'de> Deserialize<'de> for Row {
@@ -64,6 +101,31 @@ impl Serialize for Row {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let bytes = self.0.iter().flatten().map(|shift| format!("{:02x}", i16::from(*shift) + 128));
         serializer.serialize_str(&bytes.collect::<String>())
+    }
+}
+
+impl<'de> Deserialize<'de> for Warm {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = std::borrow::Cow::<str>::deserialize(deserializer)?;
+        Warm::new(&text).ok_or_else(|| {
+            de::Error::custom(format!("a row of heat is {} hexadecimal digits, two for each field", 2 * COLUMNS))
+        })
+    }
+}
+
+impl Serialize for Warm {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(&self.0.iter().map(|steps| format!("{steps:02x}")).collect::<String>())
+    }
+}
+
+impl JsonSchema for Warm {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "PrintHeatRow".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string", "pattern": format!("^[0-9a-fA-F]{{{}}}$", 2 * COLUMNS) })
     }
 }
 
@@ -91,6 +153,12 @@ mod tests {
             [&text[1..], &text[6..], "", &text.replace('f', "g"), &format!("{text}80"), &text.replace("80", "é0")]
         {
             assert_eq!(Row::new(wrong), None, "{wrong}");
+        }
+        let text = "0078ff10".repeat(COLUMNS / 4);
+        let row = Warm::new(&text).unwrap();
+        assert_eq!((row.0[1], serde_json::to_value(&row).unwrap()), (120, serde_json::Value::String(text.clone())));
+        for wrong in [&text[1..], &text[2..], "", &text.replace('f', "g"), &format!("{text}80")] {
+            assert_eq!(Warm::new(wrong), None, "{wrong}");
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::print;
 use crate::render::Skin;
 use crate::scene::Object;
 use crate::sensor::camera::{Pixel, REACH, Sweep};
-use crate::sensor::covered;
+use crate::sensor::{covered, thermal};
 use crate::terrain::{lattice, smooth};
 use crate::weather::Weather;
 use crate::world::{Hit, Placement, Surface, World};
@@ -113,8 +113,8 @@ fn lit(paint: [f32; 3], hit: &Hit, weather: &Weather) -> [f32; 3] {
     core::array::from_fn(|c| (paint[c] * light * through + SKY[c] * (1.0 - through)) * weather.brightness())
 }
 
-/// The field of its object's print that a pixel shows, and how much of a shift of that field reaches the camera: none of what
-/// bears no print. Between black and white, where a print is not cut off, this is all that it does.
+/// The field of its object's print that a pixel shows, and how much of a shift and of the heat of that field reach the cameras: none
+/// of what bears no print. Between black and white, where a print is not cut off, this is all that it does.
 pub(crate) fn skin(pixel: &Pixel, world: &World) -> Option<Skin> {
     let hit = pixel.hit?;
     let Surface::Object(object) = hit.surface else { return None };
@@ -123,7 +123,7 @@ pub(crate) fn skin(pixel: &Pixel, world: &World) -> Option<Skin> {
     let weather = &world.scene().weather;
     let [white, black] = [255.0, 0.0].map(|paint| lit([paint; 3], &hit, weather)[0]);
     let paint = painted(of, at).map(|channel| channel as u8);
-    Some(Skin { object, field, paint, light: (white - black) / 255.0 })
+    Some(Skin { object, field, paint, light: (white - black) / 255.0, heat: thermal::through(hit.distance, weather) })
 }
 
 /// An object, and where on it a point lies.

@@ -6,11 +6,13 @@ use wire::sensor::Class;
 
 use crate::fault::Effect;
 use crate::noise::Noise;
+use crate::print;
 use crate::scene::Object;
 use crate::sensor::camera::{Pixel, Sweep};
 use crate::sensor::covered;
 use crate::sensor::rgb::on_object;
 use crate::terrain::smooth;
+use crate::weather::Weather;
 use crate::world::{Surface, World};
 
 /// How much colder than the ground the sky is, kelvin.
@@ -51,11 +53,17 @@ fn temperature(pixel: &Pixel, world: &World) -> f32 {
         Surface::Object(id) => {
             let object = &world.scene().objects[usize::from(id.0)];
             let place = &world.placements()[usize::from(id.0)];
-            let warmth = warmth(object, on_object(object, place, pixel.point));
-            let through = contrast(hit.distance) * world.scene().weather.warmth(hit.distance);
-            ambient + (object.kelvin - ambient) * warmth * through
+            let at = on_object(object, place, pixel.point);
+            let heated = object.print.as_ref().and_then(|print| print.warmth(print::field(at)));
+            let above = heated.unwrap_or_else(|| (object.kelvin - ambient) * warmth(object, at));
+            ambient + above * through(hit.distance, &world.scene().weather)
         }
     }
+}
+
+/// Share of a temperature above ambient that reaches the camera from so many metres.
+pub(crate) fn through(metres: f32, weather: &Weather) -> f32 {
+    contrast(metres) * weather.warmth(metres)
 }
 
 /// Share of the object's temperature above ambient that shows at a point of its skin.
