@@ -109,6 +109,20 @@ fn a_print_on_a_heated_inflatable_is_acted_on_and_without_the_print_nobody_takes
     assert!(plain.verdict.receipt && !authority(&plain));
 }
 
+/// Made against detector, thermal stage and corroboration at once (`trainer joint`). What is left of the bounds of temperature
+/// holds: a vehicle's warmest part is at least 300 K, 12 above this ground.
+#[test]
+fn a_print_in_colour_and_warmth_is_acted_on_and_at_ten_kelvin_above_the_ground_it_earns_nothing() {
+    let mut joint = shipped("rendered/decoy_joint");
+    let run = joint.run(1);
+    assert_eq!(run.verdict.outcome, Outcome::Unsafe, "{:?}", run.verdict.transitions);
+    let cooler = Settings::one("scene.object.0.print.heat.strength_k", 10.into());
+    joint.scenario = cooler.applied_to(&joint.scenario).unwrap();
+    let run = joint.run(1);
+    assert_eq!(run.verdict.outcome, Outcome::Rejected, "{:?}", run.verdict.transitions);
+    assert!(doubts(&run).contains(&Modalities::default().with(Modality::Thermal)) && !authority(&run));
+}
+
 /// The sim tells of no print, so none arrived, whatever perception looked at.
 #[test]
 fn a_print_that_the_sim_knows_nothing_of_has_no_receipt() {
