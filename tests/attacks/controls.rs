@@ -21,9 +21,11 @@ fn null_attack_trips_nothing_and_the_operator_gets_the_mission_done() {
 #[test]
 fn a_hold_brought_about_by_the_links_own_loss_is_a_false_trip() {
     let mut ready = shipped("nominal");
-    ready.scenario = ready.scenario.soak(60.0, 0.4);
-    for seed in SEEDS {
-        let verdict = ready.run(seed).verdict;
+    ready.scenario = ready.scenario.soak(60.0, 0.35);
+    let verdicts = (1..=8).map(|seed| ready.run(seed).verdict);
+    let held: Vec<_> = verdicts.filter(|v| v.transitions.iter().any(|t| t.to == "HOLD_SAFE")).collect();
+    assert!(held.len() >= 3, "loss brought about {} holds", held.len());
+    for verdict in held {
         assert_eq!(verdict.outcome, Outcome::FalseTrip, "{:?}", verdict.transitions);
         assert!(verdict.false_trips > 0 && verdict.zero.is_none());
     }

@@ -1,6 +1,6 @@
 //! Attacks composed in time: steps that wait for a mode, for traffic, for what is heard, for each other.
 
-use campaign::oracle::judge;
+use campaign::oracle::{Witnessed, judge};
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
 use holdsafe_tests::{shipped, under};
@@ -39,6 +39,34 @@ fn a_link_cut_at_arming_is_cut_then_and_the_unit_holds() {
         let cut = told(&run, "cut", true).expect("the step begins");
         assert!((50_000..60_000).contains(&(cut - armed)), "armed at {armed}, cut at {cut}");
         assert!(first(&run, Action::Drop, NodeId::RELAY_TELEMETRY).is_some_and(|at| at >= cut));
+    }
+}
+
+/// When the unit's session opened or ended, from `from` on.
+fn session(run: &Run, is: bool, from: u64) -> Option<u64> {
+    run.evidence.entries.iter().find_map(|w| match w.entry.event {
+        Event::Session { open, .. } if open == is && w.entry.node == NodeId::UNIT_A && w.at >= from => Some(w.at),
+        _ => None,
+    })
+}
+
+/// As live: who hears nothing for two seconds dials again, and the six flights of that handshake need the path like any datagram.
+#[test]
+fn a_session_that_a_long_cut_ends_comes_back_by_a_handshake_after_the_cut_and_not_through_it() {
+    /// Lengths of the two ClientHellos.
+    const HELLOS: [u16; 2] = [149, 169];
+    for run in shipped("cut_at_arming").expect(SEEDS) {
+        let (cut, over) = (told(&run, "cut", true).expect("it begins"), told(&run, "cut", false).expect("it ends"));
+        let ended = session(&run, false, cut).expect("nothing is heard");
+        assert!((1_900_000..2_000_000).contains(&(ended - cut)), "cut at {cut}, ended at {ended}");
+        let opened = session(&run, true, ended).expect("it comes back");
+        assert!((over..over + 1_200_000).contains(&opened), "over at {over}, opened at {opened}");
+        let dropped = |w: &&Witnessed| match w.entry.event {
+            Event::Attack { action: Action::Drop, length, .. } => HELLOS.contains(&length),
+            _ => false,
+        };
+        let hellos = run.evidence.entries.iter().filter(dropped).count();
+        assert!(hellos >= 8, "{hellos} of a dialler that repeats itself every quarter of a second");
     }
 }
 

@@ -128,13 +128,6 @@ pub struct DtlsListen {
     pub at: LoopbackAddr,
     /// Who we are.
     pub credential: Credential,
-    /// A session silent for this long is ended, in milliseconds.
-    #[serde(default = "default_listen_idle_ms")]
-    pub idle_ms: u64,
-}
-
-fn default_listen_idle_ms() -> u64 {
-    30_000
 }
 
 /// Keeping one DTLS session up.
@@ -147,13 +140,6 @@ pub struct DtlsDial {
     pub expect: PeerId,
     /// Who we are.
     pub credential: Credential,
-    /// A session silent for this long is ended and opened again, in milliseconds.
-    #[serde(default = "default_dial_idle_ms")]
-    pub idle_ms: u64,
-}
-
-fn default_dial_idle_ms() -> u64 {
-    2_000
 }
 
 /// Being a client of the command broker.

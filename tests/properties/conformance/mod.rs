@@ -8,7 +8,8 @@ mod stack;
 
 use link::dtls::{MAX_RECORD, REPLAY_WINDOW};
 use link::guard::SEAL;
-use link::guard::record::HEADER;
+use link::guard::hello::opens_association;
+use link::guard::record::{HEADER, Split, split};
 use wire::core::Side;
 use wire::policy::Requirement;
 
@@ -18,6 +19,8 @@ trait Association {
     fn open(guard: Requirement) -> Self;
     /// Ends it and opens it anew between the same ends.
     fn reopen(&mut self);
+    /// The datagrams that `from` sent in the newest handshake.
+    fn flights(&mut self, from: Side) -> Vec<Vec<u8>>;
     /// The datagram that `from` makes of a record; `None` when it does not take it.
     fn send(&mut self, from: Side, record: &[u8]) -> Option<Vec<u8>>;
     /// Puts a datagram in at an end; the records that come out there.
@@ -77,6 +80,48 @@ fn a_record_does_not_travel_in_the_clear<A: Association>() {
     let mut link = A::open(Requirement::Required);
     let datagram = link.send(Side::Client, &[0x5a; 64]).expect("it stands");
     assert!(!datagram.windows(8).any(|w| w == [0x5a; 8]));
+}
+
+/// Content type, epoch and length of each record, of what each side sends. Signatures and certificates differ by a few bytes.
+fn a_handshake_is_six_datagrams_of_these_records<A: Association>() {
+    const CLIENT: [&[(u8, u16, usize)]; 3] =
+        [&[(22, 0, 149)], &[(22, 0, 169)], &[(22, 0, 485), (22, 0, 91), (22, 0, 100), (20, 0, 14), (22, 1, 61)]];
+    const SERVER: [&[(u8, u16, usize)]; 3] = [
+        &[(22, 0, 48)],
+        &[(22, 0, 92), (22, 0, 486), (22, 0, 169), (22, 0, 46), (22, 0, 25)],
+        &[(20, 0, 14), (22, 1, 61)],
+    ];
+    let mut link = A::open(Requirement::Required);
+    link.reopen();
+    for (side, expected) in [(Side::Client, CLIENT), (Side::Server, SERVER)] {
+        let flights = link.flights(side);
+        assert_eq!(flights.len(), expected.len(), "{side:?}");
+        for (flight, expected) in flights.iter().zip(expected) {
+            let records: Vec<_> = split(flight)
+                .map(|piece| match piece {
+                    Split::Record(raw) => (raw.content, raw.epoch, raw.bytes.len()),
+                    Split::Remainder(bytes) => panic!("{} bytes left", bytes.len()),
+                })
+                .collect();
+            let alike =
+                |(a, b): (&(u8, u16, usize), &(u8, u16, usize))| (a.0, a.1) == (b.0, b.1) && a.2.abs_diff(b.2) <= 16;
+            let same = records.len() == expected.len() && records.iter().zip(expected).all(alike);
+            assert!(same, "{side:?}: {records:?} for {expected:?}");
+        }
+    }
+    assert!(opens_association(&link.flights(Side::Client)[0]));
+}
+
+fn a_flight_that_comes_again_after_the_handshake_is_refused_and_the_last_flight_repeated<A: Association>() {
+    let mut link = A::open(Requirement::Required);
+    let (hello, last) = (link.flights(Side::Client)[0].clone(), link.flights(Side::Server)[2].clone());
+    let (seen, refused) = link.guard(Side::Server);
+    assert_eq!(link.put(Side::Server, &hello), Vec::<Vec<u8>>::new());
+    assert_eq!(link.guard(Side::Server), (seen + 1, refused + 1));
+    let said = link.flights(Side::Server);
+    assert_eq!(said.len(), 4, "once more");
+    assert_eq!(said[3].len(), last.len());
+    assert!(link.stands());
 }
 
 fn a_record_that_is_sent_again_passes_the_guard_and_stops_at_the_replay_window<A: Association>() {
@@ -243,6 +288,8 @@ macro_rules! over_both {
 }
 
 over_both! {
+    a_handshake_is_six_datagrams_of_these_records
+    a_flight_that_comes_again_after_the_handshake_is_refused_and_the_last_flight_repeated
     a_record_arrives_once_and_whole
     a_record_beyond_the_bound_is_not_taken_and_costs_nothing
     a_record_does_not_travel_in_the_clear

@@ -11,19 +11,37 @@ pub(super) struct Model {
     association: Modelled,
     /// Seen and refused, by end.
     guards: [(u64, u64); 2],
+    /// What each end said in its handshake and after it.
+    said: [Vec<Vec<u8>>; 2],
 }
 
 impl Association for Model {
     fn open(guard: Requirement) -> Self {
         let (client, server) = ((0, SessionId(1), PeerId::UNIT_A), (1, SessionId(1), PeerId::GATEWAY));
-        let mut model = Self { association: Modelled::new(client, server, None, guard, [7; 32]), guards: [(0, 0); 2] };
+        let mut model = Self {
+            association: Modelled::new(client, server, None, guard, [7; 32]),
+            guards: [(0, 0); 2],
+            said: Default::default(),
+        };
         model.reopen();
         model
     }
 
     fn reopen(&mut self) {
-        let number = self.association.begin();
-        assert!(self.association.complete(number));
+        self.said = [vec![self.association.begin().bytes], Vec::new()];
+        let mut at = 1;
+        while let Some(datagram) = self.said[1 - at].last().cloned() {
+            let said = self.said[at].len();
+            self.arrive(at, &datagram);
+            if self.said[at].len() == said {
+                break;
+            }
+            at = 1 - at;
+        }
+    }
+
+    fn flights(&mut self, from: Side) -> Vec<Vec<u8>> {
+        self.said[from as usize].clone()
     }
 
     fn send(&mut self, from: Side, record: &[u8]) -> Option<Vec<u8>> {
@@ -31,17 +49,7 @@ impl Association for Model {
     }
 
     fn put(&mut self, at: Side, datagram: &[u8]) -> Vec<Vec<u8>> {
-        let mut delivered = Vec::new();
-        for seen in self.association.arrive(at as usize, datagram) {
-            let guard = &mut self.guards[at as usize];
-            guard.0 += 1;
-            match seen.arrival {
-                Arrival::Delivered(record) => delivered.push(record),
-                Arrival::Refused(_) => guard.1 += 1,
-                Arrival::Discarded | Arrival::Handshake | Arrival::Ended => {}
-            }
-        }
-        delivered
+        self.arrive(at as usize, datagram)
     }
 
     fn guard(&self, at: Side) -> (u64, u64) {
@@ -49,4 +57,23 @@ impl Association for Model {
     }
 
     fn wait(&mut self) {}
+}
+
+impl Model {
+    fn arrive(&mut self, at: usize, datagram: &[u8]) -> Vec<Vec<u8>> {
+        let come = self.association.arrive(at, datagram, 0);
+        let mut delivered = Vec::new();
+        for seen in come.seen {
+            let guard = &mut self.guards[at];
+            guard.0 += 1;
+            match seen.arrival {
+                Arrival::Delivered(record) => delivered.push(record),
+                Arrival::Refused(_) => guard.1 += 1,
+                Arrival::Ended => self.association.forget(at),
+                Arrival::Discarded | Arrival::Handshake => {}
+            }
+        }
+        self.said[at].extend(come.answer.map(|answer| answer.bytes));
+        delivered
+    }
 }

@@ -14,6 +14,8 @@ use super::Association;
 pub(super) struct Stack {
     parties: [Party; 2],
     pair: Pair,
+    /// What each end said in its handshake and after it.
+    said: [Vec<Vec<u8>>; 2],
 }
 
 impl Association for Stack {
@@ -28,11 +30,18 @@ impl Association for Stack {
         };
         let parties = [party(PeerId::UNIT_A, Role::Dials), party(PeerId::GATEWAY, Role::Listens)];
         let pair = handshake(&parties);
-        Self { parties, pair }
+        Self { parties, pair, said: Default::default() }
     }
 
     fn reopen(&mut self) {
         self.pair = handshake(&self.parties);
+        self.said = Default::default();
+    }
+
+    fn flights(&mut self, from: Side) -> Vec<Vec<u8>> {
+        let taken = self.pair.take(from);
+        self.said[from as usize].extend(taken);
+        self.said[from as usize].clone()
     }
 
     fn send(&mut self, from: Side, record: &[u8]) -> Option<Vec<u8>> {

@@ -175,7 +175,7 @@ impl Specs<'_> {
         for link in &self.cast.links {
             if link.server == node {
                 let credential = self.credential(node)?;
-                spec.listen = Some(DtlsListen { at: LoopbackAddr::on_port(0), credential, idle_ms: 30_000 });
+                spec.listen = Some(DtlsListen { at: LoopbackAddr::on_port(0), credential });
             }
             if link.client == node {
                 let remote = if link.relayed {
@@ -185,7 +185,7 @@ impl Specs<'_> {
                 };
                 let server = self.cast.members.iter().find(|m| m.node() == link.server);
                 let expect = server.and_then(|m| m.peer).ok_or("the listening member has no certificate")?;
-                spec.dial = Some(DtlsDial { remote, expect, credential: self.credential(node)?, idle_ms: 2_000 });
+                spec.dial = Some(DtlsDial { remote, expect, credential: self.credential(node)? });
             }
         }
         if node == NodeId::INSIDER_BROKER {

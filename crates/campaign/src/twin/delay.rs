@@ -26,8 +26,8 @@ type Range = (u64, u64);
 const BUS: Range = (20, 120);
 /// One datagram over loopback, with the wake-up of its reader.
 const DATAGRAM: Range = (70, 270);
-/// A handshake with mutual certificates over loopback, relay in between.
-const HANDSHAKE: Range = (2_000, 6_000);
+/// From what calls for a flight of a handshake to that flight.
+const FLIGHT: Range = (20, 120);
 /// A publication through the broker, both legs.
 const COMMAND: Range = (300, 900);
 /// An entry on its way to the recorder.
@@ -42,7 +42,7 @@ enum Kind {
     Stage,
     Bus,
     Datagram,
-    Handshake,
+    Flight,
     Command,
 }
 
@@ -91,9 +91,9 @@ impl Delays {
         self.draw(DATAGRAM, Kind::Datagram, way, at)
     }
 
-    /// From a dialler's first flight to the end of its handshake.
-    pub fn handshake(&self, way: Way, at: Micros) -> Micros {
-        self.draw(HANDSHAKE, Kind::Handshake, way, at)
+    /// A flight of a handshake.
+    pub fn flight(&self, way: Way, at: Micros) -> Micros {
+        self.draw(FLIGHT, Kind::Flight, way, at)
     }
 
     /// Through the broker.

@@ -10,6 +10,7 @@ mod command;
 pub mod cost;
 pub mod delay;
 mod disk;
+mod flights;
 mod guard;
 pub mod holder;
 pub mod net;
@@ -27,7 +28,7 @@ use std::collections::VecDeque;
 use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Subject, Topic};
 use wire::event::GuardVerdict;
-use wire::id::{NodeId, PeerId, WorldId};
+use wire::id::{NodeId, PeerId, SessionId, WorldId};
 use wire::policy::Requirement;
 use wire::sign::{Asked, Verified};
 use wire::time::Instant;
@@ -103,8 +104,7 @@ enum Happening {
     Stranger { association: u8, bytes: Vec<u8> },
     Open(u8),
     Along(Along),
-    Complete { association: u8, number: u32 },
-    HangUp { association: u8, generation: u32 },
+    Due(sessions::Due),
     Unfinished { bytes: Vec<u8> },
     Distribute { subject: Subject, bytes: Vec<u8> },
     Connect,
@@ -399,8 +399,7 @@ impl Twin {
                 self.along(along);
                 self.enter(Stage::Engine);
             }
-            Happening::Complete { association, number } => self.complete(association, number),
-            Happening::HangUp { association, generation } => self.end_session(usize::from(association), generation),
+            Happening::Due(due) => self.come_due(due),
             Happening::Unfinished { bytes } => self.note_stranger(node, &bytes, GuardVerdict::Unfinished),
             Happening::Distribute { subject, bytes } => self.distribute(node, self.now, subject, bytes),
             Happening::Connect => self.connect(node),
@@ -494,19 +493,13 @@ impl Twin {
         match output {
             Output::Bus { topic, bytes } => self.publish_bus(node, at, topic, &bytes),
             Output::Record { session, bytes } => {
-                let end = |a: &Association| a.ends.iter().position(|e| e.node == node && e.session == session);
-                let found = self.associations.iter().enumerate().find_map(|(i, a)| end(a).map(|e| (i, e)));
-                if let Some((association, from)) = found {
-                    self.send(association, from, at, &bytes);
+                if let Some((association, end)) = self.session(node, session) {
+                    self.send(association, end, at, &bytes);
                 }
             }
             Output::Close { session } => {
-                let ours = |a: &Association| a.ends.iter().any(|e| e.node == node && e.session == session);
-                if let Some(association) = self.associations.iter().position(ours) {
-                    let at = at + self.delays.datagram(self.way(node, node), at);
-                    let generation = self.associations[association].generation();
-                    let hang_up = Happening::HangUp { association: association as u8, generation };
-                    self.queue.push(at, node, hang_up);
+                if let Some((association, end)) = self.session(node, session) {
+                    self.close(association, end, at + self.delays.datagram(self.way(node, node), at));
                 }
             }
             Output::Publish { subject, bytes } => {
@@ -541,6 +534,11 @@ impl Twin {
             // For a person.
             Output::Text { .. } => {}
         }
+    }
+
+    /// The association, and its end at `node`, that stands as `session` there.
+    fn session(&self, node: NodeIndex, session: SessionId) -> Option<(usize, usize)> {
+        self.associations.iter().enumerate().find_map(|(i, a)| Some((i, a.end_of(node, session)?)))
     }
 
     fn publish_bus(&mut self, node: NodeIndex, at: Micros, topic: Topic, bytes: &[u8]) {

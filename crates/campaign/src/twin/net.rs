@@ -6,33 +6,63 @@
 //! `docs/link-model.md` lists where they still differ, and in which direction.
 
 use link::dtls::MAX_RECORD;
-use link::guard::record::{ALERT, APPLICATION_DATA, HEADER, RawRecord, Split, split};
-use link::guard::{GuardMode, SEAL};
+use link::guard::record::{ALERT, APPLICATION_DATA, HANDSHAKE, HEADER, RawRecord, Split, split};
+use link::guard::{GuardMode, RESENDS, SEAL};
 use wire::event::GuardVerdict;
 use wire::id::{PeerId, SessionId};
 use wire::policy::Requirement;
 
-use super::queue::NodeIndex;
+use super::flights::{FLIGHTS, Flights};
+use super::queue::{Micros, NodeIndex};
 use crate::evidence::guard_verdict;
 
 /// Authentication tag of a record.
 const TAG: usize = 16;
 /// Explicit nonce in front of the ciphertext.
 const NONCE: usize = SEAL - TAG;
+/// The body of a close_notify (RFC 5246 §7.2.1): a warning, and its number.
+const CLOSE_NOTIFY: [u8; 2] = [1, 0];
+/// From one handshake's handle of a session to the next one's: more than there are associations.
+const HANDLES: u32 = 256;
 
 /// One end of an association.
 #[derive(Clone, Debug)]
 pub struct End {
     /// Which node.
     pub node: NodeIndex,
-    /// Its handle of the session.
-    pub session: SessionId,
     /// Who it is, by its certificate.
     pub peer: PeerId,
+    /// Its handle of the first session.
+    first: SessionId,
+    shaking: Option<Shaking>,
+    open: Option<Open>,
+}
+
+/// A handshake under way, as one end sees it.
+#[derive(Clone, Copy, Debug)]
+struct Shaking {
+    number: u32,
+    /// The flight that is to come next; this end has sent the one before.
+    expects: u8,
+    /// Number of the next plaintext record.
+    sequence: u64,
+}
+
+/// What stands on a handshake, at one end.
+#[derive(Clone, Debug)]
+struct Open {
+    number: u32,
     send_key: [u8; 32],
+    receive_key: [u8; 32],
     sent: u64,
     highest: u64,
     seen: u64,
+    /// When a record last came out here, or it opened.
+    heard: Micros,
+    /// Number of the next plaintext record.
+    sequence: u64,
+    /// How often the last flight was repeated.
+    repeats: u32,
 }
 
 /// What became of a record at its target.
@@ -46,7 +76,8 @@ pub enum Arrival {
     Discarded,
     /// Taken for a part of a handshake.
     Handshake,
-    /// It ended the association, or the handshake that was to lead to one (a plaintext record that no guard kept out).
+    /// It ends the session, or the handshake that was to lead to one: a close_notify, or a plaintext record that no guard
+    /// kept out. The end has yet to hang up, or to give up.
     Ended,
 }
 
@@ -61,15 +92,39 @@ pub struct Seen<'a> {
     pub arrival: Arrival,
 }
 
-/// How far an association is.
+/// How far an end is, with the number of the handshake.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Standing {
-    /// There is none.
+    /// There is nothing.
     Down,
     /// A handshake is under way.
-    Handshake,
+    Shaking(u32),
     /// It carries records.
-    Open,
+    Open(u32),
+}
+
+/// What an end says in its handshake.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Spoken {
+    /// The handshake.
+    pub number: u32,
+    /// Its flight, from 0.
+    pub flight: u8,
+    /// The datagram.
+    pub bytes: Vec<u8>,
+}
+
+/// What a datagram came to.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Come<'a> {
+    /// Its records.
+    pub seen: Vec<Seen<'a>>,
+    /// The session that its end took it to belong to, if there is any.
+    pub session: Option<SessionId>,
+    /// The answer of its end.
+    pub answer: Option<Spoken>,
+    /// Whether the session opened with it.
+    pub opened: bool,
 }
 
 /// Header fields as anyone on the path can read them.
@@ -82,19 +137,21 @@ pub struct Outside {
 }
 
 /// A secure association between two nodes, possibly through a relay.
+///
+/// Each end knows only what came to it: a handshake is six flights on the wire, and the ends open one after the other. What
+/// comes to an end is taken to belong to its newest handshake, as behind a relay, which carries one client.
 #[derive(Clone, Debug)]
 pub struct Association {
-    /// The end that dialled, then the end that listened.
+    /// The end that dials, then the end that listens.
     pub ends: [End; 2],
     /// The relay in between, if any.
     pub relay: Option<NodeIndex>,
-    /// How far it is.
-    pub standing: Standing,
     /// The record filter in front of both ends.
     pub guard: Requirement,
-    generation: u32,
+    /// Handshakes begun.
+    begun: u32,
     secret: [u8; 32],
-    /// Datagrams of the dialling end, over all generations.
+    /// Datagrams of the dialling end, over all handshakes.
     dialled: u64,
 }
 
@@ -107,45 +164,61 @@ impl Association {
         guard: Requirement,
         secret: [u8; 32],
     ) -> Self {
-        let end = |(node, session, peer)| End { node, session, peer, send_key: [0; 32], sent: 0, highest: 0, seen: 0 };
-        let standing = Standing::Down;
-        Self { ends: [end(client), end(server)], relay, standing, guard, generation: 0, secret, dialled: 0 }
+        let end = |(node, first, peer)| End { node, peer, first, shaking: None, open: None };
+        Self { ends: [end(client), end(server)], relay, guard, begun: 0, secret, dialled: 0 }
     }
 
-    /// Begins a handshake and gives its number.
-    pub fn begin(&mut self) -> u32 {
-        self.generation += 1;
-        self.standing = Standing::Handshake;
-        self.generation
+    /// The dialling end begins a handshake.
+    pub fn begin(&mut self) -> Spoken {
+        self.begun += 1;
+        self.ends[0].open = None;
+        self.ends[0].shaking = Some(Shaking { number: self.begun, expects: 1, sequence: 0 });
+        self.speak(0, self.begun, 0)
     }
 
-    /// The handshake `number` comes to its end: new keys, new windows. False when it is not the one under way.
-    pub fn complete(&mut self, number: u32) -> bool {
-        if self.standing != Standing::Handshake || number != self.generation {
-            return false;
+    /// `flight` of the handshake `number` again, when the end `at` still waits for an answer to it.
+    pub fn again(&mut self, at: usize, number: u32, flight: u8) -> Option<Spoken> {
+        let waits = self.ends[at].shaking.is_some_and(|s| s.number == number && s.expects == flight + 1);
+        waits.then(|| self.speak(at, number, flight))
+    }
+
+    /// The end `at` gives up the handshake `number`; false when it is over already.
+    pub fn give_up(&mut self, at: usize, number: u32) -> bool {
+        self.ends[at].shaking.take_if(|s| s.number == number).is_some()
+    }
+
+    /// The end `at` ends the session that stands on the handshake `number`, and says so: a sealed close_notify.
+    pub fn hang_up(&mut self, at: usize, number: u32) -> Option<(SessionId, Vec<u8>)> {
+        self.ends[at].open.as_ref().filter(|open| open.number == number)?;
+        let bytes = self.record_of(at, ALERT, &CLOSE_NOTIFY)?;
+        self.ends[at].open = None;
+        Some((self.ends[at].session(number), bytes))
+    }
+
+    /// The end `at` forgets everything, as a process does that is started again.
+    pub fn forget(&mut self, at: usize) {
+        (self.ends[at].shaking, self.ends[at].open) = (None, None);
+    }
+
+    /// How far the end `at` is with its newest handshake.
+    pub fn standing(&self, at: usize) -> Standing {
+        let end = &self.ends[at];
+        match (&end.shaking, &end.open) {
+            (Some(shaking), _) => Standing::Shaking(shaking.number),
+            (None, Some(open)) => Standing::Open(open.number),
+            (None, None) => Standing::Down,
         }
-        self.standing = Standing::Open;
-        for (side, end) in self.ends.iter_mut().enumerate() {
-            let mut key = blake3::Hasher::new_keyed(&self.secret);
-            key.update(&self.generation.to_le_bytes()).update(&[side as u8]);
-            end.send_key = *key.finalize().as_bytes();
-            (end.sent, end.highest, end.seen) = (0, 0, 0);
-        }
-        true
     }
 
-    /// Which handshake it stands on.
-    pub fn generation(&self) -> u32 {
-        self.generation
+    /// When a record last came out at the end `at`, or its session opened, if that stands on the handshake `number`.
+    pub fn heard(&self, at: usize, number: u32) -> Option<Micros> {
+        self.ends[at].open.as_ref().filter(|open| open.number == number).map(|open| open.heard)
     }
 
-    /// Ends what stands on the handshake `generation`; false when that is over already.
-    pub fn hang_up(&mut self, generation: u32) -> bool {
-        let stands = self.standing == Standing::Open && generation == self.generation;
-        if stands {
-            self.standing = Standing::Down;
-        }
-        stands
+    /// The end at `node` whose session is `session`.
+    pub fn end_of(&self, node: NodeIndex, session: SessionId) -> Option<usize> {
+        let stands = |end: &End| end.open.as_ref().is_some_and(|open| end.session(open.number) == session);
+        self.ends.iter().position(|end| end.node == node && stands(end))
     }
 
     /// Datagrams that the dialling end has sent.
@@ -156,38 +229,61 @@ impl Association {
     /// Seals a record of the end `from` into a datagram; `None` when it is longer than a record may be or there is no
     /// association to carry it.
     pub fn seal(&mut self, from: usize, plain: &[u8]) -> Option<Vec<u8>> {
-        if self.standing != Standing::Open || plain.len() > MAX_RECORD {
-            return None;
-        }
+        if plain.len() > MAX_RECORD { None } else { self.record_of(from, APPLICATION_DATA, plain) }
+    }
+
+    fn record_of(&mut self, from: usize, content: u8, plain: &[u8]) -> Option<Vec<u8>> {
+        let open = self.ends[from].open.as_mut()?;
         self.dialled += u64::from(from == 0);
-        let end = &mut self.ends[from];
-        end.sent += 1;
+        open.sent += 1;
         let mut bytes = Vec::with_capacity(HEADER + plain.len() + SEAL);
-        bytes.extend_from_slice(&[APPLICATION_DATA, 0xfe, 0xfd, 0, 1]);
-        bytes.extend_from_slice(&end.sent.to_be_bytes()[2..]);
+        bytes.extend_from_slice(&[content, 0xfe, 0xfd, 0, 1]);
+        bytes.extend_from_slice(&open.sent.to_be_bytes()[2..]);
         bytes.extend_from_slice(&((plain.len() + SEAL) as u16).to_be_bytes());
-        bytes.extend_from_slice(&end.sent.to_be_bytes());
+        bytes.extend_from_slice(&open.sent.to_be_bytes());
         bytes.extend_from_slice(plain);
-        mask(&end.send_key, end.sent, &mut bytes[HEADER + NONCE..]);
-        let tag = blake3::keyed_hash(&end.send_key, &bytes);
+        mask(&open.send_key, open.sent, &mut bytes[HEADER + NONCE..]);
+        let tag = blake3::keyed_hash(&open.send_key, &bytes);
         bytes.extend_from_slice(&tag.as_bytes()[..TAG]);
         Some(bytes)
     }
 
-    /// What the records of a datagram that reached the end `at` come to.
-    pub fn arrive<'a>(&mut self, at: usize, datagram: &'a [u8]) -> Vec<Seen<'a>> {
-        split(datagram).map(|piece| self.record(at, piece)).collect()
+    /// What a datagram that reached the end `at` at `now` comes to.
+    pub fn arrive<'a>(&mut self, at: usize, datagram: &'a [u8], now: Micros) -> Come<'a> {
+        let flight = Flights::new(&self.secret, self.begun).which(datagram);
+        if at == 1 && flight == Some(0) && self.ends[1].newest() < self.begun {
+            self.ends[1].shaking = Some(Shaking { number: self.begun, expects: 0, sequence: 0 });
+        }
+        let newest = self.ends[at].newest();
+        let flight = flight.filter(|_| newest == self.begun);
+        let complete = matches!(self.standing(at), Standing::Open(_));
+        let mut seen: Vec<Seen<'a>> =
+            split(datagram).map(|piece| self.record(at, piece, flight.is_some(), now)).collect();
+        let ended = seen.iter().position(|seen| seen.arrival == Arrival::Ended);
+        let behind = ended.map_or(&mut [][..], |ended| &mut seen[ended + 1..]);
+        behind
+            .iter_mut()
+            .filter(|seen| !matches!(seen.arrival, Arrival::Refused(_)))
+            .for_each(|s| s.arrival = Arrival::Discarded);
+        let whole = seen.iter().all(|seen| seen.arrival == Arrival::Handshake);
+        let (answer, opened) = match flight.filter(|_| whole && !complete) {
+            Some(flight) => self.advance(at, flight, now),
+            None => (if complete && asks(datagram) { self.repeat_last(at) } else { None }, false),
+        };
+        Come { seen, session: (newest > 0).then(|| self.ends[at].session(newest)), answer, opened }
     }
 
-    fn record<'a>(&mut self, at: usize, piece: Split<'a>) -> Seen<'a> {
+    fn record<'a>(&mut self, at: usize, piece: Split<'a>, of_flight: bool, now: Micros) -> Seen<'a> {
+        let end = &self.ends[at];
         let (raw, verdict) = match piece {
             Split::Remainder(bytes) => (RawRecord::unframed(bytes), GuardVerdict::Malformed),
-            Split::Record(raw) if self.standing == Standing::Down => (raw, GuardVerdict::Stranger),
-            Split::Record(raw) => (raw, judge(&raw, self.guard, self.standing == Standing::Open)),
+            Split::Record(raw) if end.newest() == 0 => (raw, GuardVerdict::Stranger),
+            Split::Record(raw) => (raw, judge(&raw, self.guard, end.shaking.is_none())),
         };
         let arrival = match verdict {
-            GuardVerdict::Passed if raw.epoch == 0 => self.plaintext(&raw),
-            GuardVerdict::Passed => self.authenticate(at, &raw),
+            GuardVerdict::Passed if of_flight && end.shaking.is_some() => Arrival::Handshake,
+            GuardVerdict::Passed if raw.epoch == 0 => plaintext(&raw),
+            GuardVerdict::Passed => self.authenticate(at, &raw, now),
             GuardVerdict::Plaintext
             | GuardVerdict::Malformed
             | GuardVerdict::Stranger
@@ -197,32 +293,100 @@ impl Association {
         Seen { outside: Outside { epoch: raw.epoch, sequence: raw.sequence }, bytes: raw.bytes, arrival }
     }
 
-    /// A plaintext record that the guard let pass: alerts and data end what there is, a handshake's records do not.
-    fn plaintext(&mut self, raw: &RawRecord<'_>) -> Arrival {
-        if matches!(raw.content, ALERT | APPLICATION_DATA) {
-            self.standing = Standing::Down;
+    fn authenticate(&mut self, at: usize, raw: &RawRecord<'_>, now: Micros) -> Arrival {
+        let end = &mut self.ends[at];
+        let Some(open) = end.open.as_mut().filter(|_| end.shaking.is_none()) else { return Arrival::Discarded };
+        if raw.epoch != 1 || raw.body().len() < SEAL {
+            return Arrival::Discarded;
+        }
+        let (signed, tag) = raw.bytes.split_at(raw.bytes.len() - TAG);
+        let expected = blake3::keyed_hash(&open.receive_key, signed);
+        if expected.as_bytes()[..TAG] != *tag || !open.first_sight(raw.sequence) {
+            return Arrival::Discarded;
+        }
+        if raw.content == ALERT {
             return Arrival::Ended;
         }
-        Arrival::Handshake
+        open.heard = now;
+        let mut plain = signed[HEADER + NONCE..].to_vec();
+        mask(&open.receive_key, raw.sequence, &mut plain);
+        Arrival::Delivered(plain)
     }
 
-    fn authenticate(&mut self, at: usize, raw: &RawRecord<'_>) -> Arrival {
-        let key = self.ends[1 - at].send_key;
-        let datagram = raw.bytes;
-        if self.standing != Standing::Open || raw.epoch != 1 || raw.body().len() < SEAL {
-            return Arrival::Discarded;
+    /// A flight of the handshake under way came whole to the end `at`: its answer, and whether the session opens with it.
+    fn advance(&mut self, at: usize, flight: u8, now: Micros) -> (Option<Spoken>, bool) {
+        let Some(shaking) = self.ends[at].shaking.as_mut() else { return (None, false) };
+        let number = shaking.number;
+        // What asks for a cookie is not repeated by itself, but once for each first hello.
+        let again = flight == 0 && shaking.expects == 2;
+        if flight != shaking.expects && !again {
+            return (None, false);
         }
-        let (signed, tag) = datagram.split_at(datagram.len() - TAG);
-        if blake3::keyed_hash(&key, signed).as_bytes()[..TAG] != *tag || !self.ends[at].first_sight(raw.sequence) {
-            return Arrival::Discarded;
+        shaking.expects = flight + 2;
+        let opens = flight + 2 >= FLIGHTS;
+        if opens {
+            self.open(at, now);
         }
-        let mut plain = signed[HEADER + NONCE..].to_vec();
-        mask(&key, raw.sequence, &mut plain);
-        Arrival::Delivered(plain)
+        ((flight + 1 < FLIGHTS).then(|| self.speak(at, number, flight + 1)), opens)
+    }
+
+    /// New keys, new windows.
+    fn open(&mut self, at: usize, now: Micros) {
+        let Some(Shaking { number, sequence, .. }) = self.ends[at].shaking.take() else { return };
+        let key = |side: usize| {
+            let mut key = blake3::Hasher::new_keyed(&self.secret);
+            *key.update(&number.to_le_bytes()).update(&[side as u8]).finalize().as_bytes()
+        };
+        let (send_key, receive_key) = (key(at), key(1 - at));
+        let (sent, highest, seen, repeats) = (0, 0, 0, 0);
+        self.ends[at].open =
+            Some(Open { number, send_key, receive_key, sent, highest, seen, heard: now, sequence, repeats });
+    }
+
+    /// The flight that completed the handshake at the end `at`, once more: the other end may lack it.
+    fn repeat_last(&mut self, at: usize) -> Option<Spoken> {
+        let open = self.ends[at].open.as_mut().filter(|open| open.repeats < RESENDS)?;
+        open.repeats += 1;
+        let number = open.number;
+        Some(self.speak(at, number, FLIGHTS - 2 + at as u8))
+    }
+
+    fn speak(&mut self, at: usize, number: u32, flight: u8) -> Spoken {
+        let end = &mut self.ends[at];
+        let mut unused = 0;
+        let sequence = match (&mut end.shaking, &mut end.open) {
+            (Some(shaking), _) => &mut shaking.sequence,
+            (None, Some(open)) => &mut open.sequence,
+            (None, None) => &mut unused,
+        };
+        self.dialled += u64::from(at == 0);
+        Spoken { number, flight, bytes: Flights::new(&self.secret, number).datagram(flight, sequence) }
     }
 }
 
+/// A plaintext record of no flight that the guard let pass: alerts and data end what there is, others do not.
+fn plaintext(raw: &RawRecord<'_>) -> Arrival {
+    if matches!(raw.content, ALERT | APPLICATION_DATA) { Arrival::Ended } else { Arrival::Handshake }
+}
+
+/// Whether a plaintext handshake record stands in a datagram: to an end that has completed, a sign that its last flight was lost.
+fn asks(datagram: &[u8]) -> bool {
+    split(datagram).any(|piece| matches!(piece, Split::Record(raw) if raw.epoch == 0 && raw.content == HANDSHAKE))
+}
+
 impl End {
+    /// Its handle of the session that stands on the handshake `number`.
+    pub fn session(&self, number: u32) -> SessionId {
+        SessionId(self.first.0 + HANDLES * (number - 1))
+    }
+
+    /// Its newest handshake, or 0.
+    fn newest(&self) -> u32 {
+        self.shaking.map(|s| s.number).or(self.open.as_ref().map(|o| o.number)).unwrap_or(0)
+    }
+}
+
+impl Open {
     /// The 64-record window of RFC 6347 §4.1.2.6.
     fn first_sight(&mut self, sequence: u64) -> bool {
         if sequence > self.highest {

@@ -16,7 +16,6 @@ use wire::time::Instant;
 
 use super::assemble::core;
 use super::command::Along;
-use super::net::Standing;
 use super::queue::{Micros, NodeIndex};
 use super::{Happening, OPENS_AT, Twin};
 use crate::cast::{Member, Ordeal, OrdealKind, Turn, next_turn};
@@ -209,10 +208,8 @@ impl Twin {
             }
             Happening::Datagram { association, end: at, .. } => halted(end(*association, usize::from(*at))),
             Happening::Stranger { association, .. } => halted(end(*association, 1)),
-            Happening::Open(association) | Happening::HangUp { association, .. } => halted(end(*association, 0)),
-            Happening::Complete { association, .. } => {
-                halted(end(*association, 0)).or_else(|| halted(end(*association, 1)))
-            }
+            Happening::Open(association) => halted(end(*association, 0)),
+            Happening::Due(due) => halted(end(due.association, usize::from(due.end))),
             Happening::Distribute { .. } | Happening::Connect => halted(NodeId::BROKER),
             Happening::Along(along) => match along {
                 Along::Dial | Along::Patience(_) | Along::KeepAlive(_) | Along::Piece(_, Side::Client, _) => {
@@ -258,10 +255,12 @@ impl Twin {
         n.generation += 1;
         self.note(Event::Restarted { node: id, boot });
         for a in 0..self.associations.len() {
+            for end in [0, 1] {
+                if self.associations[a].ends[end].node == node {
+                    self.associations[a].forget(end);
+                }
+            }
             if self.associations[a].ends[0].node == node {
-                let listener = self.associations[a].ends[1].clone();
-                self.associations[a].standing = Standing::Down;
-                self.feed(listener.node, Input::Closed { session: listener.session });
                 self.queue.push(self.now + OPENS_AT, node, Happening::Open(a as u8));
             }
         }

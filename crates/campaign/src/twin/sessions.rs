@@ -1,14 +1,16 @@
-//! The telemetry link of a twin: dialling, handshakes, and what a datagram comes to at an end or at the door.
+//! The telemetry link of a twin: dialling, handshakes, silence, and what a datagram comes to at an end or at the door.
 //!
-//! The records themselves are [`super::net`]'s, what the filters note of them [`super::guard`]'s.
+//! The records themselves are [`super::net`]'s, the flights of a handshake [`super::flights`]', what the filters note of both
+//! [`super::guard`]'s.
 
 use link::guard::hello::at_the_door;
 use link::guard::record::{Split, split};
 use wire::core::{Input, Side};
 use wire::event::{Event, GuardVerdict};
 
-use super::net::{self, Arrival, Standing};
-use super::queue::{Micros, NodeIndex};
+use super::guard::STRANGER;
+use super::net::{self, Arrival, Spoken, Standing};
+use super::queue::Micros;
 use super::stopwatch::Stage;
 use super::{Happening, Twin};
 use crate::evidence::guard_verdict;
@@ -18,16 +20,50 @@ pub(super) const PAUSES: (Micros, Micros) =
     (link::dtls::dial::PAUSES.0.as_micros() as Micros, link::dtls::dial::PAUSES.1.as_micros() as Micros);
 /// How long a handshake may take: the live listener's own bound.
 const HANDSHAKE_LIMIT: Micros = link::dtls::HANDSHAKE_LIMIT.as_micros() as Micros;
+/// Time between repeats of a flight, as live.
+const FLIGHT_INTERVAL: Micros = link::dtls::FLIGHT_INTERVAL.as_micros() as Micros;
+/// Without a record for so long a session is ended, by the dialler and by the listener, as live.
+const IDLE: [Micros; 2] = [link::dtls::DIAL_IDLE.as_micros() as Micros, link::dtls::LISTEN_IDLE.as_micros() as Micros];
+/// Flights that are repeated by themselves until they are answered. The request for a cookie (1) is not, as in the library, and
+/// the last (5) is where the other end shows that it lacks it.
+const REPEATED: [u8; 4] = [0, 2, 3, 4];
+
+/// What is due for one end of an association, if the handshake of this number is still its.
+#[derive(Clone, Copy)]
+pub(super) struct Due {
+    pub(super) association: u8,
+    pub(super) end: u8,
+    number: u32,
+    what: What,
+}
+
+#[derive(Clone, Copy)]
+enum What {
+    /// A flight that was not answered.
+    Repeat(u8),
+    /// The end of its patience with a handshake.
+    GiveUp,
+    /// The end of its patience with a silent session.
+    Idle,
+    /// Its core ended the session.
+    HangUp,
+}
 
 impl Twin {
     pub(super) fn send(&mut self, association: usize, from: usize, at: Micros, plain: &[u8]) {
         self.enter(Stage::Links);
-        let a = &mut self.associations[association];
-        let sealed = a.seal(from, plain);
+        let sealed = self.associations[association].seal(from, plain);
+        self.enter(Stage::Engine);
+        if let Some(bytes) = sealed {
+            self.transmit(association, from, at, bytes);
+        }
+    }
+
+    /// A datagram leaves an end.
+    fn transmit(&mut self, association: usize, from: usize, at: Micros, bytes: Vec<u8>) {
+        let a = &self.associations[association];
         let target = a.ends[1 - from].node;
         let (source, relay) = (a.ends[from].node, a.relay);
-        self.enter(Stage::Engine);
-        let Some(bytes) = sealed else { return };
         let hop = self.delays.datagram(self.way(source, relay.unwrap_or(target)), at);
         let at = self.in_order(source, relay.unwrap_or(target), at + hop);
         match relay {
@@ -45,16 +81,17 @@ impl Twin {
     /// A datagram reached an end: guard, secure layer, core.
     pub(super) fn arrive(&mut self, association: u8, end: u8, bytes: &[u8]) {
         let (a, e) = (usize::from(association), usize::from(end));
-        let (target, session) = (self.associations[a].ends[e].node, self.associations[a].ends[e].session);
+        let target = self.associations[a].ends[e].node;
         if !self.nodes[usize::from(target)].alive {
             return;
         }
         if let Some(guard) = &mut self.guards[usize::from(target)] {
             guard.datagrams += 1;
         }
-        let handshake = self.associations[a].standing == Standing::Handshake;
         self.enter(Stage::Links);
-        for seen in self.associations[a].arrive(e, bytes) {
+        let come = self.associations[a].arrive(e, bytes, self.now);
+        let number = come.session.map_or(STRANGER, |session| session.0);
+        for seen in come.seen {
             self.enter(Stage::Links);
             let verdict = match &seen.arrival {
                 Arrival::Refused(verdict) => *verdict,
@@ -62,7 +99,7 @@ impl Twin {
                     GuardVerdict::Passed
                 }
             };
-            self.observe(target, u32::from(association), seen.outside, seen.bytes, verdict);
+            self.observe(target, number, seen.outside, seen.bytes, verdict);
             if let Some(guard) = &mut self.guards[usize::from(target)] {
                 match &seen.arrival {
                     Arrival::Delivered(_) => guard.delivered += 1,
@@ -72,14 +109,96 @@ impl Twin {
                 }
             }
             self.enter(Stage::Engine);
-            match seen.arrival {
-                Arrival::Delivered(plain) => self.feed(target, Input::Record { session, bytes: plain }),
-                Arrival::Ended if handshake => self.fail(association),
-                Arrival::Ended => self.close(a),
-                Arrival::Refused(_) | Arrival::Discarded | Arrival::Handshake => {}
+            match (seen.arrival, come.session) {
+                (Arrival::Delivered(bytes), Some(session)) => self.feed(target, Input::Record { session, bytes }),
+                (Arrival::Ended, _) => self.ended(a, e),
+                _ => {}
             }
         }
+        // The last flight leaves before the session is anybody's: what is sent on it arrives behind that flight.
+        if let Some(spoken) = come.answer {
+            self.say(a, e, spoken);
+        }
+        if come.opened {
+            self.opened(a, e);
+        }
         self.enter(Stage::Engine);
+    }
+
+    /// An end sends a flight, and waits for its answer where it has to come.
+    fn say(&mut self, a: usize, e: usize, spoken: Spoken) {
+        let Spoken { number, flight, bytes } = spoken;
+        let node = self.associations[a].ends[e].node;
+        let at = self.now + self.delays.flight(self.way(node, node), self.now);
+        self.transmit(a, e, at, bytes);
+        // Of the due times of repeats the first is the one that counts.
+        if flight <= 1 {
+            self.due(a, e, number, self.now + HANDSHAKE_LIMIT, What::GiveUp);
+        }
+        if REPEATED.contains(&flight) {
+            self.due(a, e, number, at + FLIGHT_INTERVAL, What::Repeat(flight));
+        }
+    }
+
+    fn due(&mut self, a: usize, e: usize, number: u32, at: Micros, what: What) {
+        let due = Due { association: a as u8, end: e as u8, number, what };
+        self.queue.push(at, self.associations[a].ends[e].node, Happening::Due(due));
+    }
+
+    /// What was due for an end comes, if it still is.
+    pub(super) fn come_due(&mut self, due: Due) {
+        let (a, e, number) = (usize::from(due.association), usize::from(due.end), due.number);
+        let association = &mut self.associations[a];
+        if !self.nodes[usize::from(association.ends[e].node)].alive {
+            return;
+        }
+        match due.what {
+            What::Repeat(flight) => {
+                if let Some(spoken) = association.again(e, number, flight) {
+                    self.say(a, e, spoken);
+                }
+            }
+            What::GiveUp => self.give_up(a, e, number),
+            What::Idle => match association.heard(e, number).map(|heard| heard + IDLE[e]) {
+                Some(end) if end > self.now => self.due(a, e, number, end, What::Idle),
+                Some(_) => self.end_session(a, e, number),
+                None => {}
+            },
+            What::HangUp => self.end_session(a, e, number),
+        }
+    }
+
+    /// The core at `e` has ended its session.
+    pub(super) fn close(&mut self, a: usize, e: usize, at: Micros) {
+        if let Standing::Open(number) = self.associations[a].standing(e) {
+            self.due(a, e, number, at, What::HangUp);
+        }
+    }
+
+    /// The session of an end is over; a dialler opens another.
+    fn end_session(&mut self, a: usize, e: usize, number: u32) {
+        let Some((session, notify)) = self.associations[a].hang_up(e, number) else { return };
+        self.transmit(a, e, self.now, notify);
+        let node = self.associations[a].ends[e].node;
+        self.feed(node, Input::Closed { session });
+        if e == 0 {
+            self.queue.push(self.now + PAUSES.0, node, Happening::Open(a as u8));
+        }
+    }
+
+    fn give_up(&mut self, a: usize, e: usize, number: u32) {
+        if self.associations[a].give_up(e, number) && e == 0 {
+            self.fail(a);
+        }
+    }
+
+    /// Something came that ends what there is at an end.
+    fn ended(&mut self, a: usize, e: usize) {
+        match self.associations[a].standing(e) {
+            Standing::Open(number) => self.end_session(a, e, number),
+            Standing::Shaking(number) => self.give_up(a, e, number),
+            Standing::Down => {}
+        }
     }
 
     /// A datagram from an address that has no association. A sound ClientHello begins a handshake that nobody goes on
@@ -111,61 +230,34 @@ impl Twin {
         self.count_stranger(target, bytes, verdict);
     }
 
-    /// The dialler's attempt: a handshake when both ends are there, else the next attempt once this one has failed.
+    /// The dialler's attempt.
     pub(super) fn open(&mut self, association: u8) {
-        let a = &mut self.associations[usize::from(association)];
-        let dialler = a.ends[0].node;
-        let up = |node: NodeIndex| self.nodes[usize::from(node)].alive;
-        let listener = a.ends[1].node;
-        if up(dialler) && up(listener) {
-            let number = a.begin();
-            let at = self.now + self.delays.handshake(self.way(dialler, listener), self.now);
-            self.queue.push(at, dialler, Happening::Complete { association, number });
-        } else {
-            self.again(association, HANDSHAKE_LIMIT);
-        }
-    }
-
-    /// A handshake has failed.
-    pub(super) fn fail(&mut self, association: u8) {
-        self.again(association, 0);
-    }
-
-    /// Dials again after a pause that doubles.
-    pub(super) fn again(&mut self, association: u8, lost: Micros) {
-        let pause = &mut self.pauses[usize::from(association)];
-        *pause = (*pause * 2).min(PAUSES.1);
-        let dialler = self.associations[usize::from(association)].ends[0].node;
-        self.queue.push(self.now + lost + *pause, dialler, Happening::Open(association));
-    }
-
-    pub(super) fn complete(&mut self, association: u8, number: u32) {
         let a = usize::from(association);
-        if !self.associations[a].complete(number) {
-            return;
-        }
-        self.pauses[a] = PAUSES.0;
-        let ends = [self.associations[a].ends[0].clone(), self.associations[a].ends[1].clone()];
-        for (own, other) in [(1, 0), (0, 1)] {
-            let peer = ends[other].peer;
-            self.note_guard(ends[own].node, Event::Associated { association: association.into(), peer });
-            let input = Input::Opened { session: ends[own].session, peer };
-            self.feed(ends[own].node, input);
+        if self.nodes[usize::from(self.associations[a].ends[0].node)].alive {
+            let spoken = self.associations[a].begin();
+            self.say(a, 0, spoken);
         }
     }
 
-    /// An end has closed its session, and the other end has been told.
-    pub(super) fn end_session(&mut self, a: usize, generation: u32) {
-        if self.associations[a].hang_up(generation) {
-            self.close(a);
-        }
+    /// The dialler's handshake has failed: again, after a pause that doubles.
+    fn fail(&mut self, a: usize) {
+        let pause = &mut self.pauses[a];
+        *pause = (*pause * 2).min(PAUSES.1);
+        let dialler = self.associations[a].ends[0].node;
+        self.queue.push(self.now + *pause, dialler, Happening::Open(a as u8));
     }
 
-    pub(super) fn close(&mut self, a: usize) {
-        let ends = [self.associations[a].ends[0].clone(), self.associations[a].ends[1].clone()];
-        for end in &ends {
-            self.feed(end.node, Input::Closed { session: end.session });
+    /// The handshake of an end is complete.
+    fn opened(&mut self, a: usize, e: usize) {
+        let association = &self.associations[a];
+        let Standing::Open(number) = association.standing(e) else { return };
+        let (end, peer) = (&association.ends[e], association.ends[1 - e].peer);
+        let (node, session) = (end.node, end.session(number));
+        if e == 0 {
+            self.pauses[a] = PAUSES.0;
         }
-        self.queue.push(self.now + PAUSES.0, ends[0].node, Happening::Open(a as u8));
+        self.due(a, e, number, self.now + IDLE[e], What::Idle);
+        self.note_guard(node, Event::Associated { association: session.0, peer });
+        self.feed(node, Input::Opened { session, peer });
     }
 }

@@ -18,10 +18,10 @@ use wire::time::Instant;
 use super::{DriveError, Senders, cannot, say};
 use crate::bus::{Domain, Publisher, Subscription};
 use crate::clock::trace_us;
-use crate::dtls::SessionHandle;
 use crate::dtls::dial::{Dialler, dial};
 use crate::dtls::listen::{Listener, listen};
 use crate::dtls::session::{SessionCounters, Settings};
+use crate::dtls::{DIAL_IDLE, LISTEN_IDLE, SessionHandle};
 use crate::guard::observe::Observation;
 use crate::instrument::{self, Frame, Instrument};
 use crate::mouth;
@@ -151,22 +151,22 @@ impl Outlets {
         let handles = Arc::new(AtomicU32::new(0));
         let counters = Arc::new(SessionCounters::default());
         let held = |credential: &Credential| Revocations::of(credential).map_err(|e| cannot("revocation list")(&e));
-        let settings = |idle_ms: u64, credential: &Credential| -> Result<Settings, DriveError> {
+        let settings = |idle: Duration, credential: &Credential| -> Result<Settings, DriveError> {
             Ok(Settings {
                 log: Some(senders.observations.clone()),
                 sessions: handles.clone(),
                 counters: counters.clone(),
-                ..Settings::new(spec.guard, Duration::from_millis(idle_ms), held(credential)?)
+                ..Settings::new(spec.guard, idle, held(credential)?)
             })
         };
         if let Some(to) = &spec.listen {
             let sessions = senders.sessions.clone();
-            let listener = listen(to.at, to.credential.clone(), settings(to.idle_ms, &to.credential)?, sessions);
+            let listener = listen(to.at, to.credential.clone(), settings(LISTEN_IDLE, &to.credential)?, sessions);
             self.listener = Some(listener.map_err(|e| cannot("dtls listener")(&e))?);
         }
         if let Some(to) = &spec.dial {
             let sessions = senders.sessions.clone();
-            let settings = settings(to.idle_ms, &to.credential)?;
+            let settings = settings(DIAL_IDLE, &to.credential)?;
             self.dialler = Some(dial(to.remote, to.credential.clone(), to.expect, settings, sessions));
         }
         if spec.listen.is_some() || spec.dial.is_some() {

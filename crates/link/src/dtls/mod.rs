@@ -42,8 +42,14 @@ pub const REPLAY_WINDOW: usize = 64;
 /// How long a handshake may take.
 pub const HANDSHAKE_LIMIT: Duration = Duration::from_secs(3);
 
+/// Without a record for so long the dialling end ends a session, and opens another.
+pub const DIAL_IDLE: Duration = Duration::from_secs(2);
+
+/// Without a record for so long the listening end ends a session.
+pub const LISTEN_IDLE: Duration = Duration::from_secs(30);
+
 /// Time between repeats of a handshake flight.
-const FLIGHT_INTERVAL: Duration = Duration::from_millis(250);
+pub const FLIGHT_INTERVAL: Duration = Duration::from_millis(250);
 
 /// Room for one datagram; the library's own buffer has this size.
 pub(crate) const DATAGRAM: usize = 8192;

@@ -30,7 +30,7 @@ use self::observe::{GuardCounters, Observation, ObservationLog, Verdict, digest}
 use self::record::{APPLICATION_DATA, CHANGE_CIPHER_SPEC, HANDSHAKE, RawRecord, Split};
 
 /// How often the last flight is repeated in one association.
-const RESENDS: u32 = 64;
+pub const RESENDS: u32 = 64;
 
 /// How many records of the next epoch may wait in the library before completion (its own queue has no bound).
 const EARLY_RECORDS: u32 = 64;

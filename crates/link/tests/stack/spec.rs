@@ -19,7 +19,7 @@ fn spec() -> ServiceSpec {
         publishers: 2,
     });
     let remote = LoopbackAddr::on_port(5684);
-    spec.dial = Some(DtlsDial { remote, expect: PeerId::GATEWAY, credential: credential.clone(), idle_ms: 2_000 });
+    spec.dial = Some(DtlsDial { remote, expect: PeerId::GATEWAY, credential: credential.clone() });
     let subscribe = vec![Subject::Command(UnitId::A)];
     let expect = PeerId::from_name("broker").unwrap();
     spec.mqtt = Some(MqttDial { remote, own: PeerId::UNIT_A, expect, credential, subscribe, on_demand: false });
