@@ -28,6 +28,9 @@ const BUS: Range = (20, 120);
 const DATAGRAM: Range = (70, 270);
 /// From what calls for a flight of a handshake to that flight.
 const FLIGHT: Range = (20, 120);
+/// From the start of the run to a dialler's first attempt: who starts when is chance, and with it the phase of the gateway's
+/// grants, which it sends each tenth of a second from its first session on.
+const START: Range = (20_000, 119_999);
 /// A publication through the broker, both legs.
 const COMMAND: Range = (300, 900);
 /// An entry on its way to the recorder.
@@ -43,6 +46,7 @@ enum Kind {
     Bus,
     Datagram,
     Flight,
+    Start,
     Command,
 }
 
@@ -94,6 +98,11 @@ impl Delays {
     /// A flight of a handshake.
     pub fn flight(&self, way: Way, at: Micros) -> Micros {
         self.draw(FLIGHT, Kind::Flight, way, at)
+    }
+
+    /// A dialler's first attempt, from the start of the run.
+    pub fn start(&self, way: Way) -> Micros {
+        self.draw(START, Kind::Start, way, 0)
     }
 
     /// Through the broker.

@@ -52,7 +52,7 @@ use crate::cue::{Cue, Watch};
 use crate::evidence::{Logged, by_recorder};
 use crate::sights::Claims;
 
-/// When associations are set up.
+/// From the start of a process to its first dial.
 const OPENS_AT: Micros = 20_000;
 /// How long after the relays have ended something they passed may still be under way.
 const UNDER_WAY: Micros = 50_000;
@@ -225,8 +225,9 @@ impl Twin {
             stopwatch: None,
         };
         for association in 0..twin.associations.len() {
-            let dialler = twin.associations[association].ends[0].node;
-            twin.queue.push(OPENS_AT, dialler, Happening::Open(association as u8));
+            let [dialler, listener] = [0, 1].map(|end| twin.associations[association].ends[end].node);
+            let at = twin.delays.start(twin.way(dialler, listener));
+            twin.queue.push(at, dialler, Happening::Open(association as u8));
         }
         twin.open_commands();
         twin.await_ordeals();
