@@ -26,7 +26,7 @@ type Range = (u64, u64);
 const BUS: Range = (20, 120);
 /// One datagram over loopback, with the wake-up of its reader.
 const DATAGRAM: Range = (70, 270);
-/// From what calls for a flight of a handshake to that flight.
+/// From what calls for a flight of a handshake to that flight: with a relay's hops all six take 2 to 3 ms, seen live 2.
 const FLIGHT: Range = (20, 120);
 /// From the start of the run to a dialler's first attempt: who starts when is chance, and with it the phase of the gateway's
 /// grants, which it sends each tenth of a second from its first session on.

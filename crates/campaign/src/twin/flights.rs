@@ -72,21 +72,20 @@ impl Flights {
         bytes
     }
 
-    /// Which flight a datagram is, whatever the numbers of its records: all of one flight, and nothing else.
-    pub(super) fn which(&self, datagram: &[u8]) -> Option<u8> {
+    /// Which flight of the handshake `number` a datagram is, whatever the numbers of its records: all of one flight, and
+    /// nothing else.
+    pub(super) fn which(secret: &[u8; 32], number: u32, datagram: &[u8]) -> Option<u8> {
+        // Nearly all datagrams carry data, and are told apart by their first byte.
         if !matches!(datagram.first(), Some(&(HANDSHAKE | CHANGE_CIPHER_SPEC))) {
             return None;
         }
+        let flights = Self::new(secret, number);
         let bare = |piece| match piece {
             Split::Record(raw) => Some((raw.content, raw.epoch as u8, raw.body().to_vec())),
             Split::Remainder(_) => None,
         };
         let records: Vec<_> = split(datagram).map(bare).collect::<Option<_>>()?;
-        (0..FLIGHTS).find(|flight| self.lengths(*flight) == datagram.len() && self.records(*flight) == records)
-    }
-
-    fn lengths(&self, flight: u8) -> usize {
-        PARTS[usize::from(flight)].iter().map(|part| HEADER + part.length()).sum()
+        (0..FLIGHTS).find(|flight| length(*flight) == datagram.len() && flights.records(*flight) == records)
     }
 
     /// Content type, epoch and body of each record.
@@ -131,6 +130,11 @@ impl Part {
             Part::Finished(_) => (HANDSHAKE, 1, body),
         }
     }
+}
+
+/// Of a flight's datagram, bytes.
+fn length(flight: u8) -> usize {
+    PARTS[usize::from(flight)].iter().map(|part| HEADER + part.length()).sum()
 }
 
 /// The header of an unfragmented message over the first bytes of `body`.

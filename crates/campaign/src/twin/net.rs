@@ -250,7 +250,7 @@ impl Association {
 
     /// What a datagram that reached the end `at` at `now` comes to.
     pub fn arrive<'a>(&mut self, at: usize, datagram: &'a [u8], now: Micros) -> Come<'a> {
-        let flight = Flights::new(&self.secret, self.begun).which(datagram);
+        let flight = Flights::which(&self.secret, self.begun, datagram);
         if at == 1 && flight == Some(0) && self.ends[1].newest() < self.begun {
             self.ends[1].shaking = Some(Shaking { number: self.begun, expects: 0, sequence: 0 });
         }
