@@ -48,8 +48,28 @@ def printed(log, of, span):
     if since is None:
         return None
     own = next((e["event"]["class"] for e in log.of("object") if e["event"]["object"] == thing), None)
-    looks = (t for t, seen, doubt in sights(log, thing) if not doubt or seen in (aim, own))
-    return next((t for t in looks if t >= since and within(span, t)), None)
+    return next((t for t in looked(log, thing, own, aim) if t >= since and within(span, t)), None)
+
+
+def perturbed(log, aim, span):
+    """Somebody looked at something that is not what the perturbation aims at, while the sim's images bore that."""
+    turned = [(e["t_us"], e["event"]["active"]) for e in log.of("fault", by="sim") if e["event"]["kind"] == "perturbation"]
+    since = next((t for t, on in turned if on and within(span, t)), None)
+    if since is None:
+        return None
+    until = next((t for t, on in turned if not on and t > since), float("inf"))
+    seen = [t for thing, own in others(log, aim) for t in looked(log, thing, own, aim) if since <= t < until]
+    return min(seen, default=None)
+
+
+def looked(log, thing, own, aim):
+    return (t for t, seen, doubt in sights(log, thing) if not doubt or seen in (aim, own))
+
+
+def others(log, aim):
+    """What the sim says is of another class, with that."""
+    classes = {e["event"]["object"]: e["event"]["class"] for e in log.of("object")}
+    return [(thing, own) for thing, own in classes.items() if own != aim]
 
 
 def seen_through(log, zero):
@@ -59,4 +79,8 @@ def seen_through(log, zero):
             for t, seen, doubt in sights(log, of[0]):
                 if t >= zero and (doubt and seen == of[1] or what == "print" and not doubt and seen != of[1]):
                     return True
+        if what == "perturbation":
+            told = (sight for thing, _ in others(log, of) for sight in sights(log, thing))
+            if any(t >= zero and doubt == (seen == of) for t, seen, doubt in told):
+                return True
     return False

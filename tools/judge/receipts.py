@@ -4,7 +4,7 @@ Links are `links`' to look at, insiders `insiders`', what disturbs a place `plac
 that end or do not run are looked at here.
 """
 
-from disguise import disguise, printed
+from disguise import disguise, perturbed, printed
 from insiders import SENDERS, broker, feed, late, mouthed, rogue, swallowed, takeover
 from links import DATAGRAM, datagram, stream
 from log import IMAGING, OLD, planned, within
@@ -163,6 +163,7 @@ RULES = {
     "takeover": lambda log, faults, peer, span: takeover(log, peer, span),
     "disguise": lambda log, faults, of, span: disguise(log, of, span),
     "print": lambda log, faults, of, span: printed(log, of, span),
+    "perturbation": lambda log, faults, aim, span: perturbed(log, aim, span),
     "kill": lambda log, faults, node, span: killed(log, node, span),
     "suspend": lambda log, faults, node, span: suspended(log, node, span),
     "fill": lambda log, faults, node, span: filled(log, node, span),

@@ -120,7 +120,12 @@ impl Draw<'_> {
 
 /// Drawn evenly from a range.
 pub(crate) fn within(rng: &mut ChaCha8Rng, [low, high]: Range) -> f32 {
-    low + (high - low) * ((rng.next_u32() >> 8) as f32 / 16_777_216.0)
+    low + (high - low) * uniform(rng)
+}
+
+/// Drawn evenly from 0 to less than 1.
+pub fn uniform(rng: &mut ChaCha8Rng) -> f32 {
+    (rng.next_u32() >> 8) as f32 / 16_777_216.0
 }
 
 /// Between two places, metres.

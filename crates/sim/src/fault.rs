@@ -20,6 +20,8 @@ pub const MAX_FAULTS: usize = 32;
 pub const MAX_SKEW: u8 = 32;
 /// The most weak detections that one frame can be given: as many as a stage's list has room for.
 pub const MAX_CHAFF: u8 = 32;
+/// By how much of 255 a perturbation changes a byte at most.
+pub const MAX_STRENGTH: u8 = 127;
 
 /// The greatest factor on a sensor's noise, however many faults multiply it.
 const MAX_NOISE: f32 = 65_535.0;
@@ -41,6 +43,11 @@ pub enum Disturbance {
     Chaff {
         /// How many in each frame, 1 to [`MAX_CHAFF`].
         count: u8,
+    },
+    /// The scene's perturbation is added to what it shows (colour only).
+    Perturbation {
+        /// By how much of 255 a byte is changed at most, up to [`MAX_STRENGTH`].
+        strength: u8,
     },
     /// Its noise is this many times the usual.
     Noise {
@@ -129,6 +136,7 @@ impl Fault {
             Disturbance::Freeze => FaultKind::Freeze,
             Disturbance::Skew { .. } => FaultKind::Skew,
             Disturbance::Chaff { .. } => FaultKind::Chaff,
+            Disturbance::Perturbation { .. } => FaultKind::Perturbation,
             Disturbance::Noise { .. } => FaultKind::Noise,
             Disturbance::Occlusion { .. } => FaultKind::Occlusion,
             Disturbance::Drift { .. } => FaultKind::Drift,
@@ -145,6 +153,7 @@ impl Fault {
                 matches!(self.sensor, Sensor::Rgb | Sensor::Thermal) && (1..=MAX_SKEW).contains(&frames)
             }
             Disturbance::Chaff { count } => self.sensor == Sensor::Rgb && (1..=MAX_CHAFF).contains(&count),
+            Disturbance::Perturbation { strength } => self.sensor == Sensor::Rgb && strength <= MAX_STRENGTH,
             Disturbance::Noise { factor } => factor >= 1,
             Disturbance::Occlusion { permille } => is_imaging(self.sensor) && permille <= 1000,
             Disturbance::Drift { .. }
@@ -166,6 +175,8 @@ pub struct Effect {
     pub skew: u8,
     /// How many weak detections it shows besides.
     pub chaff: u8,
+    /// By how much of 255 the scene's perturbation changes what it shows at most.
+    pub perturbation: u8,
     /// Factor on its noise.
     pub noise: f32,
     /// Covered share of its view from the left, permille.
@@ -183,6 +194,7 @@ impl Effect {
         freeze: false,
         skew: 0,
         chaff: 0,
+        perturbation: 0,
         noise: 1.0,
         occluded: 0,
         displaced_mm: [0, 0],
@@ -262,6 +274,7 @@ impl Effect {
             Disturbance::Freeze => self.freeze = true,
             Disturbance::Skew { frames } => self.skew = self.skew.max(frames),
             Disturbance::Chaff { count } => self.chaff = self.chaff.saturating_add(count).min(MAX_CHAFF),
+            Disturbance::Perturbation { strength } => self.perturbation = self.perturbation.max(strength),
             Disturbance::Noise { factor } => self.noise = (self.noise * f32::from(factor)).min(MAX_NOISE),
             Disturbance::Occlusion { permille } => self.occluded = self.occluded.max(permille),
             Disturbance::Drift { east_mm_s, north_mm_s } => {

@@ -18,6 +18,7 @@ pub mod fault;
 pub mod fidelity;
 mod noise;
 mod past;
+pub mod perturbation;
 pub mod plant;
 pub mod print;
 pub mod process;

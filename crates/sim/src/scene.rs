@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 use wire::sensor::Class;
 
+use crate::perturbation::{self, Perturbation};
 use crate::print::{self, Print};
 use crate::weather::Weather;
 
@@ -54,7 +55,7 @@ pub enum SceneError {
         /// Index in the list of faults.
         index: usize,
     },
-    /// Weather or a print without the sensors that would see it.
+    /// Weather, a print or a perturbation without the sensors that would see it.
     #[error("the scene has {what}, which only rendered sensors know")]
     NeedsRendering {
         /// What it has.
@@ -149,6 +150,9 @@ pub struct Scene {
     /// Light and air.
     #[serde(default)]
     pub weather: Weather,
+    /// What faults of that kind add to colour images.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub perturbation: Option<Perturbation>,
 }
 
 impl Default for Scene {
@@ -185,6 +189,7 @@ impl Default for Scene {
             ],
             ground: Ground { seed: 1, amplitude: 0.35, wavelength: 22.0, kelvin: 288.0 },
             weather: Weather::CLEAR,
+            perturbation: None,
         }
     }
 }
@@ -202,6 +207,8 @@ impl Scene {
         within("ground.wavelength", self.ground.wavelength, 10.0, 200.0)?;
         within("ground.kelvin", self.ground.kelvin, 200.0, 350.0)?;
         self.weather.check()?;
+        let fields = perturbation::ROWS * perturbation::COLUMNS;
+        self.perturbation.iter().try_for_each(|p| count("perturbation", p.fields().len(), fields, fields))?;
         count("objects", self.objects.len(), 0, MAX_OBJECTS)?;
         self.objects.iter().try_for_each(Object::check)
     }
@@ -209,11 +216,13 @@ impl Scene {
     /// Refuses what only rendered sensors know.
     pub fn unrendered(&self) -> Result<(), SceneError> {
         let printed = self.objects.iter().any(|object| object.print.is_some());
-        match (self.weather.is_clear(), printed) {
-            (false, _) => Err(SceneError::NeedsRendering { what: "weather" }),
-            (true, true) => Err(SceneError::NeedsRendering { what: "an object with a print" }),
-            (true, false) => Ok(()),
-        }
+        let what = match (self.weather.is_clear(), printed, self.perturbation.is_some()) {
+            (false, _, _) => "weather",
+            (true, true, _) => "an object with a print",
+            (true, false, true) => "a perturbation of its images",
+            (true, false, false) => return Ok(()),
+        };
+        Err(SceneError::NeedsRendering { what })
     }
 
     /// Signed distance to the geofence in metres: positive inside.

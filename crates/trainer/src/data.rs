@@ -9,14 +9,14 @@ use dataset::example::{Example as Frame, ExampleError, counts};
 use perception::grid::{CELL, COLUMNS, ROWS, UNIT};
 use perception::thermal::bands;
 use rand_chacha::ChaCha8Rng;
-use rand_core::{RngCore, SeedableRng};
+use rand_core::SeedableRng;
 use sha2::{Digest, Sha256};
 use sim::Label;
 use wire::id::ObjectId;
 use wire::sensor::Class;
 
 use crate::sense::Sense;
-use crate::views::{SHIFTS, print, steps};
+use crate::views::{SHIFTS, print};
 
 /// Cells of the grid.
 pub(crate) const CELLS: usize = ROWS * COLUMNS;
@@ -116,14 +116,14 @@ pub(crate) fn heated(
         if matches!(object.class, Class::Vehicle | Class::Person) {
             continue;
         }
-        let mut uniform = || (rng.next_u32() >> 8) as f32 / 16_777_216.0;
+        let mut uniform = || draw::uniform(&mut rng);
         let (lot, share) = (uniform(), uniform());
         if lot < 1.0 / 3.0 {
             object.kelvin = ground + WARM_K + HOTTER_K * share;
             which.push(ObjectId(index as u16));
         } else if let Some(heat) = pool.get((share * pool.len() as f32) as usize).filter(|_| lot < 2.0 / 3.0) {
             object.kelvin = ground + heat.iter().copied().fold(0.0, f32::max);
-            object.print = print(&[0.0; SHIFTS]).and_then(|print| print.heated(steps(heat)));
+            object.print = print(&[0.0; SHIFTS], heat);
         }
     }
     Ok((Frame::of(scene, start, number)?, which))

@@ -6,9 +6,9 @@
 //! sides of an object, and how light falls on it, is not known here: that is left to the attacks that the model is judged by.
 
 use burn::tensor::{Device, Tensor, TensorData};
+use dataset::draw::uniform;
 use perception::grid::{HEIGHT, WIDTH};
 use rand_chacha::ChaCha8Rng;
-use rand_core::RngCore;
 use sim::Label;
 use sim::print::{COLUMNS, ROWS};
 use wire::sensor::Class;
@@ -81,7 +81,7 @@ struct Change {
 
 impl Change {
     fn new(example: &Example, mirrored: bool, most: u8, rng: &mut ChaCha8Rng) -> Self {
-        let mut uniform = || (rng.next_u32() >> 8) as f32 / 16_777_216.0;
+        let mut uniform = || uniform(rng);
         let (downhill, prints, share) = (uniform() < 0.5, uniform() < 0.75, uniform());
         let strength = share * f32::from(most) / 255.0 * if prints { 1.0 } else { PIXEL };
         let fields = if prints { printed(&example.labels, mirrored) } else { (0..HEIGHT * WIDTH).map(Some).collect() };

@@ -9,7 +9,7 @@ use dataset::cells::Split;
 
 use crate::joint::{Begins, descend};
 use crate::net::Net;
-use crate::prints::MADE_ON;
+use crate::shifts::MADE_ON;
 use crate::views::View;
 
 /// How many kelvin above the ground a field may be, pattern by pattern.
@@ -24,7 +24,10 @@ pub(crate) fn pool(net: &Net) -> Result<Vec<Vec<f32>>, Box<dyn Error>> {
     for heat in HEATS {
         for begins in [Begins::Even, Begins::LikeAVehicle, Begins::AtRandom(u64::from(heat))] {
             let mut last = Vec::new();
-            descend(None, Some((net, heat)), &views, begins, |_, suit| last.clone_from(&suit.heat))?;
+            descend(None, Some((net, heat)), &views, begins, |_, suit| {
+                last.clone_from(&suit.heat);
+                Ok(())
+            })?;
             pool.push(last);
         }
         pool.extend((0..RANDOM).map(|k| Begins::AtRandom(1_000 * u64::from(heat) + k).heat(f32::from(heat))));

@@ -11,6 +11,7 @@ use std::path::Path;
 
 use burn::tensor::Device;
 use dataset::cells::Split;
+use dataset::draw::uniform;
 use dataset::example::{Example as Frame, ExampleError};
 use dataset::sightings::stands_near;
 use perception::corroborate::Limits;
@@ -28,8 +29,8 @@ use crate::descent::Descent;
 use crate::harden::gradient;
 use crate::interval::wilson;
 use crate::net::Net;
-use crate::prints::{BATCH, JUDGED_ON, MADE_ON, STEPS, at_random, claimed, hex};
 use crate::sense::Sense;
+use crate::shifts::{BATCH, JUDGED_ON, MADE_ON, STEPS, at_random, claimed, hex};
 use crate::train::FRAME;
 use crate::victim::Victim;
 use crate::views::{FIELDS, SHIFTS, View, steps};
@@ -116,14 +117,14 @@ pub(crate) fn write(of: [&Path; 4], page: &Path, views: Option<u64>) -> Result<(
             Knows::OtherPair => made(&other, &made_on, strength)?,
             Knows::Nothing => {
                 let heat = Begins::AtRandom(0).heat(f32::from(strength.1));
-                Suit { shifts: at_random(strength.0), heat }
+                Suit { shifts: at_random(strength.0, SHIFTS), heat }
             }
         };
         let row = row(knows, strength, &judge(&own, &judged_on, &suit, strength)?);
         eprint!("{row}");
         rows += &row;
         if matches!(knows, Knows::Pair) && strength == DESIGN {
-            std::fs::write(page.with_extension("txt"), hex(&suit.shifts) + &warm_hex(&suit.heat))?;
+            std::fs::write(page.with_extension("txt"), hex(&suit.shifts, COLUMNS) + &warm_hex(&suit.heat))?;
         }
     }
     let text = text(&own, &other, judged_on.len(), &rows);
@@ -137,17 +138,15 @@ fn made(pair: &Pair, views: &[View], (coat, heat): (u8, u8)) -> Result<Suit, Box
     let mut best = (0, Suit { shifts: vec![0.0; SHIFTS], heat: vec![0.0; FIELDS] });
     for begins in [Begins::LikeAVehicle, Begins::Even] {
         let (colour, thermal) = (Some((&pair.colour.net, coat)), Some((&pair.thermal.net, heat)));
-        let mut error = None;
         descend(colour, thermal, views, begins, |step, suit| {
             if step >= SETTLED && step % EVERY == 0 {
-                match standing(&pair.stages, views, suit) {
-                    Ok(stand) if stand >= best.0 => best = (stand, suit.clone()),
-                    Ok(_) => {}
-                    Err(why) => error = Some(why),
+                let stand = standing(&pair.stages, views, suit)?;
+                if stand >= best.0 {
+                    best = (stand, suit.clone());
                 }
             }
+            Ok(())
         })?;
-        error.map_or(Ok(()), Err)?;
     }
     Ok(best.1)
 }
@@ -158,7 +157,7 @@ pub(crate) fn descend(
     thermal: Option<(&Net, u8)>,
     views: &[View],
     begins: Begins,
-    mut each: impl FnMut(usize, &Suit),
+    mut each: impl FnMut(usize, &Suit) -> Result<(), ExampleError>,
 ) -> Result<(), Box<dyn Error>> {
     let device = Device::default().autodiff();
     let [coat, heat] = [colour, thermal].map(|of| of.map_or(0, |(_, most)| most));
@@ -184,7 +183,7 @@ pub(crate) fn descend(
             some.iter().zip(seen).for_each(|(view, (seen, of))| view.back_warm(of, seen, &mut sum));
             warmth.step(&sum, left);
         }
-        each(step + 1, &Suit { shifts: shifts.values.clone(), heat: warmth.values.clone() });
+        each(step + 1, &Suit { shifts: shifts.values.clone(), heat: warmth.values.clone() })?;
     }
     Ok(())
 }
@@ -213,7 +212,7 @@ impl Begins {
             }
             Begins::AtRandom(seed) => {
                 let mut rng = ChaCha8Rng::seed_from_u64(seed);
-                let mut uniform = || (rng.next_u32() >> 8) as f32 / 16_777_216.0;
+                let mut uniform = || uniform(&mut rng);
                 let mut heat = vec![hottest * uniform(); FIELDS];
                 for _ in 0..6 {
                     let mut side = |most: usize| {

@@ -5,7 +5,7 @@
 //! bear heat made against it), `trainer calibrate` makes scores mean what they say. `trainer measure DIR [FRAMES]` runs both files
 //! through the pure-Rust runtime on frames that nothing was learnt from and writes their card and manifest; `trainer pixels DIR
 //! [FRAMES]` changes the image before the colour network with gradients of its own, `trainer prints DIR OTHER [VIEWS]` prints on
-//! decoys, `trainer joint` prints on them and heats them against all stages at once. Not part of the normal build: nothing depends
+//! decoys, `trainer perturbations DIR OTHER [VIEWS]` adds one pattern to every image, `trainer joint` prints on them and heats them against all stages at once. Not part of the normal build: nothing depends
 //! on this package.
 
 mod calibrate;
@@ -16,10 +16,11 @@ mod harden;
 mod heats;
 mod interval;
 mod joint;
+mod means;
 mod net;
 mod pixels;
-mod prints;
 mod sense;
+mod shifts;
 mod train;
 mod victim;
 mod views;
@@ -30,12 +31,13 @@ use std::process::ExitCode;
 use perception::model::hex_digest;
 
 use crate::card::{Round, Training};
+use crate::means::Means;
 use crate::sense::Sense;
 use crate::train::Kind;
 use crate::victim::Victim;
 
 const USAGE: &str = "usage: trainer train|refine colour|thermal DIR [STEPS] [FRAMES] | trainer harden colour|thermal DIR [STEPS] [FRAMES] \
-                     [STRENGTH] | trainer calibrate colour|thermal DIR | trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | trainer prints DIR OTHER [VIEWS] | \
+                     [STRENGTH] | trainer calibrate colour|thermal DIR | trainer measure DIR [FRAMES] | trainer pixels DIR [FRAMES] | trainer prints|perturbations DIR OTHER [VIEWS] | \
                      trainer joint COLOUR_DIR THERMAL_DIR OTHER_COLOUR_DIR OTHER_THERMAL_DIR PAGE [VIEWS]";
 /// Seed of the weights and of the batches of the first round; each that follows has the next.
 const SEED: u64 = 20_261;
@@ -79,8 +81,9 @@ fn run(arguments: &[String]) -> Result<(), Box<dyn std::error::Error>> {
         ["pixels", directory, rest @ ..] if rest.len() <= 1 => {
             pixels::write(Path::new(directory), number(rest.first())?)
         }
-        ["prints", directory, other, rest @ ..] if rest.len() <= 1 => {
-            prints::write(Path::new(directory), Path::new(other), number(rest.first())?)
+        [what @ ("prints" | "perturbations"), directory, other, rest @ ..] if rest.len() <= 1 => {
+            let means = if *what == "prints" { Means::Print } else { Means::Perturbation };
+            shifts::write(means, Path::new(directory), Path::new(other), number(rest.first())?)
         }
         ["joint", colour, thermal, other_colour, other_thermal, page, rest @ ..] if rest.len() <= 1 => {
             let of = [colour, thermal, other_colour, other_thermal].map(|directory| Path::new(*directory));

@@ -7,6 +7,7 @@ use burn::module::Module;
 use burn::optim::{AdamWConfig, GradientsParams};
 use burn::tensor::{Device, Tensor, TensorData};
 use burn_onnx::export::OnnxExporter;
+use dataset::draw::uniform;
 use perception::grid::{COLUMNS, HEIGHT, ROWS, WIDTH};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
@@ -116,7 +117,7 @@ impl<'a> Batch<'a> {
         for plane in batch.planes.chunks_exact_mut(FRAME) {
             let example = &examples[rng.next_u32() as usize % examples.len()];
             let mirrored = rng.next_u32() & 1 == 1;
-            let gain = 0.8 + 0.4 * (rng.next_u32() >> 8) as f32 / 16_777_216.0;
+            let gain = 0.8 + 0.4 * uniform(rng);
             // A temperature is what it is.
             let gain = if sense == Sense::Colour { gain } else { 1.0 };
             paint(&example.image, mirrored, gain, plane);

@@ -9,6 +9,8 @@ use dataset::example::{Example, ExampleError, counts};
 use perception::grid::{HEIGHT, WIDTH};
 use perception::thermal::{BANDS, bands};
 use sim::Label;
+use sim::fault::MAX_STRENGTH;
+use sim::perturbation::{self, Perturbation};
 use sim::print::{COLUMNS, Print, ROWS, STEPS_PER_K};
 use sim::scene::{Scene, Start};
 use wire::sensor::Class;
@@ -54,11 +56,10 @@ impl View {
             if scene.objects.iter().all(|object| object.class != Class::Decoy) {
                 continue;
             }
-            let plain = frame(&scene, start, k, print(&[0.0; SHIFTS]), COLD)?;
+            let plain = frame(&scene, start, k, print(&[0.0; SHIFTS], &[]), COLD)?;
             let decoy = plain.frame.labels.iter().find(|label| label.class == Class::Decoy && counts(label)).copied();
             let Some(label) = decoy else { continue };
-            let none = print(&[0.0; SHIFTS]).and_then(|print| print.heated(vec![0; FIELDS]));
-            let cold = frame(&scene, start, k, none, COLD)?.frame.thermal;
+            let cold = frame(&scene, start, k, print(&[0.0; SHIFTS], &[0.0; FIELDS]), COLD)?.frame.thermal;
             views.push(View { scene, start, noise: k, plain, cold, label });
         }
         Ok(views)
@@ -66,13 +67,21 @@ impl View {
 
     /// The frame with this print on the decoys, and these as warm as that.
     pub(crate) fn printed(&self, shifts: &[f32], kelvin: f32) -> Result<Example, ExampleError> {
-        frame(&self.scene, self.start, self.noise, print(shifts), kelvin)
+        frame(&self.scene, self.start, self.noise, print(shifts, &[]), kelvin)
+    }
+
+    /// The frame with this added to its image, the decoys as warm as that.
+    pub(crate) fn perturbed(&self, shifts: &[f32], kelvin: f32) -> Result<Example, ExampleError> {
+        let mut example = self.printed(&[0.0; SHIFTS], kelvin)?;
+        if let Some(pattern) = Perturbation::new(whole(shifts)) {
+            pattern.add(MAX_STRENGTH, WIDTH, &mut example.frame.rgb);
+        }
+        Ok(example)
     }
 
     /// The frame with this print on the decoys, its fields so many kelvin above the ground.
     pub(crate) fn heated(&self, shifts: &[f32], heat: &[f32]) -> Result<Example, ExampleError> {
-        let print = print(shifts).and_then(|print| print.heated(steps(heat)));
-        frame(&self.scene, self.start, self.noise, print, COLD)
+        frame(&self.scene, self.start, self.noise, print(shifts, heat), COLD)
     }
 
     /// The colour image in 0..1 as it should come out with this print, without rendering it anew.
@@ -90,6 +99,21 @@ impl View {
             }
         }
         planes
+    }
+
+    /// The colour image in 0..1 with this added to it.
+    pub(crate) fn planes_perturbed(&self, shifts: &[f32]) -> Vec<f32> {
+        let mut planes = vec![0.0; FRAME];
+        paint(&self.plain.frame.rgb, false, 1.0, &mut planes);
+        for (k, value) in planes.iter_mut().enumerate() {
+            *value = (*value + shifts[shift_at(k)] / 255.0).clamp(0.0, 1.0);
+        }
+        planes
+    }
+
+    /// From the gradient at the image to that at what is added to it, added to `sum`.
+    pub(crate) fn back_perturbed(gradient: &[f32], sum: &mut [f32]) {
+        gradient.iter().enumerate().for_each(|(k, of)| sum[shift_at(k)] += of);
     }
 
     /// What the thermal network sees with its decoys so many kelvin above the ground, field by field, without rendering it anew.
@@ -127,6 +151,11 @@ impl View {
     }
 }
 
+/// The shift that a value of the planes takes: their channel, and the field that their pixel lies in.
+fn shift_at(k: usize) -> usize {
+    3 * perturbation::field(k % (HEIGHT * WIDTH), WIDTH, HEIGHT) + k / (HEIGHT * WIDTH)
+}
+
 /// What the thermal network sees of a plane, as planes in 0..1.
 fn felt(plane: &[u8]) -> Vec<f32> {
     let mut planes = vec![0.0; FRAME];
@@ -143,9 +172,15 @@ fn frame(scene: &Scene, start: Start, noise: u64, print: Option<Print>, kelvin: 
     Example::of(scene, start, noise)
 }
 
-/// As it can be printed: whole steps.
-pub(crate) fn print(shifts: &[f32]) -> Option<Print> {
-    Print::new(shifts.chunks_exact(3).map(|shift| core::array::from_fn(|c| libm::roundf(shift[c]) as i8)).collect())
+/// As it can be printed: whole steps. Without `heat` its object is as warm as it is.
+pub(crate) fn print(shifts: &[f32], heat: &[f32]) -> Option<Print> {
+    let print = Print::new(whole(shifts))?;
+    if heat.is_empty() { Some(print) } else { print.heated(steps(heat)) }
+}
+
+/// Shifts of red, green and blue in whole steps.
+fn whole(shifts: &[f32]) -> Vec<[i8; 3]> {
+    shifts.chunks_exact(3).map(|shift| core::array::from_fn(|c| libm::roundf(shift[c]) as i8)).collect()
 }
 
 /// Kelvin as a print's fields can be heated.

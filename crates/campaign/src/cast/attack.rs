@@ -270,6 +270,7 @@ fn disturbance(kind: scenario::FaultKind, magnitude: Option<&Magnitude>) -> Dist
         scenario::FaultKind::Freeze => Disturbance::Freeze,
         scenario::FaultKind::Skew => Disturbance::Skew { frames: number(0) as u8 },
         scenario::FaultKind::Chaff => Disturbance::Chaff { count: number(0) as u8 },
+        scenario::FaultKind::Perturbation => Disturbance::Perturbation { strength: number(0) as u8 },
         scenario::FaultKind::Noise => Disturbance::Noise { factor: number(0) as u16 },
         scenario::FaultKind::Occlusion => Disturbance::Occlusion { permille: (number(0) * 1000.0) as u16 },
         scenario::FaultKind::Drift => Disturbance::Drift { east_mm_s: mm(0), north_mm_s: mm(1) },

@@ -2,10 +2,12 @@
 //!
 //! The scene is the attack, so its actor is the sim, whose truth says what stands where and what is printed on. The second
 //! witness is perception: it doubts a detection of the painted class where the object stands, or follows a track of that class
-//! there; of what is printed on, and need not look like anything else for that, a track of any class will do. Without either
-//! nobody looked, and the trial shows nothing.
+//! there; of what is printed on or seen through a perturbed image, and need not look like anything else for that, a track of any class
+//! will do. Without either nobody looked, and the trial shows nothing.
 
-use wire::event::Event;
+use std::collections::BTreeSet;
+
+use wire::event::{Event, FaultKind};
 use wire::id::{NodeId, ObjectId};
 use wire::sensor::{Camera, Class};
 
@@ -27,25 +29,60 @@ pub(super) fn receipt(evidence: &Evidence, object: ObjectId, class: Class, windo
 pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
     let told = |w: &Witnessed| w.entry.node == NodeId::SIM && w.entry.event == Event::Printed { object };
     let since = evidence.entries.iter().find(|w| told(w))?.at;
-    let own = evidence.entries.iter().find_map(|w| match w.entry.event {
-        Event::Object { object: of, class, .. } if of == object => Some(class),
+    looked(evidence, object, aim).filter(|at| *at >= since && window.has(*at)).min()
+}
+
+/// When perception first looked at an object of another class than what a perturbation aims at, while its images bore that.
+pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Option<Micros> {
+    let mut turned = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Fault { kind: FaultKind::Perturbation, active, .. } if w.entry.node == NodeId::SIM => {
+            Some((w.at, active))
+        }
         _ => None,
     });
-    let looked = |s: &Sight| !s.doubted || s.class == aim || Some(s.class) == own;
-    let seen = sights(evidence, object).filter(looked).map(|s| s.at);
-    seen.filter(|at| *at >= since && window.has(*at)).min()
+    let since = turned.find(|(at, active)| *active && window.has(*at))?.0;
+    let until = turned.find(|(_, active)| !active).map_or(Micros::MAX, |(at, _)| at);
+    let seen = others(evidence, aim).into_iter().flat_map(|object| looked(evidence, object, aim));
+    seen.filter(|at| (since..until).contains(at)).min()
+}
+
+/// When perception followed an object, or doubted that it is what it is or what it was to be taken for.
+fn looked(evidence: &Evidence, object: ObjectId, aim: Class) -> impl Iterator<Item = Micros> {
+    let own = objects(evidence).find_map(|(of, class)| (of == object).then_some(class));
+    let looked = move |s: &Sight| !s.doubted || s.class == aim || Some(s.class) == own;
+    sights(evidence, object).filter(looked).map(|s| s.at)
+}
+
+/// Objects that are not of this class.
+fn others(evidence: &Evidence, aim: Class) -> BTreeSet<ObjectId> {
+    objects(evidence).filter(|(_, class)| *class != aim).map(|(object, _)| object).collect()
+}
+
+/// What the sim says that objects are.
+fn objects(evidence: &Evidence) -> impl Iterator<Item = (ObjectId, Class)> {
+    evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::Object { object, class, .. } => Some((object, class)),
+        _ => None,
+    })
 }
 
 /// Whether perception saw through a disguise at or after `zero`: it doubted it, or followed what is printed on as something
-/// else than what the print aims at.
+/// else than what the print or the perturbation aims at.
 pub(super) fn seen_through(evidence: &Evidence, zero: Micros) -> bool {
     evidence.planned.iter().any(|plan| match plan.what {
         Planned::Disguise(object, class) => {
             sights(evidence, object).any(|s| s.at >= zero && s.class == class && s.doubted)
         }
-        Planned::Print(object, aim) => sights(evidence, object).any(|s| s.at >= zero && s.doubted == (s.class == aim)),
+        Planned::Print(object, aim) => unfooled(evidence, object, aim, zero),
+        Planned::Perturbation(aim) => {
+            others(evidence, aim).into_iter().any(|object| unfooled(evidence, object, aim, zero))
+        }
         _ => false,
     })
+}
+
+fn unfooled(evidence: &Evidence, object: ObjectId, aim: Class, zero: Micros) -> bool {
+    sights(evidence, object).any(|s| s.at >= zero && s.doubted == (s.class == aim))
 }
 
 /// What perception told of where an object is.

@@ -133,7 +133,8 @@ pub(super) fn arrived(evidence: &Evidence, kind: FaultKind, from: Micros, to: Mi
         }
         FaultKind::Freeze => within.windows(FROZEN).any(|run| run.iter().all(|s| s.fix == run[0].fix)),
         FaultKind::Noise => within.iter().filter_map(off).any(|(x, y)| x.abs().max(y.abs()) > BOUNDED * FIX_MM),
-        FaultKind::Dropout | FaultKind::Occlusion | FaultKind::Skew | FaultKind::Chaff => false,
+        FaultKind::Dropout | FaultKind::Occlusion | FaultKind::Skew => false,
+        FaultKind::Chaff | FaultKind::Perturbation => false,
     }
 }
 

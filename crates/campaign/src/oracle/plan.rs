@@ -38,6 +38,8 @@ pub enum Planned {
     Disguise(ObjectId, Class),
     /// An object was to be taken for one of this class, by what is printed on it.
     Print(ObjectId, Class),
+    /// Objects of other classes were to be taken for ones of this class, by what is added to every image.
+    Perturbation(Class),
     /// Orders of a rogue station.
     Rogue,
     /// The session of this identity at the broker was to be taken over.

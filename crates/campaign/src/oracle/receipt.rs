@@ -64,7 +64,7 @@ impl Befallen {
             FaultKind::Dropout => self.sensor != Sensor::Odometry,
             FaultKind::Freeze | FaultKind::Skew => !matches!(self.sensor, Sensor::Odometry | Sensor::Localisation),
             FaultKind::Noise | FaultKind::Occlusion | FaultKind::Drift | FaultKind::Jump => false,
-            FaultKind::TimeStep | FaultKind::TimeDrift | FaultKind::Chaff => false,
+            FaultKind::TimeStep | FaultKind::TimeDrift | FaultKind::Chaff | FaultKind::Perturbation => false,
         }
     }
 }
@@ -109,6 +109,7 @@ fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]
         Planned::Fill(node) => life::filled(evidence, node, window),
         Planned::Disguise(object, class) => disguise::receipt(evidence, object, class, window),
         Planned::Print(object, class) => disguise::printed(evidence, object, class, window),
+        Planned::Perturbation(class) => disguise::perturbed(evidence, class, window),
         Planned::Rogue => orders::receipt(evidence, window),
         Planned::Takeover(peer) => takeover::receipt(evidence, peer, window),
         Planned::Stream(deed) => stream::receipt(evidence, deed, window),

@@ -201,6 +201,9 @@ fn times(s: &Scenario) -> Vec<Finding> {
 const SKEW: (u8, u8) = (perception::content::REPEATS, sim::fault::MAX_SKEW);
 const CHAFF: (u8, u8) = (perception::CROWD as u8, sim::fault::MAX_CHAFF);
 
+/// By how much of 255 a byte may be changed.
+const STRENGTH: (u8, u8) = (0, sim::fault::MAX_STRENGTH);
+
 /// Whether this is a whole number within these.
 fn counts(number: f64, (least, most): (u8, u8)) -> bool {
     number.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&number)
@@ -214,7 +217,7 @@ fn faults(s: &Scenario) -> Vec<Finding> {
             found.push(finding(
                 &fault.at_s,
                 message,
-                "drift, jump and time are for localisation, occlusion for images, skew for colour and thermal, chaff for colour",
+                "drift, jump and time are for localisation, occlusion for images, skew for colour and thermal, chaff and perturbation for colour",
             ));
         }
         let needs = fault.kind.numbers();
@@ -243,6 +246,24 @@ fn faults(s: &Scenario) -> Vec<Finding> {
             }
             Some(at) if fault.kind == super::FaultKind::Occlusion && !(0.0..=1.0).contains(&at[0].get()) => {
                 found.push(finding(at, "not a share", "use a number from 0 to 1"));
+            }
+            Some(at) if fault.kind == super::FaultKind::Perturbation && !counts(at[0].get(), STRENGTH) => {
+                let (least, most) = STRENGTH;
+                found.push(finding(
+                    at,
+                    "no strength of a perturbation",
+                    format!("use a whole number, {least} to {most} of 255"),
+                ));
+            }
+            Some(at)
+                if fault.kind == super::FaultKind::Perturbation
+                    && s.scene.iter().all(|scene| scene.perturbation.is_none()) =>
+            {
+                found.push(finding(
+                    at,
+                    "the scene has no perturbation",
+                    "add `[perturbation]` to the scene, with `aims_at` and `rows`",
+                ));
             }
             None if needs > 0 => {
                 found.push(finding(&fault.at_s, "this kind needs a magnitude", "add `magnitude = [...]`"))

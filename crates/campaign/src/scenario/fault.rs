@@ -57,6 +57,9 @@ pub enum FaultKind {
     Skew,
     /// The colour stage finds so many weak detections in each frame: magnitude `[count]`, 12 to 32.
     Chaff,
+    /// The scene's `perturbation` is added to each colour image: magnitude `[strength]`, by how much of 255 a byte is changed at most, 0 to
+    /// 127.
+    Perturbation,
     /// More noise: magnitude `[factor]`, at least 1.
     Noise,
     /// A part of the view is hidden: magnitude `[share]`, 0 to 1.
@@ -77,7 +80,7 @@ impl FaultKind {
         match self {
             FaultKind::Dropout | FaultKind::Freeze => 0,
             FaultKind::Noise | FaultKind::Occlusion | FaultKind::TimeStep | FaultKind::TimeDrift => 1,
-            FaultKind::Skew | FaultKind::Chaff => 1,
+            FaultKind::Skew | FaultKind::Chaff | FaultKind::Perturbation => 1,
             FaultKind::Drift | FaultKind::Jump => 2,
         }
     }
@@ -87,7 +90,7 @@ impl FaultKind {
         match self {
             FaultKind::Dropout | FaultKind::Freeze | FaultKind::Noise => true,
             FaultKind::Skew => matches!(sensor, Sensor::Rgb | Sensor::Thermal),
-            FaultKind::Chaff => sensor == Sensor::Rgb,
+            FaultKind::Chaff | FaultKind::Perturbation => sensor == Sensor::Rgb,
             FaultKind::Occlusion => !matches!(sensor, Sensor::Odometry | Sensor::Localisation),
             FaultKind::Drift | FaultKind::Jump | FaultKind::TimeStep | FaultKind::TimeDrift => {
                 sensor == Sensor::Localisation

@@ -5,6 +5,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::perturbation::Perturbation;
 use super::print::Print;
 use super::value::{Extent, List, Located, Name, Radians, Real, Seconds};
 
@@ -27,6 +28,9 @@ pub struct Scene {
     /// Light and air; anything but a clear noon needs rendered sensors.
     #[serde(default)]
     pub weather: Weather,
+    /// What faults of that kind add to colour images; needs rendered sensors.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub perturbation: Option<Perturbation>,
     /// What stands and moves there.
     #[serde(default)]
     pub object: List<Object, 64>,

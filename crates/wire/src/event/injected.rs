@@ -135,6 +135,9 @@ pub enum FaultKind {
     /// Many weak detections.
     #[n(63)]
     Chaff,
+    /// A pattern over the whole image.
+    #[n(88)]
+    Perturbation,
 }
 
 /// How a process is kept from running while it lives.

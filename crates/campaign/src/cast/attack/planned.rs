@@ -17,7 +17,7 @@ pub(in crate::cast) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {
     all.broker(s);
     all.gateway(s);
     all.insiders(s);
-    s.fault.iter().for_each(|f| all.add(f, 0, Planned::Fault(sensor(f.sensor), kind(f.kind))));
+    s.fault.iter().for_each(|f| all.add(f, 0, fault(s, f)));
     s.kill.iter().for_each(|k| all.add(k, 0, process::planned(k)));
     all.plans.extend(disguises(s));
     let mut steps: Vec<_> = s.windows().into_iter().filter_map(step_name).collect();
@@ -25,6 +25,15 @@ pub(in crate::cast) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {
     steps.dedup();
     all.plans.extend(steps.into_iter().map(|step| Plan::from(Planned::Step(step))));
     all.plans
+}
+
+/// A perturbation has an aim, which its scene tells; any other fault is of a sensor and nothing else.
+fn fault(s: &Scenario, fault: &scenario::Fault) -> Planned {
+    let aim = s.scene.as_ref().and_then(|scene| scene.perturbation.as_ref()).map(|p| scene::class(p.aims_at));
+    match (kind(fault.kind), aim) {
+        (FaultKind::Perturbation, Some(aim)) => Planned::Perturbation(aim),
+        (kind, _) => Planned::Fault(sensor(fault.sensor), kind),
+    }
 }
 
 /// Objects that bear another's paint, or a print, stand there from the start.
@@ -131,6 +140,7 @@ fn kind(kind: scenario::FaultKind) -> FaultKind {
         scenario::FaultKind::Freeze => FaultKind::Freeze,
         scenario::FaultKind::Skew => FaultKind::Skew,
         scenario::FaultKind::Chaff => FaultKind::Chaff,
+        scenario::FaultKind::Perturbation => FaultKind::Perturbation,
         scenario::FaultKind::Noise => FaultKind::Noise,
         scenario::FaultKind::Occlusion => FaultKind::Occlusion,
         scenario::FaultKind::Drift => FaultKind::Drift,

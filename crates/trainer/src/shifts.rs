@@ -1,9 +1,10 @@
-//! What it takes to have a decoy taken for a vehicle by printing on it, made on one set of views and judged on another.
+//! What it takes to have a decoy taken for a vehicle by shifts of colour, printed on it or added to every image (`means`), made on one set
+//! of views and judged on another.
 //!
-//! One print serves every view, so it is made from the mean gradient of many (expectation over transformation, Athalye et al.
+//! One print or pattern serves every view, so it is made from the mean gradient of many (expectation over transformation, Athalye et al.
 //! 2018). Beside the attacker who knows the weights stand one who only sees the scores of
 //! some detections (random search over rectangles of fields, after Andriushchenko et al. 2020), one who knows another model's
-//! weights, and one who prints at random. Shape is a vehicle's throughout; the decoy is judged cold, and heated like a vehicle.
+//! weights, and one who draws at random. Shape is a vehicle's throughout; the decoy is judged cold, and heated like a vehicle.
 
 use std::error::Error;
 use std::fmt::Write as _;
@@ -21,32 +22,28 @@ use perception::grid::{HEIGHT, WIDTH};
 use perception::stages::Stages;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
-use sim::print::{COLUMNS, ROWS};
 use wire::sensor::Class;
 
 use crate::data::{Example, target};
 use crate::descent::Descent;
 use crate::harden::gradient;
 use crate::interval::wilson;
+use crate::means::Means;
 use crate::net::Net;
 use crate::sense::Sense;
 use crate::train::FRAME;
 use crate::victim::Victim;
-use crate::views::{COLD, HEATED, SHIFTS, View};
+use crate::views::{COLD, HEATED, View};
 
-// Fixed before the first print was made.
+// Fixed before the first print was made, as strengths and design strength are (`means`).
 
-/// Strengths: by how much of 255 a channel of the coat may be shifted at most.
-const STRENGTHS: [u8; 6] = [0, 8, 16, 32, 64, 96];
-/// The design strength.
-const DESIGN: u8 = 32;
-/// Views that a print is made on, how many of them a step looks at, and steps.
+/// Views that one is made on, how many of them a step looks at, and steps.
 pub(crate) const MADE_ON: usize = 64;
 pub(crate) const BATCH: usize = 8;
 pub(crate) const STEPS: usize = 60;
 /// Looks at all of a fixed few views that an attacker without weights has.
 const QUERIES: usize = 400;
-/// Views that a print is judged on.
+/// Views that it is judged on.
 pub(crate) const JUDGED_ON: usize = 299;
 
 /// What an attacker knows.
@@ -58,7 +55,7 @@ enum Knows {
     Weights,
 }
 
-/// How the decoy came out in views that the print was not made on.
+/// How the decoy came out in views that nothing was made on.
 #[derive(Clone, Copy, Default)]
 struct Tally {
     views: u32,
@@ -70,51 +67,52 @@ struct Tally {
     heated: u32,
 }
 
-/// Attacks `directory/detector.onnx`, with prints of its own weights, of its scores and of the weights in `other`; writes
-/// `prints.md` and the print of the design strength.
-pub(crate) fn write(directory: &Path, other: &Path, views: Option<u64>) -> Result<(), Box<dyn Error>> {
+/// Attacks `directory/detector.onnx`, by its own weights, by its scores and by the weights in `other`; writes a page and what is of the
+/// design strength.
+pub(crate) fn write(means: Means, directory: &Path, other: &Path, views: Option<u64>) -> Result<(), Box<dyn Error>> {
     let [own, other] = [Victim::read(Sense::Colour, directory)?, Victim::read(Sense::Colour, other)?];
     let stages = own.stages(&Arc::new(Detector::thermal()?));
     let made_on = View::some(Split::Tuning, 0, MADE_ON)?;
     let judged_on = View::some(Split::HeldOut, 20_000, views.map_or(JUDGED_ON, |views| views as usize))?;
     eprintln!("{} views rendered", made_on.len() + judged_on.len());
     let mut rows = String::new();
-    let white = STRENGTHS.map(|strength| (Knows::Weights, strength));
+    let design = means.design();
+    let white = means.strengths().map(|strength| (Knows::Weights, strength));
     for (knows, strength) in
-        white.into_iter().chain([Knows::OtherWeights, Knows::Scores, Knows::Nothing].map(|k| (k, DESIGN)))
+        white.into_iter().chain([Knows::OtherWeights, Knows::Scores, Knows::Nothing].map(|k| (k, design)))
     {
-        let print = match knows {
-            Knows::Nothing => at_random(strength),
-            Knows::Scores => by_scores(&own, &made_on[..BATCH], strength)?,
-            Knows::OtherWeights => by_weights(&other.net, &made_on, strength)?,
-            Knows::Weights => by_weights(&own.net, &made_on, strength)?,
+        let shifts = match knows {
+            Knows::Nothing => at_random(strength, means.shifts()),
+            Knows::Scores => by_scores(means, &own, &made_on[..BATCH], strength)?,
+            Knows::OtherWeights => by_weights(means, &other.net, &made_on, strength)?,
+            Knows::Weights => by_weights(means, &own.net, &made_on, strength)?,
         };
-        let row = row(knows, strength, &judge(&own, &stages, &judged_on, &print)?);
+        let row = row(means, knows, strength, &judge(means, &own, &stages, &judged_on, &shifts)?);
         eprint!("{row}");
         rows += &row;
-        if (knows, strength) == (Knows::Weights, DESIGN) {
-            std::fs::write(directory.join("print.txt"), hex(&print))?;
+        if (knows, strength) == (Knows::Weights, design) {
+            std::fs::write(directory.join(means.name()).with_extension("txt"), hex(&shifts, means.fields()[1]))?;
         }
     }
-    let text = page(&own, &other, judged_on.len(), &rows);
-    std::fs::write(directory.join("prints.md"), &text)?;
+    let text = page(means, &own, &other, judged_on.len(), &rows);
+    std::fs::write(directory.join(format!("{}s.md", means.name())), &text)?;
     println!("{text}");
     Ok(())
 }
 
 /// Downhill to labels that say vehicle, by the mean gradient of some views at each step.
-fn by_weights(net: &Net, views: &[View], strength: u8) -> Result<Vec<f32>, Box<dyn Error>> {
+fn by_weights(means: Means, net: &Net, views: &[View], strength: u8) -> Result<Vec<f32>, Box<dyn Error>> {
     let device = Device::default().autodiff();
     let mut rng = ChaCha8Rng::seed_from_u64(u64::from(strength));
     let bound = f32::from(strength);
-    let mut descent = Descent::new(vec![0.0; SHIFTS], -bound, bound);
+    let mut descent = Descent::new(vec![0.0; means.shifts()], -bound, bound);
     for step in 0..STEPS {
         let some: Vec<&View> = (0..BATCH).map(|_| &views[rng.next_u32() as usize % views.len()]).collect();
-        let planes = some.iter().flat_map(|view| view.planes(&descent.values)).collect();
+        let planes = some.iter().flat_map(|view| means.planes(view, &descent.values)).collect();
         let targets = some.iter().map(|view| target(&claimed(view), false)).collect();
         let gradients = gradient(net, planes, targets, &device)?;
-        let mut sum = vec![0.0; SHIFTS];
-        some.iter().zip(gradients.chunks_exact(FRAME)).for_each(|(view, of)| view.back(of, &mut sum));
+        let mut sum = vec![0.0; means.shifts()];
+        some.iter().zip(gradients.chunks_exact(FRAME)).for_each(|(view, of)| means.back(view, of, &mut sum));
         descent.step(&sum, 1.0 - step as f32 / STEPS as f32);
     }
     Ok(descent.values)
@@ -128,24 +126,25 @@ pub(crate) fn claimed(view: &View) -> Example {
 }
 
 /// Rectangles of fields at one end of the bound or the other, kept if the scores say that it helps.
-fn by_scores(target: &Victim, views: &[View], strength: u8) -> Result<Vec<f32>, Box<dyn Error>> {
+fn by_scores(means: Means, target: &Victim, views: &[View], strength: u8) -> Result<Vec<f32>, Box<dyn Error>> {
     let mut rng = ChaCha8Rng::seed_from_u64(u64::from(strength));
-    let mut best = at_random(strength);
+    let mut best = at_random(strength, means.shifts());
+    let [all_rows, all_columns] = means.fields();
     let mut most = f32::MIN;
     for query in 0..QUERIES {
         let mut shifts = best.clone();
-        // Ever smaller: half of the print at first, a field at the end.
+        // Ever smaller: half of all at first, a field at the end.
         let side = |of: usize| (of as f32 * 0.7 * (1.0 - query as f32 / QUERIES as f32)) as usize + 1;
-        let (rows, columns) = (side(ROWS), side(COLUMNS));
-        let (top, left) = (below(&mut rng, ROWS - rows + 1), below(&mut rng, COLUMNS - columns + 1));
+        let (rows, columns) = (side(all_rows), side(all_columns));
+        let (top, left) = (below(&mut rng, all_rows - rows + 1), below(&mut rng, all_columns - columns + 1));
         let end: [f32; 3] = core::array::from_fn(|_| if rng.next_u32() & 1 == 0 { -1.0 } else { 1.0 });
         for (row, column) in (top..top + rows).flat_map(|row| (left..left + columns).map(move |column| (row, column))) {
-            let at = 3 * (row * COLUMNS + column);
+            let at = 3 * (row * all_columns + column);
             (0..3).for_each(|c| shifts[at + c] = end[c] * f32::from(strength));
         }
         let mut score = 0.0;
         for view in views {
-            score += margin(target, view, &shifts)?;
+            score += margin(means, target, view, &shifts)?;
         }
         if score > most {
             (most, best) = (score, shifts);
@@ -155,8 +154,8 @@ fn by_scores(target: &Victim, views: &[View], strength: u8) -> Result<Vec<f32>, 
 }
 
 /// By how much the best vehicle where the decoy is outdoes the best decoy, permille.
-fn margin(target: &Victim, view: &View, shifts: &[f32]) -> Result<f32, Box<dyn Error>> {
-    let planes = view.planes(shifts);
+fn margin(means: Means, target: &Victim, view: &View, shifts: &[f32]) -> Result<f32, Box<dyn Error>> {
+    let planes = means.planes(view, shifts);
     let byte = |k: usize| libm::roundf(planes[(k % 3) * HEIGHT * WIDTH + k / 3] * 255.0) as u8;
     let rgb: Vec<u8> = (0..FRAME).map(byte).collect();
     let found = target.detector.detect(&rgb, LEAST)?;
@@ -167,20 +166,26 @@ fn margin(target: &Victim, view: &View, shifts: &[f32]) -> Result<f32, Box<dyn E
     Ok(best(Class::Vehicle) - best(Class::Decoy))
 }
 
-pub(crate) fn at_random(strength: u8) -> Vec<f32> {
+pub(crate) fn at_random(strength: u8, shifts: usize) -> Vec<f32> {
     let mut rng = ChaCha8Rng::seed_from_u64(u64::from(strength));
-    (0..SHIFTS).map(|_| if rng.next_u32() & 1 == 0 { -f32::from(strength) } else { f32::from(strength) }).collect()
+    (0..shifts).map(|_| if rng.next_u32() & 1 == 0 { -f32::from(strength) } else { f32::from(strength) }).collect()
 }
 
 fn below(rng: &mut ChaCha8Rng, n: usize) -> usize {
     rng.next_u32() as usize % n
 }
 
-fn judge(target: &Victim, stages: &Stages, views: &[View], print: &[f32]) -> Result<Tally, Box<dyn Error>> {
+fn judge(
+    means: Means,
+    target: &Victim,
+    stages: &Stages,
+    views: &[View],
+    shifts: &[f32],
+) -> Result<Tally, Box<dyn Error>> {
     let limits = Limits::default();
     let mut tally = Tally::default();
     for view in views {
-        let [cold, heated] = [view.printed(print, COLD)?, view.printed(print, HEATED)?];
+        let [cold, heated] = [means.frame(view, shifts, COLD)?, means.frame(view, shifts, HEATED)?];
         let found = target.detector.detect(&cold.frame.rgb, limits.score)?;
         let called = |class| found.iter().any(|d| d.class == class && d.bounds.shared(&view.label.bounds) >= 0.5);
         let stands = |frame: &Frame| stands_near(stages, &limits, frame, view.label.object, Class::Vehicle);
@@ -193,14 +198,14 @@ fn judge(target: &Victim, stages: &Stages, views: &[View], print: &[f32]) -> Res
     Ok(tally)
 }
 
-fn row(knows: Knows, strength: u8, tally: &Tally) -> String {
+fn row(means: Means, knows: Knows, strength: u8, tally: &Tally) -> String {
     let name = match knows {
         Knows::Nothing => "nothing (random fields)",
         Knows::Scores => "scores of 8 views, 400 looks",
         Knows::OtherWeights => "the other model's weights",
         Knows::Weights => "the weights",
     };
-    let mark = if strength == DESIGN { " (design)" } else { "" };
+    let mark = if strength == means.design() { " (design)" } else { "" };
     let mut row = format!("| {name} | {strength}{mark} |");
     for k in [tally.decoy, tally.vehicle, tally.cold, tally.heated] {
         let [low, high] = wilson(k, tally.views);
@@ -212,21 +217,28 @@ fn row(knows: Knows, strength: u8, tally: &Tally) -> String {
 }
 
 /// Rows of six hexadecimal digits a field; 80 is no shift.
-pub(crate) fn hex(shifts: &[f32]) -> String {
+pub(crate) fn hex(shifts: &[f32], columns: usize) -> String {
     let byte = |shift: &f32| format!("{:02x}", (libm::roundf(*shift) as i32 + 128) as u8);
-    shifts.chunks_exact(3 * COLUMNS).map(|row| row.iter().map(byte).collect::<String>() + "\n").collect()
+    shifts.chunks_exact(3 * columns).map(|row| row.iter().map(byte).collect::<String>() + "\n").collect()
 }
 
-fn page(own: &Victim, other: &Victim, views: usize, rows: &str) -> String {
+fn page(means: Means, own: &Victim, other: &Victim, views: usize, rows: &str) -> String {
+    let kind = match means {
+        Means::Print => "Prints on a decoy",
+        Means::Perturbation => "Perturbations of the colour image",
+    };
     format!(
-        "# Prints on a decoy, against the detector `{:.12}`\n\n\
-         Written by `trainer prints`. One print of {ROWS} × {COLUMNS} fields on each side of a decoy of a vehicle's size, made on {MADE_ON} \
-         views to have it called a vehicle and judged on {views} others, rendered with the print in the scene. Strength: by how much \
-         of 255 a channel of the coat is shifted at most. *Called*: by the detector alone. *Stands*: as a vehicle after \
+        "# {kind}, against the detector `{:.12}`\n\n\
+         Written by `trainer {}s`. {}, made on {MADE_ON} \
+         views to have it called a vehicle and judged on {views} others. Strength: by how much \
+         of 255 a channel is shifted at most. *Called*: by the detector alone. *Stands*: as a vehicle after \
          corroboration in a single frame, with the decoy as cold as the ground or as warm as a vehicle. The other model is \
-         `{:.12}`. Strengths, design strength, steps and views were fixed before the first print was made. Intervals are Wilson's, \
+         `{:.12}`. Strengths, design strength, steps and views were fixed before the first was made. Intervals are Wilson's, \
          95 %.\n\n\
          | attacker knows | strength | called decoy | called vehicle | stands, cold | stands, heated |\n|---|---|---|---|---|---|\n{rows}",
-        own.sha256, other.sha256,
+        own.sha256,
+        means.name(),
+        means.says(),
+        other.sha256,
     )
 }
