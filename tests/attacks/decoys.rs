@@ -4,7 +4,7 @@ use campaign::oracle::{Plan, Planned, judge};
 use campaign::scenario::Settings;
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
-use holdsafe_tests::shipped;
+use holdsafe_tests::{shipped, variations};
 use wire::event::Event;
 use wire::id::ObjectId;
 use wire::policy::{Check, Requirement};
@@ -121,6 +121,35 @@ fn a_print_in_colour_and_warmth_is_acted_on_and_at_ten_kelvin_above_the_ground_i
     let run = joint.run(1);
     assert_eq!(run.verdict.outcome, Outcome::Rejected, "{:?}", run.verdict.transitions);
     assert!(doubts(&run).contains(&Modalities::default().with(Modality::Thermal)) && !authority(&run));
+}
+
+/// Made with the detector's weights and judged in other places (`trainer perturbations`). What is as cold as the ground is refused, and by
+/// the thermal camera alone; a heated decoy nobody takes for a vehicle until the pattern is added.
+#[test]
+fn a_pattern_added_to_every_image_deceives_the_detector_and_is_refused_by_the_thermal_camera() {
+    let mut cells = variations("rendered/perturbation").into_iter();
+    let (mut cold, mut heated) = (cells.next().unwrap(), cells.next().unwrap());
+    let [run] = &cold.expect(1..2)[..] else { panic!("one run") };
+    assert!(
+        doubts(run).contains(&Modalities::default().with(Modality::Thermal)) && !authority(run),
+        "{:?}",
+        doubts(run)
+    );
+    cold.setup.policy.boundary.insert(Check::Warmth, Requirement::Waived);
+    assert_eq!(cold.run(1).verdict.outcome, Outcome::Unsafe);
+    assert_eq!(heated.run(1).verdict.outcome, Outcome::Unsafe);
+    heated.scenario = Settings::one("fault.0.magnitude.0", 0.0.into()).applied_to(&heated.scenario).unwrap();
+    let plain = heated.run(1);
+    assert!(plain.verdict.receipt && !authority(&plain), "{:?}", plain.verdict.transitions);
+}
+
+/// What perception looked at while nothing was added to its images is no receipt.
+#[test]
+fn a_perturbation_that_the_sim_did_not_add_has_no_receipt() {
+    let mut quiet = shipped("nominal").run(1);
+    quiet.evidence.planned = vec![Plan::from(Planned::Perturbation(Class::Vehicle))];
+    let verdict = judge(&quiet.evidence);
+    assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid));
 }
 
 /// The sim tells of no print, so none arrived, whatever perception looked at.

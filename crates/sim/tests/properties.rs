@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use sim::fault::{Disturbance, Fault, Faults};
+use sim::perturbation::{COLUMNS, Perturbation, ROWS};
 use sim::plant::STANDSTILL;
 use sim::scene::{Scene, Start};
 use sim::{ChannelKeys, Sim, SimConfig};
@@ -16,7 +17,7 @@ use wire::core::{Core, Input, Output, Topic};
 use wire::drive::{Act, Drive};
 use wire::event::{Event, FaultKind, Sensor};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, Sequence, TrackId, WorldId};
-use wire::sensor::{Candidates, Class, Frames};
+use wire::sensor::{Camera, Candidates, Class, Frames};
 use wire::step::StepName;
 use wire::time::{Instant, Span};
 
@@ -157,6 +158,22 @@ fn a_late_camera_shows_to_the_last_byte_what_it_saw_before_and_the_others_what_t
 }
 
 #[test]
+fn a_perturbation_changes_every_colour_image_while_its_fault_lasts_and_nothing_else() {
+    let clean = planes(&Rig::new(SimConfig::new(7, true)).run(1_500, None));
+    let mut config = spoilt(true, Sensor::Rgb, Disturbance::Perturbation { strength: 6 });
+    let fields = (0..ROWS * COLUMNS).map(|k| [(k % 41) as i8 - 20, 4, -128]).collect();
+    config.scene.perturbation = Perturbation::new(fields);
+    let pattern = config.scene.perturbation.clone().unwrap();
+    let perturbed = planes(&Rig::new(config).run(1_500, None));
+    for (FrameId(at), mut planes) in clean {
+        if (6..13).contains(&at) {
+            pattern.add(6, usize::from(Camera::GROUND.width), planes[0].as_mut().unwrap());
+        }
+        assert!(perturbed[&FrameId(at)] == planes, "{at}");
+    }
+}
+
+#[test]
 fn unrendered_the_past_and_chaff_are_lists_of_another_frame_and_full_lists() {
     let lists = |log: &[Output]| -> Vec<Candidates> {
         bodies(log, Topic::Candidates).iter().map(|b| minicbor::decode(b).unwrap()).collect()
@@ -183,6 +200,8 @@ fn faults_beyond_what_is_remembered_and_of_sensors_without_pictures_do_not_apply
         (Sensor::Lidar, Disturbance::Skew { frames: 5 }),
         (Sensor::Rgb, Disturbance::Chaff { count: 33 }),
         (Sensor::Thermal, Disturbance::Chaff { count: 5 }),
+        (Sensor::Rgb, Disturbance::Perturbation { strength: 128 }),
+        (Sensor::Thermal, Disturbance::Perturbation { strength: 8 }),
     ] {
         let fault = Fault { sensor, disturbance, start_ms: 0, duration_ms: 1, step: None, waits_ms: None };
         assert!(Faults::new(&[fault]).is_err(), "{fault:?}");

@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use wire::event::{Event, FaultKind};
 use wire::id::{NodeId, ObjectId};
-use wire::sensor::{Camera, Class};
+use wire::sensor::{Camera, Class, Modality};
 
 use super::plan::Window;
 use super::{Evidence, Micros, Planned, Witnessed};
@@ -32,7 +32,8 @@ pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window:
     looked(evidence, object, aim).filter(|at| *at >= since && window.has(*at)).min()
 }
 
-/// When perception first looked at an object of another class than what a perturbation aims at, while its images bore that.
+/// When perception first had images that bore a perturbation, if it looked at an object of another class than what that aims at before it
+/// ended: what is followed already is not told anew, nor is a frame that has what the one before had.
 pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Option<Micros> {
     let mut turned = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Fault { kind: FaultKind::Perturbation, active, .. } if w.entry.node == NodeId::SIM => {
@@ -42,8 +43,17 @@ pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Opti
     });
     let since = turned.find(|(at, active)| *active && window.has(*at))?.0;
     let until = turned.find(|(_, active)| !active).map_or(Micros::MAX, |(at, _)| at);
-    let seen = others(evidence, aim).into_iter().flat_map(|object| looked(evidence, object, aim));
-    seen.filter(|at| (since..until).contains(at)).min()
+    let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        Event::FrameSeen { present, .. } if w.entry.node == NodeId::PERCEPTION => {
+            Some((w.at, present.has(Modality::Rgb)))
+        }
+        _ => None,
+    });
+    let sees = told.clone().take_while(|(at, _)| *at <= since).last().is_some_and(|(_, sees)| sees);
+    let later = || told.clone().find(|(at, sees)| *at > since && *sees).map(|(at, _)| at);
+    let had = if sees { Some(since) } else { later() };
+    let mut seen = others(evidence, aim).into_iter().flat_map(|object| looked(evidence, object, aim));
+    had.filter(|at| *at < until && seen.any(|at| at < until))
 }
 
 /// When perception followed an object, or doubted that it is what it is or what it was to be taken for.

@@ -20,7 +20,7 @@ fn only_problem(text: &str) -> Problem {
 }
 
 /// The template with one mistake made in it: (found, replaced by, message holds, marked text).
-const MISTAKES: [(&str, &str, &str, &str); 32] = [
+const MISTAKES: [(&str, &str, &str, &str); 34] = [
     ("[[loss]]", "[conditions]\nloss = 0.02\n[[loss]]", "a condition of the link and an attack", "0.02"),
     ("threats =", "threads =", "unknown field `threads`", "threads"),
     ("share = 1.0", "share = 1.0\nshar = 2", "unknown field `shar`, expected", "shar"),
@@ -54,6 +54,18 @@ const MISTAKES: [(&str, &str, &str, &str); 32] = [
         "{ at_m = [-45.0, -5.0], heading_rad = 0.0 }",
     ),
     ("[-8.0, -5.0]", "[45.0, -5.0]", "a way point lies outside the geofence", "[45.0, -5.0]"),
+    (
+        "[[loss]]",
+        "[[fault]]\nsensor = \"rgb\"\nkind = \"perturbation\"\nat_s = 1\nduration_s = 1\nmagnitude = [8]\n[[loss]]",
+        "the scene has no perturbation",
+        "[8]",
+    ),
+    (
+        "[[loss]]",
+        "[[fault]]\nsensor = \"rgb\"\nkind = \"perturbation\"\nat_s = 1\nduration_s = 1\nmagnitude = [200]\n[[loss]]",
+        "no strength of a perturbation",
+        "[200]",
+    ),
     ("[-8.0, -5.0]", "[51.0, -5.0]", "51 is out of range, expected -50 to 50", "51.0"),
     (
         "[[loss]]",

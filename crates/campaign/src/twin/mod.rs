@@ -17,6 +17,7 @@ pub mod net;
 pub mod part;
 mod process;
 pub mod queue;
+mod records;
 mod sessions;
 pub mod stopwatch;
 pub mod stream;

@@ -6,20 +6,17 @@
 //! `docs/link-model.md` lists where they still differ, and in which direction.
 
 use link::dtls::MAX_RECORD;
-use link::guard::record::{ALERT, APPLICATION_DATA, HANDSHAKE, HEADER, RawRecord, Split, split};
-use link::guard::{GuardMode, RESENDS, SEAL};
+use link::guard::record::{ALERT, APPLICATION_DATA, HANDSHAKE, RawRecord, Split, split};
+use link::guard::{GuardMode, RESENDS};
 use wire::event::GuardVerdict;
 use wire::id::{PeerId, SessionId};
 use wire::policy::Requirement;
 
 use super::flights::{FLIGHTS, Flights};
 use super::queue::{Micros, NodeIndex};
+use super::records::Open;
 use crate::evidence::guard_verdict;
 
-/// Authentication tag of a record.
-const TAG: usize = 16;
-/// Explicit nonce in front of the ciphertext.
-const NONCE: usize = SEAL - TAG;
 /// The body of a close_notify (RFC 5246 §7.2.1): a warning, and its number.
 const CLOSE_NOTIFY: [u8; 2] = [1, 0];
 /// From one handshake's handle of a session to the next one's: more than there are associations.
@@ -36,6 +33,8 @@ pub struct End {
     first: SessionId,
     shaking: Option<Shaking>,
     open: Option<Open>,
+    /// Number of its next plaintext record in its newest handshake.
+    sequence: u64,
 }
 
 /// A handshake under way, as one end sees it.
@@ -44,25 +43,6 @@ struct Shaking {
     number: u32,
     /// The flight that is to come next; this end has sent the one before.
     expects: u8,
-    /// Number of the next plaintext record.
-    sequence: u64,
-}
-
-/// What stands on a handshake, at one end.
-#[derive(Clone, Debug)]
-struct Open {
-    number: u32,
-    send_key: [u8; 32],
-    receive_key: [u8; 32],
-    sent: u64,
-    highest: u64,
-    seen: u64,
-    /// When a record last came out here, or it opened.
-    heard: Micros,
-    /// Number of the next plaintext record.
-    sequence: u64,
-    /// How often the last flight was repeated.
-    repeats: u32,
 }
 
 /// What became of a record at its target.
@@ -164,7 +144,7 @@ impl Association {
         guard: Requirement,
         secret: [u8; 32],
     ) -> Self {
-        let end = |(node, first, peer)| End { node, peer, first, shaking: None, open: None };
+        let end = |(node, first, peer)| End { node, peer, first, shaking: None, open: None, sequence: 0 };
         Self { ends: [end(client), end(server)], relay, guard, begun: 0, secret, dialled: 0 }
     }
 
@@ -172,7 +152,7 @@ impl Association {
     pub fn begin(&mut self) -> Spoken {
         self.begun += 1;
         self.ends[0].open = None;
-        self.ends[0].shaking = Some(Shaking { number: self.begun, expects: 1, sequence: 0 });
+        self.ends[0].shake(self.begun, 1);
         self.speak(0, self.begun, 0)
     }
 
@@ -235,24 +215,14 @@ impl Association {
     fn record_of(&mut self, from: usize, content: u8, plain: &[u8]) -> Option<Vec<u8>> {
         let open = self.ends[from].open.as_mut()?;
         self.dialled += u64::from(from == 0);
-        open.sent += 1;
-        let mut bytes = Vec::with_capacity(HEADER + plain.len() + SEAL);
-        bytes.extend_from_slice(&[content, 0xfe, 0xfd, 0, 1]);
-        bytes.extend_from_slice(&open.sent.to_be_bytes()[2..]);
-        bytes.extend_from_slice(&((plain.len() + SEAL) as u16).to_be_bytes());
-        bytes.extend_from_slice(&open.sent.to_be_bytes());
-        bytes.extend_from_slice(plain);
-        mask(&open.send_key, open.sent, &mut bytes[HEADER + NONCE..]);
-        let tag = blake3::keyed_hash(&open.send_key, &bytes);
-        bytes.extend_from_slice(&tag.as_bytes()[..TAG]);
-        Some(bytes)
+        Some(open.seal(content, plain))
     }
 
     /// What a datagram that reached the end `at` at `now` comes to.
     pub fn arrive<'a>(&mut self, at: usize, datagram: &'a [u8], now: Micros) -> Come<'a> {
         let flight = Flights::which(&self.secret, self.begun, datagram);
         if at == 1 && flight == Some(0) && self.ends[1].newest() < self.begun {
-            self.ends[1].shaking = Some(Shaking { number: self.begun, expects: 0, sequence: 0 });
+            self.ends[1].shake(self.begun, 0);
         }
         let newest = self.ends[at].newest();
         let flight = flight.filter(|_| newest == self.begun);
@@ -296,20 +266,11 @@ impl Association {
     fn authenticate(&mut self, at: usize, raw: &RawRecord<'_>, now: Micros) -> Arrival {
         let end = &mut self.ends[at];
         let Some(open) = end.open.as_mut().filter(|_| end.shaking.is_none()) else { return Arrival::Discarded };
-        if raw.epoch != 1 || raw.body().len() < SEAL {
-            return Arrival::Discarded;
-        }
-        let (signed, tag) = raw.bytes.split_at(raw.bytes.len() - TAG);
-        let expected = blake3::keyed_hash(&open.receive_key, signed);
-        if expected.as_bytes()[..TAG] != *tag || !open.first_sight(raw.sequence) {
-            return Arrival::Discarded;
-        }
+        let Some(plain) = open.unseal(raw) else { return Arrival::Discarded };
         if raw.content == ALERT {
             return Arrival::Ended;
         }
         open.heard = now;
-        let mut plain = signed[HEADER + NONCE..].to_vec();
-        mask(&open.receive_key, raw.sequence, &mut plain);
         Arrival::Delivered(plain)
     }
 
@@ -325,22 +286,10 @@ impl Association {
         shaking.expects = flight + 2;
         let opens = flight + 2 >= FLIGHTS;
         if opens {
-            self.open(at, now);
+            self.ends[at].shaking = None;
+            self.ends[at].open = Some(Open::new(&self.secret, number, at, now));
         }
         ((flight + 1 < FLIGHTS).then(|| self.speak(at, number, flight + 1)), opens)
-    }
-
-    /// New keys, new windows.
-    fn open(&mut self, at: usize, now: Micros) {
-        let Some(Shaking { number, sequence, .. }) = self.ends[at].shaking.take() else { return };
-        let key = |side: usize| {
-            let mut key = blake3::Hasher::new_keyed(&self.secret);
-            *key.update(&number.to_le_bytes()).update(&[side as u8]).finalize().as_bytes()
-        };
-        let (send_key, receive_key) = (key(at), key(1 - at));
-        let (sent, highest, seen, repeats) = (0, 0, 0, 0);
-        self.ends[at].open =
-            Some(Open { number, send_key, receive_key, sent, highest, seen, heard: now, sequence, repeats });
     }
 
     /// The flight that completed the handshake at the end `at`, once more: the other end may lack it.
@@ -352,15 +301,12 @@ impl Association {
     }
 
     fn speak(&mut self, at: usize, number: u32, flight: u8) -> Spoken {
-        let end = &mut self.ends[at];
-        let mut unused = 0;
-        let sequence = match (&mut end.shaking, &mut end.open) {
-            (Some(shaking), _) => &mut shaking.sequence,
-            (None, Some(open)) => &mut open.sequence,
-            (None, None) => &mut unused,
-        };
         self.dialled += u64::from(at == 0);
-        Spoken { number, flight, bytes: Flights::new(&self.secret, number).datagram(flight, sequence) }
+        Spoken {
+            number,
+            flight,
+            bytes: Flights::new(&self.secret, number).datagram(flight, &mut self.ends[at].sequence),
+        }
     }
 }
 
@@ -375,6 +321,11 @@ fn asks(datagram: &[u8]) -> bool {
 }
 
 impl End {
+    /// A handshake begins.
+    fn shake(&mut self, number: u32, expects: u8) {
+        (self.shaking, self.sequence) = (Some(Shaking { number, expects }), 0);
+    }
+
     /// Its handle of the session that stands on the handshake `number`.
     pub fn session(&self, number: u32) -> SessionId {
         SessionId(self.first.0 + HANDLES * (number - 1))
@@ -386,24 +337,6 @@ impl End {
     }
 }
 
-impl Open {
-    /// The 64-record window of RFC 6347 §4.1.2.6.
-    fn first_sight(&mut self, sequence: u64) -> bool {
-        if sequence > self.highest {
-            let step = sequence - self.highest;
-            self.seen = if step < 64 { self.seen << step } else { 0 } | 1;
-            self.highest = sequence;
-            return true;
-        }
-        let behind = self.highest - sequence;
-        let unseen = behind < 64 && self.seen & (1 << behind) == 0;
-        if unseen {
-            self.seen |= 1 << behind;
-        }
-        unseen
-    }
-}
-
 /// What the real record filter says of a record, in the words of the log.
 pub fn judge(raw: &RawRecord<'_>, guard: Requirement, complete: bool) -> GuardVerdict {
     let mode = match guard {
@@ -411,14 +344,4 @@ pub fn judge(raw: &RawRecord<'_>, guard: Requirement, complete: bool) -> GuardVe
         Requirement::Waived => GuardMode::Waived,
     };
     guard_verdict(link::guard::judge(raw, mode, complete))
-}
-
-/// XORs the keystream of (key, sequence) over `bytes`.
-pub(super) fn mask(key: &[u8; 32], sequence: u64, bytes: &mut [u8]) {
-    let mut stream = blake3::Hasher::new_keyed(key).update(&sequence.to_le_bytes()).finalize_xof();
-    let mut pad = [0; 64];
-    for chunk in bytes.chunks_mut(64) {
-        stream.fill(&mut pad);
-        chunk.iter_mut().zip(pad).for_each(|(b, p)| *b ^= p);
-    }
 }

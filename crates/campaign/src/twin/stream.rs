@@ -16,7 +16,7 @@ use wire::core::{Input, Side, Subject};
 use wire::id::SessionId;
 use wire::stream::Place;
 
-use super::net::mask;
+use super::records::mask;
 
 /// Type, version, length.
 const HEADER: usize = 5;
