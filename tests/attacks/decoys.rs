@@ -1,6 +1,7 @@
 //! What stands in the scene is made to look like a vehicle, to one modality after another.
 
 use campaign::oracle::{Plan, Planned, judge};
+use campaign::sabotage::sabotage;
 use campaign::scenario::Settings;
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
@@ -143,13 +144,13 @@ fn a_pattern_added_to_every_image_deceives_the_detector_and_is_refused_by_the_th
     assert!(plain.verdict.receipt && !authority(&plain), "{:?}", plain.verdict.transitions);
 }
 
-/// What perception looked at while nothing was added to its images is no receipt.
+/// What was said of images that perception was never given is no receipt, whatever it looked at.
 #[test]
-fn a_perturbation_that_the_sim_did_not_add_has_no_receipt() {
-    let mut quiet = shipped("nominal").run(1);
-    quiet.evidence.planned = vec![Plan::from(Planned::Perturbation(Class::Vehicle))];
-    let verdict = judge(&quiet.evidence);
-    assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid));
+fn a_perturbation_that_is_claimed_and_was_not_added_has_no_receipt() {
+    let ready = shipped("rendered/perturbation");
+    let done = sabotage(&ready.scenario, &ready.setup, 1).unwrap();
+    assert!(done.claims > 0);
+    assert_eq!((done.verdict.receipt, done.verdict.outcome), (false, Outcome::Invalid));
 }
 
 /// The sim tells of no print, so none arrived, whatever perception looked at.

@@ -52,17 +52,20 @@ def printed(log, of, span):
 
 
 def perturbed(log, aim, span):
-    """Perception had images that bore the perturbation, and looked at something that is not what that aims at before it ended."""
+    """Perception was given an image that bore it, by its hash, and looked at something that is not what it aims at before it ended."""
     turned = [(e["t_us"], e["event"]["active"]) for e in log.of("fault", by="sim") if e["event"]["kind"] == "perturbation"]
     since = next((t for t, on in turned if on and within(span, t)), None)
     if since is None:
         return None
     until = next((t for t, on in turned if not on and t > since), float("inf"))
-    told = [(e["t_us"], "rgb" in e["event"]["present"]) for e in log.of("frame_seen", by="perception")]
-    before = [sees for t, sees in told if t <= since]
-    had = since if before and before[-1] else next((t for t, sees in told if t > since and sees), float("inf"))
+    given = {picture(e) for e in log.of("pictured", by="perception")}
+    came = any(since <= e["t_us"] < until and picture(e) in given for e in log.of("pictured", by="sim"))
     seen = any(t < until for thing, own in others(log, aim) for t in looked(log, thing, own, aim))
-    return had if had < until and seen else None
+    return since if came and seen else None
+
+
+def picture(entry):
+    return entry["event"]["frame"], entry["event"]["hash"]
 
 
 def looked(log, thing, own, aim):

@@ -57,6 +57,7 @@ fn is_claim(w: &Witnessed, planned: &[Plan]) -> bool {
             planned.iter().any(|p| matches!(p.what, Planned::Disguise(of, _) | Planned::Print(of, _) if of == object))
         }
         Event::Printed { .. } => true,
+        Event::Pictured { .. } => node == NodeId::SIM,
         Event::Ended { killed, .. } => killed && node == NodeId::CAMPAIGN,
         Event::Suspended { .. } | Event::Halted { .. } | Event::DiskFull { .. } | Event::Step { .. }
             if node == NodeId::CAMPAIGN =>

@@ -38,7 +38,7 @@ use wire::audit::Journal;
 use wire::bus::Sender;
 use wire::codec;
 use wire::core::{Core, Input, Output, Topic};
-use wire::event::{Event, Interface};
+use wire::event::{Event, Interface, PICTURED_EVERY};
 use wire::id::WorldId;
 use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Refusal;
@@ -220,7 +220,13 @@ impl Perception {
             Some(stages) => {
                 let accepted = self.observations.admit::<Frames<'_>>(policy, now, bytes)?;
                 let frames = accepted.message();
-                (stages.candidates(frames, self.config.limits.score), content::of_frames(frames))
+                let prints = content::of_frames(frames);
+                if let (frame, Some(hash)) = (frames.frame, prints[Modality::Rgb as usize])
+                    && frame.0.is_multiple_of(PICTURED_EVERY)
+                {
+                    self.journal.write(now, Event::Pictured { frame, hash }, &mut self.out);
+                }
+                (stages.candidates(frames, self.config.limits.score), prints)
             }
             None => {
                 let mode = |candidates: &Candidates| candidates.mode;

@@ -175,8 +175,8 @@ pub struct Effect {
     pub skew: u8,
     /// How many weak detections it shows besides.
     pub chaff: u8,
-    /// By how much of 255 the scene's perturbation changes what it shows at most.
-    pub perturbation: u8,
+    /// By how much of 255 the scene's perturbation changes what it shows at most, if it is added at all.
+    pub perturbation: Option<u8>,
     /// Factor on its noise.
     pub noise: f32,
     /// Covered share of its view from the left, permille.
@@ -194,7 +194,7 @@ impl Effect {
         freeze: false,
         skew: 0,
         chaff: 0,
-        perturbation: 0,
+        perturbation: None,
         noise: 1.0,
         occluded: 0,
         displaced_mm: [0, 0],
@@ -274,7 +274,7 @@ impl Effect {
             Disturbance::Freeze => self.freeze = true,
             Disturbance::Skew { frames } => self.skew = self.skew.max(frames),
             Disturbance::Chaff { count } => self.chaff = self.chaff.saturating_add(count).min(MAX_CHAFF),
-            Disturbance::Perturbation { strength } => self.perturbation = self.perturbation.max(strength),
+            Disturbance::Perturbation { strength } => self.perturbation = self.perturbation.max(Some(strength)),
             Disturbance::Noise { factor } => self.noise = (self.noise * f32::from(factor)).min(MAX_NOISE),
             Disturbance::Occlusion { permille } => self.occluded = self.occluded.max(permille),
             Disturbance::Drift { east_mm_s, north_mm_s } => {

@@ -39,7 +39,7 @@ use wire::audit::Journal;
 use wire::codec::encode;
 use wire::core::{Core, Input, Output, Topic};
 use wire::drive::Drive;
-use wire::event::{Event, Sensor};
+use wire::event::{Event, PICTURED_EVERY, Sensor, wire_hash};
 use wire::id::{Boot, FrameId, NodeId, UnitId, WorldId};
 use wire::sensor::{Camera, Frames, Lidar, Navigation};
 use wire::sign::Key;
@@ -265,7 +265,12 @@ impl Sim {
         let output = match &mut self.eyes {
             Eyes::Rendered(imagers) => {
                 imagers.measure(self.frame.0, &self.world, &self.plant, &self.faults, run);
-                let body = frames(imagers, self.frame, at, imaging(&self.faults, run).map(|e| !e.dropout));
+                let effects = imaging(&self.faults, run);
+                if effects[0].perturbation.is_some() && self.frame.0.is_multiple_of(PICTURED_EVERY) {
+                    let event = Event::Pictured { frame: self.frame, hash: wire_hash(&imagers.rgb) };
+                    self.witness.write(at, event, &mut self.out);
+                }
+                let body = frames(imagers, self.frame, at, effects.map(|e| !e.dropout));
                 Output::Bus { topic: Topic::Frames, bytes: self.channels.frames.seal(at, &body) }
             }
             Eyes::Unrendered(stages) => {

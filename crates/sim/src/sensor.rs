@@ -82,8 +82,8 @@ impl Imagers {
             rgb::expose(&self.sweep, world, rgb_noise, &rgb, &mut self.rgb);
             self.rgb = self.past[0].pass(core::mem::take(&mut self.rgb), rgb.skew);
             chaff::paint(&self.camera, rgb_noise, rgb.chaff, &mut self.rgb);
-            if let Some(pattern) = world.scene().perturbation.as_ref().filter(|_| rgb.perturbation > 0) {
-                pattern.add(rgb.perturbation, usize::from(self.camera.width), &mut self.rgb);
+            if let (Some(pattern), Some(strength)) = (&world.scene().perturbation, rgb.perturbation) {
+                pattern.add(strength, usize::from(self.camera.width), &mut self.rgb);
             }
         }
         if depth.refreshes() {

@@ -89,6 +89,7 @@ fn level(event: &Event) -> Option<log::Level> {
         | Event::Repeated { .. }
         | Event::Doubted { .. }
         | Event::Crowded { .. }
+        | Event::Pictured { .. }
         | Event::GuardSaw { .. }
         | Event::SessionLost { .. }
         | Event::ChainBroken { .. } => log::Level::Warning,

@@ -8,8 +8,8 @@
 use std::collections::BTreeSet;
 
 use wire::event::{Event, FaultKind};
-use wire::id::{NodeId, ObjectId};
-use wire::sensor::{Camera, Class, Modality};
+use wire::id::{FrameId, NodeId, ObjectId};
+use wire::sensor::{Camera, Class};
 
 use super::plan::Window;
 use super::{Evidence, Micros, Planned, Witnessed};
@@ -32,8 +32,8 @@ pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window:
     looked(evidence, object, aim).filter(|at| *at >= since && window.has(*at)).min()
 }
 
-/// When perception first had images that bore a perturbation, if it looked at an object of another class than what that aims at before it
-/// ended: what is followed already is not told anew, nor is a frame that has what the one before had.
+/// When a perturbation began of which perception was given an image, by its hash, and that looked at an object of another class than what
+/// it aims at before it ended: what is followed already is not told anew.
 pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Option<Micros> {
     let mut turned = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Fault { kind: FaultKind::Perturbation, active, .. } if w.entry.node == NodeId::SIM => {
@@ -43,17 +43,18 @@ pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Opti
     });
     let since = turned.find(|(at, active)| *active && window.has(*at))?.0;
     let until = turned.find(|(_, active)| !active).map_or(Micros::MAX, |(at, _)| at);
-    let told = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::FrameSeen { present, .. } if w.entry.node == NodeId::PERCEPTION => {
-            Some((w.at, present.has(Modality::Rgb)))
-        }
-        _ => None,
-    });
-    let sees = told.clone().take_while(|(at, _)| *at <= since).last().is_some_and(|(_, sees)| sees);
-    let later = || told.clone().find(|(at, sees)| *at > since && *sees).map(|(at, _)| at);
-    let had = if sees { Some(since) } else { later() };
+    let given: BTreeSet<_> = pictures(evidence, NodeId::PERCEPTION).map(|(_, picture)| picture).collect();
+    let came = |(at, picture)| (since..until).contains(&at) && given.contains(&picture);
     let mut seen = others(evidence, aim).into_iter().flat_map(|object| looked(evidence, object, aim));
-    had.filter(|at| *at < until && seen.any(|at| at < until))
+    (pictures(evidence, NodeId::SIM).any(came) && seen.any(|at| at < until)).then_some(since)
+}
+
+/// Colour images that a node tells of: when, and which frame's, with its hash.
+fn pictures(evidence: &Evidence, by: NodeId) -> impl Iterator<Item = (Micros, (FrameId, u64))> {
+    evidence.entries.iter().filter_map(move |w| match w.entry.event {
+        Event::Pictured { frame, hash } if w.entry.node == by => Some((w.at, (frame, hash))),
+        _ => None,
+    })
 }
 
 /// When perception followed an object, or doubted that it is what it is or what it was to be taken for.

@@ -136,7 +136,7 @@ pub enum FaultKind {
     #[n(63)]
     Chaff,
     /// A pattern over the whole image.
-    #[n(88)]
+    #[n(64)]
     Perturbation,
 }
 

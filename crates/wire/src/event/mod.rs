@@ -273,6 +273,9 @@ pub enum Event {
     #[n(86)] Followed { #[n(0)] track: TrackId, #[n(1)] class: Class, #[n(2)] x_mm: i32, #[n(3)] y_mm: i32 },
     /// The sim: this object bears a print.
     #[n(87)] Printed { #[n(0)] object: ObjectId },
+    /// The colour image of a frame, by its [`wire_hash`]: as perception was given it, and as the sim gave it with something added. Of every
+    /// [`PICTURED_EVERY`]th frame.
+    #[n(88)] Pictured { #[n(0)] frame: FrameId, #[n(1)] hash: u64 },
     /// An insider sends the report with this identity: which of a session's records are its deeds.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,
@@ -280,6 +283,9 @@ pub enum Event {
         #[n(1)] off_mm: u32,
     },
 }
+
+/// Every so many frames the colour image is told of: once a second.
+pub const PICTURED_EVERY: u64 = 10;
 
 /// The short hash of bytes on a wire, as [`Event::Attack`] and [`Event::GuardSaw`] carry it: the first eight bytes of
 /// their SHA-256, big endian. Both ends of a receipt have to use this one.

@@ -425,7 +425,7 @@ fn outputs() -> Vec<Named> {
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(56..59).chain(60..62).chain(65..71).chain(80..88)
+    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(56..59).chain(60..62).chain(65..71).chain(80..89)
 }
 
 fn entries() -> Vec<Named> {
@@ -586,6 +586,7 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ),
         ("followed", Event::Followed { track: TrackId(3), class: Class::Person, x_mm: 8_000, y_mm: -3_000 }),
         ("printed", Event::Printed { object: ObjectId(2) }),
+        ("pictured", Event::Pictured { frame: FrameId(40), hash: 0x0123_4567_89ab_cdef }),
         ("judged", Event::Judged { failing: Guards(0b100), placed: false, tracks: 3 }),
         (
             "attack",
