@@ -21,7 +21,7 @@ pub const MAX_SKEW: u8 = 32;
 /// The most weak detections that one frame can be given: as many as a stage's list has room for.
 pub const MAX_CHAFF: u8 = 32;
 /// By how much of 255 a perturbation changes a byte at most.
-pub const MAX_STRENGTH: u8 = 127;
+pub const MAX_STRENGTH: u8 = 100;
 
 /// The greatest factor on a sensor's noise, however many faults multiply it.
 const MAX_NOISE: f32 = 65_535.0;

@@ -200,7 +200,7 @@ fn faults_beyond_what_is_remembered_and_of_sensors_without_pictures_do_not_apply
         (Sensor::Lidar, Disturbance::Skew { frames: 5 }),
         (Sensor::Rgb, Disturbance::Chaff { count: 33 }),
         (Sensor::Thermal, Disturbance::Chaff { count: 5 }),
-        (Sensor::Rgb, Disturbance::Perturbation { strength: 128 }),
+        (Sensor::Rgb, Disturbance::Perturbation { strength: 101 }),
         (Sensor::Thermal, Disturbance::Perturbation { strength: 8 }),
     ] {
         let fault = Fault { sensor, disturbance, start_ms: 0, duration_ms: 1, step: None, waits_ms: None };

@@ -58,7 +58,7 @@ pub enum FaultKind {
     /// The colour stage finds so many weak detections in each frame: magnitude `[count]`, 12 to 32.
     Chaff,
     /// The scene's `perturbation` is added to each colour image: magnitude `[strength]`, by how much of 255 a byte is changed at most, 0 to
-    /// 127.
+    /// 100.
     Perturbation,
     /// More noise: magnitude `[factor]`, at least 1.
     Noise,

@@ -62,9 +62,9 @@ const MISTAKES: [(&str, &str, &str, &str); 34] = [
     ),
     (
         "[[loss]]",
-        "[[fault]]\nsensor = \"rgb\"\nkind = \"perturbation\"\nat_s = 1\nduration_s = 1\nmagnitude = [200]\n[[loss]]",
+        "[[fault]]\nsensor = \"rgb\"\nkind = \"perturbation\"\nat_s = 1\nduration_s = 1\nmagnitude = [8.5]\n[[loss]]",
         "no strength of a perturbation",
-        "[200]",
+        "[8.5]",
     ),
     ("[-8.0, -5.0]", "[51.0, -5.0]", "51 is out of range, expected -50 to 50", "51.0"),
     (
