@@ -51,7 +51,7 @@ pub use render::{Label, Labelled, Skin, render, settled};
 
 use crate::candidates::Stages;
 use crate::channel::Channels;
-use crate::fault::{Fault, Faults, imaging};
+use crate::fault::{Disturbance, Fault, Faults, imaging};
 use crate::fidelity::Fidelity;
 use crate::plant::{Plant, SetPoint};
 use crate::scene::{Scene, SceneError};
@@ -154,6 +154,11 @@ impl Sim {
         let Fidelity { noise, .. } = config.fidelity;
         config.fidelity.check()?;
         let faults = Faults::new(&config.faults)?.over(noise);
+        // What has nothing to add must not say that it added something.
+        let adds = |fault: &Fault| matches!(fault.disturbance, Disturbance::Perturbation { .. });
+        if let (Some(index), None) = (config.faults.iter().position(adds), &config.scene.perturbation) {
+            return Err(SceneError::FaultDoesNotApply { index });
+        }
         let mut world = World::new(Arc::new(config.scene.clone()));
         let plant = Plant::new(&mut world, &config.scene.start, &config.fidelity);
         let (camera, lidar) = (Camera::GROUND, Lidar::GROUND);

@@ -49,8 +49,8 @@ pub enum SceneError {
         /// Most.
         high: usize,
     },
-    /// A fault names an effect that its sensor cannot have.
-    #[error("fault {index}: this sensor has no such effect")]
+    /// A fault names an effect that its sensor cannot have, or a perturbation that its scene has not.
+    #[error("fault {index}: this sensor in this scene has no such effect")]
     FaultDoesNotApply {
         /// Index in the list of faults.
         index: usize,

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use sim::fault::{Disturbance, Fault, Faults};
 use sim::perturbation::{COLUMNS, Perturbation, ROWS};
 use sim::plant::STANDSTILL;
-use sim::scene::{Scene, Start};
+use sim::scene::{Scene, SceneError, Start};
 use sim::{ChannelKeys, Sim, SimConfig};
 use wire::audit::Entry;
 use wire::bus::{ChannelKey, Sender};
@@ -193,6 +193,13 @@ fn unrendered_the_past_and_chaff_are_lists_of_another_frame_and_full_lists() {
 }
 
 #[test]
+fn a_perturbation_that_the_scene_does_not_have_is_refused() {
+    let config = spoilt(true, Sensor::Rgb, Disturbance::Perturbation { strength: 6 });
+    let refused = Sim::new(&config, keys(), None, START).err();
+    assert_eq!(refused, Some(SceneError::FaultDoesNotApply { index: 0 }));
+}
+
+#[test]
 fn faults_beyond_what_is_remembered_and_of_sensors_without_pictures_do_not_apply() {
     for (sensor, disturbance) in [
         (Sensor::Rgb, Disturbance::Skew { frames: 33 }),
@@ -297,6 +304,11 @@ fn a_config_survives_json_and_refuses_what_it_does_not_know() {
 /// Hosts have arbitrary zeros.
 const START: Instant = Instant(77_000_123);
 
+fn keys() -> ChannelKeys {
+    let [frames, candidates, navigation, drive, act] = [0, 1, 2, 3, 4].map(|k| ChannelKey([k; 32]));
+    ChannelKeys { frames, candidates, navigation: [navigation.clone(), navigation], drive, act }
+}
+
 /// A sim with somebody at the wheel.
 struct Rig {
     sim: Sim,
@@ -307,10 +319,8 @@ struct Rig {
 
 impl Rig {
     fn new(config: SimConfig) -> Rig {
-        let [frames, candidates, navigation, drive, act] = [0, 1, 2, 3, 4].map(|k| ChannelKey([k; 32]));
-        let keys =
-            ChannelKeys { frames, candidates, navigation: [navigation.clone(), navigation], drive: drive.clone(), act };
-        let drive = Sender::new(Topic::Drive, NodeId::UNIT_A, Boot(1), drive);
+        let keys = keys();
+        let drive = Sender::new(Topic::Drive, NodeId::UNIT_A, Boot(1), keys.drive.clone());
         Rig { sim: Sim::new(&config, keys, None, START).unwrap(), drive, now: START, wake_every_ms: None }
     }
 
