@@ -5,6 +5,9 @@ use std::borrow::Cow;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
+/// So much of a row that is refused says which one it is.
+const BEGINS: usize = 16;
+
 /// `N` bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hex<const N: usize>([u8; N]);
@@ -30,7 +33,10 @@ impl<const N: usize> Hex<N> {
 impl<'de, const N: usize> Deserialize<'de> for Hex<N> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = Cow::<str>::deserialize(deserializer)?;
-        let wrong = || de::Error::custom(format!("such a row is {} hexadecimal digits, here {}", 2 * N, text.len()));
+        let wrong = || {
+            let (digits, begins): (_, String) = (2 * N, text.chars().take(BEGINS).collect());
+            de::Error::custom(format!("such a row is {digits} hexadecimal digits, not {} as {begins:?}…", text.len()))
+        };
         Hex::new(&text).ok_or_else(wrong)
     }
 }

@@ -10,6 +10,8 @@ use serde::Serialize;
 
 /// How many problems of one file are shown; the rest are counted.
 const MAX_SHOWN: usize = 5;
+/// How many lines are marked; of what is longer only the first is.
+const MAX_MARKED: usize = 10;
 
 /// One problem.
 #[derive(Clone, Debug)]
@@ -35,7 +37,11 @@ impl Problem {
         remedy: impl Into<String>,
     ) -> Self {
         let start = floor_boundary(text, bytes.start);
-        let end = floor_boundary(text, bytes.end).max(start);
+        let mut end = floor_boundary(text, bytes.end).max(start);
+        let marked = &text[start..end];
+        if marked.lines().count() > MAX_MARKED {
+            end = start + marked.lines().next().map_or(0, str::len);
+        }
         let source = NamedSource::new(file, text.to_owned()).with_language("toml");
         Self { place: Some(Box::new((source, start..end))), ..Self::with_file(file, message, remedy) }
     }

@@ -114,6 +114,13 @@ fn an_error_fits_one_screen_and_names_file_line_and_remedy() {
 }
 
 #[test]
+fn what_is_wrong_with_many_lines_is_marked_in_the_first_of_them() {
+    let problem = Problem::at("x.toml", &"row\n".repeat(400), 4..1200, "wrong", "right it");
+    assert_eq!((problem.marked(), problem.line_column()), (Some("row"), Some((2, 1))));
+    assert!(Problems::from(problem).render(false).lines().count() < 12);
+}
+
+#[test]
 fn the_template_is_a_valid_scenario() {
     parse("x.toml", "x", &template_named_x()).unwrap();
 }
