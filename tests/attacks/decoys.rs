@@ -146,11 +146,13 @@ fn a_pattern_added_to_every_image_deceives_the_detector_and_is_refused_by_the_th
 
 /// What was said of images that perception was never given is no receipt, whatever it looked at.
 #[test]
-fn a_perturbation_that_is_claimed_and_was_not_added_has_no_receipt() {
-    let ready = shipped("rendered/perturbation");
-    let done = sabotage(&ready.scenario, &ready.setup, 1).unwrap();
-    assert!(done.claims > 0);
-    assert_eq!((done.verdict.receipt, done.verdict.outcome), (false, Outcome::Invalid));
+fn a_perturbation_or_a_print_that_is_claimed_and_was_not_there_has_no_receipt() {
+    for name in ["perturbation", "decoy_printed", "decoy_printed_heated", "decoy_joint"] {
+        let ready = shipped(&format!("rendered/{name}"));
+        let done = sabotage(&ready.scenario, &ready.setup, 1).unwrap();
+        assert!(done.claims > 0, "{name}");
+        assert_eq!((done.verdict.receipt, done.verdict.outcome), (false, Outcome::Invalid), "{name}");
+    }
 }
 
 /// The sim tells of no print, so none arrived, whatever perception looked at.

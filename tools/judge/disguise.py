@@ -47,6 +47,8 @@ def printed(log, of, span):
     since = next((e["t_us"] for e in log.of("printed", by="sim") if e["event"]["object"] == thing), None)
     if since is None:
         return None
+    if not given(log, since, float("inf")):
+        return None
     own = next((e["event"]["class"] for e in log.of("object") if e["event"]["object"] == thing), None)
     return next((t for t in looked(log, thing, own, aim) if t >= since and within(span, t)), None)
 
@@ -58,10 +60,14 @@ def perturbed(log, aim, span):
     if since is None:
         return None
     until = next((t for t, on in turned if not on and t > since), float("inf"))
-    given = {picture(e) for e in log.of("pictured", by="perception")}
-    came = any(since <= e["t_us"] < until and picture(e) in given for e in log.of("pictured", by="sim"))
     seen = any(t < until for thing, own in others(log, aim) for t in looked(log, thing, own, aim))
-    return since if came and seen else None
+    return since if given(log, since, until) and seen else None
+
+
+def given(log, since, until):
+    """Perception was given an image, to the last byte, that the sim says it altered."""
+    came = {picture(e) for e in log.of("pictured", by="perception")}
+    return any(since <= e["t_us"] < until and picture(e) in came for e in log.of("pictured", by="sim"))
 
 
 def picture(entry):

@@ -271,7 +271,8 @@ impl Sim {
             Eyes::Rendered(imagers) => {
                 imagers.measure(self.frame.0, &self.world, &self.plant, &self.faults, run);
                 let effects = imaging(&self.faults, run);
-                if effects[0].perturbation.is_some() && self.frame.0.is_multiple_of(PICTURED_EVERY) {
+                let altered = || effects[0].perturbation.is_some() || imagers.show_a_print(&self.world);
+                if self.frame.0.is_multiple_of(PICTURED_EVERY) && altered() {
                     let event = Event::Pictured { frame: self.frame, hash: wire_hash(&imagers.rgb) };
                     self.witness.write(at, event, &mut self.out);
                 }

@@ -103,6 +103,12 @@ impl Imagers {
         self.camera
     }
 
+    /// Whether the newest colour image shows a part of a print.
+    pub(crate) fn show_a_print(&self, world: &World) -> bool {
+        world.scene().objects.iter().any(|object| object.print.is_some())
+            && self.sweep.pixels().iter().any(|pixel| rgb::skin(pixel, world).is_some())
+    }
+
     /// What each pixel of the newest sweep shows.
     pub fn sweep(&self) -> &camera::Sweep {
         &self.sweep

@@ -6,6 +6,7 @@
 //! will do. Without either nobody looked, and the trial shows nothing.
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use wire::event::{Event, FaultKind};
 use wire::id::{FrameId, NodeId, ObjectId};
@@ -25,10 +26,13 @@ pub(super) fn receipt(evidence: &Evidence, object: ObjectId, class: Class, windo
     seen.filter(|at| window.has(*at)).min()
 }
 
-/// When perception first looked at an object with a print: it followed it, or doubted that it is what it is or what it aims at.
+/// When perception first looked at an object with a print, of which it was given an image, by its hash: it followed it, or doubted that it is what it is or what it aims at.
 pub(super) fn printed(evidence: &Evidence, object: ObjectId, aim: Class, window: Window) -> Option<Micros> {
     let told = |w: &Witnessed| w.entry.node == NodeId::SIM && w.entry.event == Event::Printed { object };
     let since = evidence.entries.iter().find(|w| told(w))?.at;
+    if !given(evidence, since..Micros::MAX) {
+        return None;
+    }
     looked(evidence, object, aim).filter(|at| *at >= since && window.has(*at)).min()
 }
 
@@ -43,10 +47,14 @@ pub(super) fn perturbed(evidence: &Evidence, aim: Class, window: Window) -> Opti
     });
     let since = turned.find(|(at, active)| *active && window.has(*at))?.0;
     let until = turned.find(|(_, active)| !active).map_or(Micros::MAX, |(at, _)| at);
-    let given: BTreeSet<_> = pictures(evidence, NodeId::PERCEPTION).map(|(_, picture)| picture).collect();
-    let came = |(at, picture)| (since..until).contains(&at) && given.contains(&picture);
     let mut seen = others(evidence, aim).into_iter().flat_map(|object| looked(evidence, object, aim));
-    (pictures(evidence, NodeId::SIM).any(came) && seen.any(|at| at < until)).then_some(since)
+    (given(evidence, since..until) && seen.any(|at| at < until)).then_some(since)
+}
+
+/// Whether perception was given an image, to the last byte, that the sim says it altered in this span.
+fn given(evidence: &Evidence, within: Range<Micros>) -> bool {
+    let given: BTreeSet<_> = pictures(evidence, NodeId::PERCEPTION).map(|(_, picture)| picture).collect();
+    pictures(evidence, NodeId::SIM).any(|(at, picture)| within.contains(&at) && given.contains(&picture))
 }
 
 /// Colour images that a node tells of: when, and which frame's, with its hash.

@@ -273,7 +273,7 @@ pub enum Event {
     #[n(86)] Followed { #[n(0)] track: TrackId, #[n(1)] class: Class, #[n(2)] x_mm: i32, #[n(3)] y_mm: i32 },
     /// The sim: this object bears a print.
     #[n(87)] Printed { #[n(0)] object: ObjectId },
-    /// The colour image of a frame, by its [`wire_hash`]: as perception was given it, and as the sim gave it with something added. Of every
+    /// The colour image of a frame, by its [`wire_hash`]: as perception was given it, and as the sim gave it with a pattern or a print in it. Of every
     /// [`PICTURED_EVERY`]th frame.
     #[n(88)] Pictured { #[n(0)] frame: FrameId, #[n(1)] hash: u64 },
     /// An insider sends the report with this identity: which of a session's records are its deeds.
