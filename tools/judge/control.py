@@ -2,13 +2,12 @@
 gateway and the unit accept of each other."""
 
 from links import arrivals
-from log import SLACK, key, towards_safe
+from log import CLOCKS, SLACK, key, towards_safe
 
 ANSWERED = 1_000_000  # within a second the display says what became of a command, and that a session was lost
 REACTION_MS = 150  # t0 of docs/bounds.md: what the fence guard has already taken off
 ERROR_MM = 400  # of the last fix, there too
 JUDGED = 20_000  # within so long of a datagram at the guard its record is judged; nothing else is there meanwhile if it came alone
-CLOCKS = 1_000
 
 
 def p7_commands(log):
@@ -77,8 +76,7 @@ def p4_settings(log):
 
 def p7_age(log):
     """Nothing is accepted that is older than Tf: at least as old as what lies between the relay's entry and the guard's."""
-    held = {e["event"]["hash"]: e["t_us"] for e in log.of("attack") if e["event"]["action"] in ("delay", "reorder")}
-    limit = log.bounds["freshness_ms"] * 1000 + CLOCKS
+    held, limit = log.taken(), log.bounds["freshness_ms"] * 1000 + CLOCKS
     for node, interface, peer in (("gateway", "uplink", "unit-a"), ("unit-a", "downlink", "gateway")):
         mine = [e for e in log.of("accepted", by=node) if (e["event"]["at"], e["event"]["peer"]) == (interface, peer)]
         accepted = [e["t_us"] for e in mine]

@@ -3,6 +3,7 @@
 from bisect import bisect_right
 
 SLACK = 50_000  # what a log entry may lag behind what it tells, and a command take on its way
+CLOCKS = 1_000  # what two clocks and two logs may differ by
 STANDING = 50  # mm/s below which a plant stands
 
 NOMINAL_MODES = ("READY", "PREPARE_TO_ACT")
@@ -57,6 +58,14 @@ class Log:
             for e in self.of("executed", by="unit-a")
             if e["event"]["refused"] is None
         ]
+
+    def taken(self):
+        """When the relay took datagrams off their way, by hash: to send them later, or never."""
+        found = {}
+        for e in self.of("attack"):
+            if e["event"]["action"] in ("delay", "reorder", "drop"):
+                found.setdefault(e["event"]["hash"], e["t_us"])
+        return found
 
     def truth(self):
         return [(e["t_us"], e["event"]) for e in self.of("truth") if e["event"]["unit"] == "unit-a"]

@@ -9,7 +9,7 @@ import math
 from bisect import bisect_right
 
 from links import arrivals
-from log import IMAGING, NOMINAL_MODES, OLD, RESTING_MODES, SLACK, STANDING, key, key_of_record, kind_name, planned
+from log import CLOCKS, IMAGING, NOMINAL_MODES, OLD, RESTING_MODES, SLACK, STANDING, key, key_of_record, kind_name, planned
 
 
 def p1_p11_acts(log):
@@ -70,23 +70,16 @@ def p3_place(log, faults):
 
 def p3_link(log):
     """Nothing timely at either end for Th, and the unit does not hold."""
-    th, tf = log.bounds["to_hold_safe_ms"] * 1000, log.bounds["freshness_ms"] * 1000
-    held, forged = {}, set()
-    for e in log.of("attack"):
-        ev = e["event"]
-        if ev["action"] in ("delay", "reorder"):
-            held[ev["hash"]] = ev["delay"]
-        elif ev["action"] == "drop":
-            held[ev["hash"]] = float("inf")
-        elif ev["action"] in ("corrupt", "inject"):
-            forged.add(ev["hash"])
+    th, limit = log.bounds["to_hold_safe_ms"] * 1000, log.bounds["freshness_ms"] * 1000 + CLOCKS
+    taken = log.taken()
+    forged = {e["event"]["hash"] for e in log.of("attack") if e["event"]["action"] in ("corrupt", "inject")}
     for node in ("gateway", "unit-a"):
         seen, times = set(), []
         for a in arrivals(log, node):
             if a["verdict"] != "passed" or a["hash"] in seen:
                 continue
             seen.add(a["hash"])
-            if held.get(a["hash"], 0) <= tf and a["hash"] not in forged and a["t"] < log.end:
+            if a["t"] - taken.get(a["hash"], a["t"]) <= limit and a["hash"] not in forged and a["t"] < log.end:
                 times.append(a["t"])
         gone = sorted(set(log.dead(node) + log.dead("unit-a")))
         times = [t for t in times if not any(a <= t <= b for a, b in gone)]

@@ -60,6 +60,29 @@ fn p3_records_held_back_too_long_are_not_timely() {
 }
 
 #[test]
+fn p3_a_dropped_record_that_is_put_back_is_as_timely_as_one_that_was_held_back() {
+    let dropped = |ms: u64| {
+        let mut log = Log::whole();
+        log.entries.retain(|w| {
+            let between = (5_000_001..6_200_000).contains(&w.at) && w.at != 5_700_000;
+            !(between && Some(w.entry.node) == NodeId::GATEWAY.guard())
+        });
+        let hash = 5700 << 8 | NodeId::GATEWAY.index() as u64;
+        for (at, action) in [(5700 - ms, Action::Drop), (5700, Action::Replay)] {
+            let event = Event::Attack { action, side: Side::Client, length: 100, hash, delay: Span::ZERO };
+            log.add(at, NodeId::RELAY_TELEMETRY, event);
+        }
+        log.planned.push(Planned::Action(Action::Replay).into());
+        log.judge().findings
+    };
+    let silent = |ms: u64| dropped(ms).iter().any(|f| f.what.starts_with("nothing timely"));
+    assert!(!silent(301), "what two clocks may differ by is not late");
+    assert!(silent(302), "it came too late to be a sign of the unit");
+    let accepted = dropped(302).iter().any(|f| f.property == Property::P7);
+    assert!(accepted, "and that it was accepted all the same is P7's to say");
+}
+
+#[test]
 fn p3_a_unit_that_is_not_where_it_takes_itself_to_be() {
     let located = |off_mm: i32| {
         let mut log = Log::whole();

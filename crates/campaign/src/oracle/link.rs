@@ -13,7 +13,7 @@ use wire::mode::Mode;
 
 use super::receipt::Receipt;
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, demise, finding, life};
+use super::{Evidence, Finding, Micros, Property, demise, finding, life, stale};
 
 /// Longer than a link on which a record goes each way every tenth of a second is silent by itself.
 const SILENCE: Micros = 350_000;
@@ -51,8 +51,8 @@ fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
 
 /// P3: when nothing timely has come through for *Th*, in either direction, the unit holds.
 ///
-/// Timely is what the guard at the target passed, was not made or changed by the adversary, and was not held back for
-/// more than *Tf*: all from the relay's and the guards' logs. A dead unit changes no mode, and what a dead end owes is
+/// Timely is what the guard at the target passed, was not made or changed by the adversary, and came within *Tf* of being
+/// taken by the relay, if it was: all from the relay's and the guards' logs. A dead unit changes no mode, and what a dead end owes is
 /// `demise`'s to judge: from the end of either to its next start, nothing is asked here.
 pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let th = evidence.bounds.to_hold_safe_ms * 1000;
@@ -74,12 +74,12 @@ pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
 /// The times between which nothing timely came to the guard of `node`, one after the other; without those in which either end
 /// was dead.
 pub(super) fn silences(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<(Micros, Micros)> {
-    let tf = evidence.bounds.freshness_ms * 1000;
+    let limit = stale::limit(evidence);
     let mut firsts = BTreeSet::new();
     let timely = arrivals(evidence, node).into_iter().filter(|a| {
-        let held = receipt.delayed.get(&a.hash).copied().unwrap_or(0);
+        let held = receipt.taken.get(&a.hash).map_or(0, |taken| a.at.saturating_sub(*taken));
         let passed = a.verdict == GuardVerdict::Passed;
-        passed && firsts.insert(a.hash) && held <= tf && !receipt.forged.contains_key(&a.hash)
+        passed && firsts.insert(a.hash) && held <= limit && !receipt.forged.contains_key(&a.hash)
     });
     let mut times: Vec<Micros> = timely.map(|a| a.at).filter(|at| *at < evidence.duration).collect();
     let dead: BTreeSet<(Micros, Micros)> =

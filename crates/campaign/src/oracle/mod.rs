@@ -153,7 +153,7 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     findings.extend(orders::check(evidence));
     findings.extend(takeover::check(evidence));
     findings.extend(place::check(evidence, &timeline));
-    findings.extend(stale::check(evidence));
+    findings.extend(stale::check(evidence, &receipt));
     let (responses, owed) = demise::judge(evidence, &timeline);
     findings.extend(owed);
     findings.sort_by_key(|f| (f.at_us, f.property));

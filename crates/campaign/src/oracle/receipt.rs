@@ -37,8 +37,8 @@ pub(super) struct Receipt {
     pub zero: Option<Micros>,
     /// Sensor faults with receipts.
     pub faults: Vec<Befallen>,
-    /// Delay imposed on a datagram, by its hash; dropped ones have `Micros::MAX`.
-    pub delayed: BTreeMap<u64, Micros>,
+    /// When the relay took a datagram off its way, by its hash: to send it later, or never.
+    pub taken: BTreeMap<u64, Micros>,
     /// Hashes that the adversary made or changed: never timely traffic.
     pub forged: BTreeMap<u64, Micros>,
 }
@@ -126,18 +126,16 @@ fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]
 
 fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
     for w in &evidence.entries {
-        let Event::Attack { action, hash, delay, .. } = w.entry.event else { continue };
+        let Event::Attack { action, hash, .. } = w.entry.event else { continue };
         match action {
-            Action::Delay | Action::Reorder => {
-                receipt.delayed.insert(hash, delay.0);
-            }
-            Action::Drop => {
-                receipt.delayed.insert(hash, Micros::MAX);
+            // What was dropped may be put back by another part of the same attack: it was held until then.
+            Action::Delay | Action::Reorder | Action::Drop => {
+                receipt.taken.entry(hash).or_insert(w.at);
             }
             Action::Corrupt | Action::Inject => {
                 receipt.forged.insert(hash, w.at);
             }
-            // The first sight of these bytes is the original; only that one counts as timely, whatever is repeated.
+            // Only the first that comes of these bytes can be timely (`link::silences`), whatever is repeated.
             Action::Duplicate
             | Action::Replay
             | Action::Reoriginate

@@ -6,9 +6,10 @@
 
 use std::collections::BTreeMap;
 
-use wire::event::{Action, Event, GuardVerdict, Interface};
+use wire::event::{Event, GuardVerdict, Interface};
 use wire::id::NodeId;
 
+use super::receipt::Receipt;
 use super::{Evidence, Finding, Micros, Property, finding};
 
 /// How long after a datagram was at the guard its record is judged, at the latest; and how long nothing else may be at
@@ -17,25 +18,19 @@ const JUDGED: Micros = 20_000;
 /// What two clocks and two logs may differ by.
 const SLACK: Micros = 1_000;
 
-/// Looks for records that were accepted too old.
-pub(super) fn check(evidence: &Evidence) -> Vec<Finding> {
-    let came: BTreeMap<u64, Micros> = evidence
-        .entries
-        .iter()
-        .filter_map(|w| match w.entry.event {
-            Event::Attack { action: Action::Delay | Action::Reorder, hash, .. } => Some((hash, w.at)),
-            _ => None,
-        })
-        .collect();
-    if came.is_empty() {
-        return Vec::new();
-    }
-    let ends = [(NodeId::GATEWAY, Interface::Uplink), (NodeId::UNIT_A, Interface::Downlink)];
-    ends.into_iter().flat_map(|(node, interface)| at_end(evidence, &came, node, interface)).collect()
+/// What a record may have spent between the relay's log and a guard's, at most, to be fresh.
+pub(super) fn limit(evidence: &Evidence) -> Micros {
+    evidence.bounds.freshness_ms * 1000 + SLACK
 }
 
-fn at_end(evidence: &Evidence, came: &BTreeMap<u64, Micros>, node: NodeId, interface: Interface) -> Option<Finding> {
-    let limit = evidence.bounds.freshness_ms * 1000 + SLACK;
+/// Looks for records that were accepted too old.
+pub(super) fn check(evidence: &Evidence, receipt: &Receipt) -> Vec<Finding> {
+    let ends = [(NodeId::GATEWAY, Interface::Uplink), (NodeId::UNIT_A, Interface::Downlink)];
+    ends.into_iter().flat_map(|(node, interface)| at_end(evidence, &receipt.taken, node, interface)).collect()
+}
+
+fn at_end(evidence: &Evidence, taken: &BTreeMap<u64, Micros>, node: NodeId, interface: Interface) -> Option<Finding> {
+    let limit = limit(evidence);
     let passed: Vec<(Micros, u64)> = evidence
         .entries
         .iter()
@@ -53,7 +48,7 @@ fn at_end(evidence: &Evidence, came: &BTreeMap<u64, Micros>, node: NodeId, inter
         .collect();
     let near = |a: Micros, b: Micros| a.abs_diff(b) <= JUDGED;
     passed.iter().enumerate().find_map(|(i, (at, hash))| {
-        let age = at.checked_sub(*came.get(hash)?).filter(|age| *age > limit)?;
+        let age = at.checked_sub(*taken.get(hash)?).filter(|age| *age > limit)?;
         let alone = i.checked_sub(1).is_none_or(|before| !near(passed[before].0, *at))
             && passed.get(i + 1).is_none_or(|after| !near(after.0, *at));
         let next = accepted.get(accepted.partition_point(|a| a < at)).filter(|next| near(**next, *at))?;
