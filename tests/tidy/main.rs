@@ -73,6 +73,16 @@ fn no_core_knows_a_clock_a_socket_tokio_or_link() {
     }
 }
 
+/// The macros of the standard library panic when the stream is gone. The trainer is a tool of authors.
+#[test]
+fn lines_for_a_person_are_written_by_one_module_that_outlives_a_closed_stream() {
+    for (file, text) in sources("crates") {
+        let own = file.contains("/src/") && !file.starts_with("crates/trainer/");
+        let printed = ["println!(", "print!("].iter().any(|word| code(&text).contains(word));
+        assert!(!own || !printed, "{file} prints by itself: use link::terminal, or link::note!");
+    }
+}
+
 /// A mutant whose place is gone is never switched on, and would be taken for one that was noticed or not.
 #[test]
 fn every_mutant_has_its_one_place_in_the_sources() {

@@ -65,7 +65,7 @@ pub use peer::{Falsehood, ModeConfusion, Motion, Product, SessionReplay};
 pub use perturbation::Perturbation;
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use print::{Heat, Print};
-pub use problem::{Problem, ProblemRow, Problems};
+pub use problem::{Problem, ProblemRow, Problems, closest};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse, parse_platform, parse_scene};
 pub use rogue::{Mandate, Order, Rogue, Takeover, Values, Way};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene, Weather};

@@ -127,7 +127,7 @@ pub struct Trial {
     pub log_hash: String,
     /// SHA-256 over modes, verdicts, reasons and ticks, hexadecimal.
     pub decision_hash: String,
-    /// Records delivered to the boundary.
+    /// Records delivered to the boundary: `accepted` and the sum of `dropped`. Datagrams that a guard refused are none.
     pub received: u64,
     /// Records that it accepted.
     pub accepted: u64,

@@ -16,6 +16,8 @@ mod exports;
 mod frames;
 #[path = "command/judge.rs"]
 mod judge;
+#[path = "command/manners.rs"]
+mod manners;
 #[path = "command/rare.rs"]
 mod rare;
 #[path = "command/searches.rs"]
@@ -91,11 +93,13 @@ fn a_file_that_cannot_be_a_scenario_is_refused_unread_with_exit_2() {
 }
 
 #[test]
-fn a_name_that_is_no_scenario_is_answered_with_those_there_are() {
-    let output = holdsafe(&["run", "nominall", "--json"]);
-    assert_eq!(output.status.code(), Some(2));
-    let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert!(object["error"].as_str().unwrap().contains("nominal, "), "{object}");
+fn a_name_that_is_no_scenario_is_answered_with_the_nearest_or_with_those_there_are() {
+    for (name, answer) in [("nominall", "did you mean `nominal`?"), ("xqz", "nominal, ")] {
+        let output = holdsafe(&["run", name, "--json"]);
+        assert_eq!(output.status.code(), Some(2));
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(object["error"].as_str().unwrap().contains(answer), "{object}");
+    }
 }
 
 #[test]

@@ -29,5 +29,6 @@ pub mod relay;
 pub mod sockets;
 pub mod spec;
 pub mod stream;
+pub mod terminal;
 pub mod vet;
 pub mod web;

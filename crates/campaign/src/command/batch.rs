@@ -158,11 +158,11 @@ pub(super) fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
     for (trial, planned) in odd.iter().take(MAX_TOLD) {
         let why = if trial.findings.is_empty() { String::new() } else { format!(" ({})", trial.findings.join("; ")) };
         let expected: Vec<&str> = planned.variation.scenario.expected.iter().map(|o| o.name()).collect();
-        eprintln!("{}{why}, expected {}", trial.outcome.name(), expected.join(" or "));
-        eprintln!("reproduce: {}", reproduce(mode, planned, trial.seed));
+        link::note!("{}{why}, expected {}", trial.outcome.name(), expected.join(" or "));
+        link::note!("reproduce: {}", reproduce(mode, planned, trial.seed));
     }
     if odd.len() > MAX_TOLD {
-        eprintln!("and {} more", odd.len() - MAX_TOLD);
+        link::note!("and {} more", odd.len() - MAX_TOLD);
     }
     if trials.is_empty() {
         Exit::NoEvidence

@@ -103,6 +103,17 @@ pub(super) fn trial(
     }
 }
 
+/// Whether a trial can begin: the services take their setups, and the adversary its plan.
+///
+/// # Errors
+/// The first refusal.
+pub(super) fn can_start(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(), EngineError> {
+    match scenario.is_of_stacks() {
+        true => Ok(()),
+        false => twin::trial::start(scenario, setup, seed, false).map(|_| ()).map_err(failed),
+    }
+}
+
 /// Sabotages the receipts of one trial in the twin.
 pub(super) fn sabotaged(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trial, EngineError> {
     let done = sabotage(scenario, setup, seed).map_err(failed)?;
@@ -156,7 +167,7 @@ fn live_trial(
             .map_err(failed)?;
         // What cannot be thinned stays whole: that costs room and nothing else.
         if let Err(why) = keep::thinned(directory, &run.replays, setup.frames) {
-            eprintln!("{}: mouth logs stay whole: {why}", directory.display());
+            link::note!("{}: mouth logs stay whole: {why}", directory.display());
         }
     }
     let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);

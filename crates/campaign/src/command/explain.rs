@@ -49,7 +49,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let kept = args.why_not.map(|wanted| why_not(&log, wanted, args.at.unwrap_or(end)));
     let told = if kept.is_some() { Vec::new() } else { chosen(args, explain(&entries, &bounds)) };
     if kept.is_none() && told.is_empty() {
-        eprintln!("no loss to explain; --all tells of every change of mode");
+        link::note!("no loss to explain; --all tells of every change of mode");
     }
     if context.json {
         out::print_json("explain", &ExplainObject::new(&args.run, flaw, assumed, told, kept))?;

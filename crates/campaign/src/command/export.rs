@@ -90,10 +90,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         out::say(format_args!("{topic:32} {schema:28} {messages:8}"));
     }
     if unread > 0 {
-        eprintln!("{unread} messages between services could not be read and are left out");
+        link::note!("{unread} messages between services could not be read and are left out");
     }
     if not_kept > 0 {
-        eprintln!(
+        link::note!(
             "{not_kept} sets of frames were not kept but for their hash; `live --frames 1 --out DIR` keeps them all"
         );
     }

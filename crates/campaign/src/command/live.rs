@@ -66,11 +66,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         one.setup.run_dir = Some(out::directory(dir, Some(dir), "live")?);
     }
     if let Some(mark) = one.setup.watermark() {
-        eprintln!("{mark}");
+        link::note!("{mark}");
     }
     // With --json stdout is for the object, so the operator's view goes to stderr.
     let tell: fn(&str) =
-        if context.json { |text| eprintln!("{text}") } else { |text| out::say(format_args!("{text}")) };
+        if context.json { |text| link::note!("{text}") } else { |text| out::say(format_args!("{text}")) };
     let mut told = 0;
     let mut show = |text: &str| {
         let now = trace_us();

@@ -7,6 +7,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+pub(super) use link::terminal::say;
 use perception::head::Brought;
 use perception::model::hex_digest;
 use serde::Serialize;
@@ -140,15 +141,6 @@ pub(super) fn write_trials(dir: &Path, name: &str, trials: &[Trial]) -> Result<(
         writeln!(file, "{line}")?;
     }
     Ok(file.flush()?)
-}
-
-/// Prints a line of the result on stdout. A reader that has gone away is no failure: the exit code still tells.
-pub(super) fn say(line: std::fmt::Arguments<'_>) {
-    match writeln!(std::io::stdout(), "{line}") {
-        Ok(()) => {}
-        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {}
-        Err(e) => eprintln!("stdout: {e}"),
-    }
 }
 
 /// Prints a result as one JSON object on stdout, with the name of its kind.

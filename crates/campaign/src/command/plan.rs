@@ -74,7 +74,11 @@ pub(super) fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure>
     let root = context.root()?;
     let shipped = [scenario::shipped(&root)?, scenario::rendered(&root)?].concat();
     let known: Vec<String> = shipped.iter().map(|p| stem(p)).collect();
-    Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; there are: {}", known.join(", "))))
+    let hint = match scenario::closest(name, known.iter().map(String::as_str)) {
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => format!("there are: {}", known.join(", ")),
+    };
+    Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; {hint} A file is named by its path, ending in .toml")))
 }
 
 /// Loads a scenario and prepares its variations.

@@ -48,10 +48,10 @@ impl Recorded {
     /// Says on stderr what `run`'s log leaves open.
     pub(super) fn warn(&self, run: &str) {
         if let Some(assumed) = self.assumed {
-            eprintln!("{run}: {assumed}");
+            link::note!("{run}: {assumed}");
         }
         if let Some(flaw) = &self.flaw {
-            eprintln!("{run} does not verify, and what is told of it is no better than it: {flaw}");
+            link::note!("{run} does not verify, and what is told of it is no better than it: {flaw}");
         }
     }
 }

@@ -119,7 +119,7 @@ fn same(context: &Context, run: &str, cores: Vec<MouthReplay>) -> Result<Exit, F
         out::print_json("replay", &Replayed { schema_version: SCHEMA_VERSION, identical, cores })?;
     }
     if !identical {
-        eprintln!("reproduce: holdsafe replay {run}");
+        link::note!("reproduce: holdsafe replay {run}");
     }
     Ok(if identical { Exit::Fine } else { Exit::Unexpected })
 }

@@ -63,7 +63,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if let Some(dir) = &args.navigator {
         let layers = dossier::layers(&dossier.results);
         if layers.is_empty() {
-            eprintln!(
+            link::note!(
                 "no layer for the Navigator: none of these results is of a scenario with techniques; give a `matrix`"
             );
         }

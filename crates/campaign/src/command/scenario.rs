@@ -1,15 +1,16 @@
 //! `holdsafe scenario check|schema|new`: scenario files.
 
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
-use super::failure::{Exit, Failure};
+use super::failure::{self, Exit, Failure};
 use super::plan::{self, Wanted};
-use super::{Context, out};
+use super::{Context, engine, out};
+use crate::cast::needs_rendering;
 use crate::report::SCHEMA_VERSION;
-use crate::scenario::{self, Name, ProblemRow, Problems, Setup};
+use crate::scenario::{self, Name, Problem, ProblemRow, Problems, Setup};
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {
@@ -61,7 +62,7 @@ fn check(context: &Context, files: &[PathBuf]) -> Result<Exit, Failure> {
         let problems = problems_of(context, file)?;
         let name = file.display().to_string();
         if let (Some(problems), false) = (&problems, context.json) {
-            eprintln!("{}", problems.render(std::io::stderr().is_terminal()).trim_end());
+            link::note!("{}", problems.render(failure::colour()).trim_end());
         } else if !context.json {
             out::say(format_args!("{name}: fine"));
         }
@@ -83,8 +84,14 @@ fn problems_of(context: &Context, file: &Path) -> Result<Option<Problems>, Failu
     };
     let root = context.root()?;
     for variation in scenario.variations(None) {
-        if let Err(problems) = Setup::load(&root, &variation.scenario, None, false) {
-            return Ok(Some(problems));
+        let rendered = needs_rendering(&variation.scenario).is_some();
+        let setup = match Setup::load(&root, &variation.scenario, None, rendered) {
+            Ok(setup) => setup,
+            Err(problems) => return Ok(Some(problems)),
+        };
+        if let Err(why) = engine::can_start(&variation.scenario, &setup, context.seed) {
+            let remedy = "correct the value; `holdsafe scenario schema` prints every key with its type and range";
+            return Ok(Some(Problem::with_file(&file.display().to_string(), why.to_string(), remedy).into()));
         }
     }
     for under in &scenario.under {

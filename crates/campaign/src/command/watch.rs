@@ -161,7 +161,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 /// The site that the run was planned on; of one that cannot be read nothing is drawn.
 fn site(run: &Path) -> Site {
     keep::read_site(run).unwrap_or_else(|why| {
-        eprintln!("{}: the page shows no geofence and no route: {why}", run.display());
+        link::note!("{}: the page shows no geofence and no route: {why}", run.display());
         Site::default()
     })
 }

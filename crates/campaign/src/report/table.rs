@@ -9,6 +9,11 @@ use super::run::{RunObject, Summary};
 use crate::stats::Sample;
 use crate::trial::Outcome;
 
+/// What the columns of a table of trials mean.
+const LEGEND: &str = "\
+ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59), from the injection's receipt.
+unsafe below: exact one-sided 95 % bound. refused: records, by reason.";
+
 /// The table of the reference evaluation.
 pub fn reference_table(reference: &Reference) -> String {
     let mut table = new_table(&[
@@ -64,7 +69,7 @@ pub fn run_table(run: &RunObject) -> String {
     table.add_row(run_row("all", accounts, &run.summary));
     let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
     let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
-    format!("{mark}{detector}{} ({}, seed {})\n{table}\n", run.scenario, run.mode.name(), run.seed)
+    format!("{mark}{detector}{} ({}, seed {})\n{table}\n{LEGEND}\n", run.scenario, run.mode.name(), run.seed)
 }
 
 fn run_row(cell: &str, accounts: String, summary: &Summary) -> Vec<String> {
@@ -97,10 +102,13 @@ pub fn latency_table(rows: &[LiveLatency]) -> String {
     )
 }
 
+/// Columns of text that a table takes at most: what a page, a mail and half a screen have room for.
+pub(crate) const WIDTH: u16 = 100;
+
 /// An empty table as all of them look.
 pub(crate) fn started() -> Table {
     let mut table = Table::new();
-    table.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Dynamic);
+    table.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
     table
 }
 
@@ -132,6 +140,18 @@ mod tests {
     use super::super::run::tests::trial;
     use super::super::{Mode, RunObject};
     use super::*;
+
+    #[test]
+    fn a_table_fits_its_width_and_says_what_its_columns_mean() {
+        let mut trials: Vec<_> = (0..59).map(|s| trial(s, Outcome::HoldSafe)).collect();
+        for reason in ["not-current", "stale", "wrong-origin", "bad-signature"] {
+            trials[0].dropped.insert(reason.to_owned(), 100_000);
+        }
+        let text = run_table(&RunObject::new("delay", Mode::Twin, 7, trials, &[]));
+        let widest = text.lines().map(|line| line.chars().count()).max();
+        assert!(widest.is_some_and(|widest| widest <= usize::from(WIDTH)), "{widest:?}: {text}");
+        assert!(text.contains("from the injection's receipt"), "{text}");
+    }
 
     #[test]
     fn a_run_shows_its_counts_and_its_bound() {

@@ -9,6 +9,7 @@ use std::ops::Range;
 use wire::id::{NodeId, UnitId};
 
 use super::check_steps;
+use super::scene::{Object, Point};
 use super::stack::{Certificate, Hand, Link};
 use super::timed::Windowed;
 use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
@@ -469,12 +470,32 @@ pub(super) fn scene(scene: &Scene) -> Vec<Finding> {
     if !inside(&fence, (scene.start.at_m[0].get(), scene.start.at_m[1].get())) {
         found.push(finding(&scene.start, "the platform starts outside its geofence", "move the start or the fence"));
     }
+    for object in scene.object.iter().filter(|object| covers(object, &scene.start.at_m)) {
+        let message = format!("the platform starts inside `{}`", object.name.as_str());
+        found.push(finding(&scene.start, message, "move the start or the object"));
+    }
     for point in scene.route.iter() {
         if !inside(&fence, (point[0].get(), point[1].get())) {
             found.push(finding(point, "a way point lies outside the geofence", "move the point or the fence"));
         }
     }
     found
+}
+
+/// Whether the footprint of an object, where it stands first, holds this point.
+fn covers(object: &Object, at_m: &Point) -> bool {
+    let Some(place) = object.path_m.first() else { return false };
+    let (east, north) = (at_m[0].get() - place[0].get(), at_m[1].get() - place[1].get());
+    // An object that moves faces the way it goes.
+    let heading = match object.path_m.get(1) {
+        Some(next) if object.speed_m_s.get() > 0.0 => {
+            libm::atan2(next[1].get() - place[1].get(), next[0].get() - place[0].get())
+        }
+        Some(_) | None => object.heading_rad.get(),
+    };
+    let (sin, cos) = (libm::sin(heading), libm::cos(heading));
+    let (ahead, aside) = (east * cos + north * sin, north * cos - east * sin);
+    ahead.abs() * 2.0 < object.size_m[0].get() && aside.abs() * 2.0 < object.size_m[1].get()
 }
 
 /// Everything that does not fit in a platform file named `stem`.

@@ -54,6 +54,17 @@ impl Setup {
             Problem::with_file(&file, message, "a scenario may only tighten bounds: lower it or take it out")
         });
         Problems::none_or(problems.collect())?;
+        let in_force = scenario.bounds.over(&platform.bounds);
+        let chain = in_force.freshness_ms.get() + in_force.lease_ms.get() + in_force.control_period_ms.get();
+        if chain > in_force.to_hold_safe_ms.get() {
+            let message = format!(
+                "after a lost uplink the lease lapses {chain} ms later (freshness, lease and control period), beyond Th = {} ms",
+                in_force.to_hold_safe_ms.get()
+            );
+            let file = if scenario.bounds.is_empty() { &platform.name } else { &*scenario.name };
+            let remedy = "shorten the lease, or give Th more time (docs/bounds.md, The three bounds)";
+            return Err(Problem::with_file(&format!("{file}.toml"), message, remedy).into());
+        }
         let path = policy.map_or_else(|| named(root, "policies", &scenario.policy), Path::to_path_buf);
         let policy_name = stem(&path);
         let policy = load_policy(&path, &policy_name)?;

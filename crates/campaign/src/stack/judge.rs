@@ -114,7 +114,8 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
     let missed = showing.missed.iter().map(|what| format!("late: {what}"));
     let clear = showing.in_the_clear.iter().map(|what| format!("in the clear: {what}"));
     let unseen = (!showing.receipt()).then(|| "something that was done was not seen at its target".to_owned());
-    let refusals: u64 = showing.refused.values().chain(showing.guard_refused.values()).sum();
+    // Records at the boundary, as of every other trial; what a guard refused is none and stands in `guard_refused`.
+    let refused: u64 = showing.refused.values().sum();
     let decisions = (outcome.name(), &showing.refused, &showing.guard_refused, showing.delivered);
     let decision_hash = hex(&Sha256::digest(format!("{decisions:?}")));
     let counts = [&showing.deeds, &showing.seen].map(in_order);
@@ -128,7 +129,7 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         receipt: showing.receipt(),
         log_hash: hex(&Sha256::digest(format!("{decisions:?}{counts:?}"))),
         decision_hash,
-        received: showing.delivered + refusals,
+        received: showing.delivered + refused,
         accepted: showing.delivered,
         dropped: showing.refused.clone(),
         guard_refused: showing.guard_refused.clone(),
