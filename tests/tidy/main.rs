@@ -207,8 +207,8 @@ fn every_file_says_what_it_is() {
 #[test]
 fn every_scenario_and_every_refusal_is_documented() {
     let scenarios = fs::read_to_string(root().join("docs/scenarios.md")).expect("docs/scenarios.md");
-    let folders =
-        ["scenarios", "scenarios/rendered"].map(|folder| fs::read_dir(root().join(folder)).expect("scenarios/"));
+    let folders = ["scenarios", "scenarios/rendered", "scenarios/demo"]
+        .map(|folder| fs::read_dir(root().join(folder)).expect("scenarios/"));
     for entry in folders.into_iter().flatten() {
         let path = entry.expect("a readable entry").path();
         if path.extension().is_some_and(|e| e == "toml") {

@@ -31,7 +31,7 @@ pub use columns::{TableError, TrialTable};
 pub use cost::{Spread, StageCost, TwinCost, cost_table};
 pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
 pub(crate) use explain::stage_name;
-pub use explain::{ExplainObject, diagram, explained, kept_out};
+pub use explain::{ExplainObject, diagram, explained, explained_in_seconds, kept_out};
 pub use growth::{Fit, Grown, Growth, GrowthRow, growth_table};
 pub use kill::{KillRow, Times, kill_table};
 pub use liveness::{LivenessObject, LivenessRow, liveness_svg, liveness_table};

@@ -70,7 +70,7 @@ pub use read::{MAX_FILE_BYTES, load, load_platform, parse, parse_platform, parse
 pub use rogue::{Mandate, Order, Rogue, Takeover, Values, Way};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene, Weather};
 pub use set::Settings;
-pub use setup::{FRAMES, Setup, find_root, load_policy, parse_policy, platforms, rendered, shipped};
+pub use setup::{FRAMES, Setup, demo, find_root, load_policy, parse_policy, platforms, rendered, shipped};
 pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
 pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};

@@ -162,6 +162,8 @@ pub struct ShownRefusals {
 pub struct Marks {
     /// A recording is shown: nothing can be commanded.
     pub replay: bool,
+    /// In a recording: when the run's time began, on the console's clock. Times are then told as times of the run.
+    pub began: Option<Instant>,
     /// The name of a policy that waives something.
     pub ablation: Option<String>,
 }

@@ -16,7 +16,7 @@ use super::recorded::Recorded;
 use crate::explain::explain;
 use crate::oracle::Micros;
 use crate::passed::{Passed, recorded};
-use crate::report::explained;
+use crate::report::explained_in_seconds;
 
 /// What a recorded run has beside what was shown.
 pub(super) struct Beheld {
@@ -44,7 +44,8 @@ impl Beheld {
         let mut frames = recorded(run, &entries).map_err(unread)?.passed;
         frames.retain(|of| of.topic == Topic::Frames);
         let stages = if frames.is_empty() { None } else { Some(stages()?) };
-        let changes = explain(&entries, &bounds).into_iter().map(|of| (of.at_us, explained(&of).into())).collect();
+        let changes =
+            explain(&entries, &bounds).into_iter().map(|of| (of.at_us, explained_in_seconds(&of).into())).collect();
         Ok(Some(Self { frames, stages, changes, ahead, last: None }))
     }
 
@@ -61,6 +62,10 @@ impl Beheld {
 }
 
 impl Evidence for Beheld {
+    fn began(&self) -> Option<Instant> {
+        u64::try_from(-self.ahead).ok().map(Instant)
+    }
+
     fn at(&mut self, at: Instant) -> Beside {
         let Ok(on_run) = Micros::try_from(i128::from(at.0) + self.ahead) else { return Beside::default() };
         let change = self.changes.partition_point(|(at, _)| *at <= on_run).checked_sub(1);

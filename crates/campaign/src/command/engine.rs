@@ -99,7 +99,7 @@ pub(super) fn trial(
             Ok(judged::trial(seed, scenario.level(), &run.evidence, &run.verdict))
         }
         Mode::Stack => stack::trial(scenario, seed).map_err(failed),
-        Mode::Live => live_trial(scenario, setup, seed, stop, View::nobody(&mut |_| {})),
+        Mode::Live => live_trial(scenario, setup, seed, stop, View::of(setup, &mut |_| {})),
     }
 }
 
@@ -133,6 +133,12 @@ pub(super) struct View<'a> {
 }
 
 impl<'a> View<'a> {
+    /// The window that the setup asks for.
+    fn of(setup: &Setup, show: &'a mut dyn FnMut(&str)) -> Self {
+        let role = setup.window.unwrap_or(Role::Supervise);
+        Self { window: setup.window.is_some(), role, ..Self::nobody(show) }
+    }
+
     /// Nobody looks, and nobody acts.
     fn nobody(show: &'a mut dyn FnMut(&str)) -> Self {
         Self { show, window: false, role: Role::Supervise, acts: Vec::new() }

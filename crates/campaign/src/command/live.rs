@@ -45,14 +45,19 @@ pub(super) struct Args {
     frames: u32,
 }
 
-fn role(text: &str) -> Result<Role, String> {
+pub(super) fn role(text: &str) -> Result<Role, String> {
     let named = Role::ALL.into_iter().find(|role| role.name() == text);
     named.ok_or_else(|| format!("one of {} is expected", Role::ALL.map(Role::name).join(", ")))
 }
 
+/// Whether there is a display to open a window on.
+pub(super) fn display() -> Result<(), Failure> {
+    link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))
+}
+
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if args.console {
-        link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
+        display()?;
     }
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
     let wanted = Wanted { policy, cell, rendered: true, detector, sabotage: false };

@@ -3,12 +3,13 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
+use wire::person::Role;
 
 use super::batch::{self, Batch};
 use super::bring::Bring;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use super::{Context, out};
+use super::{Context, live, out};
 use crate::report::{Mode, RunObject, SCHEMA_VERSION, run_table};
 use crate::scenario::{FRAMES, Scenario};
 
@@ -39,6 +40,13 @@ pub(super) struct Args {
     rendered: bool,
     #[command(flatten)]
     bring: Bring,
+    /// Open the operator's window on the one live trial. The run then lasts until that is closed, at least to the scenario's end.
+    #[arg(long, requires = "live")]
+    console: bool,
+    /// What the person at the window may do: view, operate or supervise. Who may only look has no pen, and then the scenario's
+    /// operator has none either.
+    #[arg(long, requires = "console", default_value = "supervise", value_parser = live::role)]
+    role: Role,
     /// Deny every injection: the actors' claims in a log of the same trial in which nobody acted. INVALID is expected.
     #[arg(long, conflicts_with_all = ["live", "rendered", "detector"])]
     sabotage: bool,
@@ -71,8 +79,14 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mut plans = Vec::new();
     for name in &args.scenarios {
         let (scenario, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
-        planned.iter_mut().for_each(|of| of.setup.frames = args.frames);
+        for of in &mut planned {
+            of.setup.frames = args.frames;
+            of.setup.window = args.console.then_some(args.role);
+        }
         plans.push((scenario, planned));
+    }
+    if args.console {
+        one_window(args, plans.iter().map(|(_, planned)| planned.len()).sum())?;
     }
     if let Some((scenario, _)) = plans.iter().find(|(scenario, _)| args.live && scenario.is_of_stacks()) {
         let name = scenario.name.as_str();
@@ -99,6 +113,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     finish(context, engine, runs, out.as_deref())?;
     Ok(exit)
+}
+
+/// A window is somebody's for a whole trial, so that there is one of each.
+fn one_window(args: &Args, variations: usize) -> Result<(), Failure> {
+    if variations != 1 || args.trials.is_some_and(|n| n != 1) {
+        let message = "--console opens a window on one trial: name one scenario, of several cells one with --cell, and leave \
+                       --trials out";
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    live::display()
 }
 
 /// Folds the trials of one scenario into its object.

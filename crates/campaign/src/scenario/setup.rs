@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use perception::head::Brought;
 use wire::bounds::Bounds;
+use wire::person::Role;
 use wire::policy::Policy;
 
 use super::read::{load_platform, read_text};
@@ -36,6 +37,8 @@ pub struct Setup {
     pub run_dir: Option<PathBuf>,
     /// Of a live run's recordings: every which set of sensor frames stays whole; 0 for none.
     pub frames: u32,
+    /// Of a live run: what the person at the operator's window may do; no window where absent.
+    pub window: Option<Role>,
     /// Set when the user wants to stop; engines look at it between steps.
     pub stop: Stop,
 }
@@ -70,8 +73,8 @@ impl Setup {
         let policy = load_policy(&path, &policy_name)?;
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
         let stop = Stop::default();
-        let (misset, detector, run_dir, frames) = (None, None, None, FRAMES);
-        Ok(Self { policy_name, policy, bounds, misset, platform, rendered, detector, run_dir, frames, stop })
+        let (misset, detector, run_dir, frames, window) = (None, None, None, FRAMES, None);
+        Ok(Self { policy_name, policy, bounds, misset, platform, rendered, detector, run_dir, frames, window, stop })
     }
 
     /// The words that every artefact of an ablation carries; `None` where every check, guard, rule and bound stands.
@@ -123,6 +126,14 @@ pub fn shipped(root: &Path) -> std::io::Result<Vec<PathBuf>> {
 /// The folder cannot be read.
 pub fn rendered(root: &Path) -> std::io::Result<Vec<PathBuf>> {
     files(&root.join("scenarios/rendered"))
+}
+
+/// The shipped scenarios that are for showing: too long for the reference evaluation, and no part of it.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn demo(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    files(&root.join("scenarios/demo"))
 }
 
 /// Every shipped platform, by name.

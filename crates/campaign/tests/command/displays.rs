@@ -75,7 +75,22 @@ fn without_a_display_a_window_is_one_line_with_a_remedy_and_nothing_is_started()
     let (code, says) = blind(&["live", "nominal", "--console", "--out", out.to_str().unwrap()]);
     assert_eq!(code, Some(5));
     assert!(says.contains("holdsafe watch") && says.trim().lines().count() == 1, "{says}");
+    let (code, says) = blind(&["run", "demo", "--live", "--console", "--out", out.to_str().unwrap()]);
+    assert_eq!(code, Some(5), "{says}");
+    assert!(says.contains("holdsafe watch") && says.trim().lines().count() == 1, "{says}");
     assert!(!out.exists(), "nothing was started");
+}
+
+#[test]
+fn a_window_is_for_one_live_trial() {
+    let (code, says) = blind(&["run", "nominal", "--console"]);
+    assert_eq!(code, Some(2));
+    assert!(says.contains("--live"), "{says}");
+    for more in [&["nominal", "replay"][..], &["nominal", "--trials", "2"], &["teammate"]] {
+        let (code, says) = blind(&[&["run", "--live", "--console"][..], more].concat());
+        assert_eq!(code, Some(2), "{more:?}: {says}");
+        assert!(says.contains("--console opens a window on one trial"), "{says}");
+    }
 }
 
 #[test]

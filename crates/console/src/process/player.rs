@@ -99,10 +99,15 @@ pub struct Player {
     taken: usize,
     at: Instant,
     moments: Vec<Moment>,
+    /// When the run's time began, on the console's clock.
+    began: Instant,
+    /// When a unit was first shown in another mode than before.
+    first_change: Option<Instant>,
 }
 
 impl Player {
-    /// Opens the recording below `run_dir`, and goes through it once.
+    /// Opens the recording below `run_dir`, goes through it once, and stands at the first change of mode in it; at its
+    /// beginning where there is none.
     ///
     /// # Errors
     /// When something of it is missing or is no recording. One that ends within an entry is read up to there.
@@ -123,7 +128,8 @@ impl Player {
         let setup = Setup { boot, ..config.setup.clone() };
         let console = Console::retrace(setup, config.config.clone(), started)?;
         let at = turns.first().ok_or(PlayerError::Empty)?.now;
-        let mut player = Self { turns, copies: Vec::new(), console, taken: 0, at, moments: Vec::new() };
+        let (copies, moments) = (Vec::new(), Vec::new());
+        let mut player = Self { turns, copies, console, taken: 0, at, moments, began: at, first_change: None };
         let mut before = player.shown();
         while player.taken < player.turns.len() {
             if player.taken.is_multiple_of(APART) {
@@ -134,7 +140,7 @@ impl Player {
             player.mark(&before, &after);
             before = after;
         }
-        player.seek(Span::ZERO);
+        player.seek(player.first_change.map_or(Span::ZERO, |at| at.since(player.begins())));
         Ok(player)
     }
 
@@ -158,10 +164,20 @@ impl Player {
         &self.moments
     }
 
+    /// The run's time began then, on the console's clock; until that is said, it counts from the recording's beginning.
+    pub fn count_from(&mut self, began: Instant) {
+        self.began = began;
+    }
+
+    /// How long after the recording's beginning the run's time began.
+    pub fn lead(&self) -> Span {
+        self.began.since(self.begins())
+    }
+
     /// What was shown then, marked as a replay, in which no command is possible.
     pub fn shown(&self) -> Shown {
         let mut shown = self.console.shown(self.at);
-        shown.marks.replay = true;
+        (shown.marks.replay, shown.marks.began) = (true, Some(self.began));
         shown
     }
 
@@ -181,10 +197,14 @@ impl Player {
         self.at = to;
     }
 
-    /// Goes so many inputs on, or back.
+    /// Goes so many inputs on, or back. Those of one instant are gone past together, for the picture is of an instant.
     pub fn step(&mut self, by: i32) {
         let last = self.turns.len().saturating_sub(1);
-        let here = self.turns.partition_point(|turn| turn.now <= self.at).saturating_sub(1);
+        let here = if by < 0 {
+            self.turns.partition_point(|turn| turn.now < self.at)
+        } else {
+            self.turns.partition_point(|turn| turn.now <= self.at).saturating_sub(1)
+        };
         let to = here.saturating_add_signed(by as isize).min(last);
         if let Some(turn) = self.turns.get(to) {
             self.seek(turn.now.since(self.begins()));
@@ -206,6 +226,9 @@ impl Player {
 
     fn mark(&mut self, before: &Shown, after: &Shown) {
         let at = after.at.since(self.begins());
+        if self.first_change.is_none() && moment::mode_changed(before, after) {
+            self.first_change = Some(after.at);
+        }
         let room = MAX_MOMENTS.saturating_sub(self.moments.len());
         let new = moment::changes(before, after).into_iter().take(room);
         self.moments.extend(new.map(|what| Moment { at, what, truth: false }));

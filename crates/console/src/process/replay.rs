@@ -34,7 +34,8 @@ pub fn open(run_dir: &Path) -> Result<Recorded, PlayerError> {
 impl Recorded {
     /// With this beside what was shown.
     #[must_use]
-    pub fn beside(self, evidence: Box<dyn Evidence>) -> Self {
+    pub fn beside(mut self, evidence: Box<dyn Evidence>) -> Self {
+        evidence.began().into_iter().for_each(|began| self.player.count_from(began));
         Self { evidence: Some(evidence), ..self }
     }
 
@@ -84,8 +85,8 @@ impl Source for Running {
     }
 
     fn tape(&mut self) -> Option<Tape> {
-        let (at, length) = (self.player.at(), self.player.length());
-        Some(Tape { at, length, moments: self.player.moments().to_vec(), playing: self.since.is_some() })
+        let (at, length, lead) = (self.player.at(), self.player.length(), self.player.lead());
+        Some(Tape { at, length, lead, moments: self.player.moments().to_vec(), playing: self.since.is_some() })
     }
 
     fn beside(&mut self, at: Instant) -> Beside {
