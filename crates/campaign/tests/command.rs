@@ -16,8 +16,12 @@ mod exports;
 mod frames;
 #[path = "command/judge.rs"]
 mod judge;
+#[path = "command/live.rs"]
+mod live;
 #[path = "command/rare.rs"]
 mod rare;
+#[path = "command/readers.rs"]
+mod readers;
 #[path = "command/searches.rs"]
 mod searches;
 

@@ -19,7 +19,7 @@ fn blind(arguments: &[&str]) -> (Option<i32>, String) {
 }
 
 /// Two seconds in which nobody does anything, in a folder of its own.
-fn short() -> (tempfile::TempDir, String) {
+pub(super) fn short() -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let nominal = fs::read_to_string(root().join("scenarios/nominal.toml")).unwrap();
     let (head, _) = nominal.split_once("[[operator.step]]").unwrap();

@@ -99,9 +99,17 @@ pub struct Player {
     taken: usize,
     at: Instant,
     moments: Vec<Moment>,
+    /// Why it is evidence of nothing.
+    invalid: Option<String>,
 }
 
 impl Player {
+    /// The same, marked as evidence of nothing in every picture.
+    #[must_use]
+    pub fn invalid(self, why: String) -> Self {
+        Self { invalid: Some(why), ..self }
+    }
+
     /// Opens the recording below `run_dir`, and goes through it once.
     ///
     /// # Errors
@@ -123,7 +131,7 @@ impl Player {
         let setup = Setup { boot, ..config.setup.clone() };
         let console = Console::retrace(setup, config.config.clone(), started)?;
         let at = turns.first().ok_or(PlayerError::Empty)?.now;
-        let mut player = Self { turns, copies: Vec::new(), console, taken: 0, at, moments: Vec::new() };
+        let mut player = Self { turns, copies: Vec::new(), console, taken: 0, at, moments: Vec::new(), invalid: None };
         let mut before = player.shown();
         while player.taken < player.turns.len() {
             if player.taken.is_multiple_of(APART) {
@@ -162,6 +170,7 @@ impl Player {
     pub fn shown(&self) -> Shown {
         let mut shown = self.console.shown(self.at);
         shown.marks.replay = true;
+        shown.marks.invalid.clone_from(&self.invalid);
         shown
     }
 
