@@ -108,28 +108,27 @@ pub(super) fn every(dir: &Path) -> Result<Vec<Checked>, Failure> {
 }
 
 fn trial(path: PathBuf) -> Result<Checked, Failure> {
-    let verified = match engine::verify(&path) {
-        Ok(verified) => verified,
+    let (events, sealed, findings) = match engine::verify(&path) {
+        Ok(Verified { events, sealed, findings, .. }) => (events, sealed, findings),
         // Without keys and heads nothing can be told of it, which is no better than what does not hold.
         Err(EngineError::Unreadable { file, message, .. }) if file.ends_with(keep::HELD) => {
-            let finding = format!("{}: {message}: without it nothing is verified; is the run over?", keep::HELD);
-            Verified { findings: vec![finding], ..Verified::default() }
+            (0, false, vec![format!("{}: {message}: without it nothing is verified; is the run over?", keep::HELD)])
         }
         Err(error) => return Err(error.into()),
     };
-    let holds = verified.sealed && verified.findings.is_empty();
     let (outcome, ended) = ended(&path);
-    let reason = unsound(&verified, &path).or(ended).map(|reason| tame(&reason));
+    let reason = unsound(sealed, &findings, &path).or(ended).map(|reason| tame(&reason));
     let (run, sha256) = (path.display().to_string(), digest(&path.join("recording"))?);
-    let custody = Custody { run, sha256, valid: reason.is_none(), reason, holds, outcome, events: verified.events };
+    let holds = sealed && findings.is_empty();
+    let custody = Custody { run, sha256, valid: reason.is_none(), reason, holds, outcome, events };
     Ok(Checked { path, custody })
 }
 
 /// What does not hold of a recording.
-fn unsound(verified: &Verified, path: &Path) -> Option<String> {
-    let first = verified.findings.first().map(String::as_str);
-    let first = first.or((!verified.sealed).then_some("TRUNCATED: no closing seal"))?;
-    let more = match verified.findings.len() {
+fn unsound(sealed: bool, findings: &[String], path: &Path) -> Option<String> {
+    let first = findings.first().map(String::as_str);
+    let first = first.or((!sealed).then_some("TRUNCATED: no closing seal"))?;
+    let more = match findings.len() {
         0 | 1 => String::new(),
         n => format!("; {} more: `holdsafe verify {}`", n - 1, path.display()),
     };
@@ -258,9 +257,9 @@ mod tests {
 
     #[test]
     fn a_recording_without_its_closing_seal_is_unsound_though_nothing_else_is_found() {
-        let verified = Verified { sealed: false, ..Verified::default() };
-        assert!(unsound(&verified, Path::new("x")).is_some_and(|why| why.contains("TRUNCATED")));
-        assert_eq!(unsound(&Verified { sealed: true, ..Verified::default() }, Path::new("x")), None);
+        let found = |sealed| unsound(sealed, &[], Path::new("x"));
+        assert!(found(false).is_some_and(|why| why.contains("TRUNCATED")));
+        assert_eq!(found(true), None);
     }
 
     #[test]

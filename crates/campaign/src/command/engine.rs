@@ -65,7 +65,7 @@ pub struct MouthReplay {
 }
 
 /// What the evidence of a run is worth.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verified {
     /// Events in the log.
     pub events: u64,
