@@ -281,6 +281,9 @@ def p9(log):
 def p10(log):
     if log.head["broken_log"]:
         yield "P10", log.end, log.head["broken_log"]
+    # Of a live run: what a core did otherwise when it was fed its mouth log again.
+    for difference in log.head.get("differences", []):
+        yield "P10", log.end, difference
     stalls = [e["event"]["by"] for e in log.of("stalled")]
     if stalls and max(stalls) > log.head["stall_limit_us"]:
         yield "P10", log.end, "the host overslept"

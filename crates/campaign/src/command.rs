@@ -11,6 +11,7 @@ mod beside;
 mod bring;
 mod campaign;
 mod catalogue;
+mod checked;
 mod cite;
 mod console;
 mod cost;
@@ -54,6 +55,7 @@ mod replay;
 mod report;
 mod reproduce;
 mod run;
+mod runs;
 mod scenario;
 mod search;
 mod sensing;
@@ -82,7 +84,7 @@ const EXIT_CODES: &str = "Exit codes:
   1    internal error
   2    usage, or a file that cannot be used
   3    an outcome that was not expected
-  4    nothing ran, or an unexpected INVALID
+  4    nothing ran, an unexpected INVALID, or a recorded run that is INVALID (--unverified: the command's own code)
   5    the environment lacks something (`holdsafe doctor` says what)
   130  interrupted";
 

@@ -245,6 +245,7 @@ pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
         "killed": evidence.killed,
         "broken_log": evidence.broken_log,
         "custody": custody,
+        "differences": evidence.differences,
     });
     writeln!(out, "{head}")?;
     for w in &evidence.entries {

@@ -16,10 +16,14 @@ mod exports;
 mod frames;
 #[path = "command/judge.rs"]
 mod judge;
+#[path = "command/live.rs"]
+mod live;
 #[path = "command/manners.rs"]
 mod manners;
 #[path = "command/rare.rs"]
 mod rare;
+#[path = "command/readers.rs"]
+mod readers;
 #[path = "command/searches.rs"]
 mod searches;
 

@@ -166,6 +166,8 @@ pub struct Marks {
     pub began: Option<Instant>,
     /// The name of a policy that waives something.
     pub ablation: Option<String>,
+    /// Why the recording that is shown is evidence of nothing; never of what is live.
+    pub invalid: Option<String>,
 }
 
 /// Everything that is drawn at one instant.

@@ -23,6 +23,9 @@ pub fn lines(shown: &Shown) -> String {
     if shown.marks.replay {
         line(&mut text, format_args!("REPLAY of a recording: nothing here is live, and nothing can be commanded"));
     }
+    if let Some(why) = &shown.marks.invalid {
+        line(&mut text, format_args!("INVALID, evidence of nothing: {why}"));
+    }
     if let Some(mark) = &shown.marks.ablation {
         line(&mut text, format_args!("ABLATION, not a result of the full policy: {mark}"));
     }

@@ -205,6 +205,7 @@ impl Log {
             entries,
             broken_log: None,
             custody: Vec::new(),
+            differences: Vec::new(),
             bounds: BOUNDS,
             planned: self.planned.clone(),
             duration: 10_000_000,

@@ -44,6 +44,7 @@ fn p10_a_broken_log() {
         entries,
         broken_log: Some("chain of unit-a broken at entry 9".into()),
         custody: Vec::new(),
+        differences: Vec::new(),
         bounds: BOUNDS,
         planned: Vec::new(),
         duration: 10_000_000,
@@ -53,6 +54,16 @@ fn p10_a_broken_log() {
     });
     assert_eq!(verdict.outcome, Outcome::Invalid);
     assert!(verdict.findings.iter().all(|f| f.property == Property::P10));
+}
+
+#[test]
+fn p10_a_core_that_does_not_do_again_what_its_mouth_log_says() {
+    let what = "gateway, fed its mouth log again, differs after input 7: expected nothing, got an audit entry";
+    let evidence = Evidence { differences: vec![what.into()], ..Log::whole().evidence(Vec::new()) };
+    let verdict = judge(&evidence);
+    assert_eq!(verdict.outcome, Outcome::Invalid);
+    let [found] = verdict.findings.as_slice() else { panic!("{:?}", verdict.findings) };
+    assert_eq!((found.property, found.what.as_str()), (Property::P10, what));
 }
 
 #[test]

@@ -7,6 +7,7 @@ use std::path::Path;
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
 
+use super::checked;
 use super::engine::{self, EngineError};
 use super::failure::{Exit, Failure};
 use super::kept::Shelf;
@@ -96,6 +97,9 @@ impl Batch<'_> {
             setup.run_dir = Some(dir);
         }
         let mut trial = trial(self.mode, job.planned, &setup, job.seed, stop)?;
+        if let Some(dir) = &setup.run_dir {
+            checked::write_verdict(dir, &trial)?;
+        }
         // What ended children used is known for all together only, so a live trial has an equal share of what was used
         // while it ran.
         if self.mode == Mode::Live {

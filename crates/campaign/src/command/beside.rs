@@ -1,6 +1,5 @@
 //! What a recorded run has beside what its console showed, moment by moment: what the unit's sensors gave, and why its mode changed.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use console::beside::{Beside, Evidence, Sight};
@@ -10,6 +9,7 @@ use wire::core::Topic;
 use wire::id::NodeId;
 use wire::time::{Instant, Span};
 
+use super::checked::Checked;
 use super::failure::{Exit, Failure};
 use super::frame::sights;
 use super::recorded::Recorded;
@@ -32,16 +32,20 @@ pub(super) struct Beheld {
 }
 
 impl Beheld {
-    /// Of the recording in `run`; nothing where it has nothing of the console.
+    /// Of this recording; nothing where it has nothing of the console.
     ///
     /// # Errors
     /// When a log of it is damaged before its end, or the stages cannot be made.
-    pub(super) fn open(run: &Path, stages: impl FnOnce() -> Result<Stages, Failure>) -> Result<Option<Self>, Failure> {
+    pub(super) fn open(
+        run: &Checked,
+        stages: impl FnOnce() -> Result<Stages, Failure>,
+    ) -> Result<Option<Self>, Failure> {
         let Recorded { entries, bounds, .. } = Recorded::read(run)?;
         let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE) else { return Ok(None) };
         let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
-        let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.display()));
-        let mut frames = recorded(run, &entries).map_err(unread)?.passed;
+        let unread =
+            |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.path().display()));
+        let mut frames = recorded(run.path(), &entries).map_err(unread)?.passed;
         frames.retain(|of| of.topic == Topic::Frames);
         let stages = if frames.is_empty() { None } else { Some(stages()?) };
         let changes =

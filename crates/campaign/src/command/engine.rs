@@ -6,6 +6,7 @@ use link::instrument::Frame;
 use serde::Serialize;
 use wire::person::{Act, Role};
 
+use super::checked::Checked;
 use super::plan::Planned;
 use crate::cast::{RunSecret, cast};
 use crate::custody::Custodian;
@@ -176,10 +177,7 @@ fn live_trial(
             link::note!("{}: mouth logs stay whole: {why}", directory.display());
         }
     }
-    let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
-    let differing = run.replays.iter().filter_map(|r| Some(format!("mouth of {}: {}", r.node, r.difference.as_ref()?)));
-    trial.findings.extend(differing);
-    Ok(trial)
+    Ok(judged::trial(seed, scenario.level(), &run.evidence, &run.verdict))
 }
 
 /// Runs one live trial with this program as every service; its logs are kept where the setup says so.
@@ -243,11 +241,10 @@ fn failed(error: impl std::fmt::Display) -> EngineError {
     EngineError::Failed(error.to_string())
 }
 
-/// What came of feeding every mouth log below `run` back into its core. That was done right after the run: the keys
+/// What came of feeding every mouth log of `run` back into its core. That was done right after the run: the keys
 /// that the cores sign with are gone since, so no later replay could give the same bytes.
-pub(super) fn replay(run: &Path) -> Result<Vec<MouthReplay>, EngineError> {
-    readable(run)?;
-    let file = run.join("replay.json");
+pub(super) fn replay(run: &Checked) -> Result<Vec<MouthReplay>, EngineError> {
+    let file = run.path().join("replay.json");
     let unreadable = |message: String| EngineError::Unreadable {
         file: file.clone(),
         message,
@@ -303,9 +300,9 @@ pub(super) fn denied(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(E
     Ok((done.evidence, done.verdict))
 }
 
-/// The log of the recorded run in `run`, and the first thing that does not hold of its chains.
-pub(super) fn recorded(run: &Path) -> Result<(Vec<Witnessed>, Option<String>), EngineError> {
-    let frames = frames(run)?;
+/// The log of a recorded run, and the first thing that does not hold of its chains.
+pub(super) fn recorded(run: &Checked) -> Result<(Vec<Witnessed>, Option<String>), EngineError> {
+    let frames = frames(run.path())?;
     let log: Vec<Logged> =
         frames.into_iter().map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect();
     Ok(evidence::read(&log))

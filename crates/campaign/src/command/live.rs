@@ -7,6 +7,7 @@ use wire::person::Role;
 
 use super::batch;
 use super::bring::Bring;
+use super::checked;
 use super::engine::{self, View};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
@@ -89,6 +90,9 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mut trial = engine::watched(scenario, &one.setup, context.seed, &context.stop, view)
         .map_err(|e| Failure::from(e).reproduced_by(batch::reproduce(Mode::Live, one, context.seed)))?;
     trial.cell = one.variation.cell.clone();
+    if let Some(dir) = &one.setup.run_dir {
+        checked::write_verdict(dir, &trial)?;
+    }
     if context.json {
         out::print_json("trial", &trial)?;
     } else {

@@ -6,12 +6,12 @@ use serde::Serialize;
 
 use super::engine::{self, Verified};
 use super::failure::{Exit, Failure};
-use super::{Context, out};
+use super::{Context, out, runs};
 use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Run directory of one trial.
+    /// Directory of a recorded run.
     #[arg(value_name = "DIR")]
     run: PathBuf,
 }
@@ -25,7 +25,7 @@ struct Told {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let verified = engine::verify(&args.run)?;
+    let verified = engine::verify(&runs::one(&args.run)?)?;
     let holds = verified.sealed && verified.findings.is_empty();
     if !context.json {
         let closed = if verified.sealed { "sealed" } else { "TRUNCATED: no closing seal" };

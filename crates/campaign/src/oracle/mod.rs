@@ -69,6 +69,9 @@ pub struct Evidence {
     /// What does not hold of the recording against what is held outside the recorder (`crate::custody`). Such a log is no
     /// evidence of safety or of its lack.
     pub custody: Vec<Flaw>,
+    /// What the cores of a live run did otherwise when they were fed their mouth logs again, each with its core and input.
+    /// Empty in the twin, where nothing stands between a core and its log.
+    pub differences: Vec<String>,
     /// Bounds in force.
     pub bounds: Bounds,
     /// What was planned, table by table; empty for a null attack.
@@ -104,7 +107,7 @@ pub enum Property {
     P8,
     /// Recovery only by the rules.
     P9,
-    /// The log verifies.
+    /// The log verifies, and the cores of a live run are functions of their mouth logs.
     P10,
     /// No authority or act on the wrong object.
     P11,

@@ -96,6 +96,7 @@ fn evidence(cast: &Cast, setup: &Setup, log: &[Logged], held: &Held, verified: V
         entries,
         broken_log,
         custody: custody.flaws,
+        differences: Vec::new(),
         bounds: setup.bounds,
         planned: cast.planned.clone(),
         duration: cast.duration,

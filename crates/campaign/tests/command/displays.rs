@@ -4,10 +4,12 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
+use console::process::player::Player;
 use serde_json::Value;
 
 use super::evidence::object;
 use super::exports::told;
+use super::readers::flip_a_bit;
 use super::{holdsafe, root};
 
 /// The program in an environment without a display.
@@ -19,7 +21,7 @@ fn blind(arguments: &[&str]) -> (Option<i32>, String) {
 }
 
 /// Two seconds in which nobody does anything, in a folder of its own.
-fn short() -> (tempfile::TempDir, String) {
+pub(super) fn short() -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let nominal = fs::read_to_string(root().join("scenarios/nominal.toml")).unwrap();
     let (head, _) = nominal.split_once("[[operator.step]]").unwrap();
@@ -66,6 +68,18 @@ fn a_live_run_is_watched_from_beside_to_its_end_and_shown_again_after_it() {
     let exported = object(&holdsafe(&["export", run, "--out", file.to_str().unwrap(), "--json"]));
     let (kept, not_kept) = (told(&exported)["/camera/rgb"], exported["not_kept"].as_u64().unwrap());
     assert!(not_kept > 0 && kept == (kept + not_kept).div_ceil(5), "{kept} kept, {not_kept} not");
+
+    // What every picture in the window says of a recording that is evidence of nothing, and what is said of this one once it is.
+    let marked = |player: &Player| player.shown().marks.invalid;
+    let (player, _) = Player::open(&out).unwrap();
+    assert_eq!(marked(&player), None);
+    assert_eq!(marked(&player.invalid("event 7".to_owned())).as_deref(), Some("event 7"));
+    flip_a_bit(&out);
+    for line in [&["replay", run][..], &["watch", run, "--once"], &["explain", run], &["diff", run, run]] {
+        let output = holdsafe(line);
+        assert_eq!(output.status.code(), Some(4), "{line:?}: {output:?}");
+        assert!(String::from_utf8_lossy(&output.stdout).starts_with("INVALID: "), "{line:?}: {output:?}");
+    }
 }
 
 #[test]

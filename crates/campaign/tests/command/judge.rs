@@ -37,6 +37,21 @@ fn the_second_judge_comes_to_the_class_of_the_first_and_notices_what_was_changed
     }
 }
 
+#[test]
+fn a_log_whose_cores_did_not_replay_is_invalid_to_the_second_judge_too() {
+    let dir = tempfile::tempdir().unwrap();
+    let log = recorded(dir.path(), "delay").join("events.jsonl");
+    let text = fs::read_to_string(&log).unwrap();
+    let (head, events) = text.split_once('\n').unwrap();
+    let mut head: serde_json::Value = serde_json::from_str(head).unwrap();
+    assert_eq!(head["differences"], serde_json::json!([]), "{head}");
+    head["differences"] = serde_json::json!(["gateway, fed its mouth log again: differs after input 7"]);
+    fs::write(&log, format!("{head}\n{events}")).unwrap();
+    let Some(output) = second_judge(&log) else { return };
+    assert_eq!(object(&output)["outcome"], "INVALID", "{output:?}");
+    assert!(object(&output)["findings"].to_string().contains("P10"), "{output:?}");
+}
+
 /// What the second judge says of a run's log in which `change` was made to the lines that it is given, and of the log as it was.
 fn of_changed(log: &Path, change: impl Fn(&mut Line)) -> Option<(serde_json::Value, serde_json::Value)> {
     let text = fs::read_to_string(log).unwrap();

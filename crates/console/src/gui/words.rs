@@ -60,9 +60,14 @@ pub(super) fn metres(mm: i32) -> f64 {
 
 /// A name from outside: one line, no longer than [`MAX_NAME`], of characters that read the way they are written.
 pub(super) fn tame(name: &str) -> String {
+    tame_to(name, MAX_NAME)
+}
+
+/// The same of words of at most so many characters.
+pub(super) fn tame_to(words: &str, most: usize) -> String {
     let plain = |c: char| if c.is_ascii_graphic() || c == ' ' { c } else { '?' };
-    let mut tame: String = name.chars().map(plain).take(MAX_NAME).collect();
-    if name.chars().nth(MAX_NAME).is_some() {
+    let mut tame: String = words.chars().map(plain).take(most).collect();
+    if words.chars().nth(most).is_some() {
         tame.push_str("...");
     }
     tame

@@ -103,9 +103,17 @@ pub struct Player {
     began: Instant,
     /// When a unit was first shown in another mode than before.
     first_change: Option<Instant>,
+    /// Why the recording is INVALID, if it is.
+    invalid: Option<String>,
 }
 
 impl Player {
+    /// The same, marked as INVALID in every picture.
+    #[must_use]
+    pub fn invalid(self, why: String) -> Self {
+        Self { invalid: Some(why), ..self }
+    }
+
     /// Opens the recording below `run_dir`, goes through it once, and stands at the first change of mode in it; at its
     /// beginning where there is none.
     ///
@@ -129,7 +137,8 @@ impl Player {
         let console = Console::retrace(setup, config.config.clone(), started)?;
         let at = turns.first().ok_or(PlayerError::Empty)?.now;
         let (copies, moments) = (Vec::new(), Vec::new());
-        let mut player = Self { turns, copies, console, taken: 0, at, moments, began: at, first_change: None };
+        let (began, first_change, invalid) = (at, None, None);
+        let mut player = Self { turns, copies, console, taken: 0, at, moments, began, first_change, invalid };
         let mut before = player.shown();
         while player.taken < player.turns.len() {
             if player.taken.is_multiple_of(APART) {
@@ -178,6 +187,7 @@ impl Player {
     pub fn shown(&self) -> Shown {
         let mut shown = self.console.shown(self.at);
         (shown.marks.replay, shown.marks.began) = (true, Some(self.began));
+        shown.marks.invalid.clone_from(&self.invalid);
         shown
     }
 

@@ -39,13 +39,21 @@ impl Recorded {
         Self { evidence: Some(evidence), ..self }
     }
 
+    /// The same, of which it has to be said that it is evidence of nothing, and why.
+    #[must_use]
+    pub fn invalid(self, why: String) -> Self {
+        Self { player: self.player.invalid(why), ..self }
+    }
+
     /// Shows it in a window, until that is closed or `over`.
     ///
     /// # Errors
     /// When the window cannot be opened.
     pub fn show(self, over: impl Fn() -> bool + 'static) -> Result<(), String> {
         let unit = self.player.first();
-        let looks = Looks { title: "holdsafe console: REPLAY".to_owned(), unit, site: self.site, layout: layout() };
+        let invalid = if self.player.shown().marks.invalid.is_some() { ", INVALID" } else { "" };
+        let looks =
+            Looks { title: format!("holdsafe console: REPLAY{invalid}"), unit, site: self.site, layout: layout() };
         let source =
             Running { player: self.player, evidence: self.evidence, since: None, new: true, over: Box::new(over) };
         app::run(looks, Box::new(source), |_wake| {}).map_err(|why| format!("the window cannot be opened: {why}"))

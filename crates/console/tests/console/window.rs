@@ -36,6 +36,7 @@ pub(crate) struct Seat {
     behind: Option<Span>,
     untaken: bool,
     beside: Option<Beside>,
+    invalid: Option<String>,
     acts: Vec<Act>,
     seeks: Vec<Seek>,
 }
@@ -55,6 +56,7 @@ fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
         behind: None,
         untaken: false,
         beside: None,
+        invalid: None,
         acts: Vec::new(),
         seeks: Vec::new(),
     };
@@ -66,6 +68,7 @@ fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
             let began = Instant((shown.at.0 + tape.lead.0).saturating_sub(tape.at.0));
             (shown.marks.replay, shown.marks.began) = (true, Some(began));
         }
+        shown.marks.invalid.clone_from(&seat.invalid);
         let picture = Picture {
             shown: &shown,
             behind: seat.behind,
@@ -773,6 +776,26 @@ fn every_link_is_seen_with_its_clock_however_many_there_are() {
         assert!(chip.rect().left() >= 0.0 && chip.rect().right() <= LAPTOP.x, "{:?}", chip.rect());
         let state = seated.get_by_label_contains(&state);
         assert!(state.rect().top() >= chip.rect().bottom(), "{:?} over {:?}", chip.rect(), state.rect());
+    }
+}
+
+#[test]
+fn no_layout_hides_that_a_recording_is_evidence_of_nothing_and_why() {
+    let mut seated = seat(scenes::hold_safe());
+    let (_, tape) = scenes::replayed(seated.state().yard.shown());
+    seated.state_mut().tape = Some(tape);
+    seated.run_steps(2);
+    assert!(!says(&seated, "INVALID"));
+    seated.state_mut().invalid = Some(format!("event 7: \u{202e}\n{}", "expected a seal ".repeat(40)));
+    for preset in Preset::ALL {
+        seated.state_mut().window.layouts_mut().start_from(preset);
+        seated.run_steps(2);
+        let banner = seated.get_by_label_contains("INVALID, evidence of nothing: event 7: ??expected a seal");
+        let (rect, strip) = (banner.rect(), seated.get_by_label_contains("MARK REPLAY").rect());
+        assert!(
+            rect.bottom() <= strip.top() && rect.right() <= LAPTOP.x && rect.height() < 60.0,
+            "{rect} over {strip}"
+        );
     }
 }
 
