@@ -12,6 +12,7 @@ pub mod crypto;
 pub mod display;
 pub mod drive;
 pub mod dtls;
+pub mod files;
 #[cfg(feature = "foxglove")]
 pub mod foxglove;
 pub mod guard;
@@ -31,3 +32,4 @@ pub mod spec;
 pub mod stream;
 pub mod vet;
 pub mod web;
+pub mod witness;

@@ -63,6 +63,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     };
     if let Some(dir) = &args.out {
         one.setup.frames = args.frames;
+        out::unused(dir)?;
         one.setup.run_dir = Some(out::directory(dir, Some(dir), "live")?);
     }
     if let Some(mark) = one.setup.watermark() {
@@ -88,6 +89,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         out::print_json("trial", &trial)?;
     } else {
         out::say(format_args!("{}", trial.outcome.name()));
+        trial.held.iter().for_each(|held| out::say(format_args!("held.json has SHA-256 {held}")));
     }
     Ok(batch::judge(Mode::Live, &planned, &[trial]))
 }
