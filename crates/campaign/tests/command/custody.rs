@@ -171,7 +171,7 @@ fn an_export_over_what_it_reads_is_refused() {
 
 /// The command, ended after a minute: one that waits for a writer that never comes would wait for ever.
 fn bounded(arguments: &[&str]) -> Output {
-    let program = Command::new("timeout").args(["60", env!("CARGO_BIN_EXE_holdsafe")]).args(arguments).output();
+    let program = Command::new("timeout").args(["-s", "KILL", "60", env!("CARGO_BIN_EXE_holdsafe")]).args(arguments).output();
     program.unwrap()
 }
 
@@ -189,7 +189,7 @@ fn a_recording_that_is_no_regular_file_is_refused_and_never_waited_for() {
             for command in ["verify", "explain"] {
                 let output = bounded(&[command, run.to_str().unwrap()]);
                 let code = output.status.code();
-                assert_ne!(code, Some(124), "{command}: {name} as {}: it waits", target.display());
+                assert!(!matches!(code, None | Some(124 | 137)), "{command}: {name} as {}: it waits", target.display());
                 assert_ne!(code, Some(101), "{command}: {name} as {}: {}", target.display(), said(&output));
                 if command == "verify" {
                     assert!(matches!(code, Some(2 | 4)), "{name} as {}: {}", target.display(), said(&output));
