@@ -111,7 +111,8 @@ fn spares_its_inputs(args: &Args) -> Result<(), Failure> {
     let inputs = [Some(Path::new(&args.run)), args.policy.as_deref()].into_iter().chain(args.bring.files());
     for input in inputs.flatten().filter_map(whole) {
         if targets.iter().any(|target| target.starts_with(&input)) {
-            let message = format!("--out {} is {}, which is read; name another file", args.out.display(), input.display());
+            let message =
+                format!("--out {} is {}, which is read; name another file", args.out.display(), input.display());
             return Err(Failure::new(Exit::Usage, message));
         }
     }

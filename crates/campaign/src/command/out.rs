@@ -117,7 +117,8 @@ pub(super) fn unused(folder: &Path) -> Result<(), Failure> {
         Ok(true) => Ok(()),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
         Ok(false) => {
-            let message = format!("{} holds a run already; name another --out or --seed, or remove it", folder.display());
+            let message =
+                format!("{} holds a run already; name another --out or --seed, or remove it", folder.display());
             Err(Failure::new(Exit::Usage, message))
         }
         Err(e) => Err(Failure::new(Exit::Usage, format!("{}: {e}", folder.display()))),

@@ -116,13 +116,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
 }
 
 /// Folds the trials of one scenario into its object.
-pub(super) fn fold(
-    scenario: &Scenario,
-    mode: Mode,
-    seed: u64,
-    planned: &[Planned],
-    trials: Vec<Trial>,
-) -> RunObject {
+pub(super) fn fold(scenario: &Scenario, mode: Mode, seed: u64, planned: &[Planned], trials: Vec<Trial>) -> RunObject {
     let cells: Vec<_> = planned
         .iter()
         .filter_map(|p| Some((p.variation.cell.clone()?, p.variation.scenario.expected.to_vec())))
@@ -151,7 +145,11 @@ fn finish(
         for run in &runs {
             out::say(format_args!("{}", run_table(run)));
         }
-        runs.iter().flat_map(|run| &run.trials).filter_map(told_of).take(MAX_TOLD).for_each(|told| out::say(format_args!("{told}")));
+        runs.iter()
+            .flat_map(|run| &run.trials)
+            .filter_map(told_of)
+            .take(MAX_TOLD)
+            .for_each(|told| out::say(format_args!("{told}")));
     }
     if runs.len() == 1
         && let Some(run) = runs.pop()

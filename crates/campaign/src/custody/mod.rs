@@ -170,7 +170,10 @@ impl<'a> Custodian<'a> {
         let recorder = self.lives.iter().rev().find(|(life, _)| life.node == NodeId::RECORDER).map(|(_, chain)| chain);
         let head = recorder.and_then(|chain| chain.last).map(|head| hex(&head.hash)).unwrap_or_default();
         let sealed = covered && recorder.is_some_and(|chain| chain.ends_signed);
-        if !sealed && !self.may_lack_the_end(NodeId::RECORDER) && !self.held.killed.iter().any(|l| l.node == NodeId::RECORDER) {
+        if !sealed
+            && !self.may_lack_the_end(NodeId::RECORDER)
+            && !self.held.killed.iter().any(|l| l.node == NodeId::RECORDER)
+        {
             self.flaw(self.events + 1, "TRUNCATED: no closing seal over everything before");
         }
         self.flaws.sort();

@@ -132,8 +132,13 @@ mod tests {
         fs::write(at("guard/f"), "f").expect("a file");
         let told = differences(folder.path(), &held).expect("it can be read");
         let told: Vec<&str> = told.iter().map(|what| &what[..what.len().min(17)]).collect();
-        let expected =
-            ["a: SHA-256 559aead", "b: 2 bytes, the run left 1", "c: missing", "d: not a regular file", "guard/f: the run "];
+        let expected = [
+            "a: SHA-256 559aead",
+            "b: 2 bytes, the run left 1",
+            "c: missing",
+            "d: not a regular file",
+            "guard/f: the run ",
+        ];
         let expected: Vec<&str> = expected.iter().map(|what| &what[..what.len().min(17)]).collect();
         assert_eq!(told, expected);
     }

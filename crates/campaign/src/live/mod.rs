@@ -188,7 +188,9 @@ fn gathered(
 ) -> Result<(Vec<Logged>, Vec<Flaw>, Held), LiveError> {
     let start_us = held.start_us;
     // A dead recorder wrote nothing more, nor did one with a full disk; then the mouth logs of the others are the second place where entries are.
-    if !held.cut_short && let Some(hands) = cast.hands() {
+    if !held.cut_short
+        && let Some(hands) = cast.hands()
+    {
         witness::lay_on(&hands, run_dir)?;
     }
     let mut kept = match witness::recording(run_dir) {

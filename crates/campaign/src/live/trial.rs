@@ -33,8 +33,7 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     random.map_err(|e| format!("no randomness from the host: {e}"))?;
     let secret = RunSecret::random(secret);
     let cast = cast(scenario, setup, seed, &secret).seating(options.role);
-    let Aftermath { log, custody, held, lost, lasted, logs } =
-        run(&cast, &secret, setup.policy.record_guard, options)?;
+    let Aftermath { log, custody, held, lost, lasted, logs } = run(&cast, &secret, setup.policy.record_guard, options)?;
     let (entries, broken_log) = read(&log);
     let lost = lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
     let evidence = Evidence {

@@ -175,10 +175,14 @@ pub(crate) fn own_logs(run_dir: &Path) -> std::io::Result<Vec<Logged>> {
         Err(error) => return Err(error),
     };
     files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
-    let mut log = Vec::new();
+    let (mut log, mut room) = (Vec::new(), recorded::MAX_FRAMES);
     for file in files {
-        let entries = recorded::witnessed(&file)
-            .map_err(|error| std::io::Error::new(error.kind(), format!("{}: {error}", file.display())))?;
+        let unreadable =
+            |error: std::io::Error| std::io::Error::new(error.kind(), format!("{}: {error}", file.display()));
+        let entries = recorded::witnessed(&file).map_err(unreadable)?;
+        let taken: usize = entries.iter().map(|bytes| bytes.len() + size_of::<Logged>()).sum();
+        let left = room.checked_sub(taken);
+        room = left.ok_or_else(|| unreadable(std::io::Error::other("more entries than any run of ours writes")))?;
         let node = |bytes: &[u8]| Entry::decode(bytes).map_or(NodeId::CAMPAIGN, |entry| entry.node);
         log.extend(entries.into_iter().map(|bytes| kept(node(&bytes), bytes)));
     }

@@ -171,7 +171,8 @@ fn an_export_over_what_it_reads_is_refused() {
 
 /// The command, ended after a minute: one that waits for a writer that never comes would wait for ever.
 fn bounded(arguments: &[&str]) -> Output {
-    let program = Command::new("timeout").args(["-s", "KILL", "60", env!("CARGO_BIN_EXE_holdsafe")]).args(arguments).output();
+    let program =
+        Command::new("timeout").args(["-s", "KILL", "60", env!("CARGO_BIN_EXE_holdsafe")]).args(arguments).output();
     program.unwrap()
 }
 
