@@ -37,6 +37,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         transitions: verdict.transitions.clone(),
         latency_ms: verdict.latency,
         responses: verdict.responses.clone(),
+        held: None,
         sim_seconds: evidence.duration as f64 / 1e6,
         false_trips: verdict.false_trips,
         nominal_seconds: verdict.nominal as f64 / 1e6,

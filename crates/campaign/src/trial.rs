@@ -144,6 +144,9 @@ pub struct Trial {
     pub transitions: Vec<TransitionRow>,
     /// Times from the injection.
     pub latency_ms: Latency,
+    /// SHA-256 of the `held.json` that its run directory was kept with, hexadecimal: what whoever gets the directory compares it with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held: Option<String>,
     /// What came of each process that was killed.
     #[serde(default, skip_serializing_if = "Vec::is_empty", skip_deserializing)]
     pub responses: Vec<Response>,

@@ -4,6 +4,8 @@
 
 #[path = "command/campaigns.rs"]
 mod campaigns;
+#[path = "command/custody.rs"]
+mod custody;
 #[path = "command/detectors.rs"]
 mod detectors;
 #[path = "command/displays.rs"]

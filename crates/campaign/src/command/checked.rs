@@ -15,12 +15,9 @@ use super::engine::{self, EngineError, Verified};
 use super::failure::{Exit, Failure};
 use super::{Context, out, runs};
 use crate::evidence::hex;
-use crate::keep;
-use crate::report::SCHEMA_VERSION;
-use crate::trial::{Outcome, Trial};
+use crate::keep::{self, VERDICT};
+use crate::trial::Outcome;
 
-/// The file in a trial's folder with the class that it ended in.
-const VERDICT: &str = "verdict.json";
 /// The most that is read of it.
 const MAX_VERDICT_BYTES: u64 = 1 << 20;
 /// The longest reason, characters.
@@ -55,7 +52,7 @@ pub(super) struct Custody {
     pub(super) reason: Option<String>,
     /// It verifies: `holdsafe verify` says that the evidence holds.
     pub(super) holds: bool,
-    /// The class in which its trial ended, as it was told then; covered by no chain.
+    /// The class in which its trial ended, as it was told then.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) outcome: Option<Outcome>,
     /// Events in it.
@@ -162,26 +159,6 @@ fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
         Ok(Ended { outcome, .. }) => (Some(outcome), None),
         Err(why) => (None, Some(format!("{VERDICT}: {why}: the class of the trial is not known"))),
     }
-}
-
-/// What is written beside a recording of how its trial ended.
-#[derive(Serialize)]
-struct Told<'a> {
-    schema_version: u32,
-    seed: u64,
-    outcome: Outcome,
-    receipt: bool,
-    findings: &'a [String],
-}
-
-/// Writes beside the recording in `run` how its trial ended.
-///
-/// # Errors
-/// When it cannot be written.
-pub(super) fn write_verdict(run: &Path, trial: &Trial) -> Result<(), Failure> {
-    let Trial { seed, outcome, receipt, findings, .. } = trial;
-    let told = Told { schema_version: SCHEMA_VERSION, seed: *seed, outcome: *outcome, receipt: *receipt, findings };
-    out::write_result(run, VERDICT, "verdict", &told)
 }
 
 /// SHA-256 of a recording's files, by number.

@@ -76,6 +76,7 @@ struct Found {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    spares_its_inputs(args)?;
     let found = if Path::new(&args.run).is_dir() { of_recording(args)? } else { of_scenario(context, args)? };
     if found.entries.is_empty() {
         return Err(Failure::new(Exit::NoEvidence, format!("{}: no entry of any service", args.run)));
@@ -105,6 +106,24 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         );
     }
     Ok(args.unverified.exit(&read, Exit::Fine))
+}
+
+/// Refuses to write into the run that is read, or over a file that is.
+fn spares_its_inputs(args: &Args) -> Result<(), Failure> {
+    let whole = |path: &Path| std::fs::canonicalize(path).ok();
+    // What is not there yet is known by the folder that it goes to.
+    let folder = args.out.parent().map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
+    let into = folder.and_then(whole).zip(args.out.file_name()).map(|(folder, name)| folder.join(name));
+    let targets: Vec<PathBuf> = whole(&args.out).into_iter().chain(into).collect();
+    let inputs = [Some(Path::new(&args.run)), args.policy.as_deref()].into_iter().chain(args.bring.files());
+    for input in inputs.flatten().filter_map(whole) {
+        if targets.iter().any(|target| target.starts_with(&input)) {
+            let message =
+                format!("--out {} is {}, which is read; name another file", args.out.display(), input.display());
+            return Err(Failure::new(Exit::Usage, message));
+        }
+    }
+    Ok(())
 }
 
 fn of_recording(args: &Args) -> Result<Found, Failure> {

@@ -7,7 +7,6 @@ use wire::person::Role;
 
 use super::batch;
 use super::bring::Bring;
-use super::checked;
 use super::engine::{self, View};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
@@ -69,6 +68,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     };
     if let Some(dir) = &args.out {
         one.setup.frames = args.frames;
+        out::unused(dir)?;
         one.setup.run_dir = Some(out::directory(dir, Some(dir), "live")?);
     }
     if let Some(mark) = one.setup.watermark() {
@@ -90,13 +90,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mut trial = engine::watched(scenario, &one.setup, context.seed, &context.stop, view)
         .map_err(|e| Failure::from(e).reproduced_by(batch::reproduce(Mode::Live, one, context.seed)))?;
     trial.cell = one.variation.cell.clone();
-    if let Some(dir) = &one.setup.run_dir {
-        checked::write_verdict(dir, &trial)?;
-    }
     if context.json {
         out::print_json("trial", &trial)?;
     } else {
         out::say(format_args!("{}", trial.outcome.name()));
+        trial.held.iter().for_each(|held| out::say(format_args!("held.json has SHA-256 {held}")));
     }
     Ok(batch::judge(Mode::Live, &planned, &[trial]))
 }

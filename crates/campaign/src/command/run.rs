@@ -12,9 +12,12 @@ use super::plan::{self, Planned, Wanted};
 use super::{Context, live, out};
 use crate::report::{Mode, RunObject, SCHEMA_VERSION, run_table};
 use crate::scenario::{FRAMES, Scenario};
+use crate::trial::Trial;
 
 /// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;
+/// Recordings whose digests are told on one screen; `result.json` has all.
+const MAX_TOLD: usize = 8;
 /// Live trials of each cell when the user names no number.
 const LIVE_TRIALS: u64 = 1;
 
@@ -93,17 +96,28 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let message = format!("`{name}` runs on the real stacks in memory and has no live form; leave out --live");
         return Err(Failure::new(Exit::Usage, message));
     }
+    let n = args.trials.unwrap_or(if args.live { LIVE_TRIALS } else { TWIN_TRIALS });
+    let batches: Vec<Batch<'_>> = plans
+        .iter()
+        .map(|(scenario, planned)| Batch {
+            label: scenario.name.as_str(),
+            mode: if scenario.is_of_stacks() { Mode::Stack } else { engine },
+            planned,
+            n,
+            seed: context.seed,
+            jobs: args.jobs,
+            out: args.out.as_deref(),
+        })
+        .collect();
+    batches.iter().try_for_each(Batch::check_free)?;
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "run")).transpose()?;
     if let Some(dir) = &out {
         let all: Vec<Planned> = plans.iter().flat_map(|(_, planned)| planned.clone()).collect();
         out::write_json(dir, "manifest.json", &out::Manifest::of(&context.root()?, context.seed, &all)?)?;
     }
     let (mut exit, mut runs) = (Exit::Fine, Vec::new());
-    for (scenario, planned) in &plans {
-        let label = scenario.name.as_str();
-        let mode = if scenario.is_of_stacks() { Mode::Stack } else { engine };
-        let n = args.trials.unwrap_or(if args.live { LIVE_TRIALS } else { TWIN_TRIALS });
-        let batch = Batch { label, mode, planned, n, seed: context.seed, jobs: args.jobs, out: out.as_deref() };
+    for ((scenario, planned), batch) in plans.iter().zip(&batches) {
+        let (label, mode) = (batch.label, batch.mode);
         let trials = batch.run(context.talk, &context.stop)?;
         exit = batch::graver(exit, batch::judge(mode, planned, &trials));
         if let Some(dir) = &out {
@@ -126,13 +140,7 @@ fn one_window(args: &Args, variations: usize) -> Result<(), Failure> {
 }
 
 /// Folds the trials of one scenario into its object.
-pub(super) fn fold(
-    scenario: &Scenario,
-    mode: Mode,
-    seed: u64,
-    planned: &[Planned],
-    trials: Vec<crate::trial::Trial>,
-) -> RunObject {
+pub(super) fn fold(scenario: &Scenario, mode: Mode, seed: u64, planned: &[Planned], trials: Vec<Trial>) -> RunObject {
     let cells: Vec<_> = planned
         .iter()
         .filter_map(|p| Some((p.variation.cell.clone()?, p.variation.scenario.expected.to_vec())))
@@ -146,6 +154,11 @@ pub(super) fn fold(
     run
 }
 
+/// What to hold the recording of a trial to.
+fn told_of(trial: &Trial) -> Option<String> {
+    Some(format!("recording of seed {}: held.json has SHA-256 {}", trial.seed, trial.held.as_ref()?))
+}
+
 fn finish(
     context: &Context,
     mode: Mode,
@@ -156,6 +169,11 @@ fn finish(
         for run in &runs {
             out::say(format_args!("{}", run_table(run)));
         }
+        runs.iter()
+            .flat_map(|run| &run.trials)
+            .filter_map(told_of)
+            .take(MAX_TOLD)
+            .for_each(|told| out::say(format_args!("{told}")));
     }
     if runs.len() == 1
         && let Some(run) = runs.pop()

@@ -2,7 +2,6 @@
 //! with are still in memory then, and nowhere else.
 
 use std::collections::VecDeque;
-use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
@@ -56,7 +55,7 @@ fn one(member: &Member, run_dir: &Path) -> CoreReplay {
 }
 
 fn feed(member: &Member, log: &Path) -> Result<mouth::Replayed, String> {
-    let file = File::open(log).map_err(|e| e.to_string())?;
+    let file = link::files::open(log).map_err(|e| e.to_string())?;
     let log = mouth::Reader::new(BufReader::new(file)).map_err(|e| e.to_string())?;
     let mut core = part(member, log.header().started).map_err(|e| e.to_string())?;
     let early = std::iter::from_fn(|| core.output()).collect();

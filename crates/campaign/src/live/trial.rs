@@ -53,9 +53,7 @@ pub struct Judged {
 /// judged: a live trial whose cores do not replay is no evidence.
 pub fn conclude(cast: &Cast, setup: &Setup, after: &Aftermath) -> Judged {
     let replays = mouths::replay(cast, after.logs.folder());
-    let mut log = after.log.clone();
-    log.sort_by_key(|l| l.at);
-    let (entries, broken_log) = read(&log);
+    let (entries, broken_log) = read(&after.log);
     let lost = after.lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
     let evidence = Evidence {
         entries,

@@ -243,6 +243,7 @@ pub(crate) mod tests {
             transitions: Vec::new(),
             latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },
             responses: Vec::new(),
+            held: None,
             sim_seconds: 10.0,
             false_trips: 0,
             nominal_seconds: 4.0,

@@ -137,6 +137,7 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         transitions: Vec::new(),
         latency_ms: Latency::default(),
         responses: Vec::new(),
+        held: None,
         sim_seconds: 0.0,
         false_trips: 0,
         nominal_seconds: 0.0,

@@ -27,6 +27,14 @@ pub(super) fn flip_a_bit(run: &Path) {
     panic!("no bit matters");
 }
 
+/// Makes `held.json` cover the files that are there now, as if the run had left them.
+fn cover(run: &Path) {
+    let file = run.join("held.json");
+    let mut held: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+    held["files"] = serde_json::to_value(campaign::keep::whole::survey(run).unwrap()).unwrap();
+    fs::write(file, held.to_string()).unwrap();
+}
+
 /// What a live run has beside its recording, as far as a command needs it to read anything: what came of feeding its cores again, and what
 /// its console showed.
 fn as_if_live(run: &Path) {
@@ -38,6 +46,8 @@ fn as_if_live(run: &Path) {
     log.input(Instant(1), &Input::Timeout).unwrap();
     log.output(&Output::Text { text: "unit-a IDLE".to_owned(), picture: r#"{"version":1}"#.to_owned() }).unwrap();
     log.input(Instant(2), &Input::Finish).unwrap();
+    drop(log);
+    cover(run);
 }
 
 /// The line of each command that reads a recorded run, and the code with which it ends where nothing is wrong.
@@ -140,11 +150,16 @@ fn a_run_whose_keys_and_heads_are_gone_or_whose_trial_ended_invalid_is_no_better
     ended["outcome"] = "INVALID".into();
     ended["findings"] = serde_json::json!(["P10 at 9000 ms: the host overslept by 300 ms"]);
     fs::write(&verdict, ended.to_string()).unwrap();
+    cover(&read.run);
     all_say_it(&read, "the trial itself ended INVALID: P10 at 9000 ms: the host overslept");
     fs::write(&verdict, "{}").unwrap();
     let output = holdsafe(&["explain", read.run.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(4), "a class that cannot be read: {output:?}");
     fs::remove_file(&verdict).unwrap();
+    let output = holdsafe(&["explain", read.run.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    assert!(first_line(&output.stdout).contains("verdict.json: missing"), "{output:?}");
+    cover(&read.run);
     assert_eq!(holdsafe(&["explain", read.run.to_str().unwrap()]).status.code(), Some(0), "none is told");
     fs::remove_file(read.run.join("held.json")).unwrap();
     let output = holdsafe(&["explain", read.run.to_str().unwrap()]);

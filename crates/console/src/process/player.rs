@@ -4,7 +4,6 @@
 //! are kept on the way, so that going back costs no more than a few hundred inputs. What the person and the script did is
 //! in the log; nothing can be done now. Drawing is left to `gui`.
 
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
@@ -122,10 +121,10 @@ impl Player {
     pub fn open(run_dir: &Path) -> Result<(Self, ProcessConfig), PlayerError> {
         let path = run_dir.join(READING);
         let reading = |error: &dyn std::fmt::Display| PlayerError::Reading(format!("{}: {error}", path.display()));
-        let file = File::open(&path).map_err(|e| reading(&e))?;
+        let file = link::files::open(&path).map_err(|e| reading(&e))?;
         let config: ProcessConfig = serde_json::from_reader(file.take(MAX_READING)).map_err(|e| reading(&e))?;
         let log = run_dir.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
-        let log = mouth::Reader::new(BufReader::new(File::open(log).map_err(MouthError::from)?))?;
+        let log = mouth::Reader::new(BufReader::new(link::files::open(&log).map_err(MouthError::from)?))?;
         let header = log.header();
         let mut player = Self::of(&config, header.boot, header.started, turns(log)?)?;
         player.learn(truth(run_dir));
@@ -256,7 +255,7 @@ impl Player {
 
 /// What really happened, where that was kept: a recording can be looked at without.
 fn truth(run_dir: &Path) -> Vec<Happened> {
-    let Ok(file) = File::open(run_dir.join(TRUTH)) else { return Vec::new() };
+    let Ok(file) = link::files::open(&run_dir.join(TRUTH)) else { return Vec::new() };
     serde_json::from_reader(file.take(MAX_READING)).unwrap_or_default()
 }
 
