@@ -115,19 +115,20 @@ impl Cast {
     }
 
     /// The public keys under which everybody's log is signed, the clocks by which it is stamped, and who owes no last
-    /// signature; no head yet. The broker signs where it has a key. From an entry's own time to the one under which it is
-    /// handed over, `late_us` may pass, and as long as the process is stopped meanwhile.
-    pub fn held(&self, broker: Option<&Secret>, late_us: u64) -> Held {
+    /// signature; no head yet. The broker signs where it has a key. From a service's time of an entry to the one under which
+    /// the entry is handed over, `late_us` of the service may pass.
+    pub fn held(&self, broker: Option<&Secret>, late_us: impl Fn(NodeId) -> u64) -> Held {
         let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
         let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
         let keys = members.chain(broker.map(|secret| key(NodeId::BROKER, secret))).collect();
         let hosts = self.members.iter().map(|m| (m.node(), m.host)).chain([(NodeId::BROKER, Host::Control)]);
         let clocks = hosts.map(|(node, host)| {
             let ClockDraw { zero_us, drift_ppm } = self.clocks[host as usize];
-            (node, HeldClock { zero_us, drift_ppm, late_us: late_us + self.stopped(node) })
+            (node, HeldClock { zero_us, drift_ppm, late_us: late_us(node) })
         });
         let killed = self.killed().into_iter().map(|node| Life { node, boot: Boot(1) });
-        Held { keys, heads: Vec::new(), killed: killed.collect(), clocks: clocks.collect(), start_us: 0 }
+        let (heads, stops) = (Vec::new(), Vec::new());
+        Held { keys, heads, killed: killed.collect(), clocks: clocks.collect(), stops, start_us: 0 }
     }
 
     /// Processes that are to be kept from running, whose cores' mouths are watched for it.
@@ -141,8 +142,8 @@ impl Cast {
         self.planned.iter().any(|plan| matches!(plan.what, Planned::Fill(_)))
     }
 
-    /// The longest time for which `node` is kept from running, microseconds.
-    fn stopped(&self, node: NodeId) -> u64 {
+    /// The longest time for which `node` is to be kept from running, microseconds.
+    pub fn stopped(&self, node: NodeId) -> u64 {
         let lasts = |ordeal: &Ordeal| match ordeal.kind {
             OrdealKind::Suspend { lasts, .. } => lasts,
             OrdealKind::Kill { .. } | OrdealKind::Fill { .. } => 0,

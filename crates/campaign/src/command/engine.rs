@@ -160,6 +160,7 @@ fn live_trial(
         }
     }
     let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
+    trial.host_stall_ms = run.spoilt.map(|by| by as f64 / 1000.0);
     let differing = run.replays.iter().filter_map(|r| Some(format!("mouth of {}: {}", r.node, r.difference.as_ref()?)));
     trial.findings.extend(differing);
     Ok(trial)

@@ -36,6 +36,8 @@ pub struct Setup {
     pub run_dir: Option<PathBuf>,
     /// Of a live run's recordings: every which set of sensor frames stays whole; 0 for none.
     pub frames: u32,
+    /// How often a live trial is repeated at most when a stall of the host alone makes it INVALID.
+    pub retries: u32,
     /// Set when the user wants to stop; engines look at it between steps.
     pub stop: Stop,
 }
@@ -59,8 +61,8 @@ impl Setup {
         let policy = load_policy(&path, &policy_name)?;
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
         let stop = Stop::default();
-        let (misset, detector, run_dir, frames) = (None, None, None, FRAMES);
-        Ok(Self { policy_name, policy, bounds, misset, platform, rendered, detector, run_dir, frames, stop })
+        let (misset, detector, run_dir, frames, retries) = (None, None, None, FRAMES, 0);
+        Ok(Self { policy_name, policy, bounds, misset, platform, rendered, detector, run_dir, frames, retries, stop })
     }
 
     /// The words that every artefact of an ablation carries; `None` where every check, guard, rule and bound stands.

@@ -77,7 +77,7 @@ pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     if let Some(stopwatch) = &mut stopwatch {
         stopwatch.enter(Stage::Judging);
     }
-    let held = Held { heads: heads(&log), ..cast.held(None, 0) };
+    let held = Held { heads: heads(&log), ..cast.held(None, |node| cast.stopped(node)) };
     if let Some(hands) = cast.hands() {
         tamper(&hands, &mut log);
     }

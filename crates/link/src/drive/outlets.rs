@@ -156,6 +156,7 @@ impl Outlets {
                 log: Some(senders.observations.clone()),
                 sessions: handles.clone(),
                 counters: counters.clone(),
+                own: spec.own,
                 ..Settings::new(spec.guard, idle, held(credential)?)
             })
         };
@@ -192,7 +193,7 @@ impl Outlets {
     fn open_relay(&mut self, spec: &ServiceSpec, senders: &Senders) -> Result<(), DriveError> {
         let Some(relay) = &spec.relay else { return Ok(()) };
         if let Some(leg) = relay.datagram {
-            let opened = DatagramRelay::open(leg, senders.relayed.clone());
+            let opened = DatagramRelay::open(leg, spec.own, senders.relayed.clone());
             self.datagrams = Some(opened.map_err(|e| cannot("datagram relay")(&e))?);
         }
         if let Some(leg) = relay.stream {
