@@ -65,6 +65,35 @@ fn the_sender_of_what_was_kept_back_may_say_so_a_moment_after_the_broker() {
     }
 }
 
+/// Somebody on the same host sends to gateway, unit or relay: told, and neither in the class nor in the accounts.
+#[test]
+fn what_outsiders_send_is_told_apart_and_changes_neither_class_nor_account() {
+    for name in ["nominal", "delay"] {
+        let run = shipped(name).run(1);
+        let mut evidence = run.evidence.clone();
+        let (at, last) = (evidence.duration, *evidence.entries.last().expect("entries"));
+        for node in [NodeId::CAMPAIGN, NodeId::GATEWAY.guard().unwrap(), NodeId::UNIT_A.guard().unwrap()] {
+            let mut entry = last.entry;
+            (entry.node, entry.event) = (node, Event::Count { account: Account::Outsiders, n: 7 });
+            evidence.entries.push(Witnessed { at, entry });
+        }
+        let verdict = judge(&evidence);
+        assert_eq!((verdict.outcome, &verdict.findings), (run.verdict.outcome, &run.verdict.findings), "{name}");
+        let trial = campaign::judged::trial(1, Default::default(), &evidence, &verdict);
+        let told: Vec<_> = trial.outsiders.iter().map(|(at, n)| (at.as_str(), *n)).collect();
+        assert_eq!(told, [("guard-gateway", 7), ("guard-unit-a", 7), ("relay-telemetry", 7)]);
+        // The same in an account of the run's own would not balance.
+        for w in &mut evidence.entries {
+            if let Event::Count { account, .. } = &mut w.entry.event
+                && *account == Account::Outsiders
+            {
+                *account = Account::Unguarded;
+            }
+        }
+        assert_eq!(judge(&evidence).outcome, Outcome::Invalid, "{name}");
+    }
+}
+
 #[test]
 fn a_datagram_that_leaves_the_relay_and_is_in_no_account_makes_the_run_invalid() {
     let run = shipped("nominal").run(1);

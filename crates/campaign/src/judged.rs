@@ -33,6 +33,9 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         accepted: 0,
         dropped: BTreeMap::new(),
         guard_refused: BTreeMap::new(),
+        outsiders: BTreeMap::new(),
+        host_stall_ms: None,
+        host_spoilt_ms: Vec::new(),
         claims: claims(evidence, verdict),
         transitions: verdict.transitions.clone(),
         latency_ms: verdict.latency,
@@ -96,5 +99,11 @@ fn add(trial: &mut Trial, node: NodeId, account: Account, n: u64) {
         | Account::SentDirect
         | Account::Datagrams
         | Account::Unguarded => {}
+        // The relay's are the launcher's word.
+        Account::Outsiders if n > 0 => {
+            let at = if node == NodeId::CAMPAIGN { NodeId::RELAY_TELEMETRY } else { node };
+            *trial.outsiders.entry(at.to_string()).or_default() += n;
+        }
+        Account::Outsiders => {}
     }
 }

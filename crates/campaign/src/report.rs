@@ -40,7 +40,7 @@ pub use minima::{MinimaObject, MinimaRow, minima_table};
 pub use plot::svg;
 pub use rare::{Asked, RareObject, rare_table};
 pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
-pub use run::{CellSummary, LatencySummary, Mode, RunObject, Summary};
+pub use run::{CellSummary, HostSpoilt, LatencySummary, Mode, RunObject, Summary};
 pub use search::{Confirmed, FindingRow, SearchObject, search_table};
 pub(crate) use table::started;
 pub use table::{latency_table, reference_table, run_table};

@@ -137,6 +137,15 @@ pub struct Trial {
     /// nothing, by reason.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub guard_refused: BTreeMap<String, u64>,
+    /// Datagrams that no process of the run sent, by where they came to: counted apart, and no part of the class. Live only.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub outsiders: BTreeMap<String, u64>,
+    /// By how much the host overslept at most, milliseconds, where that alone makes this live trial INVALID.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub host_stall_ms: Option<f64>,
+    /// The same of each earlier attempt at this trial, which was repeated because of it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub host_spoilt_ms: Vec<f64>,
     /// What an admitted teammate said in bad faith, where one did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub claims: Option<Claims>,

@@ -195,7 +195,7 @@ fn settings(credential: &Credential) -> Result<Settings, PkiError> {
 
 /// Sends what is no record until the time is up, at a steady rate; how many the kernel took.
 async fn flood(to: LoopbackAddr, rate: u32, until: Instant) -> u64 {
-    let Ok(socket) = sockets::udp_to(to) else { return 0 };
+    let Ok(socket) = sockets::udp_to(LoopbackAddr::ANY_PORT, to) else { return 0 };
     let taken = AtomicU64::new(0);
     if rate == 0 {
         return 0;

@@ -37,6 +37,18 @@ impl LoopbackAddr {
         Self(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), port))
     }
 
+    /// An address that one run has to itself, of the run's `number`, with a port of the kernel's choice. Never in
+    /// `127.0.0.0/16`, where the host's other programs are.
+    pub fn of_run(number: u32) -> Self {
+        let [_, high, middle, low] = number.to_be_bytes();
+        Self(SocketAddr::new(IpAddr::V4(Ipv4Addr::new(127, 1 + high % 254, middle, low)), 0))
+    }
+
+    /// Whether `other` is at the same address, whatever its port.
+    pub fn is_host_of(self, other: SocketAddr) -> bool {
+        self.0.ip() == other.ip()
+    }
+
     /// For a socket call.
     pub fn socket(self) -> SocketAddr {
         self.0
@@ -111,6 +123,16 @@ mod tests {
             assert!(text.parse::<LoopbackAddr>().is_ok(), "{text}");
         }
         assert!("[0:0:0:0:0:0:0:1]:9".parse::<LoopbackAddr>().is_ok());
+    }
+
+    #[test]
+    fn a_run_has_an_address_apart_from_the_hosts_programs() {
+        for number in [0, 1, 0x00ff_ffff, u32::MAX] {
+            let own = LoopbackAddr::of_run(number);
+            assert!(LoopbackAddr::try_from(own.socket()).is_ok(), "{own}");
+            assert!(!own.is_host_of(LoopbackAddr::ANY_PORT.socket()), "{own}");
+        }
+        assert!(!LoopbackAddr::of_run(1).is_host_of(LoopbackAddr::of_run(2).socket()));
     }
 
     #[test]

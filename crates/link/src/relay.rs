@@ -1,8 +1,10 @@
 //! The sockets of a relay: what arrives on either side becomes an input, what the core says goes out on either side.
 //!
 //! The core decides what passes, when and how often; this file owns no policy and sees only ciphertext. A datagram relay
-//! carries one path: when its client comes from a new address it takes a new socket towards the server, so that the
-//! server sees a new path too. Both ends are loopback addresses out of the specification.
+//! carries one path, that of one client: a process of the same run that has begun a session through it. When the client
+//! begins one from another port, as it does after each loss, the relay takes a new socket towards the server, so that the
+//! server sees a new path too. Datagrams of anybody else are counted and go nowhere. Both ends are loopback addresses out
+//! of the specification. A process of the same user can still come from the run's own address and begin a session.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
@@ -16,6 +18,7 @@ use tokio::sync::{Semaphore, mpsc, watch};
 use wire::core::{Input, Side};
 use wire::id::SessionId;
 
+use crate::guard::hello;
 use crate::loopback::LoopbackAddr;
 use crate::sockets;
 use crate::spec::RelayLeg;
@@ -41,6 +44,10 @@ pub struct RelayStats {
     pub emitted: [u64; 2],
     /// Datagrams emitted towards the server from an address of the relay's own.
     pub strange: u64,
+    /// Datagrams at the client side from outside of the run: dropped, and in no other count.
+    pub outsiders: u64,
+    /// The same from a socket of the run that is not the client's, or not any more.
+    pub stale: u64,
     /// Datagrams towards the client and towards the server, from whatever address, that could not be emitted (no client
     /// yet, or the socket refused).
     pub unsent: [u64; 2],
@@ -55,6 +62,8 @@ struct Counters {
     received: [AtomicU64; 2],
     emitted: [AtomicU64; 2],
     strange: AtomicU64,
+    outsiders: AtomicU64,
+    stale: AtomicU64,
     unsent: [AtomicU64; 2],
     streams: AtomicU64,
     cut: AtomicU64,
@@ -94,17 +103,18 @@ impl Drop for Leg {
 }
 
 impl DatagramRelay {
-    /// Opens the client side. Must be called inside a tokio runtime.
+    /// Opens the client side for clients of the run at `own`. Must be called inside a tokio runtime.
     ///
     /// # Errors
     /// When the socket cannot be bound.
-    pub fn open(leg: RelayLeg, to: mpsc::Sender<Input>) -> std::io::Result<Self> {
+    pub fn open(leg: RelayLeg, own: LoopbackAddr, to: mpsc::Sender<Input>) -> std::io::Result<Self> {
         let front = Arc::new(sockets::udp(leg.at)?);
         let local = LoopbackAddr::try_from(front.local_addr()?).map_err(std::io::Error::other)?;
-        let stranger = sockets::udp_to(leg.upstream)?;
+        let stranger = sockets::udp_to(own, leg.upstream)?;
         let path = Arc::new(Mutex::new(None));
         let counters = Arc::new(Counters::default());
-        tokio::spawn(front_loop(front.clone(), leg.upstream, path.clone(), to, counters.clone()));
+        let ends = Ends { front: front.clone(), upstream: leg.upstream, own };
+        tokio::spawn(front_loop(ends, path.clone(), to, counters.clone()));
         Ok(Self { local, front, path, stranger, counters })
     }
 
@@ -143,26 +153,36 @@ fn read(counters: &Counters) -> RelayStats {
         received: [get(&counters.received[0]), get(&counters.received[1])],
         emitted: [get(&counters.emitted[0]), get(&counters.emitted[1])],
         strange: get(&counters.strange),
+        outsiders: get(&counters.outsiders),
+        stale: get(&counters.stale),
         unsent: [get(&counters.unsent[0]), get(&counters.unsent[1])],
         streams: get(&counters.streams),
         cut: get(&counters.cut),
     }
 }
 
-async fn front_loop(
+/// The client side, where the server is, and where the run's own sockets are.
+struct Ends {
     front: Arc<UdpSocket>,
     upstream: LoopbackAddr,
-    path: Arc<Mutex<Option<Leg>>>,
-    to: mpsc::Sender<Input>,
-    counters: Arc<Counters>,
-) {
+    own: LoopbackAddr,
+}
+
+async fn front_loop(ends: Ends, path: Arc<Mutex<Option<Leg>>>, to: mpsc::Sender<Input>, counters: Arc<Counters>) {
     let mut buf = vec![0; DATAGRAM];
     while !to.is_closed() {
-        let Ok((n, from)) = front.recv_from(&mut buf).await else { continue };
-        let Ok(client) = LoopbackAddr::try_from(from) else { continue };
-        let known = path.lock().unwrap_or_else(PoisonError::into_inner).as_ref().is_some_and(|l| l.client == client);
-        if !known {
-            match sockets::udp_to(upstream).map(Arc::new) {
+        let Ok((n, from)) = ends.front.recv_from(&mut buf).await else { continue };
+        let known = path.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(|leg| leg.client);
+        if known.is_none_or(|client| client.socket() != from) {
+            let (true, Ok(client)) = (ends.own.is_host_of(from), LoopbackAddr::try_from(from)) else {
+                add(&counters.outsiders);
+                continue;
+            };
+            if !hello::opens_association(&buf[..n]) {
+                add(&counters.stale);
+                continue;
+            }
+            match sockets::udp_to(ends.own, ends.upstream).map(Arc::new) {
                 Ok(back) => {
                     let reader = tokio::spawn(back_loop(back.clone(), to.clone(), counters.clone()));
                     *path.lock().unwrap_or_else(PoisonError::into_inner) = Some(Leg { client, back, reader });

@@ -18,9 +18,9 @@ pub fn udp(at: LoopbackAddr) -> io::Result<UdpSocket> {
     UdpSocket::from_std(bound(at)?)
 }
 
-/// A UDP socket with a port of the kernel's choice that talks to `peer` alone. Must be called inside a tokio runtime.
-pub fn udp_to(peer: LoopbackAddr) -> io::Result<UdpSocket> {
-    let socket = bound(LoopbackAddr::ANY_PORT)?;
+/// A UDP socket at `own`, with a port of the kernel's choice, that talks to `peer` alone. Must be called inside a tokio runtime.
+pub fn udp_to(own: LoopbackAddr, peer: LoopbackAddr) -> io::Result<UdpSocket> {
+    let socket = bound(own)?;
     socket.connect(peer.socket())?;
     LoopbackAddr::try_from(socket.peer_addr()?).map_err(io::Error::other)?;
     UdpSocket::from_std(socket)

@@ -72,6 +72,10 @@ pub struct ServiceSpec {
     pub recorder: Option<RecorderSpec>,
     /// Whether the DTLS guard drops unauthenticated records.
     pub guard: GuardMode,
+    /// The run's own address, with port 0: from there its processes send datagrams; what comes from elsewhere is an
+    /// outsider's, and counted apart.
+    #[serde(default = "any_port")]
+    pub own: LoopbackAddr,
     /// Room for the mouth log, in bytes; 0 for none.
     #[serde(default = "default_mouth_bytes")]
     pub mouth_bytes: u64,
@@ -84,6 +88,10 @@ pub struct ServiceSpec {
     /// The host's time when the specification was read.
     #[serde(skip)]
     started: Instant,
+}
+
+fn any_port() -> LoopbackAddr {
+    LoopbackAddr::ANY_PORT
 }
 
 fn default_mouth_bytes() -> u64 {
@@ -304,6 +312,7 @@ impl ServiceSpec {
             witness: None,
             recorder: None,
             guard: GuardMode::Required,
+            own: LoopbackAddr::ANY_PORT,
             mouth_bytes: default_mouth_bytes(),
             config: serde_json::Value::Null,
             start_us: 0,

@@ -176,7 +176,7 @@ fn piece(out: &mut impl Write, bytes: &[u8]) -> Result<()> {
 
 /// What the link counted, as accounts. What the secure layer consumed of application data without delivering it counts
 /// as discarded; other records that the guard passed are the handshake's.
-fn accounts(stats: &SessionStats, kernel_drops: u64, direct: bool) -> [(Account, u64); 9] {
+fn accounts(stats: &SessionStats, kernel_drops: u64, direct: bool) -> [(Account, u64); 10] {
     let SessionStats { guard, strangers, shed, unproven, proved, .. } = *stats;
     let unguarded = stats.overflowed + stats.abandoned + strangers + shed + unproven + proved + stats.asked;
     let strangers = strangers + shed + unproven;
@@ -190,6 +190,7 @@ fn accounts(stats: &SessionStats, kernel_drops: u64, direct: bool) -> [(Account,
         (Account::Delivered, stats.delivered),
         (Account::Discarded, guard.application.saturating_sub(stats.delivered)),
         (Account::Handshake, handshake),
+        (Account::Outsiders, stats.outsiders),
         (Account::KernelDropped, kernel_drops),
     ]
 }
@@ -232,7 +233,7 @@ mod tests {
         assert!(matches!(read.last().unwrap().event, Event::Signed { .. }));
         let seen = read.iter().filter(|entry| matches!(entry.event, Event::StreamSaw { .. })).count();
         let signed = read.iter().filter(|entry| matches!(entry.event, Event::Signed { .. })).count();
-        assert_eq!((seen, signed, read.len()), (5, 5 + 1, 5 + 6 + 9), "once a second and at the end");
+        assert_eq!((seen, signed, read.len()), (5, 5 + 1, 5 + 6 + 10), "once a second and at the end");
         assert!(read.iter().any(|e| e.event == Event::Count { account: Account::Delivered, n: 3 }));
         assert_eq!(head, instrument::head(entries.last().unwrap()));
         assert!(WitnessLog::create(&spec).is_err(), "over what is there");

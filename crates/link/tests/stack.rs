@@ -15,6 +15,7 @@ mod stack {
     mod openssl;
     mod recorder;
     mod spec;
+    mod strangers;
     mod vetting;
     mod web;
 }

@@ -120,7 +120,7 @@ impl Cast {
 
     /// The public keys under which everybody's log is signed, the clocks by which it is stamped, and who owes no last
     /// signature; no head yet. Live the broker signs too, and an entry may be handed over so much later than it was written,
-    /// microseconds, and as long as the process is stopped meanwhile.
+    /// microseconds. In the twin it may be later by as long as the process is to be stopped.
     pub fn held(&self, live: Option<(&Secret, u64)>) -> Held {
         let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
         let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
@@ -143,7 +143,7 @@ impl Cast {
             let ClockDraw { zero_us, drift_ppm } = self.clocks[host as usize];
             HeldClock { zero_us, drift_ppm, late_us }
         };
-        let late_us = |node: NodeId| live_late_us.unwrap_or(0) + self.stopped(node);
+        let late_us = |node: NodeId| live_late_us.unwrap_or_else(|| self.stopped(node));
         let mut clocks: BTreeMap<NodeId, HeldClock> =
             self.witnesses.keys().map(|node| (*node, HeldClock::default())).collect();
         clocks.insert(NodeId::BROKER, of_host(Host::Control, late_us(NodeId::BROKER)));
@@ -172,8 +172,8 @@ impl Cast {
         self.planned.iter().any(|plan| matches!(plan.what, Planned::Fill(_)))
     }
 
-    /// The longest time for which `node` is kept from running, microseconds.
-    fn stopped(&self, node: NodeId) -> u64 {
+    /// The longest time for which `node` is to be kept from running, microseconds.
+    pub fn stopped(&self, node: NodeId) -> u64 {
         let lasts = |ordeal: &Ordeal| match ordeal.kind {
             OrdealKind::Suspend { lasts, .. } => lasts,
             OrdealKind::Kill { .. } | OrdealKind::Fill { .. } => 0,

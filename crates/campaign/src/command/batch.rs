@@ -12,6 +12,7 @@ use super::failure::{Exit, Failure};
 use super::kept::Shelf;
 use super::out;
 use super::plan::Planned;
+use super::retry::retried;
 use crate::parallel;
 use crate::progress::{Progress, Stop, Talk};
 use crate::report::Mode;
@@ -125,16 +126,18 @@ impl Batch<'_> {
     }
 }
 
-/// Runs one trial of a variation with `setup`. Its CPU time is what was used meanwhile.
+/// Runs one trial of a variation with `setup`. Its CPU time is what was used meanwhile, attempts that the host spoilt included.
 pub(super) fn trial(mode: Mode, planned: &Planned, setup: &Setup, seed: u64, stop: &Stop) -> Result<Trial, Failure> {
     let variation = &planned.variation;
     let before = cpu_seconds(mode);
-    let done = if planned.sabotage {
-        engine::sabotaged(&variation.scenario, setup, seed)
-    } else {
-        engine::trial(mode, &variation.scenario, setup, seed, stop)
-    };
-    let mut trial = done.map_err(|e| Failure::from(e).reproduced_by(reproduce(mode, planned, seed)))?;
+    let mut trial = retried(setup, seed, || {
+        let done = if planned.sabotage {
+            engine::sabotaged(&variation.scenario, setup, seed)
+        } else {
+            engine::trial(mode, &variation.scenario, setup, seed, stop)
+        };
+        done.map_err(|e| Failure::from(e).reproduced_by(reproduce(mode, planned, seed)))
+    })?;
     trial.cpu_seconds = cpu_seconds(mode) - before;
     trial.cell = variation.cell.clone();
     Ok(trial)

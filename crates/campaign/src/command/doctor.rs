@@ -1,12 +1,15 @@
-//! `holdsafe doctor`: whether everything that a run needs is here, one line a need, each with its remedy.
+//! `holdsafe doctor`: whether everything that a run needs is here, one line a need, each with its remedy, and how late the
+//! host lets a program run.
 
 use std::path::Path;
 
+use link::loopback::LoopbackAddr;
 use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::statvfs::statvfs;
 use serde::Serialize;
 
 use super::failure::{Exit, Failure};
+use super::scheduling::{self, Scheduling};
 use super::{Context, out};
 use crate::live::leftovers::{self, Leftovers};
 use crate::report::SCHEMA_VERSION;
@@ -30,12 +33,14 @@ struct Told {
     schema_version: u32,
     ready: bool,
     needs: Vec<Need>,
+    scheduling: Scheduling,
 }
 
 pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     let needs =
         vec![files(context), shared_memory(), leftovers(), loopback(), open_files(), scratch(), cores(), window()];
     let ready = needs.iter().all(|need| need.met);
+    let scheduling = scheduling::measure();
     if !context.json {
         for need in &needs {
             let mark = if need.met { "ok     " } else { "MISSING" };
@@ -44,9 +49,13 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
                 out::say(format_args!("        {}", need.remedy));
             }
         }
+        out::say(format_args!("{} {:22} {}", scheduling.mark(), "scheduling delay", scheduling.found()));
+        if let Some(advice) = scheduling.advice() {
+            out::say(format_args!("        {advice}"));
+        }
     }
     if context.json {
-        out::print_json("doctor", &Told { schema_version: SCHEMA_VERSION, ready, needs })?;
+        out::print_json("doctor", &Told { schema_version: SCHEMA_VERSION, ready, needs, scheduling })?;
     }
     Ok(if ready { Exit::Fine } else { Exit::Environment })
 }
@@ -95,9 +104,16 @@ fn loopback() -> Need {
     // Bit 0 of the interface's flags says that it is up.
     let flags = std::fs::read_to_string("/sys/class/net/lo/flags").ok();
     let value = flags.as_deref().and_then(|f| u32::from_str_radix(f.trim().trim_start_matches("0x"), 16).ok());
-    let met = value.is_some_and(|flags| flags & 1 == 1);
-    let found = if met { "up" } else { "down or unknown" }.to_owned();
-    Need { need: "loopback interface", met, found, remedy: "bring it up: `ip link set lo up`" }
+    let up = value.is_some_and(|flags| flags & 1 == 1);
+    // Each live run has an address of its own in 127.0.0.0/8.
+    let own = LoopbackAddr::of_run(std::process::id());
+    let bound = std::net::UdpSocket::bind(own.socket()).map_err(|error| format!("{own}: {error}"));
+    let (met, found) = match (up, bound) {
+        (true, Ok(_)) => (true, "up".to_owned()),
+        (true, Err(why)) => (false, why),
+        (false, _) => (false, "down or unknown".to_owned()),
+    };
+    Need { need: "loopback interface", met, found, remedy: "bring it up with all of 127.0.0.0/8: `ip link set lo up`" }
 }
 
 fn open_files() -> Need {

@@ -188,7 +188,8 @@ fn live_trial(
             link::note!("{}: mouth logs stay whole: {why}", directory.display());
         }
     }
-    let trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
+    let host_stall_ms = run.spoilt.map(|by| by as f64 / 1000.0);
+    let trial = Trial { host_stall_ms, ..judged::trial(seed, scenario.level(), &run.evidence, &run.verdict) };
     match &setup.run_dir {
         Some(directory) => held(directory, &run.held, trial),
         None => Ok(trial),

@@ -10,6 +10,7 @@ use super::bring::Bring;
 use super::engine::{self, View};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
+use super::retry::{Retries, retried};
 use super::{Context, out};
 use crate::report::Mode;
 use crate::scenario::FRAMES;
@@ -37,6 +38,8 @@ pub(super) struct Args {
     /// operator has none either.
     #[arg(long, requires = "console", default_value = "supervise", value_parser = role)]
     role: Role,
+    #[command(flatten)]
+    retries: Retries,
     /// Keep recordings here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -66,6 +69,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let Some(one) = planned.first_mut() else {
         return Err(Failure::new(Exit::NoEvidence, "nothing to run"));
     };
+    // A window is a person's: a run that was looked at is not repeated unasked.
+    one.setup.retries = if args.console { 0 } else { args.retries.retries };
     if let Some(dir) = &args.out {
         one.setup.frames = args.frames;
         out::unused(dir)?;
@@ -86,9 +91,11 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         }
     };
     let scenario = &one.variation.scenario;
-    let view = View { show: &mut show, window: args.console, role: args.role, acts: Vec::new() };
-    let mut trial = engine::watched(scenario, &one.setup, context.seed, &context.stop, view)
-        .map_err(|e| Failure::from(e).reproduced_by(batch::reproduce(Mode::Live, one, context.seed)))?;
+    let mut trial = retried(&one.setup, context.seed, || {
+        let view = View { show: &mut show, window: args.console, role: args.role, acts: Vec::new() };
+        engine::watched(scenario, &one.setup, context.seed, &context.stop, view)
+            .map_err(|e| Failure::from(e).reproduced_by(batch::reproduce(Mode::Live, one, context.seed)))
+    })?;
     trial.cell = one.variation.cell.clone();
     if context.json {
         out::print_json("trial", &trial)?;

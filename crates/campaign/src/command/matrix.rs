@@ -10,6 +10,7 @@ use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::kept::{Kept, Shelf};
 use super::plan::{self, Planned, Wanted};
+use super::retry::Retries;
 use super::{Context, catalogue, out};
 use crate::catalogue::{Catalogue, Row};
 use crate::progress::Progress;
@@ -31,6 +32,8 @@ pub(super) struct Args {
     /// Live trials at a time.
     #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
     jobs: usize,
+    #[command(flatten)]
+    retries: Retries,
     /// Keep finished trials and the result here, and go on from what is there [default: runs/matrix].
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -91,7 +94,8 @@ fn parts(context: &Context, args: &Args, scenarios: Vec<Scenario>) -> Result<Vec
         parts.push(Part { scenario: scenario.clone(), mode, n: args.trials, planned });
         if args.live > 0 && mode == Mode::Twin {
             let rendered = Wanted { rendered: true, ..Wanted::default() };
-            let planned = plan::of_scenario(context, &scenario, &rendered)?;
+            let mut planned = plan::of_scenario(context, &scenario, &rendered)?;
+            planned.iter_mut().for_each(|of| of.setup.retries = args.retries.retries);
             parts.push(Part { scenario, mode: Mode::Live, n: args.live, planned });
         }
     }

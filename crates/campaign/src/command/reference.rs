@@ -17,6 +17,8 @@ use crate::trial::Trial;
 const FIRST: [&str; 5] = ["teammate", "naive_relay", "thermal_loss", "rgb_loss", "track_starvation"];
 /// Twin trials of each scenario and of each cell: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;
+/// How often a live run is repeated when a stall of the host alone makes it INVALID; the tables say of which it was.
+const RETRIES: u32 = 2;
 /// Live runs side by side for each core: they wait most of their time.
 const LIVE_PER_CORE: usize = 2;
 
@@ -27,7 +29,8 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     for file in scenario::shipped(&root)? {
         let (twin, live) = (Wanted::default(), Wanted { rendered: true, ..Wanted::default() });
         let (scenario, for_twin) = plan::plan(context, &file, &twin)?;
-        let for_live = one_of_each_policy(plan::of_scenario(context, &scenario, &live)?);
+        let mut for_live = one_of_each_policy(plan::of_scenario(context, &scenario, &live)?);
+        for_live.iter_mut().for_each(|of| of.setup.retries = RETRIES);
         plans.push((scenario, for_twin, for_live));
     }
     plans.sort_by_key(|(scenario, ..)| {

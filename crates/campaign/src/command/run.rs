@@ -9,6 +9,7 @@ use super::batch::{self, Batch};
 use super::bring::Bring;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
+use super::retry::Retries;
 use super::{Context, live, out};
 use crate::report::{Mode, RunObject, SCHEMA_VERSION, run_table};
 use crate::scenario::{FRAMES, Scenario};
@@ -56,6 +57,8 @@ pub(super) struct Args {
     /// Live trials at a time.
     #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
     jobs: usize,
+    #[command(flatten)]
+    retries: Retries,
     /// Keep manifest, trials, result and recordings here.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -78,12 +81,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let rendered = args.rendered || args.live;
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
     let wanted = Wanted { policy, cell, rendered, detector, sabotage: args.sabotage };
+    if args.retries.retries > 0 && !args.live {
+        return Err(Failure::new(Exit::Usage, "--retries is for live trials; add --live or leave it out"));
+    }
     // Every file is read before anything runs.
     let mut plans = Vec::new();
     for name in &args.scenarios {
         let (scenario, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
         for of in &mut planned {
             of.setup.frames = args.frames;
+            of.setup.retries = args.retries.retries;
             of.setup.window = args.console.then_some(args.role);
         }
         plans.push((scenario, planned));

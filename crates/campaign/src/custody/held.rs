@@ -25,6 +25,9 @@ pub struct Held {
     pub killed: Vec<Life>,
     /// The clock of each service's host.
     pub clocks: BTreeMap<NodeId, HeldClock>,
+    /// When the launcher kept a service's process from running, by its own record.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub stops: Vec<Stop>,
     /// The start of the run by the recording's clock: what a service writes while it is made ready is of that time.
     pub start_us: u64,
     /// Whether the recorder was dead or its disk full when the run ended: its recording then lacks what came last.
@@ -51,6 +54,43 @@ pub struct HeldFile {
     pub bytes: u64,
     /// SHA-256 of all of them, hexadecimal.
     pub sha256: String,
+}
+
+/// A time for which the launcher kept a process from running. What the process had begun to write it hands over after it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stop {
+    /// Whose process.
+    pub node: NodeId,
+    /// From then on, microseconds of the recording's clock.
+    pub from_us: u64,
+    /// Until then; `u64::MAX` where it was not let go on before the end.
+    pub until_us: u64,
+}
+
+impl Stop {
+    /// How much of the time from `from` to `until` it covers, microseconds.
+    fn covers(&self, from: i128, until: i128) -> i128 {
+        (until.min(i128::from(self.until_us)) - from.max(i128::from(self.from_us))).max(0)
+    }
+}
+
+/// How the time in an entry fits the one under which it was handed over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fit {
+    /// It does.
+    Fits,
+    /// Handed over later than may be, microseconds after it was written.
+    Late {
+        /// How long after, the launcher's stops taken off.
+        by: u64,
+        /// For how long it was stopped meanwhile.
+        stopped: u64,
+        /// How long may pass.
+        allowed: u64,
+    },
+    /// Handed over so many microseconds before it was written.
+    Early(u64),
 }
 
 /// A service from one start to its end.
@@ -117,22 +157,37 @@ pub struct HeldClock {
 }
 
 impl HeldClock {
-    /// Whether an entry of this clock may have been handed over at `at` of the recording's, in a run from `start` on.
+    /// Whether an entry of this clock may have been handed over at `at` of the recording's, in a run from `start` on. Of the
+    /// time in between, what the process was stopped for by the launcher's record does not count.
     ///
     /// What a service writes while it is made is stamped with the start, whenever its process comes to be: only of what it
     /// writes afterwards does its time matter. In the twin, where the start is zero, all are there by then.
-    pub fn allows(&self, entry: &Entry, at: u64, start: u64) -> bool {
+    pub fn fit(&self, entry: &Entry, at: u64, start: u64, stops: &[Stop]) -> Fit {
         let made = start > 0 && (self.reading(start) - i128::from(entry.at.0)).abs() <= ROUNDING_US;
-        let late = if made { MADE_WITHIN_US } else { i128::from(self.late_us) };
-        let earliest = self.reading(at) - late - ROUNDING_US;
-        let latest = self.reading(at.max(start)) + ROUNDING_US;
-        (earliest..=latest).contains(&i128::from(entry.at.0))
+        let early = i128::from(entry.at.0) - self.reading(at.max(start));
+        if early > ROUNDING_US {
+            return Fit::Early(clamped(early));
+        }
+        let allowed = if made { MADE_WITHIN_US } else { i128::from(self.late_us) };
+        let passed = self.reading(at) - i128::from(entry.at.0);
+        let (from, until) = (i128::from(at) - passed, i128::from(at));
+        let own = stops.iter().filter(|stop| stop.node == entry.node);
+        let stopped: i128 = own.map(|stop| stop.covers(from, until)).sum();
+        let by = passed - stopped;
+        if by <= allowed + ROUNDING_US {
+            return Fit::Fits;
+        }
+        Fit::Late { by: clamped(by), stopped: clamped(stopped), allowed: clamped(allowed) }
     }
 
     fn reading(&self, at: u64) -> i128 {
         let at = i128::from(at);
         i128::from(self.zero_us) + at + (at * i128::from(self.drift_ppm)).div_euclid(1_000_000)
     }
+}
+
+fn clamped(us: i128) -> u64 {
+    u64::try_from(us.max(0)).unwrap_or(u64::MAX)
 }
 
 #[cfg(test)]
@@ -143,12 +198,16 @@ mod tests {
 
     const START: u64 = 5_000_000;
 
-    fn allowed(written: u64, handed_over: u64) -> bool {
+    fn fit(written: u64, handed_over: u64, stops: &[Stop]) -> Fit {
         let clock = HeldClock { zero_us: 1_000_000, drift_ppm: 0, late_us: 100_000 };
         let at = Instant(1_000_000 + written);
         let entry =
             Entry { node: NodeId::SIM, boot: Boot(1), counter: 1, at, event: Event::Started, previous: [0; 32] };
-        clock.allows(&entry, handed_over, START)
+        clock.fit(&entry, handed_over, START, stops)
+    }
+
+    fn allowed(written: u64, handed_over: u64) -> bool {
+        fit(written, handed_over, &[]) == Fit::Fits
     }
 
     #[test]
@@ -157,5 +216,19 @@ mod tests {
         assert!(!allowed(START, START + 3_000_000));
         assert!(allowed(START + 10, START + 90_000) && !allowed(START + 10, START + 110_000));
         assert!(!allowed(START + 10_000, START + 9_000), "before it was written");
+    }
+
+    #[test]
+    fn a_stop_of_the_launchers_explains_so_much_lateness_and_no_more() {
+        let (from_us, until_us) = (START + 1_000_000, START + 1_800_000);
+        let stop = Stop { node: NodeId::SIM, from_us, until_us };
+        let written = from_us - 10_000;
+        assert_eq!(fit(written, until_us + 5_000, &[stop]), Fit::Fits);
+        let late = Fit::Late { by: 110_000, stopped: 800_000, allowed: 100_000 };
+        assert_eq!(fit(written, until_us + 100_000, &[stop]), late);
+        let other = Stop { node: NodeId::GATEWAY, ..stop };
+        assert!(matches!(fit(written, until_us + 5_000, &[other]), Fit::Late { stopped: 0, .. }), "of another process");
+        assert!(matches!(fit(until_us + 1, until_us + 200_000, &[stop]), Fit::Late { stopped: 0, .. }), "after it");
+        assert_eq!(fit(written, written - 5_000, &[stop]), Fit::Early(5_000), "no stop explains that");
     }
 }

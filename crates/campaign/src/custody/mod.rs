@@ -5,7 +5,7 @@
 //! over everything in the order in which it came. The *heads* of the chains as they are held outside the recorder, by
 //! whoever ran the services: a recorder that keeps whole chains short, leaves out a service or makes up an earlier life of
 //! one agrees with itself and not with these. And each host's *clock*: the time under which an entry is kept, which every
-//! latency is judged by, has to fit the time that is in it. Of a life that was ended on purpose there is no head; it is what
+//! latency is judged by, has to fit the time that is in it, but for what the launcher itself stopped the process for. Of a life that was ended on purpose there is no head; it is what
 //! its signatures cover. Public keys, heads and clocks are [`Held`]; secrets are in no file.
 //!
 //! What guards and the launcher note does not go by way of the recorder and is under no seal of its; their chains, signatures
@@ -26,7 +26,7 @@ use wire::time::Instant;
 
 use crate::evidence::{by_recorder, hex};
 
-pub use held::{Held, HeldClock, HeldFile, HeldHead, Life};
+pub use held::{Fit, Held, HeldClock, HeldFile, HeldHead, Life, Stop};
 
 /// Most flaws that are told of one recording; the first is what matters.
 const MAX_FLAWS: usize = 16;
@@ -57,6 +57,8 @@ pub struct Custody {
     pub head: String,
     /// What does not hold, in order of place.
     pub flaws: Vec<Flaw>,
+    /// The longest lateness, microseconds, where nothing but lateness does not hold: a host that stalled explains that.
+    pub late: Option<u64>,
 }
 
 /// A service's signature over its chain.
@@ -109,6 +111,8 @@ pub struct Custodian<'a> {
     seals: Vec<(usize, u64, [u8; 32])>,
     lives: BTreeMap<Life, Chain>,
     flaws: Vec<Flaw>,
+    /// How late each flaw of lateness is, microseconds.
+    late: Vec<u64>,
 }
 
 impl<'a> Custodian<'a> {
@@ -123,6 +127,7 @@ impl<'a> Custodian<'a> {
             seals: Vec::new(),
             lives: BTreeMap::new(),
             flaws: Vec::new(),
+            late: Vec::new(),
         }
     }
 
@@ -143,11 +148,7 @@ impl<'a> Custodian<'a> {
         if entry.node != node {
             self.flaw(here, format!("{} wrote what is kept as handed over by {node}", entry.node));
         }
-        match self.held.clocks.get(&entry.node) {
-            Some(clock) if clock.allows(&entry, at, self.held.start_us) => {}
-            Some(_) => self.flaw(here, format!("{} wrote it at another time than {at} us", entry.node)),
-            None => self.flaw(here, format!("no clock is held for {}", entry.node)),
-        }
+        self.times(here, at, &entry);
         if entry.node != NodeId::RECORDER && by_recorder(entry.node) {
             let before = self.running.last().copied().unwrap_or_default();
             self.running.push(Sha256::new().chain_update(before).chain_update(hash).finalize().into());
@@ -176,9 +177,10 @@ impl<'a> Custodian<'a> {
         {
             self.flaw(self.events + 1, "TRUNCATED: no closing seal over everything before");
         }
+        let late = self.late.iter().max().copied().filter(|_| self.late.len() == self.flaws.len());
         self.flaws.sort();
         self.flaws.truncate(MAX_FLAWS);
-        Custody { events: self.events, sealed, head, flaws: self.flaws }
+        Custody { events: self.events, sealed, head, flaws: self.flaws, late }
     }
 
     /// Whether the last entries of `node` may be missing from a recording that was cut short.
@@ -188,6 +190,29 @@ impl<'a> Custodian<'a> {
 
     fn flaw(&mut self, at: usize, what: impl Into<String>) {
         self.flaws.push(Flaw { at, what: what.into() });
+    }
+
+    /// Whether the time in an entry fits the one under which it was handed over.
+    fn times(&mut self, here: usize, at: u64, entry: &Entry) {
+        let node = entry.node;
+        let Some(clock) = self.held.clocks.get(&node) else {
+            return self.flaw(here, format!("no clock is held for {node}"));
+        };
+        match clock.fit(entry, at, self.held.start_us, &self.held.stops) {
+            Fit::Fits => {}
+            Fit::Late { by, stopped, allowed } => {
+                self.late.push(by);
+                self.flaw(here, late(node, by, stopped, allowed));
+            }
+            Fit::Early(by) => self.flaw(
+                here,
+                format!(
+                    "{node} wrote this {} after the time under which it was handed over: no stall of the host explains \
+                     that, one of the two times was changed",
+                    ms(by)
+                ),
+            ),
+        }
     }
 
     fn seals(&mut self) {
@@ -259,6 +284,27 @@ impl<'a> Custodian<'a> {
         }
         self.flaws.extend(found);
     }
+}
+
+/// What to say of an entry that was handed over late. From the recording alone a host that stalled, a process that somebody
+/// stopped and a time that was changed look the same.
+fn late(node: NodeId, by: u64, stopped: u64, allowed: u64) -> String {
+    let stopped = if stopped > 0 {
+        format!(" beside the {} for which the launcher stopped it", ms(stopped))
+    } else {
+        String::new()
+    };
+    format!(
+        "{node} handed this over {} after it wrote it{stopped}, at most {} are allowed: the host or somebody kept the \
+         process from running, or one of the two times was changed, which cannot be told apart here; end other work or \
+         use --jobs 1, and run it again",
+        ms(by),
+        ms(allowed)
+    )
+}
+
+fn ms(us: u64) -> String {
+    format!("{:.1} ms", us as f64 / 1000.0)
 }
 
 fn unhex(text: &str) -> Option<[u8; 32]> {

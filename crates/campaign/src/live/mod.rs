@@ -24,11 +24,12 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use link::clock::trace_us;
+use link::loopback::LoopbackAddr;
 use link::spec::Control;
 use serde_json::Value;
 use wire::audit::{Entry, Head};
 use wire::codec;
-use wire::event::Event;
+use wire::event::{Event, Suspension};
 use wire::id::{Boot, NodeId};
 use wire::person::{Act, Numbered, Role};
 use wire::policy::Requirement;
@@ -38,10 +39,10 @@ use wire::time::Span;
 
 use crate::cast::{Cast, RunSecret};
 use crate::cue::Watch;
-use crate::custody::{Flaw, Held, HeldHead};
+use crate::custody::{Custody, Held, HeldHead, Stop};
 use crate::evidence::Logged;
 use crate::keep;
-use crate::progress::Stop;
+use crate::progress;
 
 use child::{Child, Line, Services};
 use disk::Growth;
@@ -52,6 +53,8 @@ use spec::{Places, Specs, service};
 pub(crate) use spec::{console, site};
 pub(crate) use witness::own_logs;
 
+/// Runs of this process so far.
+static RUNS: AtomicU32 = AtomicU32::new(0);
 /// Held by the run that is starting its processes.
 static STARTING: Mutex<()> = Mutex::new(());
 /// From the first process to the start of the run, microseconds: all links must stand by then.
@@ -60,8 +63,8 @@ const LEAD_US: u64 = 2_500_000;
 const READY: Duration = Duration::from_secs(20);
 /// How long what is under way may take to arrive at the end.
 const GRACE_US: u64 = 1_200_000;
-/// By how much the host may oversleep before it, and not the platform, explains a latency.
-const OVERSLEPT_US: u64 = 100_000;
+/// By how much the host may oversleep before it, and not the platform, explains a latency, microseconds.
+pub const OVERSLEPT_US: u64 = 100_000;
 /// How long a service may take to end itself.
 const ENDING: Duration = Duration::from_secs(5);
 
@@ -89,7 +92,7 @@ pub struct Options<'a> {
     /// Where the service programs are.
     pub services: Services,
     /// The user's wish to stop.
-    pub stop: &'a Stop,
+    pub stop: &'a progress::Stop,
     /// What the console shows, text by text.
     pub show: &'a mut dyn FnMut(&str),
     /// Whether the console has a window. Then the run lasts until that is closed, at least to the scenario's end: a person
@@ -105,8 +108,8 @@ pub struct Options<'a> {
 pub struct Aftermath {
     /// The recording, on the run's time; behind it what guards and launcher noted.
     pub log: Vec<Logged>,
-    /// What does not hold of the recording, as it was kept.
-    pub custody: Vec<Flaw>,
+    /// What came of the recording, as it was kept.
+    pub custody: Custody,
     /// What is held of it outside the recorder.
     pub held: Held,
     /// The first process that ended by itself, and when, microseconds of the run.
@@ -133,7 +136,8 @@ impl Logs {
 
 /// Runs `cast` live.
 pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options<'_>) -> Result<Aftermath, LiveError> {
-    let places = Places::new(options.keep, &run_id());
+    let run = RUNS.fetch_add(1, Ordering::Relaxed);
+    let places = Places::new(options.keep, &run_id(run), own_address(run));
     leftovers::make_room();
     let marked = Marked::begin(places.remains()).map_err(|e| format!("cannot mark the run: {e}"))?;
     spec::make_folders(&places).map_err(|e| format!("cannot make {}: {e}", places.run_dir.display()))?;
@@ -170,8 +174,8 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     company.finish()?;
     let broker = secret.of(NodeId::BROKER);
     let held = cast.held(Some((&broker, OVERSLEPT_US)));
-    let heads = witness::heads(cast, &company.stats);
-    let held = Held { heads, start_us, cut_short: stayed.cut_short(), ..held };
+    let (heads, stops) = (witness::heads(cast, &company.stats), stops(&stayed.events, start_us));
+    let held = Held { heads, stops, start_us, cut_short: stayed.cut_short(), ..held };
     let (log, custody, held) = gathered(cast, &places.run_dir, held, &stayed, &company.stats)?;
     drop(company);
     let logs = Logs { folder: places.run_dir, _marked: marked };
@@ -185,7 +189,7 @@ fn gathered(
     mut held: Held,
     stayed: &Stayed,
     stats: &[(NodeId, Value)],
-) -> Result<(Vec<Logged>, Vec<Flaw>, Held), LiveError> {
+) -> Result<(Vec<Logged>, Custody, Held), LiveError> {
     let start_us = held.start_us;
     // A dead recorder wrote nothing more, nor did one with a full disk; then the mouth logs of the others are the second place where entries are.
     if !held.cut_short
@@ -205,7 +209,7 @@ fn gathered(
     log.extend(witness::on_the_runs_time(guards.clone(), start_us));
     let mut told = stayed.events.clone();
     told.push((stayed.lasted, Event::Stalled { by: Span(stayed.overslept) }));
-    told.extend(witness::unsent(stats).into_iter().map(|event| (stayed.lasted, event)));
+    told.extend(witness::relayed(stats).into_iter().map(|event| (stayed.lasted, event)));
     told.extend(witness::sights(cast, run_dir, start_us, &log));
     told.extend(witness::running(cast, run_dir, start_us));
     // One chain, whose order has to be that of the times in it.
@@ -223,10 +227,32 @@ fn gathered(
 
 /// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in
 /// the path of every socket of the bus, and the kernel takes 107 bytes.
-fn run_id() -> String {
-    static RUNS: AtomicU32 = AtomicU32::new(0);
-    let run = RUNS.fetch_add(1, Ordering::Relaxed);
+fn run_id(run: u32) -> String {
     format!("{:x}x{:x}x{run:x}", std::process::id(), trace_us() / 1_000 % (1 << 16))
+}
+
+/// The address of a run: apart from those of other runs on the host, of this process too.
+fn own_address(run: u32) -> LoopbackAddr {
+    LoopbackAddr::of_run(std::process::id().wrapping_mul(0x10_01).wrapping_add(run))
+}
+
+/// When the launcher kept processes from running, by its own record, on the recording's clock.
+fn stops(events: &[(u64, Event)], start_us: u64) -> Vec<Stop> {
+    let mut stops: Vec<Stop> = Vec::new();
+    for (at, event) in events {
+        let (Event::Suspended { node, how: Suspension::Hang, on: begins } | Event::Halted { node, on: begins }) =
+            *event
+        else {
+            continue;
+        };
+        let open = stops.iter_mut().rev().find(|stop| stop.node == node && stop.until_us == u64::MAX);
+        match (open, begins) {
+            (None, true) => stops.push(Stop { node, from_us: start_us + at, until_us: u64::MAX }),
+            (Some(stop), false) => stop.until_us = start_us + at,
+            (Some(_), true) | (None, false) => {}
+        }
+    }
+    stops
 }
 
 /// Starts a node anew under a boot.
@@ -269,7 +295,7 @@ struct Company<'a> {
     children: Vec<Child>,
     lines: Receiver<(NodeId, Line)>,
     stats: Vec<(NodeId, Value)>,
-    stop: &'a Stop,
+    stop: &'a progress::Stop,
     show: &'a mut dyn FnMut(&str),
     /// A window is open, or about to be.
     window: bool,

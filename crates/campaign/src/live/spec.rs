@@ -36,17 +36,21 @@ pub(super) struct Places {
     pub temporary: PathBuf,
     /// Start of every shared-memory name of this run.
     pub prefix: String,
+    /// The address from which its processes send datagrams.
+    pub own: LoopbackAddr,
 }
 
 impl Places {
-    /// Places named after a run id of lower-case letters and digits; logs go to `keep`, where somebody wants them.
-    pub(super) fn new(keep: Option<PathBuf>, id: &str) -> Self {
+    /// Places named after a run id of lower-case letters and digits; logs go to `keep`, where somebody wants them, and
+    /// datagrams leave from `own`.
+    pub(super) fn new(keep: Option<PathBuf>, id: &str, own: LoopbackAddr) -> Self {
         let temporary = |start: &str| std::env::temp_dir().join(format!("{start}{id}"));
         Self {
             kept: keep.is_some(),
             run_dir: keep.unwrap_or_else(|| temporary(SCRATCH)),
             temporary: temporary("holdsafe-"),
             prefix: format!("hs_{id}_"),
+            own,
         }
     }
 
@@ -145,6 +149,7 @@ impl Specs<'_> {
     fn plain(&self, node: NodeId, host: Host, seed: u64) -> ServiceSpec {
         let mut spec = ServiceSpec::new(node, Boot(1), seed, clock(self.cast, host), self.places.run_dir.clone());
         spec.start_us = self.start_us;
+        spec.own = self.places.own;
         spec.instrument = Some(self.places.socket());
         spec.witness = self.witness(node);
         spec.guard = match self.guard {

@@ -132,15 +132,17 @@ fn passed(cast: &Cast, member: &Member, run_dir: &Path, start_us: u64, mut each:
     }
 }
 
-/// What the telemetry relay's sockets did not take, as entries of the relay's: its core cannot know.
+/// What the telemetry relay's sockets did not take, and what came to them that was not the client's: its core cannot know.
 ///
 /// They are the launcher's word, read from the process's closing statistics, in a chain of the launcher's.
-pub(super) fn unsent(stats: &[(NodeId, Value)]) -> Vec<Event> {
+pub(super) fn relayed(stats: &[(NodeId, Value)]) -> Vec<Event> {
     let relay = stats.iter().find(|(node, _)| *node == NodeId::RELAY_TELEMETRY);
-    let count = |side: Side| relay.and_then(|(_, s)| s["links"]["relay_datagram"]["unsent"][side as usize].as_u64());
-    [Side::Client, Side::Server]
+    let Some((_, stats)) = relay else { return Vec::new() };
+    let sockets = &stats["links"]["relay_datagram"];
+    let unsent = |side: Side| (Account::RelayUnsent(side), sockets["unsent"][side as usize].as_u64());
+    [unsent(Side::Client), unsent(Side::Server), (Account::Outsiders, sockets["outsiders"].as_u64())]
         .into_iter()
-        .filter_map(|side| count(side).map(|n| Event::Count { account: Account::RelayUnsent(side), n }))
+        .filter_map(|(account, n)| Some(Event::Count { account, n: n? }))
         .collect()
 }
 

@@ -44,6 +44,7 @@ use crate::custody::Flaw;
 use crate::trial::{Latency, Outcome, TransitionRow};
 
 pub use nearness::{AT_LIMIT, Limit, Nearness, nearness};
+pub use outcome::stalled;
 pub use plan::{Plan, Planned};
 pub use timeline::Timeline;
 

@@ -12,7 +12,7 @@ use crate::trial::{Latency, Outcome};
 /// Puts the verdict together.
 pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mut findings: Vec<Finding>) -> Verdict {
     if let Some(by) = stalled(evidence) {
-        findings.push(finding(Property::P10, evidence.duration, format!("the host overslept by {} ms", by / 1000)));
+        findings.push(finding(Property::P10, evidence.duration, overslept(by, evidence.stall_limit)));
     }
     let zero = receipt.zero;
     let trips = false_trips(evidence, line, zero);
@@ -111,8 +111,18 @@ fn latency(line: &Timeline, zero: Micros) -> Latency {
     }
 }
 
-/// The longest time by which the host overslept, if above its limit.
-fn stalled(evidence: &Evidence) -> Option<Micros> {
+/// What to say of a host that overslept by so many microseconds.
+fn overslept(by: Micros, limit: Micros) -> String {
+    format!(
+        "the host overslept by {} ms, at most {} ms are allowed: nothing is said about the platform; end other work or use \
+         --jobs 1, and repeat with --retries 2",
+        by / 1000,
+        limit / 1000
+    )
+}
+
+/// The longest time by which the host overslept, microseconds, if above its limit.
+pub fn stalled(evidence: &Evidence) -> Option<Micros> {
     let stalls = evidence.entries.iter().filter_map(|w| match w.entry.event {
         wire::event::Event::Stalled { by } => Some(by.0),
         _ => None,

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::SCHEMA_VERSION;
 use super::run::{LatencySummary, Mode, Summary};
-use super::table::{new_table, outcomes, percent, sample};
+use super::table::{host_line, new_table, outcomes, percent, sample};
 use crate::catalogue::Row;
 use crate::scenario::{Evidence, Requirement, Variation};
 use crate::stats::{LEVEL, Sample, rate_upper, simultaneous_level};
@@ -244,12 +244,16 @@ pub fn matrix_table(matrix: &Matrix) -> String {
     }
     let odd: u64 = matrix.rows.iter().flat_map(|row| &row.kinds).map(|kind| kind.unexpected).sum();
     let bare: Vec<&str> = matrix.rows.iter().filter(|row| row.runs.is_empty()).map(|row| row.id.as_str()).collect();
+    // A scenario may stand in several rows; its attempts are told once.
+    let runs = matrix.rows.iter().flat_map(|row| &row.runs).filter(|run| run.summary.host_spoilt.is_some());
+    let runs: BTreeMap<_, &MatrixRun> = runs.map(|run| ((&run.scenario, &run.cell, &run.policy), run)).collect();
+    let spoilt = host_line(runs.values().map(|run| (run.scenario.as_str(), &run.summary)));
     format!(
         "{table}\nseed {}; {odd} trials outside their expected classes; rows without a run: {}.\n\
          ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound of the worst \
          run, in brackets the one that holds for all {} runs together (Bonferroni).\n\
          * the real mechanism does not run there: this n is no evidence of it. ablation: a policy waives something.\n\
-         Scenarios, tests, requirement, interface, STRIDE and techniques of a row: docs/threats.md, or --json.\n",
+         Scenarios, tests, requirement, interface, STRIDE and techniques of a row: docs/threats.md, or --json.\n{spoilt}",
         matrix.seed,
         if bare.is_empty() { "none".to_owned() } else { bare.join(" ") },
         matrix.bounds,

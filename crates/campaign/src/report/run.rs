@@ -96,10 +96,31 @@ pub struct Summary {
     pub false_trips_per_hour_upper_95: Option<f64>,
     /// Share of time in nominal control.
     pub nominal_share: f64,
+    /// Attempts that were repeated because the host had spoilt them, where any were. Live only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub host_spoilt: Option<HostSpoilt>,
     /// CPU time of all trials, in all processes.
     pub cpu_seconds: f64,
     /// Simulated (twin) or real (live) seconds of all trials.
     pub sim_seconds: f64,
+}
+
+/// Attempts that are no trials: the host overslept, which alone made them INVALID, and they were repeated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HostSpoilt {
+    /// How many.
+    pub n: u64,
+    /// Of which trials, by seed and in order.
+    pub seeds: Vec<u64>,
+}
+
+impl HostSpoilt {
+    /// Of `trials`; `None` where nothing was repeated.
+    fn of(trials: &[&Trial]) -> Option<Self> {
+        let spoilt: Vec<&&Trial> = trials.iter().filter(|trial| !trial.host_spoilt_ms.is_empty()).collect();
+        let n = spoilt.iter().map(|trial| trial.host_spoilt_ms.len() as u64).sum();
+        (n > 0).then(|| Self { n, seeds: spoilt.iter().map(|trial| trial.seed).collect() })
+    }
 }
 
 /// Latencies folded together.
@@ -192,6 +213,7 @@ impl Summary {
             false_trips_per_hour: per(trips as f64, seconds / 3600.0),
             false_trips_per_hour_upper_95: events_upper(trips, seconds / 3600.0),
             nominal_share: per(nominal, seconds),
+            host_spoilt: HostSpoilt::of(trials),
             cpu_seconds: trials.iter().map(|t| t.cpu_seconds).sum(),
             sim_seconds: seconds,
             outcomes,
@@ -239,6 +261,9 @@ pub(crate) mod tests {
             accepted: 90,
             dropped: BTreeMap::from([("stale".to_owned(), 10)]),
             guard_refused: BTreeMap::new(),
+            outsiders: BTreeMap::new(),
+            host_stall_ms: None,
+            host_spoilt_ms: Vec::new(),
             claims: None,
             transitions: Vec::new(),
             latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },
@@ -275,6 +300,30 @@ pub(crate) mod tests {
         assert_eq!(object["summary"]["outcomes"]["HOLD_SAFE"], 59);
         assert_eq!(object["summary"]["distinct_decisions"], 3);
         assert_eq!(object["mode"], "twin");
+    }
+
+    #[test]
+    fn an_attempt_that_the_host_spoilt_is_counted_and_never_silent() {
+        let mut repeated = trial(7, Outcome::HoldSafe);
+        repeated.host_spoilt_ms = vec![312.0, 140.0];
+        let trials = vec![trial(6, Outcome::HoldSafe), repeated];
+        let run = RunObject::new("delay", Mode::Live, 6, trials, &[]);
+        assert_eq!(run.summary.host_spoilt, Some(HostSpoilt { n: 2, seeds: vec![7] }));
+        let json = serde_json::to_value(&run).unwrap();
+        assert_eq!(json["summary"]["host_spoilt"], serde_json::json!({ "n": 2, "seeds": [7] }));
+        assert_eq!(json["trials"][1]["host_spoilt_ms"], serde_json::json!([312.0, 140.0]));
+        let text = super::super::run_table(&run);
+        assert!(text.contains("repeated because the host overslept: 2 attempts (delay seed 7)"), "{text}");
+        let calm = RunObject::new("delay", Mode::Live, 6, vec![trial(6, Outcome::HoldSafe)], &[]);
+        assert!(!super::super::run_table(&calm).contains("repeated") && calm.summary.host_spoilt.is_none());
+    }
+
+    #[test]
+    fn datagrams_of_outsiders_are_told_with_the_place_they_came_to() {
+        let mut met = trial(7, Outcome::Nominal);
+        met.outsiders = BTreeMap::from([("relay-telemetry".to_owned(), 12)]);
+        let text = super::super::run_table(&RunObject::new("nominal", Mode::Live, 7, vec![met], &[]));
+        assert!(text.contains("datagrams from outside of the run, counted apart: relay-telemetry 12"), "{text}");
     }
 
     #[test]

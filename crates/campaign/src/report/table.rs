@@ -7,7 +7,7 @@ use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 use super::reference::{LiveLatency, Reference, ReferenceRow};
 use super::run::{RunObject, Summary};
 use crate::stats::Sample;
-use crate::trial::Outcome;
+use crate::trial::{Outcome, Trial};
 
 /// What the columns of a table of trials mean.
 const LEGEND: &str = "\
@@ -29,9 +29,10 @@ pub fn reference_table(reference: &Reference) -> String {
     for row in &reference.rows {
         table.add_row(reference_row(row));
     }
+    let spoilt = host_line(reference.rows.iter().map(|row| (row.scenario.as_str(), &row.summary)));
     format!(
         "{table}\nms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound.\n\
-         * the real mechanism runs live only: this n is no evidence of it.\n"
+         * the real mechanism runs live only: this n is no evidence of it.\n{spoilt}"
     )
 }
 
@@ -69,7 +70,36 @@ pub fn run_table(run: &RunObject) -> String {
     table.add_row(run_row("all", accounts, &run.summary));
     let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
     let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
-    format!("{mark}{detector}{} ({}, seed {})\n{table}\n{LEGEND}\n", run.scenario, run.mode.name(), run.seed)
+    let beside = format!("{}{}", outsiders(&run.trials), host_line([(run.scenario.as_str(), &run.summary)]));
+    format!("{mark}{detector}{} ({}, seed {})\n{table}\n{LEGEND}\n{beside}", run.scenario, run.mode.name(), run.seed)
+}
+
+/// Datagrams that no process of the runs sent, where any came.
+fn outsiders(trials: &[Trial]) -> String {
+    let mut came: BTreeMap<&str, u64> = BTreeMap::new();
+    for (at, n) in trials.iter().flat_map(|trial| &trial.outsiders) {
+        *came.entry(at).or_default() += n;
+    }
+    if came.is_empty() {
+        return String::new();
+    }
+    let came: Vec<String> = came.iter().map(|(at, n)| format!("{at} {n}")).collect();
+    format!("datagrams from outside of the run, counted apart: {}\n", came.join(", "))
+}
+
+/// The attempts that were repeated because the host had spoilt them, where any were, by name and seed.
+pub(super) fn host_line<'a>(of: impl IntoIterator<Item = (&'a str, &'a Summary)>) -> String {
+    let (mut n, mut whose) = (0, Vec::new());
+    for (name, spoilt) in of.into_iter().filter_map(|(name, summary)| Some((name, summary.host_spoilt.as_ref()?))) {
+        n += spoilt.n;
+        let seeds: Vec<String> = spoilt.seeds.iter().map(u64::to_string).collect();
+        whose.push(format!("{name} seed {}", seeds.join(", ")));
+    }
+    let attempts = if n == 1 { "attempt" } else { "attempts" };
+    if n == 0 {
+        return String::new();
+    }
+    format!("repeated because the host overslept: {n} {attempts} ({})\n", whose.join("; "))
 }
 
 fn run_row(cell: &str, accounts: String, summary: &Summary) -> Vec<String> {

@@ -39,6 +39,8 @@ pub struct Setup {
     pub frames: u32,
     /// Of a live run: what the person at the operator's window may do; no window where absent.
     pub window: Option<Role>,
+    /// How often a live trial is repeated at most when a stall of the host alone makes it INVALID.
+    pub retries: u32,
     /// Set when the user wants to stop; engines look at it between steps.
     pub stop: Stop,
 }
@@ -73,8 +75,22 @@ impl Setup {
         let policy = load_policy(&path, &policy_name)?;
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
         let stop = Stop::default();
-        let (misset, detector, run_dir, frames, window) = (None, None, None, FRAMES, None);
-        Ok(Self { policy_name, policy, bounds, misset, platform, rendered, detector, run_dir, frames, window, stop })
+        let (misset, detector, run_dir, frames) = (None, None, None, FRAMES);
+        let (window, retries) = (None, 0);
+        Ok(Self {
+            policy_name,
+            policy,
+            bounds,
+            misset,
+            platform,
+            rendered,
+            detector,
+            run_dir,
+            frames,
+            window,
+            retries,
+            stop,
+        })
     }
 
     /// The words that every artefact of an ablation carries; `None` where every check, guard, rule and bound stands.

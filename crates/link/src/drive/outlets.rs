@@ -148,6 +148,7 @@ impl Outlets {
                 log: Some(senders.observations.clone()),
                 sessions: handles.clone(),
                 counters: counters.clone(),
+                own: spec.own,
                 ..Settings::new(spec.guard, idle, held(credential)?)
             })
         };
@@ -184,7 +185,7 @@ impl Outlets {
     fn open_relay(&mut self, spec: &ServiceSpec, senders: &Senders) -> Result<(), DriveError> {
         let Some(relay) = &spec.relay else { return Ok(()) };
         if let Some(leg) = relay.datagram {
-            let opened = DatagramRelay::open(leg, senders.relayed.clone());
+            let opened = DatagramRelay::open(leg, spec.own, senders.relayed.clone());
             self.datagrams = Some(opened.map_err(|e| cannot("datagram relay")(&e))?);
         }
         if let Some(leg) = relay.stream {
@@ -367,11 +368,11 @@ impl Outlets {
         let recording = self.recording.as_mut().map(Recording::finish);
         let bus: BTreeMap<&str, &[u64; 2]> = self.published.iter().map(|(t, counts)| (t.name(), counts)).collect();
         let received: Vec<(&str, u64)> = self.subscriptions.iter().map(|(t, s)| (t.name(), s.received())).collect();
-        let (dtls, kernel_drops) = (self.dtls.as_ref().map(|counters| counters.read()), self.kernel_drops());
-        let sessions = dtls.map(|stats| (stats, kernel_drops.unwrap_or(0)));
+        let (dtls, dropped) = (self.dtls.as_ref().map(|counters| counters.read()), self.kernel_drops());
+        let sessions = dtls.map(|stats| (stats, dropped.unwrap_or(0)));
         json!({
             "dtls": dtls,
-            "dtls_kernel_drops": kernel_drops,
+            "dtls_kernel_drops": dropped,
             "mqtt": self.mqtt.as_ref().map(Mqtt::stats),
             "bus_published_failed": bus,
             "bus_received": received,

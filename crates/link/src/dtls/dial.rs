@@ -102,7 +102,7 @@ struct Socket {
 
 impl Socket {
     fn open(remote: LoopbackAddr, settings: &Settings, present: &Present) -> Result<(Self, Arc<Path>), DtlsError> {
-        let socket = Arc::new(sockets::udp(LoopbackAddr::ANY_PORT)?);
+        let socket = Arc::new(sockets::udp(settings.own)?);
         let local = LoopbackAddr::try_from(socket.local_addr()?)?;
         *present.lock().unwrap_or_else(PoisonError::into_inner) = Some(local);
         let counters = settings.counters.clone();
@@ -139,7 +139,7 @@ async fn attempt(
     Ok(())
 }
 
-/// Moves datagrams from `remote`, and from nobody else, to the association; counts what comes after its end.
+/// Moves datagrams from `remote` to the association; counts what comes after its end, and what others send.
 async fn feed(
     socket: Arc<UdpSocket>,
     remote: LoopbackAddr,
@@ -154,7 +154,7 @@ async fn feed(
                 Err(mpsc::error::TrySendError::Full(_)) => SessionCounters::add(&counters.overflowed),
                 Err(mpsc::error::TrySendError::Closed(_)) => SessionCounters::add(&counters.abandoned),
             },
-            Ok(_) => SessionCounters::add(&counters.strangers),
+            Ok(_) => SessionCounters::add(&counters.outsiders),
             Err(error) => {
                 tracing::trace!(%error, "datagram not received");
                 tokio::time::sleep(Duration::from_millis(1)).await;

@@ -4,6 +4,9 @@
 //! Here each peer address has a bounded queue and a task; handshakes under way and sessions are bounded. A stranger is
 //! first judged by the door ([`crate::guard::door`]), which keeps nothing; of those it lets in the oldest that is still
 //! shaking hands makes room for the newest, so that whoever is silent keeps nobody out. What is lost is counted.
+//!
+//! A datagram from outside of the run is judged like any other, by the same door and the same guards. Only its accounts are
+//! kept apart: it is counted once, as an outsider's, so that the run's own datagrams still add up.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::net::SocketAddr;
@@ -86,10 +89,12 @@ pub fn accept(
     events: mpsc::Sender<SessionEvent>,
 ) -> Result<Listener, DtlsError> {
     let door = Door::new().ok_or_else(|| std::io::Error::other("no randomness for the door's key"))?;
+    let outside = Settings { log: None, counters: Arc::default(), ..settings.clone() };
     let accept = Accept {
         door,
         credential: Arc::new(credential),
         settings,
+        outside,
         events,
         shaking: VecDeque::new(),
         peers: BTreeMap::new(),
@@ -101,6 +106,8 @@ struct Accept {
     door: Door,
     credential: Arc<Credential>,
     settings: Settings,
+    /// The same for peers outside of the run: counters of their own, and no log.
+    outside: Settings,
     events: mpsc::Sender<SessionEvent>,
     /// Handshakes that were begun, the oldest first; those that have ended are forgotten when room is looked for.
     shaking: VecDeque<Shaking>,
@@ -113,6 +120,7 @@ struct Shaking {
     hello: Vec<u8>,
     over: Arc<AtomicBool>,
     task: AbortHandle,
+    settings: Settings,
 }
 
 impl Accept {
@@ -141,7 +149,12 @@ impl Accept {
     }
 
     fn datagram(&mut self, from: SocketAddr, bytes: &[u8], out: &impl Fn(LoopbackAddr) -> Outlet) {
-        let counters = &self.settings.counters;
+        let inside = self.settings.own.is_host_of(from);
+        if !inside {
+            SessionCounters::add(&self.settings.counters.outsiders);
+        }
+        let settings = if inside { &self.settings } else { &self.outside };
+        let counters = &settings.counters;
         if let Some(inlet) = self.peers.get(&from) {
             match inlet.try_send(bytes.to_vec()) {
                 Ok(()) => return,
@@ -152,23 +165,26 @@ impl Accept {
             }
         }
         let Ok(peer) = LoopbackAddr::try_from(from) else {
-            note(&self.settings, bytes, Verdict::Stranger, None);
+            note(settings, bytes, Verdict::Stranger, None);
             return SessionCounters::add(&counters.strangers);
         };
         self.shaking.retain(|shaking| !shaking.over.load(Ordering::Relaxed));
         match self.door.judge(from, bytes, self.shaking.len(), Instant::now()) {
-            Answer::Admit => self.admit(peer, bytes, out(peer)),
+            Answer::Admit => {
+                let settings = settings.clone();
+                self.admit(peer, bytes, out(peer), settings);
+            }
             Answer::Challenge(challenge) => {
-                note(&self.settings, bytes, Verdict::Unproven, None);
+                note(settings, bytes, Verdict::Unproven, None);
                 SessionCounters::add(&counters.unproven);
                 out(peer).emit(&challenge);
             }
             Answer::Prove => {
-                note(&self.settings, bytes, Verdict::Passed, None);
+                note(settings, bytes, Verdict::Passed, None);
                 SessionCounters::add(&counters.proved);
             }
             Answer::Refuse(verdict) => {
-                note(&self.settings, bytes, verdict, None);
+                note(settings, bytes, verdict, None);
                 SessionCounters::add(&counters.strangers);
             }
         }
@@ -184,8 +200,8 @@ impl Accept {
         {
             oldest.task.abort();
             self.peers.remove(&oldest.peer.socket());
-            note(&self.settings, &oldest.hello, Verdict::Unfinished, None);
-            SessionCounters::add(&self.settings.counters.displaced);
+            note(&oldest.settings, &oldest.hello, Verdict::Unfinished, None);
+            SessionCounters::add(&oldest.settings.counters.displaced);
         }
         if self.peers.len() >= PEERS {
             self.peers.retain(|_, inlet| !inlet.is_closed());
@@ -193,34 +209,34 @@ impl Accept {
         self.peers.len() < PEERS
     }
 
-    fn admit(&mut self, peer: LoopbackAddr, hello: &[u8], out: Outlet) {
+    fn admit(&mut self, peer: LoopbackAddr, hello: &[u8], out: Outlet, settings: Settings) {
         let (inlet, datagrams) = mpsc::channel(INLET);
         if !self.room() || inlet.try_send(hello.to_vec()).is_err() {
-            note(&self.settings, hello, Verdict::Shed, None);
-            return SessionCounters::add(&self.settings.counters.shed);
+            note(&settings, hello, Verdict::Shed, None);
+            return SessionCounters::add(&settings.counters.shed);
         }
         self.peers.insert(peer.socket(), inlet);
-        let path = Arc::new(Path::new(datagrams, out).counted(self.settings.counters.clone()));
-        let (credential, settings, events) = (self.credential.clone(), self.settings.clone(), self.events.clone());
+        let path = Arc::new(Path::new(datagrams, out).counted(settings.counters.clone()));
+        let (credential, events, serving) = (self.credential.clone(), self.events.clone(), settings.clone());
         let over = Arc::new(AtomicBool::new(false));
         let (done, opener) = (over.clone(), hello.to_vec());
         let task = tokio::spawn(async move {
-            let session = settings.next_session();
-            let guard = settings.guard(session.0);
-            let opened = server(path, &credential, settings.revocations.clone(), guard).await;
+            let session = serving.next_session();
+            let guard = serving.guard(session.0);
+            let opened = server(path, &credential, serving.revocations.clone(), guard).await;
             if done.swap(true, Ordering::AcqRel) {
                 return;
             }
             match opened {
-                Ok(secure) => serve(secure, session, &settings, &events).await,
+                Ok(secure) => serve(secure, session, &serving, &events).await,
                 Err(error) => {
-                    SessionCounters::add(&settings.counters.failed);
-                    note(&settings, &opener, Verdict::Unfinished, error.fault());
+                    SessionCounters::add(&serving.counters.failed);
+                    note(&serving, &opener, Verdict::Unfinished, error.fault());
                     tracing::debug!(%error, %peer, "session not accepted");
                 }
             }
         });
-        self.shaking.push_back(Shaking { peer, hello: hello.to_vec(), over, task: task.abort_handle() });
+        self.shaking.push_back(Shaking { peer, hello: hello.to_vec(), over, task: task.abort_handle(), settings });
         self.settings.counters.peak(self.shaking.len(), self.peers.len());
     }
 }

@@ -11,6 +11,7 @@ use wire::id::{PeerId, SessionId};
 use super::{MAX_RECORD, Secure};
 use crate::guard::observe::{GuardCounters, GuardStats, ObservationLog};
 use crate::guard::{GuardMode, GuardSettings};
+use crate::loopback::LoopbackAddr;
 use crate::vet::list::Revocations;
 use crate::vet::{Fault, Refused};
 
@@ -30,18 +31,21 @@ pub struct Settings {
     pub sessions: Arc<AtomicU32>,
     /// Shared by all sessions of one socket.
     pub counters: Arc<SessionCounters>,
+    /// Where the datagram sockets of this run are, with port 0: a datagram from another address is an outsider's.
+    pub own: LoopbackAddr,
     /// Whose certificates have been revoked; a change ends their sessions.
     pub revocations: Revocations,
 }
 
 impl Settings {
-    /// Settings with counters of their own.
+    /// Settings with counters of their own, of a run at `127.0.0.1`.
     pub fn new(guard: GuardMode, idle: Duration, revocations: Revocations) -> Self {
         Self {
             guard,
             idle,
             revocations,
             log: None,
+            own: LoopbackAddr::ANY_PORT,
             sessions: Arc::new(AtomicU32::new(0)),
             counters: Arc::new(SessionCounters::default()),
         }
@@ -105,6 +109,7 @@ pub struct SessionCounters {
     most_shaking: AtomicU64,
     most_peers: AtomicU64,
     pub(super) strangers: AtomicU64,
+    pub(super) outsiders: AtomicU64,
     pub(super) overflowed: AtomicU64,
     pub(super) abandoned: AtomicU64,
     pub(super) dialled: AtomicU64,
@@ -141,6 +146,8 @@ pub struct SessionStats {
     pub most_peers: u64,
     /// Datagrams from unknown peers that open nothing.
     pub strangers: u64,
+    /// Datagrams that no process of the run sent, whatever became of them; in no other count.
+    pub outsiders: u64,
     /// Datagrams for which an association had no room.
     pub overflowed: u64,
     /// Datagrams for an association that was over.
@@ -174,6 +181,7 @@ impl SessionCounters {
             most_shaking: get(&self.most_shaking),
             most_peers: get(&self.most_peers),
             strangers: get(&self.strangers),
+            outsiders: get(&self.outsiders),
             overflowed: get(&self.overflowed),
             abandoned: get(&self.abandoned),
             dialled: get(&self.dialled),

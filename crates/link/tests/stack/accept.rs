@@ -139,7 +139,7 @@ async fn a_relay_carries_a_session_and_a_strangers_alert_does_not_end_it() {
     let mut gateway = gateway();
     let (to_core, mut inputs) = mpsc::channel(64);
     let leg = RelayLeg { at: LoopbackAddr::ANY_PORT, upstream: gateway.listener.local() };
-    let relay = std::sync::Arc::new(DatagramRelay::open(leg, to_core).unwrap());
+    let relay = std::sync::Arc::new(DatagramRelay::open(leg, LoopbackAddr::ANY_PORT, to_core).unwrap());
     let passing = relay.clone();
     tokio::spawn(async move {
         while let Some(Input::Datagram { side, bytes }) = inputs.recv().await {

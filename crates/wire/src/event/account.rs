@@ -95,4 +95,7 @@ pub enum Account {
     /// Datagrams out of a socket that no guard judged: no room, nobody's, or their association was over.
     #[n(18)]
     Unguarded,
+    /// Datagrams that no process of the run sent. In no other account.
+    #[n(19)]
+    Outsiders,
 }
