@@ -51,7 +51,9 @@ fn a_unit_that_is_no_longer_heard_is_granted_nothing_and_holds_though_it_hears_a
         let lapsed = run.verdict.transitions.iter().any(|t| t.to == "HOLD_SAFE" && t.cause == "lost:lease");
         assert!(lapsed, "{:?}", run.verdict.transitions);
         let heard = run.evidence.entries.iter().filter(|w| match w.entry.event {
-            Event::Accepted { at: Interface::Downlink, .. } => Some(w.at) > run.verdict.zero.map(|zero| zero + 1_000_000),
+            Event::Accepted { at: Interface::Downlink, .. } => {
+                Some(w.at) > run.verdict.zero.map(|zero| zero + 1_000_000)
+            }
             _ => false,
         });
         assert!(heard.count() > 0, "the downlink stands");

@@ -30,12 +30,9 @@ fn malformed_but_authenticated_records_are_refused_by_name() {
 
 #[test]
 fn a_record_that_one_check_alone_refuses_is_refused_by_that_check() {
-    for (name, reason) in [
-        ("session", Reason::Session),
-        ("version", Reason::Version),
-        ("jump", Reason::Jump),
-        ("origin", Reason::Role),
-    ] {
+    for (name, reason) in
+        [("session", Reason::Session), ("version", Reason::Version), ("jump", Reason::Jump), ("origin", Reason::Role)]
+    {
         for run in cell("malformed_once", name).expect(SEEDS) {
             let refused = refusals(&run);
             assert!(refused.first() == Some(&reason), "{name}: {refused:?}");
