@@ -67,7 +67,7 @@ pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use print::{Heat, Print};
 pub use problem::{Problem, ProblemRow, Problems, closest};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse, parse_platform, parse_scene};
-pub use rogue::{Mandate, Order, Rogue, Takeover, Values, Way};
+pub use rogue::{Mandate, Order, OrderId, OrderTrack, Rogue, Takeover, Values, Way};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene, Weather};
 pub use set::Settings;
 pub use setup::{FRAMES, Setup, demo, find_root, load_policy, parse_policy, platforms, rendered, shipped};

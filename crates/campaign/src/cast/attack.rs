@@ -230,6 +230,10 @@ fn flaw(flaw: scenario::Flaw) -> Flaw {
         scenario::Flaw::Range => Flaw::Range,
         scenario::Flaw::Count => Flaw::Count,
         scenario::Flaw::Noise => Flaw::Noise,
+        scenario::Flaw::Session => Flaw::Session,
+        scenario::Flaw::Version => Flaw::Version,
+        scenario::Flaw::Jump => Flaw::Jump,
+        scenario::Flaw::Origin => Flaw::Origin,
     }
 }
 
