@@ -47,6 +47,7 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
         duration: lasted,
         stall_limit: super::OVERSLEPT_US,
         operators: cast.operators(),
+        script: cast.script.clone(),
         killed: cast.killed(),
     };
     let verdict = judge(&evidence);

@@ -64,7 +64,8 @@ pub fn run_table(run: &RunObject) -> String {
     table.add_row(run_row("all", accounts, &run.summary));
     let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
     let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
-    format!("{mark}{detector}{} ({}, seed {})\n{table}\n", run.scenario, run.mode.name(), run.seed)
+    let mission = run.mission.lines();
+    format!("{mark}{detector}{} ({}, seed {})\n{table}\n{mission}", run.scenario, run.mode.name(), run.seed)
 }
 
 fn run_row(cell: &str, accounts: String, summary: &Summary) -> Vec<String> {

@@ -133,6 +133,7 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         dropped: showing.refused.clone(),
         guard_refused: showing.guard_refused.clone(),
         claims: None,
+        mission: None,
         transitions: Vec::new(),
         latency_ms: Latency::default(),
         responses: Vec::new(),
