@@ -25,6 +25,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
             .findings
             .iter()
             .map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what))
+            .chain(verdict.mission.missing.iter().map(|what| format!("mission: {what}")))
             .collect(),
         receipt: verdict.receipt,
         log_hash,
@@ -37,6 +38,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         host_stall_ms: None,
         host_spoilt_ms: Vec::new(),
         claims: claims(evidence, verdict),
+        mission: Some(verdict.mission.clone()),
         transitions: verdict.transitions.clone(),
         latency_ms: verdict.latency,
         responses: verdict.responses.clone(),

@@ -262,6 +262,7 @@ pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
         "stall_limit_us": evidence.stall_limit,
         "planned": evidence.planned,
         "operators": evidence.operators,
+        "script": evidence.script,
         "killed": evidence.killed,
         "broken_log": evidence.broken_log,
         "custody": custody,

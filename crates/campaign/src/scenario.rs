@@ -85,6 +85,7 @@ pub use value::{
 pub use varies::{Conditions, Models, Varies};
 pub use weakness::{Misset, Weakness, Weaknesses};
 
+use crate::oracle::mission::Stage;
 use crate::trial::Outcome;
 
 /// The version of the scenario format that this build reads.
@@ -118,6 +119,10 @@ pub struct Scenario {
     /// How much the adversary knows while the run is on; where nothing is said, what the kinds of attack need.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub knowledge: Option<Located<Knowledge>>,
+    /// How far the mission has to come before the attack for a trial to show anything; where nothing is said, as far as the
+    /// operator's steps before the attack lead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mission: Option<Located<Stage>>,
     /// The outcome classes that are expected, committed before the run.
     pub expected: Located<List<Outcome, 9>>,
     /// Policy by name, a file of `policies/`.

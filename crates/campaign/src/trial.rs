@@ -8,6 +8,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::oracle::demise::Response;
+use crate::oracle::mission::Mission;
 use crate::oracle::peers::Claims;
 use crate::scenario::Knowledge;
 
@@ -17,7 +18,8 @@ use crate::scenario::Knowledge;
 pub enum Outcome {
     /// A safety property was broken (P1, P4, P5, P7, P8, P9, P11).
     Unsafe,
-    /// The evidence does not hold: no receipt, the account does not balance, the log does not verify, the host stalled.
+    /// The evidence does not hold: no receipt, the account does not balance, the log does not verify, the host stalled, or
+    /// the mission did not take place that the scenario presumes.
     Invalid,
     /// Only a time bound was missed (P2, P3).
     Late,
@@ -149,6 +151,9 @@ pub struct Trial {
     /// What an admitted teammate said in bad faith, where one did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub claims: Option<Claims>,
+    /// How far the mission came; nothing on the real stacks, which have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mission: Option<Mission>,
     /// Changes of mode, in order.
     pub transitions: Vec<TransitionRow>,
     /// Times from the injection.

@@ -8,6 +8,7 @@ mod cost;
 mod curves;
 mod latency;
 mod matrix;
+mod missions;
 mod provenance;
 mod story;
 mod verdict;
@@ -75,6 +76,7 @@ fn sections(dossier: &Dossier) -> Vec<Section> {
     vec![
         section("matrix", "The threat matrix", matrix::section(dossier)),
         section("runs", "Runs over time", html! { @for story in &dossier.stories { (story::section(story)) } }),
+        section("missions", "How far missions came", missions::section(dossier)),
         section("latency", "How soon", latency::section(dossier)),
         section("curves", "How strong an attack may be", curves::section(dossier)),
         section("ablation", "What each check is worth", ablation::section(dossier)),

@@ -17,6 +17,7 @@ mod channel;
 pub mod fault;
 pub mod fidelity;
 mod noise;
+mod occlusion;
 mod past;
 pub mod perturbation;
 pub mod plant;

@@ -211,6 +211,7 @@ impl Log {
             duration: 10_000_000,
             stall_limit: u64::MAX,
             operators: vec![(NodeId::OPERATOR, u64::MAX), (NodeId::OPERATOR_2, 7_000_000)],
+            script: campaign::oracle::mission::Script::default(),
             killed,
         }
     }

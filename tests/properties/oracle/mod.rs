@@ -5,6 +5,7 @@ mod authority;
 mod deaths;
 mod display;
 mod log;
+mod missions;
 mod nearness;
 mod orders;
 mod receipts;
@@ -50,6 +51,7 @@ fn p10_a_broken_log() {
         duration: 10_000_000,
         stall_limit: u64::MAX,
         operators: Vec::new(),
+        script: campaign::oracle::mission::Script::default(),
         killed: Vec::new(),
     });
     assert_eq!(verdict.outcome, Outcome::Invalid);

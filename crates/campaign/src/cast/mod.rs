@@ -31,6 +31,7 @@ use wire::trust::Mandate;
 use crate::cue::Cue;
 use crate::custody::{Held, HeldClock, Life};
 use crate::evidence::hex;
+use crate::oracle::mission::Script;
 use crate::oracle::{Plan, Planned};
 use crate::scenario::{self, Scenario};
 use company::Company;
@@ -80,6 +81,8 @@ pub struct Cast {
     pub cues: Vec<Cue>,
     /// What the oracle needs receipts for.
     pub planned: Vec<Plan>,
+    /// What the operator is to do, as the oracle is told of it.
+    pub script: Script,
     /// For how long identities are admitted.
     pub mandates: Vec<Mandate>,
     /// Length of the trial, microseconds.
@@ -222,6 +225,7 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
         ordeals: process::ordeals(scenario, draw.phase_ms),
         cues: attack::cues(scenario, draw.phase_ms),
         planned: attack::planned::of(scenario, draw.phase_ms),
+        script: script::presumed(scenario),
         mandates: station::mandates(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,

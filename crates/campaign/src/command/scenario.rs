@@ -1,7 +1,7 @@
 //! `holdsafe scenario check|schema|new`: scenario files.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Serialize;
 
@@ -16,15 +16,15 @@ use crate::scenario::{self, Name, Problem, ProblemRow, Problems, Setup};
 pub(super) enum Verb {
     /// Check scenario files; without any, every shipped one.
     Check {
-        /// Files.
-        #[arg(value_name = "FILE")]
-        files: Vec<PathBuf>,
+        /// Scenarios, by name or by file.
+        #[arg(value_name = "SCENARIO")]
+        scenarios: Vec<String>,
     },
     /// Print the JSON Schema of a scenario file.
     Schema,
-    /// Write a commented scenario to start from.
+    /// Write a commented scenario to start from, into the folder that you are in.
     New {
-        /// Its name; the file is scenarios/NAME.toml.
+        /// Its name; the file is NAME.toml.
         name: String,
     },
 }
@@ -44,19 +44,23 @@ struct CheckedFile {
 
 pub(super) fn run(context: &Context, verb: &Verb) -> Result<Exit, Failure> {
     match verb {
-        Verb::Check { files } => check(context, files),
+        Verb::Check { scenarios } => check(context, scenarios),
         Verb::Schema => {
             let schema = scenario::schema();
             let text = serde_json::to_string_pretty(&schema).map_err(Failure::internal)?;
             out::say(format_args!("{text}"));
             Ok(Exit::Fine)
         }
-        Verb::New { name } => new(context, name),
+        Verb::New { name } => new(name),
     }
 }
 
-fn check(context: &Context, files: &[PathBuf]) -> Result<Exit, Failure> {
-    let files = if files.is_empty() { scenario::shipped(&context.root()?)? } else { files.to_vec() };
+fn check(context: &Context, scenarios: &[String]) -> Result<Exit, Failure> {
+    let files = if scenarios.is_empty() {
+        scenario::shipped(&context.root()?)?
+    } else {
+        scenarios.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?
+    };
     let mut rows = Vec::new();
     for file in &files {
         let problems = problems_of(context, file)?;
@@ -101,15 +105,15 @@ fn problems_of(context: &Context, file: &Path) -> Result<Option<Problems>, Failu
     Ok(None)
 }
 
-fn new(context: &Context, name: &str) -> Result<Exit, Failure> {
+fn new(name: &str) -> Result<Exit, Failure> {
     let name = Name::new(name).map_err(|why| Failure::new(Exit::Usage, format!("`{name}`: {why}")))?;
-    let path = context.root()?.join("scenarios").join(format!("{name}.toml"));
+    let path = format!("{name}.toml");
     let created = std::fs::OpenOptions::new().write(true).create_new(true).open(&path);
     let mut file = created.map_err(|e| {
         let remedy = "choose another name or remove the file";
-        Failure::new(Exit::Usage, format!("{}: {e}; {remedy}", path.display()))
+        Failure::new(Exit::Usage, format!("{path}: {e}; {remedy}"))
     })?;
     file.write_all(scenario::template(&name).as_bytes())?;
-    out::say(format_args!("{}", path.display()));
+    out::say(format_args!("{path}"));
     Ok(Exit::Fine)
 }

@@ -70,6 +70,7 @@ pub fn conclude(cast: &Cast, setup: &Setup, after: &Aftermath) -> Judged {
         duration: after.lasted,
         stall_limit: super::OVERSLEPT_US,
         operators: cast.operators(),
+        script: cast.script.clone(),
         killed: cast.killed(),
     };
     let verdict = judge(&evidence);

@@ -8,7 +8,8 @@
 //! `timeline` sorts the events by what they are about, `plan` is what was set out to be done and when, `receipt`, `stream`,
 //! `planes`, `view`, `mouth`, `life`, `disguise` and `place` decide whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
 //! where the unit takes itself to be, `takeover` for sessions that somebody else took, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
-//! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class. `nearness` says how near
+//! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class. `mission` is whether
+//! what the scenario presumes took place, `nearness` says how near
 //! a trial came to what would have been judged, and judges nothing.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
@@ -20,6 +21,7 @@ mod disguise;
 mod display;
 mod life;
 mod link;
+pub mod mission;
 mod mouth;
 mod nearness;
 mod orders;
@@ -83,6 +85,8 @@ pub struct Evidence {
     pub stall_limit: Micros,
     /// Who may give commands, and until when; `Micros::MAX` where nothing was said.
     pub operators: Vec<(wire::id::NodeId, Micros)>,
+    /// What the operator was to do, and how far the mission has to come.
+    pub script: mission::Script,
     /// Nodes that were killed on purpose; they owe no closing account.
     pub killed: Vec<wire::id::NodeId>,
 }
@@ -144,6 +148,8 @@ pub struct Verdict {
     pub false_trips: u32,
     /// Time in READY or PREPARE_TO_ACT.
     pub nominal: Micros,
+    /// How far the mission came, and what of it is missing.
+    pub mission: mission::Mission,
     /// What came of each process that was killed.
     pub responses: Vec<demise::Response>,
 }

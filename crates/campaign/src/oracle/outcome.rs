@@ -6,7 +6,7 @@ use wire::stream::Sight;
 use super::receipt::Receipt;
 use super::timeline::{Change, Timeline};
 use super::{Evidence, Finding, Micros, Property, Verdict, finding};
-use super::{demise, disguise, mouth};
+use super::{demise, disguise, mission, mouth};
 use crate::trial::{Latency, Outcome};
 
 /// Puts the verdict together.
@@ -16,7 +16,13 @@ pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mu
     }
     let zero = receipt.zero;
     let trips = false_trips(evidence, line, zero);
-    let outcome = class(evidence, line, &receipt, &findings, trips);
+    let mission = mission::of(evidence, line, &receipt);
+    let outcome = match class(evidence, line, &receipt, &findings, trips) {
+        // What was found stands without a mission, and a trip tells why there was none; the rest shows nothing.
+        found @ (Outcome::Unsafe | Outcome::Late | Outcome::FalseTrip) => found,
+        _ if !mission.missing.is_empty() => Outcome::Invalid,
+        class => class,
+    };
     Verdict {
         outcome,
         receipt: receipt.whole,
@@ -25,6 +31,7 @@ pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mu
         transitions: line.rows(),
         false_trips: trips,
         nominal: line.nominal(evidence.duration),
+        mission,
         responses: Vec::new(),
         findings,
     }

@@ -70,7 +70,8 @@ pub fn run_table(run: &RunObject) -> String {
     table.add_row(run_row("all", accounts, &run.summary));
     let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
     let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
-    let beside = format!("{}{}", outsiders(&run.trials), host_line([(run.scenario.as_str(), &run.summary)]));
+    let host = host_line([(run.scenario.as_str(), &run.summary)]);
+    let beside = format!("{}{}{host}", run.mission.lines(), outsiders(&run.trials));
     format!("{mark}{detector}{} ({}, seed {})\n{table}\n{LEGEND}\n{beside}", run.scenario, run.mode.name(), run.seed)
 }
 

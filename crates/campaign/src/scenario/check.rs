@@ -13,6 +13,7 @@ use super::scene::{Object, Point};
 use super::stack::{Certificate, Hand, Link};
 use super::timed::Windowed;
 use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
+use crate::oracle::mission::Stage;
 
 /// Something that does not fit.
 pub(super) struct Finding {
@@ -353,12 +354,21 @@ fn operator(s: &Scenario) -> Vec<Finding> {
             found.push(finding(&step.at_s, "the trial is over by then", "do it earlier or make the trial longer"));
         }
     }
+    found.extend(s.mission.as_ref().filter(|stated| !leads_to(s, ***stated)).map(|stated| {
+        let message = format!("no step of the operator leads to `{}`", stated.name());
+        finding(stated, message, "add the step, or say how far the steps do lead")
+    }));
     for pair in s.operator.step.windows(2) {
         if pair[1].at_s.get() < pair[0].at_s.get() {
             found.push(finding(&pair[1].at_s, "earlier than the step before", "put the steps in order of time"));
         }
     }
     found
+}
+
+/// Whether the operator's steps can bring the mission so far.
+fn leads_to(s: &Scenario, stage: Stage) -> bool {
+    stage == Stage::None || s.operator.step.iter().any(|step| Stage::of(*step.verb) >= stage)
 }
 
 /// One rogue: one key, one way, one certificate. And everybody named has a key.

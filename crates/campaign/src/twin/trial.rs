@@ -102,6 +102,7 @@ fn evidence(cast: &Cast, setup: &Setup, log: &[Logged], held: &Held, verified: V
         duration: cast.duration,
         stall_limit: Micros::MAX,
         operators: cast.operators(),
+        script: cast.script.clone(),
         killed: cast.killed(),
     }
 }
