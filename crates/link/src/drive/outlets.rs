@@ -367,11 +367,11 @@ impl Outlets {
         let recording = self.recording.as_mut().map(Recording::finish);
         let bus: BTreeMap<&str, &[u64; 2]> = self.published.iter().map(|(t, counts)| (t.name(), counts)).collect();
         let received: Vec<(&str, u64)> = self.subscriptions.iter().map(|(t, s)| (t.name(), s.received())).collect();
-        let (dtls, kernel_drops) = (self.dtls.as_ref().map(|counters| counters.read()), self.kernel_drops());
-        let sessions = dtls.map(|stats| (stats, kernel_drops.unwrap_or(0)));
+        let (dtls, dropped) = (self.dtls.as_ref().map(|counters| counters.read()), self.kernel_drops());
+        let sessions = dtls.map(|stats| (stats, dropped.unwrap_or(0)));
         json!({
             "dtls": dtls,
-            "dtls_kernel_drops": kernel_drops,
+            "dtls_kernel_drops": dropped,
             "mqtt": self.mqtt.as_ref().map(Mqtt::stats),
             "bus_published_failed": bus,
             "bus_received": received,
