@@ -144,7 +144,12 @@ impl<'a> Custodian<'a> {
     pub fn take(&mut self, at: u64, node: NodeId, bytes: &[u8]) -> Result<Entry, ChainError> {
         self.events += 1;
         let here = self.events;
-        let (entry, hash) = self.chains.follow(bytes).inspect_err(|error| self.flaw(here, error.to_string()))?;
+        let (entry, hash) = self.chains.follow(bytes).inspect_err(|error| match error {
+            ChainError::Malformed(why) => {
+                self.flaw(here, format!("unreadable entry, kept as handed over by {node}: {why}"))
+            }
+            ChainError::Broken { .. } => self.flaw(here, error.to_string()),
+        })?;
         if entry.node != node {
             self.flaw(here, format!("{} wrote what is kept as handed over by {node}", entry.node));
         }

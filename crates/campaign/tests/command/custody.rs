@@ -5,6 +5,9 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use campaign::custody::{Held, HeldClock};
+use campaign::evidence::by_recorder;
+use campaign::keep;
 use link::instrument::Frame;
 use link::recorded::frames;
 use link::recorder::Recording;
@@ -110,7 +113,7 @@ fn a_recording_without_its_guards_or_with_their_entries_zeroed_is_invalid() {
         });
         let output = verify(&run);
         assert_eq!(output.status.code(), Some(4), "{what}: {}", said(&output));
-        assert!(said(&output).contains("guard-gateway"), "{what}, by its chain: {}", said(&output));
+        assert!(said(&output).contains("guard-unit-a"), "{what}, by its chain: {}", said(&output));
     }
 }
 
@@ -201,4 +204,68 @@ fn a_recording_that_is_no_regular_file_is_refused_and_never_waited_for() {
         }
         fs::rename(&aside, &file).unwrap();
     }
+}
+
+/// Lays a run of the twin out as a live one is: guards and launcher keep logs of their own. Gives what is held of it.
+fn as_live(run: &Path) -> Held {
+    let (mut held, _) = keep::read_held(run).unwrap();
+    let all = frames(&run.join("recording")).unwrap();
+    let mut witnesses: Vec<NodeId> = all.iter().map(|frame| frame.node).filter(|node| !by_recorder(*node)).collect();
+    witnesses.sort();
+    witnesses.dedup();
+    for node in witnesses {
+        let own = all.iter().filter(|frame| frame.node == node).map(|frame| frame.bytes.as_slice());
+        link::witness::write(&link::witness::path(run, &format!("{node}.cbor")), own).unwrap();
+        held.clocks.insert(node, HeldClock::default());
+    }
+    rewrite(run, |frame| by_recorder(frame.node).then_some(frame));
+    seal_anew(run, &held);
+    held
+}
+
+/// Makes the digests of a changed directory anew, as whoever changed it can.
+fn seal_anew(run: &Path, held: &Held) {
+    fs::remove_file(run.join("held.json")).unwrap();
+    keep::held(run, held).unwrap();
+}
+
+#[test]
+fn a_guards_own_log_that_ends_behind_its_first_entry_is_found_though_the_digests_were_made_anew() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "process_ends");
+    let held = as_live(&run);
+    assert_eq!(verify(&run).status.code(), Some(0), "{}", said(&verify(&run)));
+    let (_, told) = keep::read_held(&run).unwrap();
+    let logs: Vec<PathBuf> = files(&run).into_iter().filter(|file| file.parent().unwrap().ends_with("guard")).collect();
+    assert!(logs.len() > 3, "{logs:?}");
+    for log in logs {
+        let whole = fs::read(&log).unwrap();
+        let first = 4 + u32::from_be_bytes(*whole.first_chunk().unwrap()) as usize;
+        for cut in [0, first] {
+            fs::write(&log, &whole[..cut]).unwrap();
+            seal_anew(&run, &held);
+            let output = verify(&run);
+            assert_eq!(output.status.code(), Some(4), "{}: {}", log.display(), said(&output));
+            assert!(said(&output).contains("by its own account"), "{}: {}", log.display(), said(&output));
+        }
+        fs::write(&log, whole).unwrap();
+    }
+    seal_anew(&run, &held);
+    let to = |digest: &str| holdsafe(&["verify", run.to_str().unwrap(), "--held", digest]).status.code();
+    assert_eq!((to(&told), to(&"0".repeat(64)), to("1")), (Some(0), Some(4), Some(2)));
+}
+
+#[test]
+fn a_directory_of_a_program_that_covered_less_says_what_is_not_covered() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "loss");
+    let (mut held, _) = keep::read_held(&run).unwrap();
+    held.files = None;
+    held.heads.retain(|head| by_recorder(head.node));
+    held.keys.retain(|node, _| by_recorder(*node));
+    held.clocks.retain(|node, _| by_recorder(*node));
+    fs::write(run.join("held.json"), serde_json::to_vec(&held).unwrap()).unwrap();
+    let output = verify(&run);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert_eq!(said(&output).matches("not covered: ").count(), 2, "{}", said(&output));
 }
