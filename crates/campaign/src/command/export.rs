@@ -15,7 +15,7 @@ use super::checked::{self, Checked, Unverified};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::recorded::Recorded;
-use super::{Context, engine, out};
+use super::{Context, engine, out, runs};
 use crate::oracle::Witnessed;
 use crate::passed::{self, Passed, recorded};
 use crate::report::SCHEMA_VERSION;
@@ -115,7 +115,10 @@ fn spares_its_inputs(args: &Args) -> Result<(), Failure> {
     let folder = args.out.parent().map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
     let into = folder.and_then(whole).zip(args.out.file_name()).map(|(folder, name)| folder.join(name));
     let targets: Vec<PathBuf> = whole(&args.out).into_iter().chain(into).collect();
-    let inputs = [Some(Path::new(&args.run)), args.policy.as_deref()].into_iter().chain(args.bring.files());
+    let run = Path::new(&args.run);
+    // Beside the run's own folder, in one that it was named by, there is room.
+    let run = if run.is_dir() { runs::one(run)? } else { run.to_owned() };
+    let inputs = [Some(run.as_path()), args.policy.as_deref()].into_iter().chain(args.bring.files());
     for input in inputs.flatten().filter_map(whole) {
         if targets.iter().any(|target| target.starts_with(&input)) {
             let message =
