@@ -17,7 +17,7 @@ def masked(log, plan, span, window, faults):
     """Whether something kept `plan` from happening all through its time."""
     what, value = planned(plan)
     span = (max(0, span[0]), max(span[0], min(span[1], log.end)))
-    if gone(log, plan["needs"]["running"], span):
+    if gone(log, what, value, plan["needs"]["running"], span):
         return True
     takes = plan["needs"]["takes"]
     if takes is not None and not claimed(log, what, value, window):
@@ -32,9 +32,17 @@ def covers(of, span):
     return of[0] <= span[0] + min(AT_MOST, (span[1] - span[0]) // 2) and of[1] >= span[1]
 
 
-def gone(log, nodes, span):
-    """Whether these, one after the other, did not run for all that time."""
-    spans = sorted(s for node in nodes for s in away(log, node))
+def gone(log, what, value, nodes, span):
+    """Whether these, one after the other, did not run for all that time; what a kill or a stop did itself kept it from nothing."""
+    spans = []
+    for node in nodes:
+        if what == "suspend" and value == node:
+            spans += ended(log, node)
+        elif what == "kill" and value == node:
+            spans += [s for s in ended(log, node) if s[0] + UNDER_WAY <= span[0]]
+        else:
+            spans += away(log, node)
+    spans.sort()
     for i, (start, end) in enumerate(spans):
         for since, until in spans[i:]:
             if since <= end:
@@ -44,14 +52,19 @@ def gone(log, nodes, span):
     return False
 
 
+def ended(log, node):
+    """Spans in which a process did not live, by the launcher's word and its own silence."""
+    return [s for s in log.dead(node) if silent(log, node, s)]
+
+
 def away(log, node):
-    """Spans in which a process did not live or hung, by the launcher's word and its own silence."""
-    spans = log.dead(node)
+    """The same, or in which it hung."""
+    spans = []
     for e in log.of("suspended", by="campaign"):
         if e["event"]["node"] == node and e["event"]["on"] and e["event"]["how"] == "hang":
             over = [t for t in log.turned("suspended", node, False, e["t_us"]) if t > e["t_us"]]
             spans.append((e["t_us"], over[0] if over else log.end))
-    return [s for s in spans if silent(log, node, s)]
+    return ended(log, node) + [s for s in spans if silent(log, node, s)]
 
 
 def silent(log, node, span):

@@ -6,11 +6,12 @@ use campaign::oracle::{Evidence, Nearness, Plan, Planned, Property, Verdict, Wit
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
+use wire::core::Topic;
 use wire::event::{Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guards, Mode};
 use wire::policy::Waived;
-use wire::sensor::{Class, Modalities, Modality, Pose, ReceiverTime};
+use wire::sensor::{Class, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
 
 /// A whole log holds authority from 2 s to its end.

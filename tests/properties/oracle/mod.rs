@@ -5,6 +5,7 @@ mod authority;
 mod deaths;
 mod display;
 mod log;
+mod masked;
 mod nearness;
 mod orders;
 mod receipts;

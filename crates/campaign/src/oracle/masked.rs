@@ -31,7 +31,7 @@ pub(super) fn by(evidence: &Evidence, plan: &Plan, window: Window, faults: &[Bef
         let takes = plan.needs.takes.filter(|_| !claimed(evidence, plan.what, window))?;
         nothing(evidence, takes, span)
     };
-    gone(evidence, plan.needs.running, span).or_else(idle).or_else(|| hidden(plan.what, span, faults))
+    gone(evidence, plan, span).or_else(idle).or_else(|| hidden(plan.what, span, faults))
 }
 
 /// Whether a span has begun in time and lasts for the whole rest of the plan's.
@@ -39,10 +39,18 @@ fn covers((from, to): Span, plan: Span) -> bool {
     from <= plan.0 + AT_MOST.min((plan.1 - plan.0) / 2) && to >= plan.1
 }
 
-/// The first of these processes that did not live or run for all that time. One may take over from another.
-fn gone(evidence: &Evidence, needed: &[NodeId], plan: Span) -> Option<Mask> {
-    let spans = needed.iter().flat_map(|node| away(evidence, *node).into_iter().map(move |span| (span, *node)));
-    let mut spans: Vec<(Span, NodeId)> = spans.collect();
+/// The first of the processes that it needs which did not live or run for all that time. One may take over from another.
+fn gone(evidence: &Evidence, plan: &Plan, time: Span) -> Option<Mask> {
+    let of = |node: NodeId| {
+        let spans = match plan.what {
+            // What it did itself did not keep it from anything.
+            Planned::Suspend(itself) if itself == node => ended(evidence, node),
+            Planned::Kill(itself) if itself == node => before(ended(evidence, node), time.0),
+            _ => away(evidence, node),
+        };
+        spans.into_iter().map(move |span| (span, node))
+    };
+    let mut spans: Vec<(Span, NodeId)> = plan.needs.running.iter().flat_map(|node| of(*node)).collect();
     spans.sort_unstable();
     let joined = |i: usize| {
         spans[i..].iter().fold(spans[i].0, |all, (span, _)| match span.0 <= all.1 {
@@ -50,10 +58,19 @@ fn gone(evidence: &Evidence, needed: &[NodeId], plan: Span) -> Option<Mask> {
             false => all,
         })
     };
-    (0..spans.len()).find(|i| covers(joined(*i), plan)).map(|i| Mask::Gone(spans[i].1))
+    (0..spans.len()).find(|i| covers(joined(*i), time)).map(|i| Mask::Gone(spans[i].1))
 }
 
-/// When the launcher says that a process did not live, or hung, and it left no mark.
+fn before(spans: Vec<Span>, time: Micros) -> Vec<Span> {
+    spans.into_iter().filter(|span| span.0 + UNDER_WAY <= time).collect()
+}
+
+/// When the launcher says that a process did not live, and it left no mark.
+fn ended(evidence: &Evidence, node: NodeId) -> Vec<Span> {
+    life::dead(evidence, node).into_iter().filter(|span| life::silent(evidence, node, *span)).collect()
+}
+
+/// The same, or that it hung.
 fn away(evidence: &Evidence, node: NodeId) -> Vec<Span> {
     let hung = evidence.entries.iter().filter(|w| {
         let hangs = |how| how == Suspension::Hang;
@@ -66,8 +83,8 @@ fn away(evidence: &Evidence, node: NodeId) -> Vec<Span> {
         later.filter(goes_on).map(|w| w.at).next().unwrap_or(evidence.duration)
     };
     let hung = hung.map(|w| (w.at, on(w.at)));
-    let spans = life::dead(evidence, node).into_iter().chain(hung);
-    spans.filter(|span| life::silent(evidence, node, *span)).collect()
+    let hung = hung.filter(|span| life::silent(evidence, node, *span));
+    ended(evidence, node).into_iter().chain(hung).collect()
 }
 
 /// Whether the actor says that it took hold of something in that time.

@@ -6,6 +6,7 @@ use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 
 use super::reference::{LiveLatency, Reference, ReferenceRow};
 use super::run::{RunObject, Summary};
+use crate::oracle::FateName;
 use crate::stats::Sample;
 use crate::trial::Outcome;
 
@@ -64,7 +65,27 @@ pub fn run_table(run: &RunObject) -> String {
     table.add_row(run_row("all", accounts, &run.summary));
     let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
     let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
-    format!("{mark}{detector}{} ({}, seed {})\n{table}\n", run.scenario, run.mode.name(), run.seed)
+    let fates = fates(run);
+    format!("{mark}{detector}{} ({}, seed {})\n{table}\n{fates}", run.scenario, run.mode.name(), run.seed)
+}
+
+/// What became of the planned injections, where of one it was not that it was noticed.
+fn fates(run: &RunObject) -> String {
+    let mut counts: BTreeMap<(FateName, String), u64> = BTreeMap::new();
+    for injection in run.trials.iter().flat_map(|t| &t.injections) {
+        let by = injection.by.as_ref().map(|by| format!(" ({})", plain(by))).unwrap_or_default();
+        *counts.entry((injection.fate, by)).or_default() += 1;
+    }
+    if counts.keys().all(|(fate, _)| *fate == FateName::Noticed) {
+        return String::new();
+    }
+    let told: Vec<String> = counts.iter().map(|((fate, by), n)| format!("{n} {}{by}", fate.told())).collect();
+    format!("injections: {}\n", told.join(", "))
+}
+
+/// What kept an injection from arriving, without the marks of JSON.
+fn plain(by: &serde_json::Value) -> String {
+    by.to_string().replace(['"', '{', '}', '[', ']'], "").replace(['_', ':', ','], " ")
 }
 
 fn run_row(cell: &str, accounts: String, summary: &Summary) -> Vec<String> {
