@@ -64,7 +64,8 @@ fn beside(name: &str, tables: &[(&str, Value)]) -> Ready {
 fn an_attack_that_another_leaves_nothing_to_do_is_masked_by_name_and_the_trial_is_judged_by_the_other() {
     let kill = |process: &str, at_s: f64| json!({ "process": process, "at_s": at_s, "step": "end" });
     let hang = json!({ "process": "perception", "ending": "hang", "at_s": 5.2, "duration_s": 2.0, "step": "hang" });
-    let jump = json!({ "sensor": "localisation", "kind": "jump", "at_s": 5.5, "duration_s": 2.0, "magnitude": [0.0, 3.0] });
+    let jump =
+        json!({ "sensor": "localisation", "kind": "jump", "at_s": 5.5, "duration_s": 2.0, "magnitude": [0.0, 3.0] });
     for (name, tables, masked, expected) in [
         // Nobody is there to be delayed.
         ("delay", vec![("kill.0", kill("gateway", 3.0))], Mask::Gone(NodeId::GATEWAY), Outcome::HoldSafe),
@@ -88,7 +89,10 @@ fn an_attack_that_another_leaves_nothing_to_do_is_masked_by_name_and_the_trial_i
             let fates: Vec<Fate> = run.verdict.injections.iter().map(|injection| injection.fate).collect();
             assert!(fates.contains(&Fate::Masked(masked)), "{name}: {fates:?}");
             assert!(!fates.contains(&Fate::NotProven), "{name}: {fates:?}");
-            assert!(fates.iter().any(|fate| matches!(fate, Fate::Delivered { noticed: true, .. })), "{name}: {fates:?}");
+            assert!(
+                fates.iter().any(|fate| matches!(fate, Fate::Delivered { noticed: true, .. })),
+                "{name}: {fates:?}"
+            );
             assert_eq!(run.verdict.outcome, expected, "{name}: {fates:?} {:?}", run.verdict.findings);
         }
     }
@@ -97,7 +101,7 @@ fn an_attack_that_another_leaves_nothing_to_do_is_masked_by_name_and_the_trial_i
 #[test]
 fn an_order_that_was_never_given_cannot_be_kept_back_and_a_trial_of_that_alone_is_no_evidence() {
     let mut ready = shipped("gateway_hold");
-    ready.scenario.operator.step = Default::default();
+    ready.scenario.operator = Default::default();
     let verdict = ready.run(1).verdict;
     let fates: Vec<Fate> = verdict.injections.iter().map(|injection| injection.fate).collect();
     assert_eq!(fates, [Fate::Masked(Mask::NothingAsked)]);

@@ -137,7 +137,8 @@ impl Witness {
         read: impl Fn(&Faults) -> Vec<u8>,
     ) -> Vec<Otherwise> {
         let due = |index: usize| self.told[index].is_none_or(|told| now.since(told) >= ALTERED_EVERY);
-        let of_these = |fault: &Fault| self.journal.is_some() && is_imaging(fault.sensor) == imaging && fault.active(run);
+        let of_these =
+            |fault: &Fault| self.journal.is_some() && is_imaging(fault.sensor) == imaging && fault.active(run);
         let due = faults.all().iter().enumerate().filter(|(index, fault)| of_these(fault) && due(*index));
         due.map(|(index, fault)| {
             let (sensor, kind) = (fault.sensor, fault.kind());

@@ -79,7 +79,8 @@ fn away(evidence: &Evidence, node: NodeId) -> Vec<Span> {
     });
     let on = |from: Micros| {
         let later = evidence.entries.iter().filter(move |w| w.at > from);
-        let goes_on = |w: &&Witnessed| matches!(w.entry.event, Event::Suspended { node: n, on: false, .. } if n == node);
+        let goes_on =
+            |w: &&Witnessed| matches!(w.entry.event, Event::Suspended { node: n, on: false, .. } if n == node);
         later.filter(goes_on).map(|w| w.at).next().unwrap_or(evidence.duration)
     };
     let hung = hung.map(|w| (w.at, on(w.at)));
@@ -125,7 +126,8 @@ fn nothing(evidence: &Evidence, takes: Takes, span: Span) -> Option<Mask> {
             (!published(evidence, to, asks, (since, span.1))).then_some(Mask::NothingPublished)
         }
         Takes::Orders(asks) => {
-            let asked = given(evidence).any(|(at, _, kind)| within((since, span.1), at) && asks.is_none_or(|a| a == kind));
+            let asked =
+                given(evidence).any(|(at, _, kind)| within((since, span.1), at) && asks.is_none_or(|a| a == kind));
             (!asked).then_some(Mask::NothingAsked)
         }
         Takes::Reports => {
@@ -154,16 +156,13 @@ fn given(evidence: &Evidence) -> impl Iterator<Item = (Micros, CommandId, &'stat
 
 /// Whether anybody says that it published something on the command plane: the gateway to the unit, the unit's answers, or a rogue.
 fn published(evidence: &Evidence, to: Option<Side>, asks: Option<&str>, span: Span) -> bool {
-    let about = |command: CommandId| {
-        asks.is_none_or(|asks| given(evidence).all(|(_, id, kind)| id != command || kind == asks))
-    };
+    let about =
+        |command: CommandId| asks.is_none_or(|asks| given(evidence).all(|(_, id, kind)| id != command || kind == asks));
     evidence.entries.iter().filter(|w| within(span, w.at)).any(|w| match w.entry.event {
         Event::Staged { command, stage: CommandStage::Sent } => {
             to != Some(Side::Server) && w.entry.node == NodeId::GATEWAY && about(command)
         }
-        Event::Executed { command, .. } => {
-            to != Some(Side::Client) && w.entry.node == NodeId::UNIT_A && about(command)
-        }
+        Event::Executed { command, .. } => to != Some(Side::Client) && w.entry.node == NodeId::UNIT_A && about(command),
         Event::Rogue { .. } => to != Some(Side::Server),
         _ => false,
     })
@@ -190,7 +189,8 @@ fn no_records(evidence: &Evidence, to: Option<Side>, span: Span) -> Option<Mask>
     let Some(last) = last else { return Some(Mask::NoSession) };
     let began = (last, last + link::SILENCE);
     let ends = [NodeId::GATEWAY, NodeId::UNIT_A, NodeId::RELAY_TELEMETRY];
-    let left = ends.into_iter().find(|node| away(evidence, *node).iter().any(|s| within(began, s.0) || covers(*s, began)));
+    let left =
+        ends.into_iter().find(|node| away(evidence, *node).iter().any(|s| within(began, s.0) || covers(*s, began)));
     let dropped = || datagram(evidence, Action::Drop, Window::between(began)).map(|_| Mask::Dropped);
     left.map(Mask::Gone).or_else(dropped)
 }

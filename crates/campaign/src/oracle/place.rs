@@ -36,12 +36,9 @@ fn sights(evidence: &Evidence) -> Vec<Sight> {
     let of_unit = evidence.entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A);
     of_unit
         .filter_map(|w| match w.entry.event {
-            Event::Located { stamp, pose_x_mm, pose_y_mm, distrusted, .. } => Some(Sight {
-                at: w.at,
-                stamp,
-                pose: (f64::from(pose_x_mm), f64::from(pose_y_mm)),
-                distrusted,
-            }),
+            Event::Located { stamp, pose_x_mm, pose_y_mm, distrusted, .. } => {
+                Some(Sight { at: w.at, stamp, pose: (f64::from(pose_x_mm), f64::from(pose_y_mm)), distrusted })
+            }
             _ => None,
         })
         .collect()

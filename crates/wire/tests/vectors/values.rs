@@ -588,11 +588,7 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ("printed", Event::Printed { object: ObjectId(2) }),
         (
             "altered",
-            Event::Altered {
-                sensor: Sensor::Localisation,
-                kind: FaultKind::Jump,
-                hash: 0x0123_4567_89ab_cdef,
-            },
+            Event::Altered { sensor: Sensor::Localisation, kind: FaultKind::Jump, hash: 0x0123_4567_89ab_cdef },
         ),
         ("pictured", Event::Pictured { frame: FrameId(40), hash: 0x0123_4567_89ab_cdef }),
         ("judged", Event::Judged { failing: Guards(0b100), placed: false, tracks: 3 }),

@@ -66,7 +66,9 @@ impl Planner {
     /// The same of what takes hold only of this.
     fn taking(&mut self, of: &dyn Windowed, more_ms: u64, what: Planned, takes: Takes) {
         self.add(of, more_ms, what);
-        self.plans.iter_mut().next_back().into_iter().for_each(|plan| plan.needs.takes = Some(takes));
+        if let Some(plan) = self.plans.last_mut() {
+            plan.needs.takes = Some(takes);
+        }
     }
 
     fn datagrams(&mut self, s: &Scenario) {
@@ -160,7 +162,9 @@ impl Planner {
                 Way::Station => &[NodeId::GATEWAY],
                 Way::Broker => &[NodeId::BROKER],
             };
-            self.plans.iter_mut().next_back().into_iter().for_each(|plan| plan.needs.running = judges);
+            if let Some(plan) = self.plans.last_mut() {
+                plan.needs.running = judges;
+            }
         }
         for t in s.takeover.iter() {
             let whose = PeerId::from_name(t.certificate.as_str()).map(Planned::Takeover);
