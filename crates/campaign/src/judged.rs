@@ -7,7 +7,7 @@ use wire::id::NodeId;
 
 use crate::evidence::hashes;
 use crate::oracle::peers::{self, Claims};
-use crate::oracle::{Evidence, Micros, Verdict};
+use crate::oracle::{Evidence, InjectionRow, Micros, Verdict};
 use crate::scenario::Knowledge;
 use crate::trial::{StepRow, Trial};
 
@@ -28,6 +28,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
             .chain(verdict.mission.missing.iter().map(|what| format!("mission: {what}")))
             .collect(),
         receipt: verdict.receipt,
+        injections: verdict.injections.iter().map(InjectionRow::from).collect(),
         log_hash,
         decision_hash,
         received: 0,

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::oracle::InjectionRow;
 use crate::oracle::demise::Response;
 use crate::oracle::mission::Mission;
 use crate::oracle::peers::Claims;
@@ -123,8 +124,12 @@ pub struct Trial {
     /// Why that class: the broken property, the missing receipt; empty where the class says it all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<String>,
-    /// Whether every injection was seen at its target by a second witness (true where nothing is injected).
+    /// Whether an injection was seen at its target by a second witness, and of each that was not it is known what kept it from
+    /// arriving (true where nothing is injected).
     pub receipt: bool,
+    /// What became of each planned injection.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub injections: Vec<InjectionRow>,
     /// SHA-256 over the canonical events, hexadecimal.
     pub log_hash: String,
     /// SHA-256 over modes, verdicts, reasons and ticks, hexadecimal.

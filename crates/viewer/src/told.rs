@@ -107,6 +107,7 @@ fn level(event: &Event) -> Option<log::Level> {
         | Event::Ran { .. }
         | Event::Kept { .. }
         | Event::Imposed { .. }
+        | Event::Altered { .. }
         | Event::Count { .. } => return None,
         Event::Transition { to: Mode::HoldSafe | Mode::Degraded, .. } => log::Level::Error,
         Event::Refused { .. }

@@ -6,11 +6,12 @@ use campaign::oracle::{Evidence, Nearness, Plan, Planned, Property, Verdict, Wit
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
+use wire::core::Topic;
 use wire::event::{Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guards, Mode};
 use wire::policy::Waived;
-use wire::sensor::{Class, Modalities, Modality, Pose, ReceiverTime};
+use wire::sensor::{Class, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
 
 /// A whole log holds authority from 2 s to its end.
@@ -174,9 +175,16 @@ impl Log {
         self.planned.push(Planned::Fault(Sensor::Thermal, FaultKind::Dropout).into());
         let fault =
             |active| Event::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active, frame: FrameId(1) };
-        let present = Modalities::default().with(Modality::Rgb).with(Modality::Depth).with(Modality::Lidar);
         self.add(from, NodeId::SIM, fault(true)).add(to, NodeId::SIM, fault(false));
-        self.add(from + 20, NodeId::PERCEPTION, Event::FrameSeen { frame: FrameId(1), present })
+        self.altered(from, Sensor::Thermal, FaultKind::Dropout, NodeId::PERCEPTION)
+    }
+
+    /// The sim says at `ms` that a fault changed a message, and the mouth of `reader` takes it in.
+    pub(crate) fn altered(&mut self, ms: u64, sensor: Sensor, kind: FaultKind, reader: NodeId) -> &mut Log {
+        let topic = if reader == NodeId::PERCEPTION { Topic::Candidates } else { Topic::Navigation };
+        self.add(ms, NodeId::SIM, Event::Altered { sensor, kind, hash: ms });
+        let sight = Event::MouthSaw { reader, at: Interface::Bus(topic), length: 9, hash: ms };
+        self.add(ms + 1, NodeId::CAMPAIGN, sight)
     }
 
     /// From `ms` on, what is displayed and the modes after it are dropped, to be written anew.

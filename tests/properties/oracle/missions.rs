@@ -3,7 +3,7 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 use campaign::oracle::mission::{Due, Script, Stage};
-use campaign::oracle::{Evidence, Plan, Planned, Verdict, judge};
+use campaign::oracle::{Evidence, Needs, Plan, Planned, Verdict, judge};
 use campaign::scenario::Verb;
 use campaign::trial::Outcome;
 use wire::command::CommandKind;
@@ -58,6 +58,7 @@ fn lost(mut log: Log, from: Mode, at_ms: u64) -> Log {
         from: at_ms * 1000,
         until: 9_000_000,
         step: None,
+        needs: Needs::default(),
     }];
     log
 }

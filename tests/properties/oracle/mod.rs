@@ -5,6 +5,7 @@ mod authority;
 mod deaths;
 mod display;
 mod log;
+mod masked;
 mod missions;
 mod nearness;
 mod orders;

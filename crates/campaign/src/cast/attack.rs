@@ -2,6 +2,7 @@
 
 pub(super) mod broker;
 pub(super) mod gateway;
+mod needs;
 pub(super) mod planned;
 
 use adversary::plan::{

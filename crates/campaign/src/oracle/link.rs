@@ -16,7 +16,7 @@ use super::timeline::Timeline;
 use super::{Evidence, Finding, Micros, Property, demise, finding, life, stale};
 
 /// Longer than a link on which a record goes each way every tenth of a second is silent by itself.
-const SILENCE: Micros = 350_000;
+pub(super) const SILENCE: Micros = 350_000;
 
 /// A protected record at one end.
 #[derive(Clone, Copy)]
@@ -47,6 +47,11 @@ fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
         }
     }
     found
+}
+
+/// When records of that link came to the guard of `target`.
+pub(super) fn came(evidence: &Evidence, target: NodeId) -> Vec<Micros> {
+    arrivals(evidence, target).into_iter().map(|a| a.at).collect()
 }
 
 /// P3: when nothing timely has come through for *Th*, in either direction, the unit holds.

@@ -6,7 +6,7 @@
 //! then compared with these.
 //!
 //! `timeline` sorts the events by what they are about, `plan` is what was set out to be done and when, `receipt`, `stream`,
-//! `planes`, `view`, `mouth`, `life`, `disguise` and `place` decide whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
+//! `planes`, `view`, `mouth`, `life` and `disguise` decide whether the fault provably arrived, `masked` what else kept it from arriving, `fate` says what became of each, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
 //! where the unit takes itself to be, `takeover` for sessions that somebody else took, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
 //! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class. `mission` is whether
 //! what the scenario presumes took place, `nearness` says how near
@@ -19,8 +19,10 @@ mod content;
 pub mod demise;
 mod disguise;
 mod display;
+pub mod fate;
 mod life;
 mod link;
+mod masked;
 pub mod mission;
 mod mouth;
 mod nearness;
@@ -45,9 +47,10 @@ use wire::bounds::Bounds;
 use crate::custody::Flaw;
 use crate::trial::{Latency, Outcome, TransitionRow};
 
+pub use fate::{Fate, FateName, Injection, InjectionRow, Mask};
 pub use nearness::{AT_LIMIT, Limit, Nearness, nearness};
 pub use outcome::stalled;
-pub use plan::{Plan, Planned};
+pub use plan::{Needs, Plan, Planned, Takes};
 pub use timeline::Timeline;
 
 /// Microseconds of trace time: true time in the twin, one common host clock live. No core reads it.
@@ -136,8 +139,10 @@ pub struct Verdict {
     pub outcome: Outcome,
     /// Everything found, in order.
     pub findings: Vec<Finding>,
-    /// Whether every planned injection provably arrived. True for a null attack.
+    /// Whether a planned injection provably arrived, and each that did not was provably kept from it. True for a null attack.
     pub receipt: bool,
+    /// What became of each planned injection.
+    pub injections: Vec<Injection>,
     /// When the first injection took hold, by its receipt.
     pub zero: Option<Micros>,
     /// Latencies from `zero`.

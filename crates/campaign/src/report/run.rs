@@ -260,6 +260,7 @@ pub(crate) mod tests {
             outcome,
             findings: Vec::new(),
             receipt: true,
+            injections: Vec::new(),
             log_hash: format!("{seed:064x}"),
             decision_hash: format!("{:064x}", seed % 3),
             received: 100,

@@ -6,6 +6,7 @@ use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 
 use super::reference::{LiveLatency, Reference, ReferenceRow};
 use super::run::{RunObject, Summary};
+use crate::oracle::FateName;
 use crate::stats::Sample;
 use crate::trial::{Outcome, Trial};
 
@@ -71,7 +72,7 @@ pub fn run_table(run: &RunObject) -> String {
     let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
     let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
     let host = host_line([(run.scenario.as_str(), &run.summary)]);
-    let beside = format!("{}{}{host}", run.mission.lines(), outsiders(&run.trials));
+    let beside = format!("{}{}{}{host}", run.mission.lines(), fates(run), outsiders(&run.trials));
     format!("{mark}{detector}{} ({}, seed {})\n{table}\n{LEGEND}\n{beside}", run.scenario, run.mode.name(), run.seed)
 }
 
@@ -101,6 +102,25 @@ pub(super) fn host_line<'a>(of: impl IntoIterator<Item = (&'a str, &'a Summary)>
         return String::new();
     }
     format!("repeated because the host overslept: {n} {attempts} ({})\n", whose.join("; "))
+}
+
+/// What became of the planned injections, where of one it was not that it was noticed.
+fn fates(run: &RunObject) -> String {
+    let mut counts: BTreeMap<(FateName, String), u64> = BTreeMap::new();
+    for injection in run.trials.iter().flat_map(|t| &t.injections) {
+        let by = injection.by.as_ref().map(|by| format!(" ({})", plain(by))).unwrap_or_default();
+        *counts.entry((injection.fate, by)).or_default() += 1;
+    }
+    if counts.keys().all(|(fate, _)| *fate == FateName::Noticed) {
+        return String::new();
+    }
+    let told: Vec<String> = counts.iter().map(|((fate, by), n)| format!("{n} {}{by}", fate.told())).collect();
+    format!("injections: {}\n", told.join(", "))
+}
+
+/// What kept an injection from arriving, without the marks of JSON.
+fn plain(by: &serde_json::Value) -> String {
+    by.to_string().replace(['"', '{', '}', '[', ']'], "").replace(['_', ':', ','], " ")
 }
 
 fn run_row(cell: &str, accounts: String, summary: &Summary) -> Vec<String> {

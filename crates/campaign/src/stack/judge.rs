@@ -127,6 +127,7 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         outcome,
         findings: breaches.chain(read).chain(missed).chain(unseen).chain(clear).collect(),
         receipt: showing.receipt(),
+        injections: Vec::new(),
         log_hash: hex(&Sha256::digest(format!("{decisions:?}{counts:?}"))),
         decision_hash,
         received: showing.delivered + refused,
