@@ -4,9 +4,11 @@
 mod authority;
 mod deaths;
 mod display;
+mod guards;
 mod log;
 mod nearness;
 mod orders;
+mod plant;
 mod receipts;
 mod trust;
 
