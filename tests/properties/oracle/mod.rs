@@ -5,6 +5,8 @@ mod authority;
 mod deaths;
 mod display;
 mod guards;
+mod limits;
+mod limits_trust;
 mod log;
 mod nearness;
 mod orders;
