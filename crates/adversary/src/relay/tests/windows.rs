@@ -57,9 +57,9 @@ fn jitter_holds_by_no_more_than_it_says_and_by_different_times() {
     (0..200).for_each(|n| drop(turn(&mut relay, at(n * 50), &up(n as u8), &mut said)));
     let held: Vec<u64> = said
         .iter()
-        .filter_map(|event| match event {
-            Event::Attack { action: Action::Delay, delay, .. } => Some(delay.0),
-            _ => None,
+        .filter_map(|event| {
+            let Event::Attack { action: Action::Delay, delay, .. } = event else { return None };
+            Some(delay.0)
         })
         .collect();
     let (least, most) = (held.iter().min().copied(), held.iter().max().copied());
