@@ -7,6 +7,7 @@ use campaign::scenario::Settings;
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
 use holdsafe_tests::{rendered, shipped, variations};
+use wire::bounds::Bounds;
 use wire::event::Event;
 use wire::id::ObjectId;
 use wire::mode::Guard;
@@ -26,6 +27,24 @@ fn loss_of_the_thermal_camera_degrades_and_revokes_authority() {
 fn loss_of_the_colour_camera_degrades_and_revokes_authority() {
     for run in shipped("rgb_loss").expect(SEEDS) {
         assert!(run.verdict.latency.to_authority_revoked.is_some(), "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn a_unit_that_says_degraded_and_drives_on_at_full_speed_is_late() {
+    let mut ready = shipped("thermal_loss");
+    let bounds = ready.setup.bounds;
+    ready.setup.misset = Some(Bounds { degraded_speed_mm_s: bounds.max_speed_mm_s, ..bounds });
+    for seed in SEEDS {
+        let verdict = ready.run(seed).verdict;
+        assert!(verdict.transitions.iter().any(|t| t.to == "DEGRADED"), "{:?}", verdict.transitions);
+        assert_eq!(verdict.outcome, Outcome::Late, "seed {seed}: {:?}", verdict.findings);
+        let by_the_plant = |what: &str| what.starts_with("DEGRADED, and the plant");
+        assert!(
+            verdict.findings.iter().all(|f| f.property == Property::P2 && by_the_plant(&f.what)),
+            "{:?}",
+            verdict.findings
+        );
     }
 }
 

@@ -4,11 +4,15 @@
 mod authority;
 mod deaths;
 mod display;
+mod guards;
+mod limits;
+mod limits_trust;
 mod log;
 mod masked;
 mod missions;
 mod nearness;
 mod orders;
+mod plant;
 mod receipts;
 mod trust;
 

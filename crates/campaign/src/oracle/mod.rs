@@ -1,12 +1,14 @@
 //! The independent judge of a trial.
 //!
 //! It reads the instrument plane's events and nothing else: no predicate of the boundary, of autonomy or of the
-//! gateway is used. What a service did is judged from witnesses outside it: set-points and acts as the plant received
-//! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
-//! then compared with these.
+//! gateway is used. What a service did is judged from witnesses outside it as far as there are any: set-points as the plant
+//! holds them and acts as it received them, true pose and speed, the relay's and the guards' own logs, what the display
+//! showed. The unit's mode, its authority and what it executed are its own word, held against these. `ARCHITECTURE.md`
+//! says of each property which witness judges it and what is the unit's word alone.
 //!
 //! `timeline` sorts the events by what they are about, `plan` is what was set out to be done and when, `receipt`, `stream`,
-//! `planes`, `view`, `mouth`, `life` and `disguise` decide whether the fault provably arrived, `masked` what else kept it from arriving, `fate` says what became of each, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
+//! `planes`, `view`, `mouth`, `life` and `disguise` decide whether the fault provably arrived, `masked` what else kept it from arriving, `fate` says what became of each, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `guards` for what others than the unit know of P1's guards, `speed` for the speeds of
+//! every mode, `effect` for what executions bring about, `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
 //! where the unit takes itself to be, `takeover` for sessions that somebody else took, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
 //! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class. `mission` is whether
 //! what the scenario presumes took place, `nearness` says how near
@@ -19,7 +21,9 @@ mod content;
 pub mod demise;
 mod disguise;
 mod display;
+mod effect;
 pub mod fate;
+mod guards;
 mod life;
 mod link;
 mod masked;
@@ -34,6 +38,7 @@ pub mod plan;
 mod planes;
 mod properties;
 mod receipt;
+mod speed;
 mod stale;
 mod stream;
 mod takeover;

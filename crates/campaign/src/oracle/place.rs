@@ -19,6 +19,8 @@ pub(super) const FIX_MM: f64 = 40.0;
 pub(super) const BOUNDED: f64 = 6.0;
 /// Truth is known between two entries that are no further apart than this, microseconds.
 const GAP_US: u64 = 250_000;
+/// For so long what the unit says of its place counts: it says so a few times a second.
+const SAID_US: u64 = 500_000;
 /// What odometry may be wrong by while fixes are not used: millimetres, a share of the way, and mm/s however slowly the
 /// unit goes: wheels that hold it on a slope were seen to turn by 1 to 2 mm/s.
 const ODOMETRY: (f64, f64, f64) = (100.0, 0.05, 5.0);
@@ -110,6 +112,14 @@ fn lost_unnoticed(evidence: &Evidence, line: &Timeline, sights: &[Sight], truth:
         }
     }
     None
+}
+
+/// How far the unit was from where it took itself to be, millimetres, by what it last said of that before `at`; none if it
+/// had said nothing for long, or if nobody knows where it was.
+pub(super) fn off_at(evidence: &Evidence, at: Micros) -> Option<f64> {
+    let said = sights(evidence).into_iter().rev().find(|s| s.at <= at && at - s.at <= SAID_US)?;
+    let [x, y] = truth(evidence).at(said.stamp)?;
+    Some(length(minus(said.pose, (x, y))))
 }
 
 /// When odometry had a fault.
