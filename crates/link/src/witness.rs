@@ -233,7 +233,9 @@ mod tests {
         assert!(matches!(read.last().unwrap().event, Event::Signed { .. }));
         let seen = read.iter().filter(|entry| matches!(entry.event, Event::StreamSaw { .. })).count();
         let signed = read.iter().filter(|entry| matches!(entry.event, Event::Signed { .. })).count();
-        assert_eq!((seen, signed, read.len()), (5, 5 + 1, 5 + 6 + 10), "once a second and at the end");
+        // Behind each sight, a second apart, and at the end; of the closing account too, where that comes a second later.
+        assert!((6..=7).contains(&signed), "{signed}");
+        assert_eq!((seen, read.len()), (5, 5 + signed + 10));
         assert!(read.iter().any(|e| e.event == Event::Count { account: Account::Delivered, n: 3 }));
         assert_eq!(head, instrument::head(entries.last().unwrap()));
         assert!(WitnessLog::create(&spec).is_err(), "over what is there");
