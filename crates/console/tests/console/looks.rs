@@ -212,7 +212,9 @@ fn a_track_that_is_hardly_believed_is_drawn_smaller_and_paler_than_a_sure_one_an
         .into_iter()
         .filter_map(|shape| match shape {
             // What is no way point of the route, and none of its dots.
-            Shape::Circle(circle) if circle.stroke.is_empty() && circle.radius > 2.0 => Some((circle.radius, circle.fill)),
+            Shape::Circle(circle) if circle.stroke.is_empty() && circle.radius > 2.0 => {
+                Some((circle.radius, circle.fill))
+            }
             _ => None,
         })
         .collect();
