@@ -265,7 +265,9 @@ impl Stages {
                 [..] if here.iter().any(|s| passes_for_a_vehicle(s.object)) => eye.median_depth(&detection.bounds),
                 [..] => here.iter().map(|s| s.depth).min_by(f32::total_cmp),
             };
-            let metres = metres.unwrap_or_else(|| depth::REACH * self.depth.uniform());
+            // Drawn whether it is needed or not, so that the noise of what follows stays what it is.
+            let nowhere = depth::REACH * self.depth.uniform();
+            let metres = metres.unwrap_or(nowhere);
             let error = self.depth.normal() * (0.02 + 0.0005 * metres * metres) * effect.noise;
             let covered = hidden(&self.camera, effect, &detection.bounds);
             let median =
