@@ -63,7 +63,8 @@ fn a_run_on_a_host_that_overslept_by_more_than_it_may_shows_nothing() {
         judge(&Evidence { stall_limit: 50_000, ..log.evidence(Vec::new()) })
     };
     assert_eq!((overslept(50).outcome, overslept(51).outcome), (Outcome::Nominal, Outcome::Invalid));
-    let what = &overslept(51).findings.last().expect("a finding").what;
+    let verdict = overslept(51);
+    let what = &verdict.findings.last().expect("a finding").what;
     let parts =
         ["overslept by 51 ms", "at most 50 ms", "nothing is said about the platform", "--jobs 1", "--retries 2"];
     assert!(parts.iter().all(|part| what.contains(part)), "{what}");
