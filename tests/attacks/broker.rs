@@ -3,7 +3,7 @@
 use campaign::oracle::Witnessed;
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
-use holdsafe_tests::{Ready, shipped};
+use holdsafe_tests::{Ready, shipped, variations};
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Interface, ShownAs};
 use wire::id::NodeId;
@@ -121,6 +121,46 @@ fn a_retained_order_is_refused_when_the_unit_comes_back() {
     for run in shipped("command_retain").expect(SEEDS) {
         let armed = answers(&run, "arm");
         assert!(matches!(armed[..], [None, Some(Reason::Duplicate | Reason::Late)]), "{armed:?}");
+    }
+}
+
+#[test]
+fn an_order_towards_safe_that_comes_again_after_the_session_was_lost_is_refused_as_seen() {
+    for ready in variations("command_again") {
+        let kind = ready.cell.clone().expect("cells are named after orders");
+        for run in ready.expect(SEEDS) {
+            let lost = run.evidence.entries.iter().find(|w| matches!(w.entry.event, Event::SessionLost { .. }));
+            let lost = lost.expect("the unit lost its session").at;
+            let again = run.evidence.entries.iter().filter(|w| w.at > lost && w.entry.node == NodeId::UNIT_A);
+            let again = again.filter_map(|w| match w.entry.event {
+                Event::Executed { kind: given, refused, .. } if given.name() == kind => Some(refused),
+                _ => None,
+            });
+            let again: Vec<_> = again.collect();
+            assert!(!again.is_empty() && again.iter().all(|a| *a == Some(Reason::Duplicate)), "{kind}: {again:?}");
+            assert_eq!(answers(&run, &kind).iter().filter(|a| a.is_none()).count(), 1, "{kind}");
+        }
+    }
+}
+
+#[test]
+fn an_arming_that_was_kept_until_the_session_was_lost_is_void_and_is_obeyed_when_it_is_given_anew() {
+    for run in shipped("command_void").expect(SEEDS) {
+        assert_eq!(answers(&run, "arm"), [Some(Reason::Late), None]);
+    }
+}
+
+#[test]
+fn a_spliced_arming_that_nothing_else_speaks_against_is_refused_by_its_confirmation() {
+    for run in shipped("command_splice_once").expect(SEEDS) {
+        assert_eq!(answers(&run, "arm"), [Some(Reason::Confirmation)]);
+    }
+}
+
+#[test]
+fn a_hold_that_was_kept_back_is_not_done_because_another_order_was() {
+    for run in shipped("hold_block_disarm").expect(SEEDS) {
+        assert_eq!((answers(&run, "hold"), answers(&run, "disarm")), (vec![], vec![None]));
     }
 }
 

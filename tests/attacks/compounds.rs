@@ -1,8 +1,13 @@
 //! Campaigns of several hands at once (K1, K3): what holds against each alone has to hold against them together.
 
-use holdsafe_tests::shipped;
+use campaign::oracle::{Fate, Mask};
+use campaign::scenario::Settings;
+use campaign::trial::Outcome;
+use holdsafe_tests::{Ready, shipped};
+use serde_json::{Value, json};
 use wire::event::{Event, Freshness, ShownAs};
 use wire::id::{NodeId, UnitId};
+use wire::mode::Mode;
 use wire::refusal::Reason;
 
 use crate::SEEDS;
@@ -45,4 +50,100 @@ fn an_operator_whose_counter_is_run_ahead_and_whose_hold_is_kept_back_is_heard_b
         let told = |event: &Event| matches!(event, Event::CommandShown { shown: ShownAs::NotAcknowledged, .. });
         assert!(run.evidence.entries.iter().any(|w| told(&w.entry.event)), "the operator is told");
     }
+}
+
+/// What each step of the demo is to bring about, and nothing worse, until the next one begins.
+const DEMO: [(&str, Mode); 9] = [
+    ("replay", Mode::Ready),
+    ("stranger", Mode::Ready),
+    ("delay", Mode::HoldSafe),
+    ("thermal", Mode::Degraded),
+    ("link", Mode::HoldSafe),
+    ("commands", Mode::HoldSafe),
+    ("relay", Mode::Ready),
+    ("jump", Mode::HoldSafe),
+    ("drift", Mode::HoldSafe),
+];
+
+#[test]
+fn each_attack_of_the_demo_brings_about_what_was_stated_for_it_and_the_operator_goes_on_after_it() {
+    for run in shipped("demo/demo").expect(1..4) {
+        assert!(run.verdict.receipt && run.verdict.findings.is_empty(), "{:?}", run.verdict.findings);
+        let begun = |name: &str| {
+            let begins = |of: &Event| matches!(of, Event::Step { step, begun: true } if step.as_str() == name);
+            let entry = run.evidence.entries.iter().find(|w| begins(&w.entry.event));
+            entry.unwrap_or_else(|| panic!("{name} never began")).at as f64 / 1000.0
+        };
+        let end = run.evidence.duration as f64 / 1000.0;
+        for (at, (name, worst)) in DEMO.iter().enumerate() {
+            let until = DEMO.get(at + 1).map_or(end, |(next, _)| begun(next));
+            let within = begun(name)..until;
+            let after = run.verdict.transitions.iter().filter(|row| within.contains(&row.t_ms));
+            let reached: Vec<&str> = after.filter(|row| row.cause != "operator").map(|row| row.to.as_str()).collect();
+            for mode in [Mode::Degraded, Mode::HoldSafe] {
+                // On its way to HOLD_SAFE a unit may be DEGRADED first.
+                let may = *worst == Mode::HoldSafe && mode == Mode::Degraded;
+                assert!(may || reached.contains(&mode.name()) == (*worst == mode), "{name}: {reached:?}");
+            }
+            let last = run.verdict.transitions.iter().rev().find(|row| row.t_ms < until).expect("it was enabled");
+            assert!(["READY", "PREPARE_TO_ACT"].contains(&last.to.as_str()), "{name} ends in {last:?}");
+        }
+    }
+}
+
+/// A shipped scenario with these tables beside its own.
+fn beside(name: &str, tables: &[(&str, Value)]) -> Ready {
+    let Ready { cell, scenario, setup } = shipped(name);
+    let with = |scenario: campaign::scenario::Scenario, (path, table): &(&str, Value)| {
+        Settings::one(path, table.clone()).applied_to(&scenario).expect("a table of a scenario")
+    };
+    Ready { cell, scenario: tables.iter().fold(scenario, with), setup }
+}
+
+#[test]
+fn an_attack_that_another_leaves_nothing_to_do_is_masked_by_name_and_the_trial_is_judged_by_the_other() {
+    let kill = |process: &str, at_s: f64| json!({ "process": process, "at_s": at_s, "step": "end" });
+    let hang = json!({ "process": "perception", "ending": "hang", "at_s": 5.2, "duration_s": 2.0, "step": "hang" });
+    let jump =
+        json!({ "sensor": "localisation", "kind": "jump", "at_s": 5.5, "duration_s": 2.0, "magnitude": [0.0, 3.0] });
+    for (name, tables, masked, expected) in [
+        // Nobody is there to be delayed.
+        ("delay", vec![("kill.0", kill("gateway", 3.0))], Mask::Gone(NodeId::GATEWAY), Outcome::HoldSafe),
+        // A dead process that should hang, and one that should take in a picture.
+        (
+            "thermal_loss",
+            vec![("kill.0", kill("perception", 3.0)), ("kill.1", hang)],
+            Mask::Gone(NodeId::PERCEPTION),
+            Outcome::HoldSafe,
+        ),
+        // A fix that does not come cannot be off.
+        (
+            "localisation_loss",
+            vec![("fault.1", jump)],
+            Mask::Hidden(wire::event::Sensor::Localisation, wire::event::FaultKind::Dropout),
+            Outcome::HoldSafe,
+        ),
+    ] {
+        for seed in SEEDS {
+            let run = beside(name, &tables).run(seed);
+            let fates: Vec<Fate> = run.verdict.injections.iter().map(|injection| injection.fate).collect();
+            assert!(fates.contains(&Fate::Masked(masked)), "{name}: {fates:?}");
+            assert!(!fates.contains(&Fate::NotProven), "{name}: {fates:?}");
+            assert!(
+                fates.iter().any(|fate| matches!(fate, Fate::Delivered { noticed: true, .. })),
+                "{name}: {fates:?}"
+            );
+            assert_eq!(run.verdict.outcome, expected, "{name}: {fates:?} {:?}", run.verdict.findings);
+        }
+    }
+}
+
+#[test]
+fn an_order_that_was_never_given_cannot_be_kept_back_and_a_trial_of_that_alone_is_no_evidence() {
+    let mut ready = shipped("gateway_hold");
+    ready.scenario.operator = Default::default();
+    let verdict = ready.run(1).verdict;
+    let fates: Vec<Fate> = verdict.injections.iter().map(|injection| injection.fate).collect();
+    assert_eq!(fates, [Fate::Masked(Mask::NothingAsked)]);
+    assert_eq!((verdict.receipt, verdict.outcome), (false, Outcome::Invalid));
 }

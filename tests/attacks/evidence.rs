@@ -97,15 +97,17 @@ const ALL: [Tampering; 9] = [
     Tampering::Retime,
 ];
 
-/// A finished run's recording, and what is held outside the recorder.
+/// A finished run's recording, and what is held of it outside the recorder: nothing of guards and launcher, which it has no hands on.
 fn recorded() -> (Run, Vec<Kept>) {
-    let run = shipped("nominal").run(1);
-    let kept = kept_of(&run);
+    let mut run = shipped("nominal").run(1);
+    run.held.heads.retain(|head| by_recorder(head.node));
+    let kept = kept_of(&run, by_recorder);
     (run, kept)
 }
 
-fn kept_of(run: &Run) -> Vec<Kept> {
-    let kept = run.log.iter().filter(|l| by_recorder(l.node));
+/// What those wrote of whom that is true.
+fn kept_of(run: &Run, of: impl Fn(NodeId) -> bool) -> Vec<Kept> {
+    let kept = run.log.iter().filter(|l| of(l.node));
     kept.map(|Logged { at, node, bytes }| Kept { at: *at, node: *node, bytes: bytes.clone() }).collect()
 }
 
@@ -163,6 +165,54 @@ fn without_signatures_or_without_heads_outside_a_hostile_recorder_gets_through()
     }
 }
 
+/// A guard sees what a receipt rests on; its log is a chain like any other.
+#[test]
+fn what_a_guard_saw_or_the_launcher_noted_cannot_be_changed_left_out_or_ended_early() {
+    let run = shipped("process_ends").run(1);
+    let whole = kept_of(&run, |_| true);
+    assert_eq!(judged(&whole, &run.held).flaws, [], "untouched");
+    let mut witnesses: Vec<NodeId> = whole.iter().map(|one| one.node).filter(|node| !by_recorder(*node)).collect();
+    witnesses.sort();
+    witnesses.dedup();
+    assert!(witnesses.len() > 3 && witnesses.contains(&NodeId::CAMPAIGN), "{witnesses:?}");
+    let found = |what: &str, kept: &[Kept]| {
+        let flaws = judged(kept, &run.held).flaws;
+        assert!(!flaws.is_empty(), "{what}");
+        flaws
+    };
+    for witness in witnesses {
+        let own: Vec<usize> = (0..whole.len()).filter(|i| whole[*i].node == witness).collect();
+        let flaws = found("left out", &kept_of(&run, |node| node != witness));
+        assert!(flaws.iter().any(|f| f.what.contains(&format!("{witness}, boot 1 wrote"))), "{flaws:?}");
+        for i in own.iter().copied().step_by(own.len().div_ceil(40)) {
+            let mut gone = whole.clone();
+            gone.remove(i);
+            found(&format!("{witness}: entry {i} is gone"), &gone);
+            let mut ended = whole.clone();
+            ended.retain(|one| one.node != witness || one.at < whole[i].at);
+            found(&format!("{witness}: ended before entry {i}"), &ended);
+            for byte in 0..whole[i].bytes.len() {
+                let mut changed = whole.clone();
+                changed[i].bytes[byte] ^= 1 << (byte % 8);
+                found(&format!("{witness}: byte {byte} of entry {i}"), &changed);
+            }
+        }
+        // With its chain written anew by somebody who has not its key, and no head to hold it to.
+        let mut held = run.held.clone();
+        held.heads.retain(|head| head.node != witness);
+        held.killed.push(Life { node: witness, boot: Boot(1) });
+        let mut kept = whole.clone();
+        let mut entry = Entry::decode(&kept[own[0]].bytes).expect("an entry");
+        entry.at.0 += 1;
+        kept[own[0]].bytes = wire::codec::encode(&entry);
+        let recorder = run.cast.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
+        InsiderRecorder::new(recorder.setup.key(), Tampering::Rechain, 0).chain_anew(&mut kept);
+        let flaws = judged(&kept, &held).flaws;
+        let unsigned = format!("{witness}, boot 1 did not sign its chain here");
+        assert!(flaws.iter().any(|f| f.what == unsigned), "{unsigned}: {flaws:?}");
+    }
+}
+
 #[test]
 fn a_service_that_the_recorder_leaves_out_altogether_is_missed() {
     let (run, mut kept) = recorded();
@@ -190,8 +240,8 @@ fn the_life_of_a_unit_before_it_was_started_again_is_held_by_its_signatures_alon
     let [first, second] = [1, 2].map(|boot| Life { node: NodeId::UNIT_A, boot: Boot(boot) });
     // Live nobody holds the head of one that was killed.
     let mut held = run.held.clone();
-    held.heads.retain(|head| head.life() != first);
-    let kept = kept_of(&run);
+    held.heads.retain(|head| head.life() != first && by_recorder(head.node));
+    let kept = kept_of(&run, by_recorder);
     assert_eq!(judged(&kept, &held).flaws, [], "that it was killed is on record");
     let recorder = run.cast.members.iter().find(|m| m.node() == NodeId::RECORDER).expect("a recorder");
     let lives = [first, second].map(|life| of_life(&kept, life).len());
@@ -256,6 +306,10 @@ fn no_secret_of_a_run_is_in_what_is_held_of_it_or_in_its_log() {
             assert!(!found(&text) && run.log.iter().all(|l| !found(&l.bytes)), "{}", member.node());
         }
         assert!(!String::from_utf8_lossy(&text).contains(&hex), "{}", member.node());
+    }
+    for (witness, secret) in &run.cast.witnesses {
+        let found = |bytes: &[u8]| bytes.windows(32).any(|window| window == secret.0);
+        assert!(!found(&text) && run.log.iter().all(|l| !found(&l.bytes)), "{witness}");
     }
     assert!(
         run.log

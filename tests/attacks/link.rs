@@ -2,7 +2,7 @@
 
 use campaign::oracle::Witnessed;
 use campaign::trial::Outcome;
-use holdsafe_tests::{shipped, under};
+use holdsafe_tests::{shipped, under, variations};
 use wire::event::{Account, Event, GuardVerdict, Interface};
 use wire::id::NodeId;
 
@@ -43,6 +43,28 @@ fn damaged_ciphertext_is_discarded_and_the_association_stands() {
 #[test]
 fn loss() {
     shipped("loss").expect(SEEDS);
+}
+
+#[test]
+fn a_unit_that_is_no_longer_heard_is_granted_nothing_and_holds_though_it_hears_all() {
+    for run in shipped("uplink_loss").expect(SEEDS) {
+        let lapsed = run.verdict.transitions.iter().any(|t| t.to == "HOLD_SAFE" && t.cause == "lost:lease");
+        assert!(lapsed, "{:?}", run.verdict.transitions);
+        let heard = run.evidence.entries.iter().filter(|w| match w.entry.event {
+            Event::Accepted { at: Interface::Downlink, .. } => {
+                Some(w.at) > run.verdict.zero.map(|zero| zero + 1_000_000)
+            }
+            _ => false,
+        });
+        assert!(heard.count() > 0, "the downlink stands");
+    }
+}
+
+#[test]
+fn a_silence_just_longer_than_its_bound_holds_and_without_the_lease_is_late() {
+    for ready in variations("brief_silence") {
+        ready.expect(SEEDS);
+    }
 }
 
 #[test]

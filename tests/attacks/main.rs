@@ -14,6 +14,7 @@ mod floods;
 mod handshake;
 mod host;
 mod link;
+mod missions;
 mod models;
 mod orders;
 mod peers;

@@ -4,7 +4,7 @@ use campaign::oracle::Property;
 use campaign::scenario::Settings;
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
-use holdsafe_tests::{shipped, under};
+use holdsafe_tests::{shipped, under, variations};
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Interface};
 use wire::id::{CommandId, NodeId};
@@ -115,6 +115,63 @@ fn a_stolen_key_cannot_run_the_counter_so_far_ahead_that_its_operator_is_locked_
     assert_eq!(run.verdict.outcome, Outcome::Unsafe, "one id for all that the operator can still give");
     assert!(obeyed(&run, "hold"), "towards safe asks no counter");
     assert!(!run.verdict.transitions.iter().any(|t| t.from == "HOLD_SAFE"), "the thief has locked the operator out");
+}
+
+#[test]
+fn a_stolen_key_cannot_give_another_order_under_an_id_that_was_counted_nor_from_a_boot_before() {
+    for ready in variations("stolen_key_reused") {
+        for run in ready.expect(SEEDS) {
+            let given = asked(&run, "hold").last().expect("the operator held").1;
+            let rogue = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+                Event::Rogue { command, .. } => Some(command),
+                _ => None,
+            });
+            let rogue = rogue.expect("the rogue ordered");
+            match ready.cell.as_deref() {
+                Some("last-id") => assert_eq!(rogue, given),
+                _ => assert!(rogue.boot < given.boot && rogue.sequence > given.sequence, "{rogue:?} {given:?}"),
+            }
+            assert_eq!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Duplicate), 1);
+            assert!(obeyed(&run, "resume"), "the operator's own resume is heard: {:?}", run.verdict.transitions);
+        }
+    }
+}
+
+#[test]
+fn a_confirmation_for_another_track_than_authority_is_held_on_is_refused_and_nothing_is_done() {
+    for run in shipped("confirm_other_track").expect(SEEDS) {
+        let other = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+            Event::Rogue { kind: CommandKind::Confirm(track), .. } => Some(track),
+            _ => None,
+        });
+        let held = run.evidence.entries.iter().find_map(|w| match w.entry.event {
+            Event::Minted { track, .. } => Some(track),
+            _ => None,
+        });
+        assert!(other.is_some() && held.is_some() && other != held, "{other:?} {held:?}");
+        assert_eq!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Interlock), 1);
+        assert!(!run.evidence.entries.iter().any(|w| matches!(w.entry.event, Event::PlantAct { .. })));
+    }
+}
+
+#[test]
+fn of_a_burst_of_sound_disarms_only_the_rate_refuses_some() {
+    for run in shipped("disarm_burst").expect(SEEDS) {
+        assert!(refused(&run, NodeId::GATEWAY, Interface::Requests, Reason::Rate) > 0);
+        let others = run.evidence.entries.iter().filter(|w| match w.entry.event {
+            Event::Refused { at: Interface::Requests | Interface::Commands, reason, .. } => reason != Reason::Rate,
+            _ => false,
+        });
+        assert_eq!(others.count(), 0);
+    }
+}
+
+#[test]
+fn a_unit_within_the_margin_of_its_fence_is_not_enabled() {
+    for run in shipped("fence_start").expect(SEEDS) {
+        assert!(refused(&run, NodeId::UNIT_A, Interface::Commands, Reason::Interlock) > 0);
+        assert!(run.verdict.transitions.iter().all(|t| t.to == "IDLE"), "{:?}", run.verdict.transitions);
+    }
 }
 
 #[test]

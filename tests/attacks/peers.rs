@@ -28,6 +28,19 @@ fn malformed_but_authenticated_records_are_refused_by_name() {
     }
 }
 
+#[test]
+fn a_record_that_one_check_alone_refuses_is_refused_by_that_check() {
+    for (name, reason) in
+        [("session", Reason::Session), ("version", Reason::Version), ("jump", Reason::Jump), ("origin", Reason::Role)]
+    {
+        for run in cell("malformed_once", name).expect(SEEDS) {
+            let refused = refusals(&run);
+            assert!(refused.first() == Some(&reason), "{name}: {refused:?}");
+            assert!(refused.iter().all(|other| *other == reason), "{name}: {refused:?}");
+        }
+    }
+}
+
 /// The cell of this name.
 fn cell(scenario: &str, name: &str) -> Ready {
     let found = variations(scenario).into_iter().find(|ready| ready.cell.as_deref() == Some(name));

@@ -34,6 +34,19 @@ fn when_autonomy_is_killed_the_plant_brakes_by_its_own_lease() {
 }
 
 #[test]
+fn when_autonomy_ends_the_plants_lease_ends_with_its_last_set_point_whether_it_drives_or_stands() {
+    for ready in variations("autonomy_ends") {
+        for run in ready.expect(SEEDS) {
+            let [response] = &run.verdict.responses[..] else { panic!("{:?}", run.verdict.responses) };
+            let plant = response.plant.expect("the world lives on");
+            assert_eq!(plant.speed_mm_s > 1000, ready.cell.as_deref() == Some("driving"), "{plant:?}");
+            let asked = run.evidence.bounds.set_point_lease_ms as f64;
+            assert!(plant.lease_ended_ms.is_some_and(|ms| ms <= asked + 10.0), "{plant:?}");
+        }
+    }
+}
+
+#[test]
 fn a_unit_that_asked_for_a_lease_beyond_th_and_is_killed_is_stopped_by_the_plant_within_th() {
     let mut ready = killing(Process::Autonomy, Outcome::HoldSafe);
     ready.setup.bounds.set_point_lease_ms = 5000;

@@ -2,10 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use campaign::oracle::{Property, judge};
+use campaign::oracle::{Fate, Property, judge};
+use campaign::scenario::Settings;
 use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
 use holdsafe_tests::{rendered, shipped, variations};
+use wire::bounds::Bounds;
 use wire::event::Event;
 use wire::id::ObjectId;
 use wire::mode::Guard;
@@ -25,6 +27,24 @@ fn loss_of_the_thermal_camera_degrades_and_revokes_authority() {
 fn loss_of_the_colour_camera_degrades_and_revokes_authority() {
     for run in shipped("rgb_loss").expect(SEEDS) {
         assert!(run.verdict.latency.to_authority_revoked.is_some(), "{:?}", run.verdict.transitions);
+    }
+}
+
+#[test]
+fn a_unit_that_says_degraded_and_drives_on_at_full_speed_is_late() {
+    let mut ready = shipped("thermal_loss");
+    let bounds = ready.setup.bounds;
+    ready.setup.misset = Some(Bounds { degraded_speed_mm_s: bounds.max_speed_mm_s, ..bounds });
+    for seed in SEEDS {
+        let verdict = ready.run(seed).verdict;
+        assert!(verdict.transitions.iter().any(|t| t.to == "DEGRADED"), "{:?}", verdict.transitions);
+        assert_eq!(verdict.outcome, Outcome::Late, "seed {seed}: {:?}", verdict.findings);
+        let by_the_plant = |what: &str| what.starts_with("DEGRADED, and the plant");
+        assert!(
+            verdict.findings.iter().all(|f| f.property == Property::P2 && by_the_plant(&f.what)),
+            "{:?}",
+            verdict.findings
+        );
     }
 }
 
@@ -156,6 +176,32 @@ fn a_slow_drift_is_found_before_the_fence_and_without_the_drift_test_the_unit_le
     assert!(run.verdict.findings.iter().any(|f| f.property == Property::P4), "{:?}", run.verdict.findings);
 }
 
+/// The floor of detection, from below: what is too small to be noticed arrived all the same, and says so.
+#[test]
+fn a_fault_too_small_to_be_noticed_is_undetected_and_not_invalid() {
+    for (name, sets, undetected) in [
+        ("localisation_jump", [("fault.0.magnitude.1", 0.1), ("fault.0.duration_s", 1.0)].as_slice(), true),
+        ("rgb_freeze", &[("fault.0.duration_s", 0.3)], true),
+        // Driving, a fix that stands still for a few readings may be noticed.
+        ("localisation_freeze", &[("fault.0.duration_s", 0.1)], false),
+        ("localisation_freeze", &[("fault.0.duration_s", 0.3)], false),
+    ] {
+        let mut ready = shipped(name);
+        for (path, value) in sets {
+            let set = Settings::one(path, serde_json::json!(value));
+            ready.scenario = set.applied_to(&ready.scenario).expect("a number of the scenario");
+        }
+        for seed in SEEDS {
+            let verdict = ready.run(seed).verdict;
+            let noticed = verdict.outcome != Outcome::Undetected;
+            assert!(verdict.receipt && verdict.outcome != Outcome::Invalid, "{name} {sets:?}: {:?}", verdict.findings);
+            assert!(!(undetected && noticed), "{name} {sets:?}: {:?}", verdict.transitions);
+            let fates: Vec<Fate> = verdict.injections.iter().map(|injection| injection.fate).collect();
+            assert!(matches!(fates[..], [Fate::Delivered { noticed: told, .. }] if told == noticed), "{fates:?}");
+        }
+    }
+}
+
 /// What the sim says that it imposed, put into the log of a run without it: nobody else saw anything of the kind.
 #[test]
 fn a_sensor_fault_that_is_claimed_and_did_not_arrive_has_no_receipt() {
@@ -175,7 +221,7 @@ fn a_sensor_fault_that_is_claimed_and_did_not_arrive_has_no_receipt() {
         assert!(attacked.verdict.receipt, "{name}");
         ready.scenario.fault = Default::default();
         let mut quiet = ready.run(1);
-        let claimed = |e: &Event| matches!(e, Event::Fault { .. } | Event::Imposed { .. });
+        let claimed = |e: &Event| matches!(e, Event::Fault { .. } | Event::Imposed { .. } | Event::Altered { .. });
         let claims = attacked.evidence.entries.iter().filter(|w| claimed(&w.entry.event));
         quiet.evidence.entries.extend(claims.copied());
         quiet.evidence.entries.sort_by_key(|w| w.at);

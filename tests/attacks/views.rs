@@ -39,6 +39,17 @@ fn displayed(run: &Run) -> Vec<(u64, Mode, Freshness)> {
 }
 
 #[test]
+fn a_hold_that_is_given_under_a_stale_display_stops_the_unit() {
+    for run in shipped("hold_stale_view").expect(SEEDS) {
+        let held = run.verdict.transitions.iter().find(|t| t.to == "HOLD_SAFE").expect("it holds");
+        assert_eq!(held.cause, "operator");
+        let at = (held.t_ms * 1000.0) as u64;
+        let before = displayed(&run).into_iter().rfind(|(shown, ..)| *shown < at);
+        assert!(before.is_some_and(|(_, _, fresh)| fresh != Freshness::Fresh), "{before:?}");
+    }
+}
+
+#[test]
 fn a_report_that_the_gateway_changed_signed_or_relabelled_is_not_displayed() {
     for run in shipped("view_forged").expect(SEEDS) {
         let refused = refused(&run);

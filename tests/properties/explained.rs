@@ -33,10 +33,14 @@ const ORIGINS: [(&str, Place); 16] = [
 /// Alphabets, moves of theirs with when they begin and how long they last (ms), and where the first loss then begins.
 type Moved = (&'static str, &'static [(&'static str, u32, u32)], Place);
 
-const MOVES: [Moved; 16] = [
+const MOVES: [Moved; 19] = [
     ("processes", &[("gateway-hangs", 4_600, 1_200)], Place::Gateway),
     ("processes", &[("adversary-hangs", 4_600, 470)], Place::Telemetry),
     ("processes", &[("adversary-hangs", 4_600, 1_200)], Place::Telemetry),
+    // Longer than a session waits: the unit is back in another one, in which numbers begin anew.
+    ("processes", &[("adversary-hangs", 4_100, 2_900)], Place::Telemetry),
+    ("path", &[("cut", 4_100, 2_900)], Place::Telemetry),
+    ("processes", &[("gateway-hangs", 4_100, 2_900)], Place::Gateway),
     ("processes", &[("gateway-hangs", 5_500, 4_000)], Place::Gateway),
     // One that comes back, and whose records are refused until the end of the run.
     ("processes", &[("gateway-hangs", 5_090, 3_770)], Place::Gateway),

@@ -69,6 +69,9 @@ fn p8_an_order_from_before_a_session_was_lost_that_is_carried_out_after() {
         shown(&mut log, 4300);
         log.add(4000, NodeId::CONSOLE, Event::Intended { command: command(7), kind });
         log.add(4600, NodeId::UNIT_A, Event::Executed { command: command(7), kind, refused: None });
+        if kind == CommandKind::Disarm {
+            log.disarmed(4600);
+        }
         log.breaks()
     };
     assert_eq!(executed(CommandKind::Arm(TrackId(2))), [Property::P8]);

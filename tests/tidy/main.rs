@@ -1,6 +1,7 @@
 //! The invariants of ARCHITECTURE.md, held over the sources themselves.
 
 mod catalogue;
+mod figures;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -69,6 +70,16 @@ fn no_core_knows_a_clock_a_socket_tokio_or_link() {
                 );
             }
         }
+    }
+}
+
+/// The macros of the standard library panic when the stream is gone. The trainer is a tool of authors.
+#[test]
+fn lines_for_a_person_are_written_by_one_module_that_outlives_a_closed_stream() {
+    for (file, text) in sources("crates") {
+        let own = file.contains("/src/") && !file.starts_with("crates/trainer/");
+        let printed = ["println!(", "print!("].iter().any(|word| code(&text).contains(word));
+        assert!(!own || !printed, "{file} prints by itself: use link::terminal, or link::note!");
     }
 }
 
@@ -196,8 +207,8 @@ fn every_file_says_what_it_is() {
 #[test]
 fn every_scenario_and_every_refusal_is_documented() {
     let scenarios = fs::read_to_string(root().join("docs/scenarios.md")).expect("docs/scenarios.md");
-    let folders =
-        ["scenarios", "scenarios/rendered"].map(|folder| fs::read_dir(root().join(folder)).expect("scenarios/"));
+    let folders = ["scenarios", "scenarios/rendered", "scenarios/demo"]
+        .map(|folder| fs::read_dir(root().join(folder)).expect("scenarios/"));
     for entry in folders.into_iter().flatten() {
         let path = entry.expect("a readable entry").path();
         if path.extension().is_some_and(|e| e == "toml") {

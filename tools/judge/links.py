@@ -3,7 +3,7 @@
 A relay's word alone is no receipt.
 """
 
-from log import within
+from log import CLOCKS, within
 
 LINK_SILENT = 350_000  # a link with a record each way every 100 ms is never silent for so long by itself
 DRIFT = 1_000  # clocks of two hosts differ by less than a thousandth
@@ -19,6 +19,20 @@ def arrivals(log, node):
             peers[ev["association"]] = ev["peer"]
         elif ev["epoch"] >= 1 and peers.get(ev["association"]) == other:
             yield {"t": e["t_us"], **ev}
+
+
+def timely(log, node):
+    """When something came to the guard of one end that was neither older than Tf there nor an adversary's: the first of its bytes."""
+    limit, taken = log.bounds["freshness_ms"] * 1000 + CLOCKS, log.taken()
+    forged = {e["event"]["hash"] for e in log.of("attack") if e["event"]["action"] in ("corrupt", "inject")}
+    seen, times = set(), []
+    for a in arrivals(log, node):
+        if a["verdict"] != "passed" or a["hash"] in seen:
+            continue
+        seen.add(a["hash"])
+        if a["t"] - taken.get(a["hash"], a["t"]) <= limit and a["hash"] not in forged and a["t"] < log.end:
+            times.append(a["t"])
+    return times
 
 
 DATAGRAM = ("delay", "drop", "duplicate", "reorder", "replay", "corrupt", "reoriginate", "inject")

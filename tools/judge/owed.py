@@ -4,7 +4,7 @@ A late restriction is P2's, a late HOLD_SAFE P3's. A process that does not run f
 bound ends within that time. Where nothing can be learnt (the unit was not in nominal control, the run ends before) it is P10.
 """
 
-from log import NOMINAL_MODES, RESTING_MODES, STANDING
+from log import NOMINAL_MODES, RESTING_MODES, SLACK, STANDING
 
 NEVER = float("inf")
 SAMPLE = 100_000  # between two samples of the plant's truth
@@ -84,7 +84,12 @@ def platform_responds(log, node, zero, runs):
 
 
 def plant_stops(log, zero, runs):
-    """Under a dead unit the plant's lease ends within Th, and it stands when the brakes have had their time."""
+    """Under a dead unit the last set-point's lease ends, in any case within Th, and the plant stands when the brakes have had their time."""
+    lease = log.bounds["set_point_lease_ms"] * 1000 + SLACK
+    ends = zero + lease + sum(end - start for start, end in log.stopped("sim") if zero <= start <= zero + lease)
+    leased = next((at for at, tr in log.truth() if ends < at < runs and tr["leased"]), None)
+    if leased is not None:
+        yield "P3", leased, "the plant is leased for longer than its last set-point was"
     due = zero + log.bounds["to_hold_safe_ms"] * 1000
     if due > runs:
         return

@@ -1,7 +1,7 @@
 """Where the unit takes itself to be, against where it is.
 
-The sim says where the unit is and what a fault imposed; the unit, another process, says what fixes came and what pose it drives
-by. Both are on one host, so their stamps compare. What fixes may be off by without a fault is of docs/bounds.md.
+The sim says where the unit is; the unit, another process, says what pose it drives by. Both are on one host, so their stamps
+compare.
 """
 
 from bisect import bisect_left
@@ -9,10 +9,6 @@ from math import hypot
 
 from log import RESTING_MODES
 
-FIX_MM, TIME_US = 40.0, 1000.0  # one deviation of an undisturbed fix on each axis, and of the receiver's time
-BOUNDED = 6.0  # deviations that a fix without a fault is never off by
-TELLING, SHARE = 10.0, 0.3  # imposed is told from noise at so many deviations; the share that is seen may be off one by so much
-FROZEN = 3  # so many sights of the very same fix: noise repeats one once in ten thousand
 GAP_US = 250_000  # truth is known between entries that are no further apart
 # What odometry may be wrong by while fixes are not used: mm, a share of the way, and mm/s of wheels that hold a slope.
 ODOMETRY = (100.0, 0.05, 5.0)
@@ -47,39 +43,6 @@ class Series:
 def truth(log):
     mine = [e for e in log.of("truth", by="sim") if e["event"]["unit"] == "unit-a"]
     return Series((e["local_us"], (e["event"]["x_mm"], e["event"]["y_mm"])) for e in mine)
-
-
-def imposed(log):
-    told = (e["event"] for e in log.of("imposed", by="sim"))
-    return Series((ev["stamp"], (ev["east_mm"], ev["north_mm"], ev["time_us"])) for ev in told)
-
-
-def disturbed(log, kind, since, until):
-    """Whether the unit saw its place, or its receiver's time, disturbed in this way meanwhile."""
-    everything = list(located(log))
-    sights = [(t, ev) for t, ev in everything if since <= t <= until]
-    if kind == "freeze":
-        fixes = [(ev["x_mm"], ev["y_mm"]) for _, ev in sights]
-        return any(len(set(fixes[i : i + FROZEN])) == 1 for i in range(len(fixes) - FROZEN + 1))
-    true = truth(log)
-    off = [(ev, (ev["x_mm"] - at[0], ev["y_mm"] - at[1])) for _, ev in sights for at in [true.at(ev["stamp"])] if at]
-    if kind == "noise":
-        return any(max(abs(east), abs(north)) > BOUNDED * FIX_MM for _, (east, north) in off)
-    told = imposed(log)
-    if kind in ("jump", "drift"):
-        pairs = [(was[k], by[k]) for ev, was in off for by in [told.at(ev["stamp"])] if by for k in (0, 1)]
-        return seen_whole(pairs, FIX_MM)
-    before = [ev["time"] - ev["stamp"] for t, ev in everything if t < since]
-    if kind in ("time_step", "time_drift") and before:
-        pairs = [(ev["time"] - ev["stamp"] - before[-1], by[2]) for _, ev in sights for by in [told.at(ev["stamp"])] if by]
-        return seen_whole(pairs, TIME_US)
-    return False
-
-
-def seen_whole(pairs, deviation):
-    """Whether of pairs (seen, imposed) the imposed is seen, neither less nor more, beyond what noise can feign."""
-    square = sum(by * by for _, by in pairs)
-    return square >= (TELLING * deviation) ** 2 and abs(sum(was * by for was, by in pairs) / square - 1) <= SHARE
 
 
 def p3_lost(log):

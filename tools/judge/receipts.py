@@ -1,14 +1,14 @@
 """Receipts: a fault counts when two say so, its actor and an observer at the target that is another process.
 
-Links are `links`' to look at, insiders `insiders`', what disturbs a place `place`'s; sensors that fall silent and processes
-that end or do not run are looked at here.
+Links are `links`' to look at, insiders `insiders`', what kept an injection from arriving `masked`'s; readings that a fault changed and
+processes that end or do not run are looked at here.
 """
 
 from disguise import disguise, perturbed, printed
 from insiders import SENDERS, broker, feed, late, mouthed, rogue, swallowed, takeover
 from links import DATAGRAM, datagram, stream
-from log import IMAGING, OLD, planned, within
-from place import disturbed
+from log import IMAGING, planned, within
+from masked import masked
 
 EARLY, LATE = 5_000, 100_000  # by how much an actor may be before or behind its window
 LAST_WORDS = 100_000  # how long what a process had said may still be on its way into the log
@@ -18,8 +18,9 @@ TELLING = 3  # so many marks have to be missing for a silence to say something
 
 
 def receipts(log, faults):
-    """Whether everything that was planned provably happened, when the first did, and what there is no rule for."""
-    whole, zeros, unknown = True, [], set()
+    """Whether something that was planned provably happened and each thing that did not was provably kept from it, when the first did, and
+    what there is no rule for."""
+    whole, zeros, unknown, kept = True, [], set(), False
     for plan in log.head["planned"]:
         what, value = planned(plan)
         if what == "step":
@@ -32,11 +33,14 @@ def receipts(log, faults):
             continue
         span = window(log, plan)
         at = RULES[what](log, faults, value, span) if span is not None else None
-        if at is None:
-            whole = False
-        else:
+        if at is not None:
             zeros.append(at)
-    return whole, min(zeros) if zeros else None, unknown
+        elif span is not None and masked(log, plan, (span[0] + EARLY, span[1] - LATE), span, faults):
+            kept = True
+        else:
+            whole = False
+    # Where everything was kept from happening nothing was done.
+    return whole and not (kept and not zeros), min(zeros) if zeros else None, unknown
 
 
 def acted(log, faults, action, span):
@@ -57,8 +61,12 @@ def window(log, plan):
 
 
 def sensor_faults(log):
-    """Faults that the sim applied and that the consumer of the readings saw: (sensor, kind, from, to)."""
+    """Faults that the sim applied, and of which the consumer took in, to the last byte, a message that they changed: (sensor, kind, from,
+    to)."""
     found = []
+    took = {}
+    for e in log.of("mouth_saw", by="campaign"):
+        took.setdefault((e["event"]["reader"], e["event"]["hash"]), []).append(e["t_us"])
     applied = [(e["t_us"], e["event"]) for e in log.of("fault", by="sim")]
     for t, ev in applied:
         if not ev["active"]:
@@ -66,23 +74,12 @@ def sensor_faults(log):
         sensor, kind = ev["sensor"], ev["kind"]
         over = (at for at, f in applied if at >= t and not f["active"] and (f["sensor"], f["kind"]) == (sensor, kind))
         end = next(over, log.end)
-        meanwhile = [s["event"] for s in log.of("frame_seen", "navigation_seen", "repeated", "crowded") if t <= s["t_us"] <= end + 200_000]
-        if sensor in IMAGING and kind in OLD:
-            # It shows what it showed before it was touched.
-            arrived = any(s["is"] == "repeated" and s["modality"] == sensor and s["first"] < ev["frame"] for s in meanwhile)
-        elif kind == "chaff":
-            arrived = any(s["is"] == "crowded" and s["frame"] >= ev["frame"] for s in meanwhile)
-        else:
-            arrived = any(lacks(s, sensor) for s in meanwhile) or sensor == "localisation" and disturbed(log, kind, t, end)
-        if arrived:
+        reader = "perception" if sensor in IMAGING else "unit-a"
+        changed = [e for e in log.of("altered", by="sim") if (e["event"]["sensor"], e["event"]["kind"]) == (sensor, kind)]
+        changed = [(e["t_us"], e["event"]["hash"]) for e in changed if t <= e["t_us"] <= end]
+        if any(at >= told for told, payload in changed for at in took.get((reader, payload), [])):
             found.append((sensor, kind, t, end))
     return found
-
-
-def lacks(ev, sensor):
-    if ev["is"] == "frame_seen":
-        return sensor in IMAGING and sensor not in ev["present"]
-    return ev["is"] == "navigation_seen" and (sensor == "localisation" and not ev["fix"] or sensor == "odometry" and not ev["odometry"])
 
 
 def killed(log, node, span):
@@ -105,7 +102,8 @@ def suspended(log, node, span):
     if not begun:
         return None
     over = log.turned("suspended", node, False, begun[0] + 1)
-    until = min(over[0] if over else log.end, log.end)
+    died = next((start for start, _ in log.dead(node) if start > begun[0]), float("inf"))
+    until = min(over[0] if over else log.end, log.end, died)
     hung = any(e["t_us"] == begun[0] and e["event"]["node"] == node and e["event"]["how"] == "hang" for e in log.of("suspended"))
     stops = [(begun[0], until)] if hung else halts(log, node, begun[0], until)
     if not stops:
@@ -116,7 +114,8 @@ def suspended(log, node, span):
     marks = sorted(t for t in own + fed if max(0, first - AROUND) <= t <= last + AROUND)
     silent = sum(max(0, end - start - UNDER_WAY) for start, end in stops)
     ran = max(1, last + AROUND - max(0, first - AROUND) - silent)
-    lived = bool(marks) and marks[0] <= first and marks[-1] >= last
+    # Who was ended while stopped leaves no mark after.
+    lived = bool(marks) and marks[0] <= first and (last == died or marks[-1] >= last)
     spoke = any(start + UNDER_WAY < t < end for t in marks for start, end in stops)
     return begun[0] if lived and not spoke and len(marks) * silent // ran >= TELLING else None
 

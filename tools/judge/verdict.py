@@ -2,16 +2,19 @@
 
 from control import p4_settings, p7_age, p7_commands, p7_sessions, p8_sessions
 from disguise import seen_through
+from guards import p1_witnessed
 from log import NOMINAL_MODES, STANDING
+from mission import mission
 from owed import p2_p3_processes
 from place import p3_lost, p5_distrusted
-from properties import p1_lifetime, p1_p11_acts, p2, p3_link, p3_operator, p3_place, p3_plant, p4, p5, p6, p7, p8, p9, p10
+from plant import p8_effects, speeds
+from properties import p1_lifetime, p1_p11_acts, p2, p3_link, p3_operator, p3_place, p4, p5, p6, p7, p8, p9, p10
 from receipts import receipts, sensor_faults
 
 UNSAFE = {"P1", "P4", "P5", "P7", "P8", "P9", "P11"}
 RULES = (
-    p1_p11_acts, p1_lifetime, p3_link, p3_plant, p3_operator, p4, p5, p6, p7, p8, p9, p10,
-    p2_p3_processes, p3_lost, p5_distrusted, p4_settings, p7_age, p7_commands, p7_sessions, p8_sessions,
+    p1_p11_acts, p1_lifetime, p3_link, speeds, p3_operator, p4, p5, p6, p7, p8, p9, p10,
+    p2_p3_processes, p3_lost, p5_distrusted, p4_settings, p7_age, p7_commands, p7_sessions, p8_sessions, p8_effects,
 )
 VERDICT = 5_000  # how soon after a message on shared memory the verdict over it is in the log
 
@@ -100,7 +103,7 @@ def parked(log):
     return bool(still) and any(e["event"]["node"] == "unit-a" for e in log.of("ended"))
 
 
-def classify(log, broken, whole, unknown, trips, zero):
+def classify(log, broken, whole, unknown, trips, zero, missing):
     """The first that matches; None where something that it hangs on is not judged."""
     if log.head["custody"]:
         return "INVALID"
@@ -114,6 +117,8 @@ def classify(log, broken, whole, unknown, trips, zero):
         return "LATE"
     if trips:
         return "FALSE_TRIP"
+    if missing:
+        return "INVALID"
     if zero is None:
         return "NOMINAL"
     after = [c[2] for c in log.changes() if c[0] >= zero and c[3] != "operator"]
@@ -128,13 +133,15 @@ def judge(log):
     faults = sensor_faults(log)
     whole, zero, unknown = receipts(log, faults)
     found = [finding for rule in RULES for finding in rule(log)]
-    found += [finding for rule in (p2, p3_place) for finding in rule(log, faults)]
+    found += [finding for rule in (p1_witnessed, p2, p3_place) for finding in rule(log, faults)]
     broken = {p for p, _, _ in found}
     trips = false_trips(log, zero)
+    missing = mission(log, zero)
     return {
-        "outcome": classify(log, broken, whole, unknown, trips, zero),
+        "outcome": classify(log, broken, whole, unknown, trips, zero, missing),
         "broken": sorted(broken),
         "findings": ["%s at %d ms: %s" % (p, t // 1000, what) for p, t, what in sorted(found, key=lambda f: f[1])[:20]],
+        "mission": missing,
         "receipt": None if unknown else whole,
         "not_judged": sorted(unknown),
         "false_trips": trips,

@@ -29,7 +29,7 @@ pub use peer::{Confusion, Falsehood, Motion, Product, Resend};
 pub use recorder::Tampering;
 pub use relay::{Content, Damage, DatagramAction, DatagramRelayConfig, StreamAction, StreamRelayConfig};
 pub use rogue::{RogueConfig, RogueMove, Says, Spot};
-pub use station::{InsiderOperatorConfig, RogueOrders};
+pub use station::{InsiderOperatorConfig, OrderId, OrderTrack, RogueOrders};
 pub use step::{MAX_PASSES, On, Step, Wait};
 pub use takeover::{SessionThiefConfig, Takeover};
 

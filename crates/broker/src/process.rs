@@ -13,6 +13,7 @@ use link::drive::say;
 use link::instrument::{Frame, Instrument};
 use link::spec::{Control, ServiceSpec, SpecError, watch};
 use link::stream::StreamLog;
+use link::witness::WitnessLog;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use thiserror::Error;
@@ -84,7 +85,8 @@ async fn serve(spec: &ServiceSpec) -> Result<(), ProcessError> {
     let limits = Limits { rights: config.rights, ..Limits::default() };
     let mut log = Log::open(spec, config)?;
     let mut controls = watch()?;
-    let streams = StreamLog::create(&spec.run_dir, spec.node)?;
+    let witness = WitnessLog::create(spec)?;
+    let streams = StreamLog::of(witness.as_ref());
     let mut server = Server::start(listen.at, &listen.credential, limits, streams).await?;
     let address = server.address();
     say("ready", &json!({ "node": spec.node, "pid": std::process::id(), "mqtt": address, "port": address.port() }));
@@ -105,7 +107,7 @@ async fn serve(spec: &ServiceSpec) -> Result<(), ProcessError> {
     while let Some(event) = server.event().await {
         log.note(&event);
     }
-    log.finish(server.lost_events());
+    log.finish(server.lost_events(), witness.as_ref());
     Ok(())
 }
 
@@ -149,14 +151,15 @@ impl Log {
         }
     }
 
-    fn finish(mut self, lost_events: u64) {
+    fn finish(mut self, lost_events: u64, witness: Option<&WitnessLog>) {
         let mut entries = VecDeque::new();
         self.journal.sign(self.clock.now(), &mut entries);
         self.send(entries);
-        let links = self.instrument.as_mut().map(Instrument::finish);
-        say(
-            "stats",
-            &json!({ "node": self.node, "lost_events": lost_events, "links": { "instrument": links, "head": link::instrument::head(&self.last_entry) } }),
-        );
+        let links = json!({
+            "instrument": self.instrument.as_mut().map(Instrument::finish),
+            "head": link::instrument::head(&self.last_entry),
+            "witness": witness.map(|witness| witness.close(None)),
+        });
+        say("stats", &json!({ "node": self.node, "lost_events": lost_events, "links": links }));
     }
 }

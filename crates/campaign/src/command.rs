@@ -11,6 +11,7 @@ mod beside;
 mod bring;
 mod campaign;
 mod catalogue;
+mod checked;
 mod cite;
 mod console;
 mod cost;
@@ -55,6 +56,7 @@ mod report;
 mod reproduce;
 mod retry;
 mod run;
+mod runs;
 mod scenario;
 mod scheduling;
 mod search;
@@ -84,7 +86,7 @@ const EXIT_CODES: &str = "Exit codes:
   1    internal error
   2    usage, or a file that cannot be used
   3    an outcome that was not expected
-  4    nothing ran, or an unexpected INVALID
+  4    nothing ran, an unexpected INVALID, or a recorded run that is INVALID (--unverified: the command's own code)
   5    the environment lacks something (`holdsafe doctor` says what)
   130  interrupted";
 
@@ -204,13 +206,18 @@ impl Context {
 
 /// Runs the command line `arguments` (the program's name first) and gives the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
-    let cli = match Cli::try_parse_from(arguments) {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let cli = match Cli::try_parse_from(&arguments) {
         Ok(cli) => cli,
-        Err(error) => {
-            let code = if error.use_stderr() { Exit::Usage } else { Exit::Fine };
-            // Where stdout or stderr is gone there is nobody to tell.
-            let _unheard = error.print();
-            return code;
+        Err(error) if error.use_stderr() => {
+            // `--json` is read by hand: arguments that cannot be parsed give no `Cli`.
+            let json = arguments.iter().take_while(|word| *word != "--").any(|word| word == "--json");
+            return usage(&error, json);
+        }
+        Err(help) => {
+            // A closed stdout needs no help.
+            let _unread = help.print();
+            return Exit::Fine;
         }
     };
     start_log(&cli.common);
@@ -250,6 +257,16 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         Some(Verb::Doctor) => doctor::run(&context),
     };
     result.unwrap_or_else(|failure| failure.tell(context.json))
+}
+
+/// Reports arguments that cannot be parsed: on stderr in colours where it is a terminal, with `json` as an object on stdout.
+fn usage(error: &clap::Error, json: bool) -> Exit {
+    if !json {
+        let _unread = error.print();
+        return Exit::Usage;
+    }
+    let text = error.render().to_string();
+    Failure::new(Exit::Usage, text.trim_start_matches("error: ")).tell(true)
 }
 
 /// The line that this process was started with, as a shell takes it.

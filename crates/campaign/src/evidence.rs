@@ -9,11 +9,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use adversary::insider::{InsiderRecorder, Kept};
-use link::guard::observe::Verdict;
 use sha2::{Digest, Sha256};
 use wire::audit::{ChainError, Chains, Entry, Head};
 use wire::codec;
-use wire::event::{Event, GuardVerdict};
+use wire::event::Event;
 use wire::id::{Boot, NodeId, WorldId};
 use wire::policy::Waived;
 use wire::sign::Verified;
@@ -37,12 +36,11 @@ pub fn by_recorder(node: NodeId) -> bool {
     node != NodeId::CAMPAIGN && !node.is_mouth()
 }
 
-/// The head of each life's chain that goes by way of the recorder, from the log before it was in anybody's hands. The recorder's own
-/// is no witness against it.
+/// The head of each life's chain, from the log before it was in anybody's hands. The recorder's own is no witness against it.
 pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
     let (mut last, mut first_life) = (BTreeMap::<Life, &Logged>::new(), BTreeSet::new());
     // From the end: what comes before the last entry of a node's first life is of no use.
-    for logged in log.iter().rev().filter(|l| by_recorder(l.node) && l.node != NodeId::RECORDER) {
+    for logged in log.iter().rev().filter(|l| l.node != NodeId::RECORDER) {
         if first_life.contains(&logged.node) {
             continue;
         }
@@ -64,16 +62,11 @@ pub fn tamper(hands: &InsiderRecorder, log: &mut Vec<Logged>) {
     log.extend(noted);
 }
 
-/// Decodes a twin's log and follows its chains; what went by way of the recorder is set against what is `held` elsewhere, and
-/// `verified` are the signatures that its cores know to be good. Gives the entries in (time, node, counter) order, the first
+/// Decodes a twin's log and follows its chains; it is set against what is `held` elsewhere, and `verified` are the signatures that its cores know to be good. Gives the entries in (time, node, counter) order, the first
 /// problem found, and what became of the recording.
 pub fn read_against(log: &[Logged], held: &Held, verified: Verified) -> (Vec<Witnessed>, Option<String>, Custody) {
-    let (mut custodian, mut noted) = (Custodian::new(held).sharing(verified), Chains::default());
-    let follow = |l: &Logged| match by_recorder(l.node) {
-        true => custodian.take(l.at, l.node, &l.bytes),
-        false => noted.follow(&l.bytes).map(|(entry, _)| entry),
-    };
-    let (entries, problem) = follow_all(log, follow);
+    let mut custodian = Custodian::new(held).sharing(verified);
+    let (entries, problem) = follow_all(log, |l| custodian.take(l.at, l.node, &l.bytes));
     (entries, problem, custodian.close())
 }
 
@@ -105,18 +98,6 @@ fn follow_all(
     });
     entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));
     (entries, problem.or(broken))
-}
-
-/// A record filter's verdict in the words of the log, live and in the twin.
-pub fn guard_verdict(verdict: Verdict) -> GuardVerdict {
-    match verdict {
-        Verdict::Passed => GuardVerdict::Passed,
-        Verdict::PlaintextAfterCompletion | Verdict::PlaintextBeforeCompletion => GuardVerdict::Plaintext,
-        Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly | Verdict::Unsealed => GuardVerdict::Malformed,
-        Verdict::Stranger => GuardVerdict::Stranger,
-        Verdict::Unfinished => GuardVerdict::Unfinished,
-        Verdict::Shed | Verdict::Unproven => GuardVerdict::Shed,
-    }
 }
 
 /// The two hashes of a trial, as hexadecimal.

@@ -7,7 +7,7 @@ use wire::id::NodeId;
 
 use crate::evidence::hashes;
 use crate::oracle::peers::{self, Claims};
-use crate::oracle::{Evidence, Micros, Verdict};
+use crate::oracle::{Evidence, InjectionRow, Micros, Verdict};
 use crate::scenario::Knowledge;
 use crate::trial::{StepRow, Trial};
 
@@ -25,8 +25,10 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
             .findings
             .iter()
             .map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what))
+            .chain(verdict.mission.missing.iter().map(|what| format!("mission: {what}")))
             .collect(),
         receipt: verdict.receipt,
+        injections: verdict.injections.iter().map(InjectionRow::from).collect(),
         log_hash,
         decision_hash,
         received: 0,
@@ -37,9 +39,11 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         host_stall_ms: None,
         host_spoilt_ms: Vec::new(),
         claims: claims(evidence, verdict),
+        mission: Some(verdict.mission.clone()),
         transitions: verdict.transitions.clone(),
         latency_ms: verdict.latency,
         responses: verdict.responses.clone(),
+        held: None,
         sim_seconds: evidence.duration as f64 / 1e6,
         false_trips: verdict.false_trips,
         nominal_seconds: verdict.nominal as f64 / 1e6,

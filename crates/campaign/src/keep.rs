@@ -1,18 +1,20 @@
-//! What a trial leaves in its run directory: the log as MCAP and as JSON lines.
+//! What a trial leaves in its run directory: the log as MCAP and as JSON lines, and what is held of all of it.
 
-use std::fs::{File, OpenOptions};
+pub mod whole;
+
 use std::io::{BufRead, BufReader, BufWriter, Read, Write};
-use std::os::unix::fs::OpenOptionsExt;
 use std::path::Path;
 
 use console::moment::MAX_MOMENTS;
 use console::process::player::{READING, TRUTH};
 use console::site::Site;
+use link::files;
 use link::instrument::Frame;
 use link::mouth;
 use link::recorder::Recording;
 use serde::Deserialize;
 use serde_json::json;
+use sha2::{Digest, Sha256};
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::event::{Event, Suspension};
@@ -21,10 +23,11 @@ use wire::time::{Instant, Span};
 
 use crate::cast::Cast;
 use crate::custody::Held;
-use crate::evidence::{Logged, by_recorder};
+use crate::evidence::{Logged, by_recorder, hex};
 use crate::live::{self, mouths::CoreReplay};
 use crate::oracle::{Evidence, Micros, Witnessed};
 use crate::report::SCHEMA_VERSION;
+use crate::trial::Trial;
 use crate::truth;
 
 /// Writes the log of a twin run as a recording, as a live run's recorder would.
@@ -52,14 +55,19 @@ pub const HELD: &str = "held.json";
 /// The longest that is read.
 const MAX_HELD_BYTES: u64 = 1 << 20;
 
-/// Writes what is held of the recording outside the recorder: public keys and heads, no secret.
-pub fn held(directory: &Path, held: &Held) -> std::io::Result<()> {
-    std::fs::write(directory.join(HELD), serde_json::to_vec_pretty(held)?)
+/// Writes what is held of the recording outside the recorder: public keys and heads, no secret; and the digest of every file that
+/// is in `directory` by now, so that this comes last. Gives the digest of what it wrote: whoever knows that knows the whole run.
+pub fn held(directory: &Path, held: &Held) -> std::io::Result<String> {
+    let held = Held { files: Some(whole::survey(directory)?), ..held.clone() };
+    let bytes = serde_json::to_vec_pretty(&held)?;
+    files::create(&directory.join(HELD))?.write_all(&bytes)?;
+    Ok(hex(&Sha256::digest(&bytes)))
 }
 
-/// Reads it back.
-pub fn read_held(directory: &Path) -> std::io::Result<Held> {
-    held_in(std::fs::File::open(directory.join(HELD))?)
+/// Reads it back, with its digest.
+pub fn read_held(directory: &Path) -> std::io::Result<(Held, String)> {
+    let bytes = files::read(&directory.join(HELD), MAX_HELD_BYTES)?;
+    Ok((held_in(bytes.as_slice())?, hex(&Sha256::digest(&bytes))))
 }
 
 /// The same of the file's bytes; no more than a bounded number is read.
@@ -72,6 +80,18 @@ const SITE: &str = "site.json";
 /// The longest that is read.
 const MAX_SITE_BYTES: u64 = 1 << 20;
 
+/// The file with the class in which the trial ended.
+pub const VERDICT: &str = "verdict.json";
+
+/// Writes how the trial ended: class, receipt and findings, as the command prints them.
+pub fn verdict(directory: &Path, trial: &Trial) -> std::io::Result<()> {
+    let Trial { seed, outcome, receipt, findings, .. } = trial;
+    let told = json!({
+        "kind": "verdict", "schema_version": SCHEMA_VERSION, "seed": seed, "outcome": outcome, "receipt": receipt, "findings": findings,
+    });
+    files::create(&directory.join(VERDICT))?.write_all(&serde_json::to_vec_pretty(&told)?)
+}
+
 /// Writes the site.
 pub fn site(directory: &Path, cast: &Cast) -> std::io::Result<()> {
     // What another run left there stays.
@@ -80,7 +100,7 @@ pub fn site(directory: &Path, cast: &Cast) -> std::io::Result<()> {
 
 /// Reads it back.
 pub fn read_site(directory: &Path) -> std::io::Result<Site> {
-    Ok(serde_json::from_reader(std::fs::File::open(directory.join(SITE))?.take(MAX_SITE_BYTES))?)
+    Ok(serde_json::from_reader(files::open(&directory.join(SITE))?.take(MAX_SITE_BYTES))?)
 }
 
 /// Writes what it takes to look at the console's mouth log again: no secret but the key of its feed, to which nobody answers
@@ -113,8 +133,8 @@ pub fn thinned(directory: &Path, replays: &[CoreReplay], every: u32) -> std::io:
 }
 
 fn thin(log: &Path, beside: &Path, every: u32) -> std::io::Result<()> {
-    let source = mouth::Reader::new(BufReader::new(File::open(log)?)).map_err(std::io::Error::other)?;
-    let copy = BufWriter::new(OpenOptions::new().write(true).create_new(true).mode(0o600).open(beside)?);
+    let source = mouth::Reader::new(BufReader::new(files::open(log)?)).map_err(std::io::Error::other)?;
+    let copy = BufWriter::new(files::create(beside)?);
     mouth::thin(source, copy, every).map(|_| ()).map_err(std::io::Error::other)
 }
 
@@ -212,7 +232,7 @@ impl Note {
 /// and whose disk it filled. It goes by way of no recorder, so that this is of the log's JSON lines, of which a bounded number of
 /// bytes is read.
 pub fn launched(directory: &Path) -> Vec<Witnessed> {
-    let Ok(log) = std::fs::File::open(directory.join(EVENTS)) else { return Vec::new() };
+    let Ok(log) = files::open(&directory.join(EVENTS)) else { return Vec::new() };
     let lines = std::io::BufReader::new(log.take(MAX_LOG_BYTES)).lines().map_while(Result::ok);
     // Lines of others are told apart before they are taken for anything.
     lines.filter(|line| line.contains(LAUNCHER)).filter_map(|line| Note::read(&line)).take(MAX_MOMENTS).collect()
@@ -220,7 +240,7 @@ pub fn launched(directory: &Path) -> Vec<Witnessed> {
 
 /// Reads the first lines of the log's JSON lines, no more than a bounded number of bytes.
 pub fn told(directory: &Path) -> Option<Told> {
-    let log = std::fs::File::open(directory.join(EVENTS)).ok()?;
+    let log = files::open(&directory.join(EVENTS)).ok()?;
     let mut lines = std::io::BufReader::new(log.take(MAX_TOLD_BYTES)).lines().map_while(Result::ok);
     let head: serde_json::Value = serde_json::from_str(&lines.next()?).ok()?;
     let bounds = serde_json::from_value(head.get("bounds")?.clone()).ok()?;
@@ -242,9 +262,11 @@ pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
         "stall_limit_us": evidence.stall_limit,
         "planned": evidence.planned,
         "operators": evidence.operators,
+        "script": evidence.script,
         "killed": evidence.killed,
         "broken_log": evidence.broken_log,
         "custody": custody,
+        "differences": evidence.differences,
     });
     writeln!(out, "{head}")?;
     for w in &evidence.entries {

@@ -1,12 +1,17 @@
 //! The `holdsafe` command; what it does is in `campaign::command`. It can also start itself again as each service.
 
+use std::ffi::OsStr;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let mut arguments = std::env::args();
-    if let (Some("service"), Some(name)) = (arguments.nth(1).as_deref(), arguments.next()) {
+    // An argument need not be UTF-8: the command line says so of its own arguments.
+    let mut arguments = std::env::args_os().skip(1);
+    if arguments.next().as_deref() == Some(OsStr::new("service"))
+        && let Some(name) = arguments.next()
+    {
+        let name = name.to_string_lossy();
         return campaign::live::service::main(&name).unwrap_or_else(|| {
-            eprintln!("holdsafe: no service `{name}`");
+            link::note!("holdsafe: no service `{name}`");
             ExitCode::from(2)
         });
     }

@@ -2,7 +2,6 @@
 //!
 //! It is read from the mouths of those who read it, of a run in the twin or of a live one. Nobody judges or explains by it.
 
-use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
@@ -55,7 +54,7 @@ pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Recorded, Mou
     let Recorded { mut passed, mut left_out } = Recorded::default();
     let mut room = ROOM;
     for reader in [NodeId::PERCEPTION, NodeId::UNIT_A] {
-        let Ok(file) = File::open(directory.join("mouth").join(format!("{reader}.cbor"))) else { continue };
+        let Ok(file) = link::files::open(&directory.join("mouth").join(format!("{reader}.cbor"))) else { continue };
         let Some(first) = entries.iter().find(|w| w.entry.node == reader) else { continue };
         let on_run = |now: Instant| now.0.saturating_add(first.at).saturating_sub(first.entry.at.0);
         for entry in mouth::Reader::new(BufReader::new(file))? {

@@ -51,7 +51,7 @@ fn is_claim(w: &Witnessed, planned: &[Plan]) -> bool {
     let adversary = node.is_insider() || node == NodeId::RELAY_TELEMETRY || node == NodeId::RELAY_COMMAND;
     match w.entry.event {
         Event::Started | Event::Count { .. } | Event::Signed { .. } => false,
-        Event::Fault { .. } => node == NodeId::SIM,
+        Event::Fault { .. } | Event::Altered { .. } => node == NodeId::SIM,
         // Where an object stands that is said to be in disguise.
         Event::Object { object, .. } => {
             planned.iter().any(|p| matches!(p.what, Planned::Disguise(of, _) | Planned::Print(of, _) if of == object))

@@ -65,12 +65,12 @@ pub use peer::{Falsehood, ModeConfusion, Motion, Product, SessionReplay};
 pub use perturbation::Perturbation;
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
 pub use print::{Heat, Print};
-pub use problem::{Problem, ProblemRow, Problems};
+pub use problem::{Problem, ProblemRow, Problems, closest};
 pub use read::{MAX_FILE_BYTES, load, load_platform, parse, parse_platform, parse_scene};
-pub use rogue::{Mandate, Order, Rogue, Takeover, Values, Way};
+pub use rogue::{Mandate, Order, OrderId, OrderTrack, Rogue, Takeover, Values, Way};
 pub use scene::{Class, Ground, Object, Point, Pose, Scene, Weather};
 pub use set::Settings;
-pub use setup::{FRAMES, Setup, find_root, load_policy, parse_policy, platforms, rendered, shipped};
+pub use setup::{FRAMES, Setup, demo, find_root, load_policy, parse_policy, platforms, rendered, shipped};
 pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
 pub use step::{Knowledge, Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
@@ -85,6 +85,7 @@ pub use value::{
 pub use varies::{Conditions, Models, Varies};
 pub use weakness::{Misset, Weakness, Weaknesses};
 
+use crate::oracle::mission::Stage;
 use crate::trial::Outcome;
 
 /// The version of the scenario format that this build reads.
@@ -118,6 +119,10 @@ pub struct Scenario {
     /// How much the adversary knows while the run is on; where nothing is said, what the kinds of attack need.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub knowledge: Option<Located<Knowledge>>,
+    /// How far the mission has to come before the attack for a trial to show anything; where nothing is said, as far as the
+    /// operator's steps before the attack lead.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mission: Option<Located<Stage>>,
     /// The outcome classes that are expected, committed before the run.
     pub expected: Located<List<Outcome, 9>>,
     /// Policy by name, a file of `policies/`.

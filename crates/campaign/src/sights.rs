@@ -1,8 +1,9 @@
-//! The second witness of what an insider says it sent: the mouth of the core that it was for.
+//! The second witness of what an insider says it sent, and of the readings that the sim says a fault changed: the mouth of the core
+//! that they were for.
 //!
-//! An insider's bytes are those of the protocol, so no guard can tell them from others. What every core is fed is known
+//! Such bytes are those of the protocol, so no guard can tell them from others. What every core is fed is known
 //! outside it: live its process keeps a mouth log, in the twin the engine feeds it. Here the two are read by one rule: an
-//! input whose bytes have the hash that an insider named is a sight. A core's own word is not asked. And a process that is
+//! input whose bytes have the hash that an actor named is a sight. A core's own word is not asked. And a process that is
 //! said not to run takes nothing in ([`Running`]).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,18 +13,22 @@ use wire::core::{Input, Subject};
 use wire::event::{Event, Interface, wire_hash};
 use wire::id::NodeId;
 
-/// The hashes that insiders have named so far.
+/// The hashes that insiders, and sims under a fault, have named so far.
 #[derive(Clone, Debug, Default)]
 pub struct Claims(BTreeSet<u64>);
 
 impl Claims {
-    /// Takes note of an entry of `node`'s, when it is an insider's claim.
+    /// Takes note of an entry of `node`'s, when it is an insider's claim or a sim's.
     pub fn note(&mut self, node: NodeId, entry: &[u8]) {
-        if node.is_insider()
-            && let Ok(Entry { event: Event::Attack { hash, .. }, .. }) = Entry::decode(entry)
-        {
-            self.0.insert(hash);
+        if !node.is_insider() && node != NodeId::SIM {
+            return;
         }
+        let hash = match Entry::decode(entry) {
+            Ok(Entry { event: Event::Attack { hash, .. }, .. }) if node.is_insider() => hash,
+            Ok(Entry { event: Event::Altered { hash, .. }, .. }) if node == NodeId::SIM => hash,
+            Ok(_) | Err(_) => return,
+        };
+        self.0.insert(hash);
     }
 
     /// Whether nobody claims anything.
@@ -31,7 +36,7 @@ impl Claims {
         self.0.is_empty()
     }
 
-    /// What the mouth of `reader` saw in `input`, when that was claimed by an insider and `reader` is none.
+    /// What the mouth of `reader` saw in `input`, when somebody claimed it and `reader` is no insider.
     pub fn sight(&self, reader: NodeId, input: &Input) -> Option<Event> {
         if self.0.is_empty() || reader.is_insider() {
             return None;

@@ -5,7 +5,6 @@
 //! is `twin::delay`'s business.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
@@ -101,7 +100,7 @@ impl Delays {
             let draw = cast.clocks[member.host as usize];
             let clock = HostClock { zero_us: draw.zero_us, drift_ppm: draw.drift_ppm as i32 };
             let file = run_dir.join("mouth").join(format!("{node}.cbor"));
-            let log = File::open(&file).map_err(|e| format!("{}: {e}", file.display()))?;
+            let log = link::files::open(&file).map_err(|e| format!("{}: {e}", file.display()))?;
             let log = mouth::Reader::new(BufReader::new(log)).map_err(|e| format!("{}: {e}", file.display()))?;
             let mut at = 0;
             for entry in log {

@@ -7,7 +7,9 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::oracle::InjectionRow;
 use crate::oracle::demise::Response;
+use crate::oracle::mission::Mission;
 use crate::oracle::peers::Claims;
 use crate::scenario::Knowledge;
 
@@ -17,7 +19,8 @@ use crate::scenario::Knowledge;
 pub enum Outcome {
     /// A safety property was broken (P1, P4, P5, P7, P8, P9, P11).
     Unsafe,
-    /// The evidence does not hold: no receipt, the account does not balance, the log does not verify, the host stalled.
+    /// The evidence does not hold: no receipt, the account does not balance, the log does not verify, the host stalled, or
+    /// the mission did not take place that the scenario presumes.
     Invalid,
     /// Only a time bound was missed (P2, P3).
     Late,
@@ -121,13 +124,17 @@ pub struct Trial {
     /// Why that class: the broken property, the missing receipt; empty where the class says it all.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<String>,
-    /// Whether every injection was seen at its target by a second witness (true where nothing is injected).
+    /// Whether an injection was seen at its target by a second witness, and of each that was not it is known what kept it from
+    /// arriving (true where nothing is injected).
     pub receipt: bool,
+    /// What became of each planned injection.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub injections: Vec<InjectionRow>,
     /// SHA-256 over the canonical events, hexadecimal.
     pub log_hash: String,
     /// SHA-256 over modes, verdicts, reasons and ticks, hexadecimal.
     pub decision_hash: String,
-    /// Records delivered to the boundary.
+    /// Records delivered to the boundary: `accepted` and the sum of `dropped`. Datagrams that a guard refused are none.
     pub received: u64,
     /// Records that it accepted.
     pub accepted: u64,
@@ -149,10 +156,16 @@ pub struct Trial {
     /// What an admitted teammate said in bad faith, where one did.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub claims: Option<Claims>,
+    /// How far the mission came; nothing on the real stacks, which have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mission: Option<Mission>,
     /// Changes of mode, in order.
     pub transitions: Vec<TransitionRow>,
     /// Times from the injection.
     pub latency_ms: Latency,
+    /// SHA-256 of the `held.json` that its run directory was kept with, hexadecimal: what whoever gets the directory compares it with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held: Option<String>,
     /// What came of each process that was killed.
     #[serde(default, skip_serializing_if = "Vec::is_empty", skip_deserializing)]
     pub responses: Vec<Response>,

@@ -4,6 +4,8 @@
 
 #[path = "command/campaigns.rs"]
 mod campaigns;
+#[path = "command/custody.rs"]
+mod custody;
 #[path = "command/detectors.rs"]
 mod detectors;
 #[path = "command/displays.rs"]
@@ -16,8 +18,14 @@ mod exports;
 mod frames;
 #[path = "command/judge.rs"]
 mod judge;
+#[path = "command/live.rs"]
+mod live;
+#[path = "command/manners.rs"]
+mod manners;
 #[path = "command/rare.rs"]
 mod rare;
+#[path = "command/readers.rs"]
+mod readers;
 #[path = "command/searches.rs"]
 mod searches;
 
@@ -91,11 +99,54 @@ fn a_file_that_cannot_be_a_scenario_is_refused_unread_with_exit_2() {
 }
 
 #[test]
-fn a_name_that_is_no_scenario_is_answered_with_those_there_are() {
-    let output = holdsafe(&["run", "nominall", "--json"]);
-    assert_eq!(output.status.code(), Some(2));
+fn a_name_that_is_no_scenario_is_answered_with_the_nearest_or_with_those_there_are() {
+    for (name, answer) in [("nominall", "did you mean `nominal`?"), ("xqz", "nominal, ")] {
+        let output = holdsafe(&["run", name, "--json"]);
+        assert_eq!(output.status.code(), Some(2));
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(object["error"].as_str().unwrap().contains(answer), "{object}");
+    }
+}
+
+#[test]
+fn a_new_scenario_is_written_where_the_user_is_and_is_checked_like_a_shipped_one_by_name() {
+    let dir = tempfile::tempdir().unwrap();
+    let here = |arguments: &[&str]| {
+        let root = root().canonicalize().unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_holdsafe"));
+        command.args(["--root", root.to_str().unwrap()]).args(arguments).current_dir(dir.path()).output().unwrap()
+    };
+    let output = here(&["scenario", "new", "mine-of-this-test"]);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let elsewhere = root().join("scenarios/mine-of-this-test.toml");
+    let is_elsewhere = elsewhere.exists();
+    let _ = fs::remove_file(elsewhere);
+    assert!(dir.path().join("mine-of-this-test.toml").is_file() && !is_elsewhere);
+    assert_eq!(here(&["scenario", "check", "mine-of-this-test.toml"]).status.code(), Some(0));
+    assert_eq!(here(&["scenario", "new", "mine-of-this-test"]).status.code(), Some(2), "it is there already");
+    let by_name = here(&["scenario", "check", "nominal"]);
+    assert_eq!(by_name.status.code(), Some(0), "{}", String::from_utf8_lossy(&by_name.stderr));
+    let none = here(&["scenario", "check", "nominall"]);
+    assert!(String::from_utf8_lossy(&none.stderr).contains("no scenario `nominall`"), "{none:?}");
+}
+
+/// Nothing stands in the scene that could be armed on.
+#[test]
+fn a_step_of_the_operator_that_was_never_carried_out_is_said_in_words_and_in_json() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = mistaken(dir.path(), "when_track = \"vehicle\"", "when_track = \"obstacle\"\nwithin_s = 1.0");
+    let run = |more: &[&str]| holdsafe(&[&["run", &file, "--trials", "1", "--quiet"], more].concat());
+    let output = run(&["--json"]);
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
     let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert!(object["error"].as_str().unwrap().contains("nominal, "), "{object}");
+    let trial = &object["trials"][0];
+    assert_eq!((&trial["outcome"], &trial["mission"]["owed"]), (&"INVALID".into(), &"armed".into()), "{trial}");
+    let arm = &trial["mission"]["steps"][1];
+    assert_eq!((&arm["do"], &arm["done_ms"]), (&"arm".into(), &serde_json::Value::Null), "{arm}");
+    assert_eq!(arm["why"], "no obstacle shown");
+    assert!(trial["findings"].to_string().contains("mission: armed by "), "{trial}");
+    let table = String::from_utf8(run(&[]).stdout).unwrap();
+    assert!(table.contains("arm: never, no obstacle shown (1 of 1)") && table.contains("armed 0 of 1"), "{table}");
 }
 
 #[test]

@@ -15,7 +15,7 @@ pub use wire::person::{Act, Alarm, Numbered, Order, Role, Unable};
 use wire::time::{Instant, Span};
 
 use crate::intent::nonce_for;
-use crate::life::{Life, MAX_COMMANDS};
+use crate::life::{Giver, Life, MAX_COMMANDS};
 use crate::operator::Wish;
 use crate::shown::Shown;
 
@@ -190,7 +190,7 @@ impl Hand {
 fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Deed, Unable> {
     shown.unable(&order).map_or(Ok(()), Err)?;
     let wish = match order {
-        Order::Revoke(who) => Wish::Revoke(who),
+        Order::Revoke(who) => Wish::Revoke(who, Giver::Person),
         Order::Command(unit, kind) => {
             let nonce = nonce_for(kind, shown.unit(unit)).ok_or(Unable::Interlock)?;
             Wish::Intend { step: None, unit, kind, nonce, reason: reason.as_str().to_owned() }

@@ -59,6 +59,8 @@ impl Beside {
 
 /// Who has it.
 pub trait Evidence {
+    /// When the run's time began, on the console's clock.
+    fn began(&self) -> Option<Instant>;
     /// What there is of `at`, a time of the console's clock.
     fn at(&mut self, at: Instant) -> Beside;
 }

@@ -1,4 +1,5 @@
-//! What happened at this display: modes as they were reported, alarms as they came, went and were taken note of.
+//! What happened at this display: modes as they were reported, orders as they were given, alarms as they came, went and were
+//! taken note of.
 //!
 //! It is bounded, and what it no longer has the recording has. What an operator still has to take note of is `alarm`'s; what a
 //! recording is jumped to is `moment`'s, which looks at two pictures.
@@ -8,10 +9,11 @@ use std::sync::Arc;
 
 use wire::id::{PeerId, UnitId};
 use wire::mode::{Cause, Mode};
-use wire::person::Alarm;
+use wire::person::{Alarm, Order};
 use wire::time::Instant;
 
 use crate::alarm::{self, Priority};
+use crate::life::Giver;
 
 /// The most that is kept.
 pub const MAX_PAST: usize = 256;
@@ -21,6 +23,8 @@ pub const MAX_PAST: usize = 256;
 pub enum Incident {
     /// A unit was reported in another mode than before, by this cause.
     Mode(UnitId, Mode, Cause),
+    /// An order was given here, by whom.
+    Ordered(Order, Giver),
     /// An alarm was raised.
     Raised(Alarm),
     /// What it was about is over.
@@ -34,7 +38,7 @@ impl Incident {
     pub fn priority(&self) -> Option<Priority> {
         match self {
             Incident::Raised(alarm) => Some(Priority::of(alarm)),
-            Incident::Mode(..) | Incident::Over(_) | Incident::Acknowledged(_) => None,
+            Incident::Mode(..) | Incident::Ordered(..) | Incident::Over(_) | Incident::Acknowledged(_) => None,
         }
     }
 
@@ -42,6 +46,10 @@ impl Incident {
     pub fn words(&self) -> String {
         match self {
             Incident::Mode(unit, mode, cause) => format!("{unit} went to {}, cause {}", mode.name(), cause.label()),
+            Incident::Ordered(Order::Command(unit, kind), by) => {
+                format!("{} to {unit}, given by {}", kind.name(), by.words())
+            }
+            Incident::Ordered(Order::Revoke(who), by) => format!("revoke {who}, given by {}", by.words()),
             Incident::Raised(alarm) => alarm::words(alarm),
             Incident::Over(alarm) => format!("over: {}", alarm::words(alarm)),
             Incident::Acknowledged(alarm) => format!("acknowledged: {}", alarm::words(alarm)),
@@ -62,6 +70,7 @@ impl Incident {
     fn subject(&self) -> Subject {
         match self {
             Incident::Mode(unit, ..) => Subject::Unit(*unit),
+            Incident::Ordered(..) => Subject::Orders,
             Incident::Raised(alarm) | Incident::Over(alarm) | Incident::Acknowledged(alarm) => match alarm {
                 Alarm::HoldSafe(unit)
                 | Alarm::Degraded(unit)

@@ -136,7 +136,7 @@ impl Console {
         let desk = Desk {
             operator: config.operator,
             role: config.role,
-            marks: Marks { replay: false, ablation },
+            marks: Marks { ablation, ..Marks::default() },
             bounds: setup.bounds,
             revocable: config.revocations.iter().map(|(who, _)| (*who, false)).collect(),
             awaited: config.awaited,

@@ -21,6 +21,33 @@ pub const MAX_COMMANDS: usize = 16;
 /// How long a command may go unanswered before it is shown as not acknowledged: a person is to learn it within a second of the hand.
 pub const ACK_WITHIN: Span = Span::ms(900);
 
+/// Who gave an order. Both do so in the operator's name and with the operator's key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Giver {
+    /// The scenario's script.
+    Script,
+    /// The person at the console.
+    Person,
+}
+
+impl Giver {
+    /// Name in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Giver::Script => "script",
+            Giver::Person => "person",
+        }
+    }
+
+    /// In a sentence.
+    pub fn words(self) -> &'static str {
+        match self {
+            Giver::Script => "the script",
+            Giver::Person => "a person",
+        }
+    }
+}
+
 /// How far a command has come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Life {
@@ -100,6 +127,8 @@ pub struct ShownCommand {
     pub unit: UnitId,
     /// What.
     pub kind: CommandKind,
+    /// Who gave it.
+    pub by: Giver,
     /// How far it has come.
     pub life: Life,
     /// Since when.
@@ -181,16 +210,21 @@ fn brought_about(kind: CommandKind, report: &Report) -> bool {
 pub struct Commands(VecDeque<Given>);
 
 impl Commands {
-    /// We asked for a command.
-    pub fn requested(&mut self, now: Instant, issued: &Issued) {
+    /// We asked for a command; `by` says whose wish it was.
+    pub fn requested(&mut self, now: Instant, issued: &Issued, by: Giver) {
         if self.0.len() >= MAX_COMMANDS {
             self.0.pop_front();
         }
         let Issued { id, unit, kind, intent, .. } = *issued;
         let none = None;
         let times = Times { requested: now, staged: none, released: none, sent: none, answered: none, effect: none };
-        let shown = ShownCommand { id, intent, unit, kind, life: Life::Requested, since: now, times };
+        let shown = ShownCommand { id, intent, unit, kind, by, life: Life::Requested, since: now, times };
         self.0.push_back(Given { shown, asked: now });
+    }
+
+    /// It was a person who gave this command.
+    pub fn by_person(&mut self, id: CommandId) {
+        self.0.iter_mut().filter(|given| given.shown.id == id).for_each(|given| given.shown.by = Giver::Person);
     }
 
     /// We confirmed a staged command.

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use wire::bounds::Bounds;
 use wire::id::{Boot, NodeId, PeerId, RecordId, UnitId};
-use wire::person::{Alarm, Role};
+use wire::person::{Alarm, Order, Role};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Reason;
 use wire::report::{Report, ReportedTrack};
@@ -20,7 +20,7 @@ use crate::act::Hand;
 use crate::age::{Aged, Limits};
 use crate::alarm::Alarms;
 use crate::history::{History, Incident};
-use crate::life::Commands;
+use crate::life::{Commands, Giver};
 use crate::shown::{LostTrack, Marks, Origin, Shown, ShownLink, ShownRefusals, ShownUnit, State};
 use crate::skew::Skew;
 
@@ -254,9 +254,18 @@ impl Model {
         noted
     }
 
-    /// Who was asked to be struck.
-    pub fn revoked(&mut self, who: NodeId) {
-        self.desk.revocable.iter_mut().filter(|(of, _)| *of == who).for_each(|(_, asked)| *asked = true);
+    /// An order was given.
+    pub fn ordered(&mut self, now: Instant, order: Order, by: Giver) {
+        self.history.note(now, Incident::Ordered(order, by));
+    }
+
+    /// It was asked for `who` to be struck: an order when it is asked for the first time.
+    pub fn revoked(&mut self, now: Instant, who: NodeId, by: Giver) {
+        let first = self.desk.revocable.iter_mut().find(|(of, asked)| *of == who && !*asked);
+        if let Some((_, asked)) = first {
+            *asked = true;
+            self.ordered(now, Order::Revoke(who), by);
+        }
     }
 
     /// Raises the alarms of what is shown, and says so in it.

@@ -33,6 +33,12 @@ pub struct Happened {
     pub what: String,
 }
 
+/// Whether a unit that was shown before is shown in another mode.
+pub(crate) fn mode_changed(before: &Shown, after: &Shown) -> bool {
+    let mode = |shown: &Shown, unit| shown.unit(unit).map(|unit| unit.state.get().0.mode);
+    before.units.iter().any(|unit| mode(before, unit.unit) != mode(after, unit.unit))
+}
+
 /// What a person may want to jump to: another mode with its cause, a new alarm, an answered command.
 pub(crate) fn changes(before: &Shown, after: &Shown) -> Vec<String> {
     let mut changes = Vec::new();
@@ -50,6 +56,9 @@ pub(crate) fn changes(before: &Shown, after: &Shown) -> Vec<String> {
     let raised = after.alarms.iter().filter(|shown| !known(&shown.alarm) && !told(&shown.alarm));
     changes.extend(raised.map(|shown| alarm::words(&shown.alarm)));
     let new = after.commands.iter().filter(|command| before.command(&command.intent).is_none());
-    changes.extend(new.map(|command| format!("{} to {} given", command.kind.name(), command.unit)));
+    changes.extend(new.map(|command| {
+        let by = command.by.words();
+        format!("{} to {} given by {by}", command.kind.name(), command.unit)
+    }));
     changes
 }

@@ -16,7 +16,7 @@ use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
 use crate::intent::nonce_for;
-use crate::life::Life;
+use crate::life::{Giver, Life};
 use crate::shown::{Shown, ShownUnit};
 
 /// Steps a script may have.
@@ -111,7 +111,7 @@ pub enum Wish {
     /// Confirm a staged command.
     Release(IntentHash),
     /// Ask for an identity to be struck from the roll.
-    Revoke(NodeId),
+    Revoke(NodeId, Giver),
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -189,7 +189,7 @@ impl Operator {
                     if holds || impatient {
                         *progress = Progress::Done(now);
                     }
-                    return holds.then_some(Wish::Revoke(who));
+                    return holds.then_some(Wish::Revoke(who, Giver::Script));
                 }
                 let wish = if impatient && tries == 0 { None } else { step.wish(at, shown, confidence) };
                 if impatient && wish.is_none() {

@@ -7,11 +7,12 @@ use wire::command::Request;
 use wire::core::{Output, Topic};
 use wire::event::Event;
 use wire::id::{CommandId, NodeId};
-use wire::person::Unable;
+use wire::person::{Order, Unable};
 use wire::time::Instant;
 
 use crate::Console;
 use crate::act::{Answer, Deed};
+use crate::life::Giver;
 use crate::operator::Wish;
 use crate::shown::Shown;
 
@@ -57,17 +58,22 @@ impl Console {
     }
 
     /// The one way from a wish, of the script or of a person, to what is asked of the gateway. Gives the command, if the
-    /// wish was for one.
+    /// wish was for one. In a recording there is no pen, and of what a person wished only the history is kept here: what was
+    /// asked is told (`retrace`).
     fn carry_out(&mut self, now: Instant, wish: Wish) -> Option<CommandId> {
         match wish {
             Wish::Intend { step, unit, kind, nonce, reason } => {
+                let by = if step.is_some() { Giver::Script } else { Giver::Person };
+                if self.issuer.is_some() || by == Giver::Person {
+                    self.model.ordered(now, Order::Command(unit, kind), by);
+                }
                 let issued = self.issuer.as_mut()?.intent(unit, nonce, kind, &reason);
                 match step {
                     Some(step) => self.operator.given(step, issued.intent),
                     None if kind.towards_safe() => {}
                     None => self.model.hand().given(issued.intent),
                 }
-                self.model.commands_mut().requested(now, &issued);
+                self.model.commands_mut().requested(now, &issued, by);
                 self.note(now, Event::Intended { command: issued.id, kind });
                 self.request(now, &Request::Stage(issued.bytes.as_slice().into()));
                 return Some(issued.id);
@@ -78,11 +84,13 @@ impl Console {
                 self.model.commands_mut().released(now, &intent);
                 self.request(now, &Request::Release(confirmation.as_slice().into()));
             }
-            Wish::Revoke(who) => {
+            Wish::Revoke(who, by) => {
+                if self.issuer.is_some() || by == Giver::Person {
+                    self.model.revoked(now, who, by);
+                }
                 // The revocation is the authority's; asking for it is an operator's, who has a pen.
                 self.issuer.as_ref()?;
                 self.revoked.push(who);
-                self.model.revoked(who);
                 self.revoke(now, who);
             }
         }

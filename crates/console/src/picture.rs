@@ -10,6 +10,7 @@ use wire::time::{Instant, Span};
 use crate::age::{Labelled, Limits};
 use crate::alarm;
 use crate::shown::{Shown, ShownUnit};
+use crate::skew::Rate;
 use crate::text::{life, sensors, word};
 
 /// Raised when a field changes its meaning or goes.
@@ -47,6 +48,7 @@ pub(crate) fn line(shown: &Shown) -> String {
             "id": of.id.to_string(),
             "unit": of.unit.name(),
             "kind": of.kind.name(),
+            "by": of.by.name(),
             "life": life(of.life),
             "since_ms": ago(of.since),
             "asked_ms": ago(of.times.requested),
@@ -100,6 +102,7 @@ fn unit(shown: &Shown, of: &ShownUnit) -> Value {
         "tracks": of.tracks.iter().map(|of| track(of, true))
             .chain(of.lost.iter().map(|lost| track(&lost.track, false))).collect::<Value>(),
         "lost_more": of.lost_more,
+        "clock": of.clock.map(Rate::says),
         "clock_ppm": of.clock.map(|rate| [rate.low_ppm, rate.high_ppm]),
     })
 }

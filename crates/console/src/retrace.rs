@@ -16,6 +16,7 @@ use wire::time::Instant;
 use wire::trust::Revocation;
 
 use crate::intent::Issued;
+use crate::life::Giver;
 use crate::{Console, ConsoleConfig, ConsoleError};
 
 impl Console {
@@ -39,6 +40,7 @@ impl Console {
     fn told(&mut self, bytes: &[u8]) {
         if let Ok(Event::Act { command: Some(id), .. }) = Entry::decode(bytes).map(|entry| entry.event) {
             self.model.hand().gave(id);
+            self.model.commands_mut().by_person(id);
         }
     }
 
@@ -52,7 +54,7 @@ impl Console {
                 if let Ok(intent) = codec::decode::<Intent>(payload(signed), MAX_ORDER) {
                     let (Intent { id, unit, kind, .. }, hash) = (intent, Sha256::digest(&**signed).into());
                     let issued = Issued { id, unit, kind, intent: hash, bytes: signed.to_vec() };
-                    self.model.commands_mut().requested(now, &issued);
+                    self.model.commands_mut().requested(now, &issued, Giver::Script);
                     if !kind.towards_safe() {
                         self.model.hand().given(hash);
                     }
@@ -65,7 +67,7 @@ impl Console {
             }
             Request::Revoke(signed) => {
                 if let Ok(revocation) = codec::decode::<Revocation>(payload(signed), MAX_ORDER) {
-                    self.model.revoked(revocation.of);
+                    self.model.revoked(now, revocation.of, Giver::Script);
                 }
             }
         }

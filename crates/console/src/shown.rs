@@ -162,8 +162,12 @@ pub struct ShownRefusals {
 pub struct Marks {
     /// A recording is shown: nothing can be commanded.
     pub replay: bool,
+    /// In a recording: when the run's time began, on the console's clock. Times are then told as times of the run.
+    pub began: Option<Instant>,
     /// The name of a policy that waives something.
     pub ablation: Option<String>,
+    /// Why the recording that is shown is evidence of nothing; never of what is live.
+    pub invalid: Option<String>,
 }
 
 /// Everything that is drawn at one instant.

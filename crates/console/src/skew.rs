@@ -35,7 +35,12 @@ impl Rate {
         self.low_ppm > limit || self.high_ppm < -limit
     }
 
-    /// In words: the middle of the bounds, and half the distance between them.
+    /// What it means for ages.
+    pub fn says(self) -> &'static str {
+        if self.beyond() { "clock RUNS AWAY" } else { "clock in step" }
+    }
+
+    /// In figures: the middle of the bounds, and half the distance between them.
     pub fn words(self) -> String {
         let (low, high) = (i64::from(self.low_ppm), i64::from(self.high_ppm));
         format!("clock {:+} ±{} ppm", (low + high) / 2, ((high - low) / 2).max(1))

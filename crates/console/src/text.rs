@@ -16,13 +16,15 @@ use crate::age::Labelled;
 use crate::alarm::{self, ShownAlarm};
 use crate::life::{Life, ShownCommand};
 use crate::shown::{Shown, ShownLink, ShownRefusals, ShownUnit};
-use crate::skew::Rate;
 
 /// The text of `shown`.
 pub fn lines(shown: &Shown) -> String {
     let mut text = String::with_capacity(1024);
     if shown.marks.replay {
         line(&mut text, format_args!("REPLAY of a recording: nothing here is live, and nothing can be commanded"));
+    }
+    if let Some(why) = &shown.marks.invalid {
+        line(&mut text, format_args!("INVALID, evidence of nothing: {why}"));
     }
     if let Some(mark) = &shown.marks.ablation {
         line(&mut text, format_args!("ABLATION, not a result of the full policy: {mark}"));
@@ -112,7 +114,7 @@ fn unit_lines(text: &mut String, at: Instant, bounds: &Bounds, unit: &ShownUnit)
             age(unit.pose.age()),
             unit.via,
             unit.origin.words(),
-            unit.clock.map_or("clock unknown".to_owned(), Rate::words),
+            unit.clock.map_or("clock not known yet".to_owned(), |rate| format!("{} ({})", rate.says(), rate.words())),
         ),
     );
     unit.tracks.iter().for_each(|track| track_line(text, track));
@@ -146,10 +148,8 @@ pub(crate) fn sensors(track: &ReportedTrack) -> impl Iterator<Item = &'static st
 fn command_line(text: &mut String, at: Instant, command: &ShownCommand) {
     let life = life(command.life);
     let ago = ago(at.since(command.since));
-    line(
-        text,
-        format_args!("command  {} {} to {}: {life}, {ago:.1} s ago", command.id, command.kind.name(), command.unit),
-    );
+    let (kind, by) = (command.kind.name(), command.by.words());
+    line(text, format_args!("command  {} {kind} to {} by {by}: {life}, {ago:.1} s ago", command.id, command.unit));
 }
 
 pub(crate) fn life(life: Life) -> String {

@@ -40,4 +40,6 @@ pub struct Dossier {
     pub results: results::Results,
     /// Runs that are told one by one.
     pub stories: Vec<story::Story>,
+    /// Every recording that was read or lies among the results, whether its run is told or not.
+    pub recordings: Vec<story::Recording>,
 }

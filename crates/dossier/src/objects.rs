@@ -249,11 +249,32 @@ pub struct Run {
     pub expected: Vec<Outcome>,
     /// Every trial.
     pub trials: Vec<Trial>,
+    /// How far their missions came; nothing in results of before missions were told.
+    pub mission: Option<Missions>,
     /// All trials together.
     pub summary: Summary,
     /// The same by cell, where the scenario has cells.
     #[serde(default)]
     pub cells: Vec<Cell>,
+}
+
+/// How far the missions of a run came.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct Missions {
+    /// Trials with a platform.
+    pub n: u64,
+    /// In so many of them the unit held authority.
+    pub armed: u64,
+    /// In so many the plant acted.
+    pub acted: u64,
+    /// In so many the mission did not come as far as the scenario presumes.
+    pub missing: u64,
+    /// Mean way by the plant's truth, metres.
+    pub driven_m: f64,
+    /// Mean time in nominal control, seconds.
+    pub nominal_s: f64,
+    /// Steps of the operator that were never carried out, with why, and in how many trials.
+    pub never: BTreeMap<String, u64>,
 }
 
 /// One trial.

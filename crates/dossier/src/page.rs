@@ -8,6 +8,7 @@ mod cost;
 mod curves;
 mod latency;
 mod matrix;
+mod missions;
 mod provenance;
 mod story;
 mod verdict;
@@ -75,6 +76,7 @@ fn sections(dossier: &Dossier) -> Vec<Section> {
     vec![
         section("matrix", "The threat matrix", matrix::section(dossier)),
         section("runs", "Runs over time", html! { @for story in &dossier.stories { (story::section(story)) } }),
+        section("missions", "How far missions came", missions::section(dossier)),
         section("latency", "How soon", latency::section(dossier)),
         section("curves", "How strong an attack may be", curves::section(dossier)),
         section("ablation", "What each check is worth", ablation::section(dossier)),
@@ -146,7 +148,7 @@ fn slug(name: &str) -> String {
 mod tests {
     use super::*;
     use crate::results::Results;
-    use crate::story::{Lasted, Refusals, Story};
+    use crate::story::{Lasted, Recording, Refusals, Story};
 
     fn dossier() -> Dossier {
         let mut results = Results::default();
@@ -168,7 +170,14 @@ mod tests {
             why: Vec::new(),
         };
         let (title, version) = ("a & b".to_owned(), "0".to_owned());
-        Dossier { title, version, results, stories: vec![story] }
+        let recording = Recording {
+            name: story.name.clone(),
+            sha256: "ab".repeat(32),
+            holds: false,
+            outcome: Some("NOMINAL".to_owned()),
+            invalid: story.flaw.clone(),
+        };
+        Dossier { title, version, results, stories: vec![story], recordings: vec![recording] }
     }
 
     #[test]
@@ -185,10 +194,15 @@ mod tests {
         let page = page(&dossier());
         let (head, rest) = page.split_once("<main>").expect("a body");
         assert!(
-            head.contains("verdict bad") && head.contains("1 smallest word") && head.contains("does not verify"),
+            head.contains("verdict bad")
+                && head.contains("1 smallest word")
+                && head.contains("1 of 1 recordings is INVALID"),
             "{head}"
         );
+        assert!(head.find("INVALID") < head.find("No trials"), "before what results say: {head}");
         assert!(rest.contains("&lt;img src=//a.b/c"), "{rest}");
+        assert!(rest.contains("does not hold") && rest.contains(&"ab".repeat(32)), "with digest and custody: {rest}");
+        assert!(rest.matches("INVALID").count() >= 3, "at its figure and its table, too: {rest}");
     }
 
     #[test]

@@ -11,7 +11,7 @@ pub struct Story {
     pub name: String,
     /// How long it was, seconds.
     pub seconds: f64,
-    /// What does not hold of its log; nothing when all does.
+    /// Why it is INVALID, or what does not hold of its log; nothing when all does.
     pub flaw: Option<String>,
     /// Modes of the unit under test, one after the other.
     pub modes: Vec<Lasted>,
@@ -73,4 +73,19 @@ pub struct Link {
     pub by: String,
     /// What.
     pub what: String,
+}
+
+/// A recording that results or runs over time are from, and what was found of it.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Recording {
+    /// Its folder.
+    pub name: String,
+    /// SHA-256 of its files, one behind the other.
+    pub sha256: String,
+    /// Whether its chains, signatures, seals and heads hold.
+    pub holds: bool,
+    /// The class in which its trial ended, where that is told.
+    pub outcome: Option<String>,
+    /// Why it is INVALID, by its custody or by the class of its trial; nothing where it is not.
+    pub invalid: Option<String>,
 }

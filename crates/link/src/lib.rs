@@ -12,6 +12,7 @@ pub mod crypto;
 pub mod display;
 pub mod drive;
 pub mod dtls;
+pub mod files;
 #[cfg(feature = "foxglove")]
 pub mod foxglove;
 pub mod guard;
@@ -29,5 +30,7 @@ pub mod relay;
 pub mod sockets;
 pub mod spec;
 pub mod stream;
+pub mod terminal;
 pub mod vet;
 pub mod web;
+pub mod witness;

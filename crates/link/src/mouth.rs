@@ -296,8 +296,10 @@ pub struct Replayed {
 
 /// The core did not do what the log says.
 #[derive(Debug, thiserror::Error)]
-#[error("output {index} differs: expected {expected:?}, got {got:?}")]
+#[error("after input {input}, output {index} differs: expected {expected:?}, got {got:?}")]
 pub struct Divergence {
+    /// The last input that was fed, counted from 1.
+    pub input: u64,
     /// Number of the output in the log, from 0.
     pub index: u64,
     /// What the log has; `None` when the core said more than the log.
@@ -333,7 +335,7 @@ pub fn replay<R: Read>(log: Reader<R>, core: &mut dyn Core) -> Result<Replayed, 
         match entry {
             Ok(Entry::Input { now, input }) => {
                 if let Some(extra) = core.output() {
-                    return Err(diverged(done.outputs, None, Some(extra)));
+                    return Err(diverged(done, None, Some(extra)));
                 }
                 core.handle(now, &input);
                 done.inputs += 1;
@@ -341,7 +343,7 @@ pub fn replay<R: Read>(log: Reader<R>, core: &mut dyn Core) -> Result<Replayed, 
             Ok(Entry::Output(expected)) => {
                 let got = core.output();
                 if got.as_ref() != Some(&expected) {
-                    return Err(diverged(done.outputs, Some(expected), got));
+                    return Err(diverged(done, Some(expected), got));
                 }
                 done.outputs += 1;
             }
@@ -402,6 +404,6 @@ fn left_out(now: Option<Instant>, bytes: &[u8]) -> Entry {
     Entry::LeftOut { now, topic: Topic::Frames, length, hash: wire_hash(bytes) }
 }
 
-fn diverged(index: u64, expected: Option<Output>, got: Option<Output>) -> ReplayError {
-    ReplayError::Diverged(Box::new(Divergence { index, expected, got }))
+fn diverged(done: Replayed, expected: Option<Output>, got: Option<Output>) -> ReplayError {
+    ReplayError::Diverged(Box::new(Divergence { input: done.inputs, index: done.outputs, expected, got }))
 }

@@ -1,19 +1,18 @@
-//! Reading back what a run recorded: audit frames out of MCAP files, the logs of guards and of streams' mouths.
+//! Reading back what a run recorded: audit frames out of MCAP files, the entries of guards' own logs.
 //!
 //! The files may be cut or hostile: sizes are bounded before anything is allocated, and a cut file gives what stands
 //! before the cut. Whether the frames' chains hold is `wire::audit`'s business.
 
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::mem::size_of;
 use std::path::{Path, PathBuf};
 
 use mcap::sans_io::{LinearReaderOptions, MessageReadEvent, MessageReader};
+use wire::audit::MAX_ENTRY;
 use wire::id::NodeId;
 
-use crate::guard::observe::Observation;
+use crate::files;
 use crate::instrument::{Frame, MAX_FRAME};
-use crate::stream::StreamSight;
 
 /// The largest recording file that is read, bytes.
 const MAX_FILE: u64 = 1 << 30;
@@ -21,8 +20,10 @@ const MAX_FILE: u64 = 1 << 30;
 const MAX_RECORD: usize = 1 << 20;
 /// Memory for the frames of one recording, bytes: a compressed file of little more than nothing can hold any number.
 pub const MAX_FRAMES: usize = 1 << 30;
-/// The longest encoded observation, bytes.
-const MAX_OBSERVATION: usize = 256;
+/// The longest log of a guard that is read, bytes: more than one takes.
+const MAX_WITNESS: u64 = 160 << 20;
+/// The shortest entry, bytes: the hash of the one before it is in it.
+const MIN_ENTRY: usize = 32;
 
 /// A recording cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -34,14 +35,6 @@ pub enum RecordedError {
         file: PathBuf,
         /// Why.
         error: std::io::Error,
-    },
-    /// It is longer than any recording of ours.
-    #[error("{}: {got} bytes, at most {MAX_FILE} are read", file.display())]
-    TooLong {
-        /// Which file.
-        file: PathBuf,
-        /// Its length.
-        got: u64,
     },
     /// It is not a recording, or damaged.
     #[error("{}: not a readable recording: {why}", file.display())]
@@ -77,12 +70,7 @@ pub fn frames(directory: &Path) -> Result<Vec<Frame>, RecordedError> {
 }
 
 fn read_file(file: &Path) -> Result<Vec<u8>, RecordedError> {
-    let io = |error| RecordedError::Io { file: file.to_owned(), error };
-    let length = std::fs::metadata(file).map_err(io)?.len();
-    if length > MAX_FILE {
-        return Err(RecordedError::TooLong { file: file.to_owned(), got: length });
-    }
-    std::fs::read(file).map_err(io)
+    files::read(file, MAX_FILE).map_err(|error| RecordedError::Io { file: file.to_owned(), error })
 }
 
 /// The frames of one file, for which there are `room` bytes of memory; what they take of it is taken off.
@@ -114,39 +102,25 @@ pub fn frames_in(bytes: &[u8], room: &mut usize) -> Result<Vec<Frame>, String> {
     Ok(frames)
 }
 
-/// Every observation of a guard's log, up to the first that is cut or unreadable.
+/// The encoded entries of a guard's log, up to the first that is cut, too long or none.
 ///
 /// # Errors
 /// When the file cannot be opened.
-pub fn observations(file: &Path) -> std::io::Result<Vec<Observation>> {
-    Ok(entries(BufReader::new(File::open(file)?)))
+pub fn witnessed(file: &Path) -> std::io::Result<Vec<Vec<u8>>> {
+    Ok(entries(BufReader::new(files::open(file)?.take(MAX_WITNESS))))
 }
 
-/// Every sight of a stream log, up to the first that is cut or unreadable.
-///
-/// # Errors
-/// When the file cannot be opened.
-pub fn streams(file: &Path) -> std::io::Result<Vec<StreamSight>> {
-    Ok(entries(BufReader::new(File::open(file)?)))
-}
-
-/// The entries of a log, each behind its length, up to the first that is cut, too long or unreadable.
-pub fn entries<T: for<'b> minicbor::Decode<'b, ()>>(mut from: impl Read) -> Vec<T> {
+/// The entries of such a log, each behind its length; what they are is for the reader to say.
+pub fn entries(mut from: impl Read) -> Vec<Vec<u8>> {
     let mut found = Vec::new();
-    let mut bytes = [0; MAX_OBSERVATION];
-    loop {
-        let mut prefix = [0; 4];
-        if from.read_exact(&mut prefix).is_err() {
-            return found;
-        }
+    let mut prefix = [0; 4];
+    while from.read_exact(&mut prefix).is_ok() {
         let length = u32::from_be_bytes(prefix) as usize;
-        let Some(room) = bytes.get_mut(..length) else { return found };
-        if from.read_exact(room).is_err() {
-            return found;
+        let mut entry = vec![0; length.min(MAX_ENTRY)];
+        if !(MIN_ENTRY..=MAX_ENTRY).contains(&length) || from.read_exact(&mut entry).is_err() {
+            break;
         }
-        match minicbor::decode(room) {
-            Ok(entry) => found.push(entry),
-            Err(_) => return found,
-        }
+        found.push(entry);
     }
+    found
 }

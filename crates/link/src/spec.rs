@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use tokio::sync::mpsc;
 use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId};
+use wire::setup::Secret;
 use wire::step::StepName;
 use wire::time::Instant;
 
@@ -63,6 +64,9 @@ pub struct ServiceSpec {
     /// The recorder's socket, for audit entries.
     #[serde(default)]
     pub instrument: Option<PathBuf>,
+    /// What stands at the mouth of its sessions and streams keeps a log.
+    #[serde(default)]
+    pub witness: Option<WitnessSpec>,
     /// Is the recorder.
     #[serde(default)]
     pub recorder: Option<RecorderSpec>,
@@ -202,6 +206,19 @@ pub struct RelayLeg {
     pub upstream: LoopbackAddr,
 }
 
+/// Keeping the log of what stands at the mouth of this process's sessions and streams ([`crate::witness`]).
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WitnessSpec {
+    /// Who it is in the log.
+    pub node: NodeId,
+    /// The key that signs its chain.
+    pub secret: Secret,
+    /// Whether what this process dials is the gateway, with no relay in between.
+    #[serde(default)]
+    pub direct: bool,
+}
+
 /// Being the recorder.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -292,6 +309,7 @@ impl ServiceSpec {
             broker: None,
             relay: None,
             instrument: None,
+            witness: None,
             recorder: None,
             guard: GuardMode::Required,
             own: LoopbackAddr::ANY_PORT,
@@ -313,6 +331,14 @@ impl ServiceSpec {
     /// The host's time when the specification was read: what a core is made with, and what the mouth log's header says.
     pub fn started(&self) -> Instant {
         self.started
+    }
+
+    /// The name of this start's logs: `<node>.cbor` for the first, `<node>-<boot>.cbor` for later ones.
+    pub(crate) fn log_name(&self) -> String {
+        match self.boot.0 {
+            0 | 1 => format!("{}.cbor", self.node),
+            boot => format!("{}-{boot}.cbor", self.node),
+        }
     }
 
     /// Writes the specification as [`ServiceSpec::read`] wants it.

@@ -4,60 +4,47 @@
 //! It stands below TLS and sees what anyone on the path sees; names and places are `wire::stream`'s. What a log has no
 //! room for is not logged, and so proves nothing. Judging is left to the oracle.
 
-use std::fs::File;
-use std::io::{Error, Result, Write};
+use std::io::{Error, Result};
 use std::os::fd::OwnedFd;
-use std::os::unix::fs::OpenOptionsExt;
-use std::path::Path;
 use std::pin::Pin;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll, ready};
 
-use minicbor::{Decode, Encode};
 use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt, ReadBuf};
 use tokio::net::{TcpStream, UnixStream};
 use wire::event::wire_hash;
-use wire::id::NodeId;
 use wire::stream::{Place, Sight};
 
 use crate::clock::trace_us;
+use crate::witness::WitnessLog;
 
-/// Room for one process's log, in bytes.
-const LOG_BYTES: u64 = 16 << 20;
-
-/// One sight, as it stands in the log.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
+/// One sight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StreamSight {
     /// Raw monotonic microseconds, for traces only.
-    #[n(0)]
     pub trace_us: u64,
     /// What was seen.
-    #[n(1)]
     pub sight: Sight,
     /// Name of the direction.
-    #[n(2)]
     pub stream: u64,
     /// Bytes of the direction before these.
-    #[n(3)]
     pub offset: u64,
     /// Bytes.
-    #[n(4)]
     pub length: u32,
     /// Their short hash.
-    #[n(5)]
     pub hash: u64,
 }
 
-/// A process's log of its streams, each entry written through at once: there are few, and a killed process keeps them.
+/// Where a process notes what its streams' mouths see.
 #[derive(Clone, Debug)]
 pub struct StreamLog(Arc<Mutex<Option<Sink>>>);
 
-/// Where entries go.
+/// Where sights go.
 #[derive(Debug)]
 enum Sink {
-    /// Into a file with so much room left.
-    File(File, u64),
+    /// Into the log of the guard.
+    Witness(WitnessLog),
     /// To one who listens in this process.
     Listener(SyncSender<StreamSight>),
 }
@@ -66,13 +53,9 @@ impl Sink {
     /// Whether there was room for it.
     fn take(&mut self, sight: &StreamSight) -> bool {
         match self {
-            Sink::File(file, room) => {
-                let Ok(body) = minicbor::to_vec(sight) else { return true };
-                let mut bytes = (body.len() as u32).to_be_bytes().to_vec();
-                bytes.extend_from_slice(&body);
-                let fits = bytes.len() as u64 <= *room;
-                *room = room.saturating_sub(bytes.len() as u64);
-                fits && file.write_all(&bytes).is_ok()
+            Sink::Witness(log) => {
+                log.sighted(sight);
+                true
             }
             // One who listens no more has heard what it wanted.
             Sink::Listener(to) => !matches!(to.try_send(*sight), Err(TrySendError::Full(_))),
@@ -86,28 +69,15 @@ impl StreamLog {
         Self(Arc::default())
     }
 
-    /// The log of `node` below the run's folder.
-    ///
-    /// # Errors
-    /// When the file is there already or cannot be made.
-    pub fn create(run_dir: &Path, node: NodeId) -> Result<Self> {
-        let path = Self::path(run_dir, node);
-        if let Some(folder) = path.parent() {
-            std::fs::create_dir_all(folder)?;
-        }
-        let file = File::options().write(true).create_new(true).mode(0o600).open(path)?;
-        Ok(Self(Arc::new(Mutex::new(Some(Sink::File(file, LOG_BYTES))))))
+    /// The log of the guard of this process, where it has one.
+    pub fn of(witness: Option<&WitnessLog>) -> Self {
+        Self(Arc::new(Mutex::new(witness.cloned().map(Sink::Witness))))
     }
 
     /// A log that is no file but is heard in this process, as long as at most `room` entries wait.
     pub fn heard(room: usize) -> (Self, Receiver<StreamSight>) {
         let (to, heard) = sync_channel(room);
         (Self(Arc::new(Mutex::new(Some(Sink::Listener(to))))), heard)
-    }
-
-    /// Where the log of `node` is.
-    pub fn path(run_dir: &Path, node: NodeId) -> std::path::PathBuf {
-        run_dir.join("guard").join(format!("{node}-stream.cbor"))
     }
 
     fn write(&self, sight: &StreamSight) {
@@ -274,22 +244,19 @@ mod tests {
     use super::*;
     use tokio::io::AsyncReadExt;
 
-    fn log() -> (tempfile::TempDir, StreamLog) {
-        let folder = tempfile::tempdir().unwrap();
-        let log = StreamLog::create(folder.path(), NodeId::UNIT_A).unwrap();
-        (folder, log)
+    fn log() -> (Receiver<StreamSight>, StreamLog) {
+        let (log, heard) = StreamLog::heard(64);
+        (heard, log)
     }
 
-    fn seen(folder: &tempfile::TempDir) -> Vec<(Sight, u64, u32)> {
-        let path = StreamLog::path(folder.path(), NodeId::UNIT_A);
-        let sights = crate::recorded::streams(&path).unwrap();
-        sights.iter().map(|s| (s.sight, s.offset, s.length)).collect()
+    fn seen(heard: &Receiver<StreamSight>) -> Vec<(Sight, u64, u32)> {
+        heard.try_iter().map(|s| (s.sight, s.offset, s.length)).collect()
     }
 
     #[tokio::test]
     async fn a_mouth_tells_what_arrived_and_who_ended_it() {
         for far_ends in [true, false] {
-            let (folder, log) = log();
+            let (heard, log) = log();
             let (mut far, near) = tokio::io::duplex(64);
             let mut mouth = Mouth::new(near, log);
             let mut buf = [0; 8];
@@ -303,22 +270,22 @@ mod tests {
             }
             drop(mouth);
             let end = if far_ends { Sight::Closed } else { Sight::HungUp };
-            assert_eq!(seen(&folder), [(Sight::Arrived, 0, 5), (Sight::Arrived, 5, 3), (end, 8, 0)]);
+            assert_eq!(seen(&heard), [(Sight::Arrived, 0, 5), (Sight::Arrived, 5, 3), (end, 8, 0)]);
         }
     }
 
     #[tokio::test]
     async fn the_secure_layers_refusal_is_told_apart_from_a_lost_connection() {
-        let (folder, log) = log();
+        let (heard, log) = log();
         let witness = Witness::new(log);
         witness.failed(&Error::new(std::io::ErrorKind::InvalidData, rustls::Error::DecryptError));
         witness.failed(&Error::from(std::io::ErrorKind::ConnectionReset));
-        assert_eq!(seen(&folder), [(Sight::Refused, 0, 0)]);
+        assert_eq!(seen(&heard), [(Sight::Refused, 0, 0)]);
     }
 
     #[tokio::test]
     async fn a_watched_stream_carries_both_ways_and_ends_with_either_side() {
-        let (folder, log) = log();
+        let (heard, log) = log();
         let listener = tokio::net::TcpListener::bind(crate::loopback::LoopbackAddr::ANY_PORT.socket()).await.unwrap();
         let mut far = TcpStream::connect(listener.local_addr().unwrap()).await.unwrap();
         let (mut near, _) = watched(listener.accept().await.unwrap().0, log).unwrap();
@@ -330,9 +297,11 @@ mod tests {
         drop(near);
         assert_eq!(far.read(&mut buf).await.unwrap(), 0, "hung up");
         drop(far);
-        while seen(&folder).len() < 2 {
+        let mut sights = Vec::new();
+        while sights.len() < 2 {
+            sights.extend(seen(&heard));
             tokio::task::yield_now().await;
         }
-        assert_eq!(seen(&folder), [(Sight::Arrived, 0, 5), (Sight::HungUp, 5, 0)]);
+        assert_eq!(sights, [(Sight::Arrived, 0, 5), (Sight::HungUp, 5, 0)]);
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! **The noise model is uncalibrated.** Its figures ([`NoiseModel`]) are placeholders until they have been fitted to
 //! the rendered pipeline; a result that rests on them is a hypothesis. What it does model: range, field of view,
-//! occlusion (one ray per object and viewpoint), misses that grow with range, jitter, class confusion and false
-//! positives, each modality with its own stream, and every fault of `fault`.
+//! what covers a vehicle or a decoy in part (`occlusion`; persons, obstacles and the ground by one ray per object and
+//! viewpoint), misses that grow with range, jitter, class confusion and false positives, each modality with its own stream, and every fault of `fault`.
 //! Corroboration, tracking and all that follows are the real code; they cannot tell where a candidate came from.
 
 use rapier3d::prelude::Vector;
@@ -17,6 +17,7 @@ use wire::time::{Instant, Span};
 use crate::chaff;
 use crate::fault::{Effect, Faults, imaging};
 use crate::noise::{Noise, Stream};
+use crate::occlusion::{Eye, Part, Scan, Sight, corners, overlap};
 use crate::past::Past;
 use crate::plant::{Plant, State};
 use crate::scene::Object;
@@ -50,6 +51,8 @@ pub struct NoiseModel {
 
 /// How sure the thermal stage is, permille. A placeholder, as all of these are.
 const WARM: u16 = 900;
+/// How much less sure the colour stage is of an object of which nothing is left to see, permille; of a part, so much less.
+const HIDDEN: f32 = 250.0;
 
 impl Default for NoiseModel {
     fn default() -> Self {
@@ -87,6 +90,8 @@ struct Seen<'a> {
     bounds: PixelBox,
     /// Metres along the optical axis to its visible surface.
     depth: f32,
+    /// Share of it that no other object covers; 1 for the whole.
+    share: f32,
 }
 
 /// The stages' stand-in, with their last products for frozen sensors.
@@ -141,7 +146,9 @@ impl Stages {
     ) -> Candidates {
         let [rgb, depth, thermal, lidar] = imaging(faults, run);
         let (state, view) = (plant.state(world), world.view(plant.body()));
-        let seen = self.seen(world, &state, &view);
+        let camera = self.camera;
+        let eye = Eye { camera: &camera, state: &state, world, view: &view };
+        let seen = self.seen(&eye);
         for noise in [&mut self.rgb, &mut self.depth, &mut self.thermal, &mut self.lidar] {
             noise.seek(frame.0);
         }
@@ -153,7 +160,7 @@ impl Stages {
             |d: &List<DepthSample, 32>| d.iter().filter(|s| usize::from(s.detection) < found.len()).copied().collect();
         let depths = pick(
             &depth,
-            || self.depths(found, &seen, &depth),
+            || self.depths(found, &seen, &eye, &depth),
             || last.as_ref().and_then(|l| l.depth.as_ref()).map(still_there),
         );
         let blobs =
@@ -185,19 +192,28 @@ impl Stages {
         now
     }
 
-    fn seen<'a>(&self, world: &'a World, state: &State, view: &View<'_>) -> Vec<Seen<'a>> {
-        let objects = world.scene().objects.iter().zip(world.placements()).enumerate();
-        objects
-            .filter_map(|(index, (object, place))| {
-                let (_, depth) = project(&self.camera, state, place.centre)?;
-                if depth > self.model.image_range {
-                    return None;
-                }
-                let bounds = bounds(&self.camera, state, object, place).filter(|b| self.visible(b))?;
-                let hit = sight(view, eye(&self.camera, state), place.centre, ObjectId(index as u16))?;
-                Some(Seen { object, bounds, depth: depth * hit.distance })
-            })
-            .collect()
+    fn seen<'a>(&self, eye: &Eye<'a>) -> Vec<Seen<'a>> {
+        let objects = eye.world.scene().objects.iter().zip(eye.world.placements()).enumerate();
+        objects.filter_map(|(index, (object, place))| self.look(eye, index, object, place)).collect()
+    }
+
+    /// What the camera sees of an object.
+    fn look<'a>(&self, eye: &Eye<'_>, index: usize, object: &'a Object, place: &Placement) -> Option<Seen<'a>> {
+        let (_, depth) = project(&self.camera, eye.state, place.centre)?;
+        if depth > self.model.image_range {
+            return None;
+        }
+        let whole = bounds(&self.camera, eye.state, object, place)?;
+        let part = if passes_for_a_vehicle(object) { eye.part(index, &whole) } else { Sight::Whole };
+        let seen = match part {
+            Sight::Whole => {
+                let hit = sight(eye.view, self::eye(&self.camera, eye.state), place.centre, ObjectId(index as u16))?;
+                Seen { object, bounds: whole, depth: depth * hit.distance, share: 1.0 }
+            }
+            Sight::Part(Part { bounds, share, depth }) => Seen { object, bounds, depth, share },
+            Sight::Nothing => return None,
+        };
+        self.visible(&seen.bounds).then_some(seen)
     }
 
     /// What the colour stage gives: of now, or of some frames ago, and with chaff.
@@ -219,7 +235,7 @@ impl Stages {
             let share = s.depth / self.model.image_range;
             let (missed, confused) =
                 (self.model.misses(&mut self.rgb, share, effect), self.rgb.chance(self.model.confusion));
-            let score = 930.0 - 250.0 * share + 40.0 * self.rgb.normal();
+            let score = 930.0 - 250.0 * share - HIDDEN * (1.0 - s.share) + 40.0 * self.rgb.normal();
             let bounds = self.jitter(s.bounds, effect);
             if !missed && !hidden(&self.camera, effect, &s.bounds) {
                 let class = if confused { mistaken(s.object.paint()) } else { s.object.paint() };
@@ -234,10 +250,22 @@ impl Stages {
         found
     }
 
-    fn depths(&mut self, found: &[Detection], seen: &[Seen<'_>], effect: &Effect) -> List<DepthSample, 32> {
+    fn depths(
+        &mut self,
+        found: &[Detection],
+        seen: &[Seen<'_>],
+        eye: &Eye<'_>,
+        effect: &Effect,
+    ) -> List<DepthSample, 32> {
         let sample = |(index, detection): (usize, &Detection)| {
-            let nearest = seen.iter().filter(|s| overlap(&s.bounds, &detection.bounds)).map(|s| s.depth);
-            let metres = nearest.min_by(f32::total_cmp).unwrap_or(depth::REACH * self.depth.uniform());
+            let here: Vec<&Seen<'_>> = seen.iter().filter(|s| overlap(&s.bounds, &detection.bounds)).collect();
+            let metres = match here[..] {
+                [] => None,
+                [one] if one.share >= 1.0 => Some(one.depth),
+                [..] if here.iter().any(|s| passes_for_a_vehicle(s.object)) => eye.median_depth(&detection.bounds),
+                [..] => here.iter().map(|s| s.depth).min_by(f32::total_cmp),
+            };
+            let metres = metres.unwrap_or_else(|| depth::REACH * self.depth.uniform());
             let error = self.depth.normal() * (0.02 + 0.0005 * metres * metres) * effect.noise;
             let covered = hidden(&self.camera, effect, &detection.bounds);
             let median =
@@ -273,18 +301,17 @@ impl Stages {
     }
 
     fn clusters(&mut self, world: &World, state: &State, view: &View<'_>, effect: &Effect) -> List<Cluster, 64> {
-        let origin = state.to_world(Vector::new(0.0, 0.0, self.lidar_geometry.up_m));
+        let beams = self.lidar_geometry;
+        let scan = Scan { beams: &beams, state, world, view };
         let mut found = List::default();
-        for (index, (object, place)) in world.scene().objects.iter().zip(world.placements()).enumerate() {
-            let Some(hit) = sight(view, origin, place.centre, ObjectId(index as u16)) else { continue };
-            let towards = place.centre - origin;
-            let range = towards.length() * hit.distance;
+        for (index, object) in world.scene().objects.iter().enumerate() {
+            let Some(Met { cluster, centroid, range }) = meet(&scan, index, object) else { continue };
             let missed = self.model.misses(&mut self.lidar, range / self.model.lidar_range, effect);
             let jitter = self.model.cluster_m * effect.noise;
             let (dx, dy) = (self.lidar.normal() * jitter, self.lidar.normal() * jitter);
-            let centroid = state.to_body(origin + towards * (0.75 * hit.distance + 0.25));
             if range <= self.model.lidar_range && !missed && !shadowed(effect, centroid) {
-                found.push(cluster(object, centroid.x + dx, centroid.y + dy));
+                let (x_mm, y_mm) = (((centroid.x + dx) * 1000.0) as i32, ((centroid.y + dy) * 1000.0) as i32);
+                found.push(Cluster { x_mm, y_mm, ..cluster });
             }
         }
         found
@@ -331,14 +358,9 @@ fn sight(view: &View<'_>, origin: Vector, centre: Vector, id: ObjectId) -> Optio
 
 /// The image box around the object's eight corners.
 pub(crate) fn bounds(camera: &Camera, state: &State, object: &Object, place: &Placement) -> Option<PixelBox> {
-    let [l, w, h] = object.size.map(|s| s / 2.0);
-    let [cos, sin] = place.facing;
     let (mut low, mut high) = ([f32::MAX; 2], [f32::MIN; 2]);
-    for corner in 0..8u8 {
-        let sign = |bit: u8, v: f32| if corner & bit == 0 { v } else { -v };
-        let (along, across) = (sign(1, l), sign(2, w));
-        let offset = Vector::new(along * cos - across * sin, along * sin + across * cos, sign(4, h));
-        let (at, _) = project(camera, state, place.centre + offset)?;
+    for corner in corners(object, place) {
+        let (at, _) = project(camera, state, corner)?;
         for axis in 0..2 {
             low[axis] = low[axis].min(at[axis]);
             high[axis] = high[axis].max(at[axis]);
@@ -347,14 +369,49 @@ pub(crate) fn bounds(camera: &Camera, state: &State, object: &Object, place: &Pl
     clip(camera, low, high)
 }
 
-fn cluster(object: &Object, x: f32, y: f32) -> Cluster {
-    let [length, width, height] = object.size;
-    Cluster {
-        x_mm: (x * 1000.0) as i32,
-        y_mm: (y * 1000.0) as i32,
-        width_mm: (length.max(width) * 900.0) as u16,
-        height_mm: (height * 850.0) as u16,
+/// What the LiDAR meets of an object.
+struct Met {
+    /// With its size; its place is `centroid`.
+    cluster: Cluster,
+    /// Body frame.
+    centroid: Vector,
+    /// Metres.
+    range: f32,
+}
+
+fn meet(scan: &Scan<'_>, index: usize, object: &Object) -> Option<Met> {
+    let part = if passes_for_a_vehicle(object) { scan.returns(index) } else { Sight::Whole };
+    match part {
+        Sight::Whole => {
+            let origin = scan.state.to_world(Vector::new(0.0, 0.0, scan.beams.up_m));
+            let centre = scan.world.placements()[index].centre;
+            let hit = sight(scan.view, origin, centre, ObjectId(index as u16))?;
+            let towards = centre - origin;
+            let centroid = scan.state.to_body(origin + towards * (0.75 * hit.distance + 0.25));
+            let [length, width, height] = object.size;
+            Some(Met {
+                cluster: sized(length.max(width) * 900.0, height * 850.0),
+                centroid,
+                range: towards.length() * hit.distance,
+            })
+        }
+        Sight::Part(points) => {
+            let span = |of: fn(&Vector) -> f32| {
+                let all = || points.iter().map(of);
+                all().fold(f32::MIN, f32::max) - all().fold(f32::MAX, f32::min)
+            };
+            let (along, across) = (span(|p| p.x), span(|p| p.y));
+            let centroid = points.iter().fold(Vector::ZERO, |sum, p| sum + *p) / points.len() as f32;
+            let width = (along * along + across * across).sqrt();
+            Some(Met { cluster: sized(width * 1000.0, span(|p| p.z) * 1000.0), centroid, range: centroid.length() })
+        }
+        Sight::Nothing => None,
     }
+}
+
+/// A cluster of this size, millimetres, at no place yet.
+fn sized(width: f32, height: f32) -> Cluster {
+    Cluster { x_mm: 0, y_mm: 0, width_mm: width as u16, height_mm: height as u16 }
 }
 
 /// Whether an occlusion covers the middle of a box.
@@ -369,8 +426,9 @@ fn shadowed(effect: &Effect, at: Vector) -> bool {
     azimuth < 360.0 * f32::from(effect.occluded) / 1000.0
 }
 
-fn overlap(a: &PixelBox, b: &PixelBox) -> bool {
-    a.x0 < b.x1 && b.x0 < a.x1 && a.y0 < b.y1 && b.y0 < a.y1
+/// Whether a stage may call it a vehicle. What is covered of anything else decides over no act, and stays with one ray.
+fn passes_for_a_vehicle(object: &Object) -> bool {
+    [object.class, object.paint(), object.warm_as()].iter().any(|c| matches!(c, Class::Vehicle | Class::Decoy))
 }
 
 fn mistaken(class: Class) -> Class {

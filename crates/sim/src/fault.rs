@@ -237,6 +237,15 @@ impl Faults {
         &self.all
     }
 
+    /// The same without what is of this kind on this sensor; indices stay.
+    pub(crate) fn without(&self, sensor: Sensor, kind: FaultKind) -> Self {
+        let calm = |fault: &Fault| match (fault.sensor, fault.kind()) == (sensor, kind) {
+            true => Fault { duration_ms: 0, ..*fault },
+            false => *fault,
+        };
+        Faults { all: self.all.iter().map(calm).collect(), noise: self.noise }
+    }
+
     /// The most frames by which `sensor` will ever be late.
     pub(crate) fn deepest_skew(&self, sensor: Sensor) -> u8 {
         let of_sensor = self.all.iter().filter(|f| f.sensor == sensor);

@@ -17,6 +17,7 @@ mod channel;
 pub mod fault;
 pub mod fidelity;
 mod noise;
+mod occlusion;
 mod past;
 pub mod perturbation;
 pub mod plant;
@@ -126,6 +127,26 @@ impl SimConfig {
 enum Eyes {
     Rendered(Box<Imagers>),
     Unrendered(Box<Stages>),
+}
+
+impl Eyes {
+    /// The encoded readings of this frame, under these faults.
+    fn read(
+        &mut self,
+        (frame, at): (FrameId, Instant),
+        world: &World,
+        plant: &Plant,
+        faults: &Faults,
+        run: Span,
+    ) -> Vec<u8> {
+        match self {
+            Eyes::Rendered(imagers) => {
+                imagers.measure(frame.0, world, plant, faults, run);
+                frames(imagers, frame, at, imaging(faults, run).map(|effect| !effect.dropout))
+            }
+            Eyes::Unrendered(stages) => encode(&stages.observe((frame, at), world, plant, faults, run)),
+        }
+    }
 }
 
 /// The core.
@@ -258,34 +279,41 @@ impl Sim {
         self.witness.faults(at, run, (&self.faults, false), next, &mut self.out);
         let state = self.plant.state(&self.world);
         let reading = self.steps / NAVIGATION_STEPS;
-        let (fix, odometry) = self.navigators.read(reading, &state, &self.faults, run);
-        let body = encode(&Navigation { stamp: at, fix, odometry });
+        let read = |navigators: &mut Navigators, faults: &Faults| {
+            let (fix, odometry) = navigators.read(reading, &state, faults, run);
+            encode(&Navigation { stamp: at, fix, odometry })
+        };
+        let otherwise = |calm: &Faults| read(&mut self.navigators.clone(), calm);
+        let otherwise = self.witness.otherwise(at, run, (&self.faults, false), otherwise);
+        let body = read(&mut self.navigators, &self.faults);
         let bytes = self.channels.navigation.seal(at, &body);
+        self.witness.altered(at, otherwise, &body, &bytes, &mut self.out);
         self.out.push_back(Output::Bus { topic: Topic::Navigation, bytes });
     }
 
     fn look(&mut self, at: Instant, run: Span) {
         self.frame = FrameId(self.frame.0 + 1);
         self.witness.faults(at, run, (&self.faults, true), self.frame, &mut self.out);
-        let output = match &mut self.eyes {
+        let (frame, world, plant) = (self.frame, &self.world, &self.plant);
+        let read = |eyes: &mut Eyes, faults: &Faults| eyes.read((frame, at), world, plant, faults, run);
+        let otherwise = |calm: &Faults| read(&mut self.eyes.clone(), calm);
+        let otherwise = self.witness.otherwise(at, run, (&self.faults, true), otherwise);
+        let body = read(&mut self.eyes, &self.faults);
+        let (topic, channel) = match &self.eyes {
             Eyes::Rendered(imagers) => {
-                imagers.measure(self.frame.0, &self.world, &self.plant, &self.faults, run);
-                let effects = imaging(&self.faults, run);
-                let altered = || effects[0].perturbation.is_some() || imagers.show_a_print(&self.world);
+                let [rgb, ..] = imaging(&self.faults, run);
+                let altered = || rgb.perturbation.is_some() || imagers.show_a_print(&self.world);
                 if self.frame.0.is_multiple_of(PICTURED_EVERY) && altered() {
                     let event = Event::Pictured { frame: self.frame, hash: wire_hash(&imagers.rgb) };
                     self.witness.write(at, event, &mut self.out);
                 }
-                let body = frames(imagers, self.frame, at, effects.map(|e| !e.dropout));
-                Output::Bus { topic: Topic::Frames, bytes: self.channels.frames.seal(at, &body) }
+                (Topic::Frames, &mut self.channels.frames)
             }
-            Eyes::Unrendered(stages) => {
-                let seen = stages.observe((self.frame, at), &self.world, &self.plant, &self.faults, run);
-                let bytes = self.channels.candidates.seal(at, &encode(&seen));
-                Output::Bus { topic: Topic::Candidates, bytes }
-            }
+            Eyes::Unrendered(_) => (Topic::Candidates, &mut self.channels.candidates),
         };
-        self.out.push_back(output);
+        let bytes = channel.seal(at, &body);
+        self.witness.altered(at, otherwise, &body, &bytes, &mut self.out);
+        self.out.push_back(Output::Bus { topic, bytes });
     }
 
     fn obey(&mut self, now: Instant, topic: Topic, bytes: &[u8]) {

@@ -264,6 +264,39 @@ mod tests {
     }
 
     #[test]
+    fn a_lease_ends_at_its_time_and_the_vehicle_stands_however_slow_or_backwards_it_went() {
+        let scene = Scene { objects: Vec::new(), ..Scene::default() };
+        for speed in [3.0, 1.0, 0.49, 0.3, 0.1, 0.06, -0.06, -0.4, -1.0] {
+            let mut world = World::new(Arc::new(scene.clone()));
+            let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);
+            drive(&mut plant, &mut world, 0, 400, Some((speed, 0.0)));
+            let gone = plant.state(&world).speed();
+            assert!((gone - speed).abs() < 0.15, "{speed}: {gone}");
+            assert_eq!(drive(&mut plant, &mut world, 400, 29, None), [], "{speed}: before its end");
+            assert!(plant.set_point().is_some(), "{speed}");
+            assert_eq!(drive(&mut plant, &mut world, 429, 1, None), [Instant(4_300_000)], "{speed}");
+            assert_eq!(plant.set_point(), None, "{speed}");
+            drive(&mut plant, &mut world, 430, 120, None);
+            let stood = plant.state(&world).position;
+            drive(&mut plant, &mut world, 550, 100, None);
+            let moved = (plant.state(&world).position - stood).length();
+            assert!(moved < 0.01, "{speed}: {moved} m in a second without a lease");
+        }
+    }
+
+    #[test]
+    fn no_lease_is_honoured_for_longer_than_the_plant_allows() {
+        let scene = Scene { objects: Vec::new(), ..Scene::default() };
+        for speed in [2.0, 0.2] {
+            let mut world = World::new(Arc::new(scene.clone()));
+            let mut plant = Plant::new(&mut world, &scene.start, &Fidelity::SHIPPED);
+            plant.accept(Instant(0), SetPoint { speed, curvature: 0.0, until: Instant(60_000_000) });
+            let lapses = drive(&mut plant, &mut world, 0, 200, None);
+            assert_eq!(lapses, [Instant(0) + MAX_LEASE], "{speed}");
+        }
+    }
+
+    #[test]
     fn with_more_load_or_less_grip_than_its_brakes_know_of_it_takes_longer_to_stop() {
         let scene = Scene { objects: Vec::new(), ..Scene::default() };
         let left = |fidelity: Fidelity| {

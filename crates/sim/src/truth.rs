@@ -3,15 +3,15 @@
 //! Ten times a second: the unit's true pose and speed, the set-point as the plant holds it, its lease and the fence
 //! margin; once for standing objects, ten times a second for moving ones: where they are; once, which bear a print. At
 //! once: a lease that began or lapsed, an act as received with the true object nearest to the designated place, and the
-//! start and end of every sensor fault with the first frame that it touches. While a fault displaces localisation, also by
-//! how much.
+//! start and end of every sensor fault with the first frame that it touches, and messages that would read otherwise without it. While
+//! a fault displaces localisation, also by how much.
 
 use std::collections::VecDeque;
 
 use wire::audit::Journal;
 use wire::core::Output;
 use wire::drive::Act;
-use wire::event::Event;
+use wire::event::{ALTERED_EVERY, Event, FaultKind, Sensor, wire_hash};
 use wire::id::{FrameId, ObjectId, UnitId};
 use wire::step::StepName;
 use wire::time::{Instant, Span};
@@ -20,6 +20,14 @@ use crate::fault::{Effect, Fault, Faults, MAX_FAULTS, is_imaging};
 use crate::plant::Plant;
 use crate::sensor::localisation::wrap_mrad;
 use crate::world::World;
+
+/// A reading as it would be without what is of one kind on one sensor.
+pub(crate) struct Otherwise {
+    index: usize,
+    sensor: Sensor,
+    kind: FaultKind,
+    body: Vec<u8>,
+}
 
 /// Writes truth into the sim's journal; without one it stays silent.
 #[derive(Debug)]
@@ -30,18 +38,21 @@ pub(crate) struct Witness {
     faults_active: [bool; MAX_FAULTS],
     /// Whether the step that this fault is the first of is told to have begun and not to have ended.
     steps_open: [bool; MAX_FAULTS],
+    /// When a message that this fault changed was told of last.
+    told: [Option<Instant>; MAX_FAULTS],
 }
 
 impl Witness {
     pub(crate) fn new(journal: Option<Journal>, unit: UnitId) -> Self {
-        Witness { journal, unit, leased: false, faults_active: [false; MAX_FAULTS], steps_open: [false; MAX_FAULTS] }
+        let (faults_active, steps_open) = ([false; MAX_FAULTS], [false; MAX_FAULTS]);
+        Witness { journal, unit, leased: false, faults_active, steps_open, told: [None; MAX_FAULTS] }
     }
 
     /// The same witness in a forked world.
     pub(crate) fn fork(&self) -> Witness {
         let journal = self.journal.as_ref().map(Journal::fork);
-        let Witness { unit, leased, faults_active, steps_open, .. } = *self;
-        Witness { journal, unit, leased, faults_active, steps_open }
+        let Witness { unit, leased, faults_active, steps_open, told, .. } = *self;
+        Witness { journal, unit, leased, faults_active, steps_open, told }
     }
 
     /// Appends an event.
@@ -114,6 +125,40 @@ impl Witness {
         let time_us = effect.displaced_us;
         if (east_mm, north_mm, time_us) != (0, 0, 0) {
             self.write(now, Event::Imposed { stamp: now, east_mm, north_mm, time_us }, out);
+        }
+    }
+
+    /// What this reading would be without each of the faults that are in force and due to be told of; `read` makes it.
+    pub(crate) fn otherwise(
+        &self,
+        now: Instant,
+        run: Span,
+        (faults, imaging): (&Faults, bool),
+        read: impl Fn(&Faults) -> Vec<u8>,
+    ) -> Vec<Otherwise> {
+        let due = |index: usize| self.told[index].is_none_or(|told| now.since(told) >= ALTERED_EVERY);
+        let of_these =
+            |fault: &Fault| self.journal.is_some() && is_imaging(fault.sensor) == imaging && fault.active(run);
+        let due = faults.all().iter().enumerate().filter(|(index, fault)| of_these(fault) && due(*index));
+        due.map(|(index, fault)| {
+            let (sensor, kind) = (fault.sensor, fault.kind());
+            Otherwise { index, sensor, kind, body: read(&faults.without(sensor, kind)) }
+        })
+        .collect()
+    }
+
+    /// Tells of the message `bytes`, which carries `body`, by each fault that changed it.
+    pub(crate) fn altered(
+        &mut self,
+        now: Instant,
+        otherwise: Vec<Otherwise>,
+        body: &[u8],
+        bytes: &[u8],
+        out: &mut VecDeque<Output>,
+    ) {
+        for Otherwise { index, sensor, kind, .. } in otherwise.into_iter().filter(|o| o.body != body) {
+            self.told[index] = Some(now);
+            self.write(now, Event::Altered { sensor, kind, hash: wire_hash(bytes) }, out);
         }
     }
 

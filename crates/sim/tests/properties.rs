@@ -15,7 +15,7 @@ use wire::bus::{ChannelKey, Sender};
 use wire::codec::encode;
 use wire::core::{Core, Input, Output, Topic};
 use wire::drive::{Act, Drive};
-use wire::event::{Event, FaultKind, Sensor};
+use wire::event::{Event, FaultKind, Sensor, wire_hash};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, Sequence, TrackId, WorldId};
 use wire::sensor::{Camera, Candidates, Class, Frames};
 use wire::step::StepName;
@@ -143,6 +143,70 @@ fn spoilt(rendered: bool, sensor: Sensor, disturbance: Disturbance) -> SimConfig
     let (start_ms, duration_ms) = (600, 700);
     config.faults.push(Fault { sensor, disturbance, start_ms, duration_ms, step: None, waits_ms: None });
     config
+}
+
+/// Of the messages on `topic`: which of them, and the fault that is told to have changed it.
+fn told(log: &[Output], topic: Topic) -> Vec<(usize, Sensor, FaultKind)> {
+    let messages = log.iter().filter_map(|o| match o {
+        Output::Bus { topic: of, bytes } if *of == topic => Some(wire_hash(bytes)),
+        _ => None,
+    });
+    let messages: Vec<u64> = messages.collect();
+    let altered = events(log).into_iter().filter_map(|(_, e)| match e {
+        Event::Altered { sensor, kind, hash } => {
+            Some((messages.iter().position(|of| *of == hash).expect("a message"), sensor, kind))
+        }
+        _ => None,
+    });
+    altered.collect()
+}
+
+#[test]
+fn the_first_message_that_a_fault_changes_is_told_of_and_none_that_would_read_the_same_without_it() {
+    let jump = Disturbance::Jump { east_mm: 1, north_mm: 0 };
+    for (rendered, sensor, disturbance) in [
+        (false, Sensor::Rgb, Disturbance::Freeze),
+        (false, Sensor::Thermal, Disturbance::Dropout),
+        (false, Sensor::Lidar, Disturbance::Noise { factor: 2 }),
+        (false, Sensor::Rgb, Disturbance::Chaff { count: 1 }),
+        (false, Sensor::Localisation, Disturbance::Freeze),
+        (false, Sensor::Localisation, jump),
+        (false, Sensor::Localisation, Disturbance::TimeStep { us: 1 }),
+        (false, Sensor::Odometry, Disturbance::Dropout),
+        (true, Sensor::Rgb, Disturbance::Freeze),
+        (true, Sensor::Thermal, Disturbance::Skew { frames: 4 }),
+    ] {
+        let topic = match (rendered, sensor) {
+            (_, Sensor::Odometry | Sensor::Localisation) => Topic::Navigation,
+            (true, _) => Topic::Frames,
+            (false, _) => Topic::Candidates,
+        };
+        let clean = Rig::new(SimConfig::new(7, rendered)).run(1_500, None);
+        let log = Rig::new(spoilt(rendered, sensor, disturbance)).run(1_500, None);
+        let differ: Vec<bool> =
+            bodies(&clean, topic).iter().zip(bodies(&log, topic)).map(|(clean, got)| *clean != got).collect();
+        let told: Vec<usize> = told(&log, topic).into_iter().map(|(message, ..)| message).collect();
+        assert_eq!(told.first().copied(), differ.iter().position(|differs| *differs), "{sensor:?} {disturbance:?}");
+        assert!(told.iter().all(|message| differ[*message]), "{sensor:?} {disturbance:?}: {told:?}");
+    }
+}
+
+#[test]
+fn a_fault_that_another_hides_is_not_told_to_have_changed_anything() {
+    let mut config = spoilt(false, Sensor::Localisation, Disturbance::Dropout);
+    let disturbance = Disturbance::Jump { east_mm: 3_000, north_mm: 0 };
+    let jump = Fault {
+        sensor: Sensor::Localisation,
+        disturbance,
+        start_ms: 800,
+        duration_ms: 300,
+        step: None,
+        waits_ms: None,
+    };
+    config.faults.push(jump);
+    let kinds: Vec<FaultKind> =
+        told(&Rig::new(config).run(1_500, None), Topic::Navigation).into_iter().map(|(.., kind)| kind).collect();
+    assert_eq!(kinds, [FaultKind::Dropout]);
 }
 
 #[test]

@@ -93,6 +93,33 @@ fn a_reader_finds_every_message_under_the_schema_that_is_told_and_the_same_run_g
 }
 
 #[test]
+fn of_a_recording_that_is_evidence_of_nothing_the_file_says_so_before_anything_else() {
+    let of = |invalid: Option<&str>| {
+        let mut file = Cursor::new(Vec::new());
+        let mut viewer = Viewer::new(&mut file, None, None).unwrap();
+        viewer.custody("runs/x/1", "ab", invalid).unwrap();
+        viewer.event(200, &entry(NodeId::SIM, Event::Started)).unwrap();
+        viewer.finish().unwrap();
+        let file = file.into_inner();
+        let told: Vec<(String, u64, String)> = mcap::MessageStream::new(&file)
+            .unwrap()
+            .map(Result::unwrap)
+            .map(|m| (m.channel.topic.clone(), m.log_time, String::from_utf8_lossy(&m.data).into_owned()))
+            .collect();
+        told
+    };
+    let told = of(Some("event 7: no such chain"));
+    let custody = told.iter().find(|(topic, ..)| topic == "/custody").unwrap();
+    let object: serde_json::Value = serde_json::from_str(&custody.2).unwrap();
+    assert_eq!((custody.1, &object["valid"], &object["reason"]), (0, &false.into(), &"event 7: no such chain".into()));
+    let line = told.iter().find(|(topic, ..)| topic == "/log").unwrap();
+    assert!(line.1 == 0 && line.2.contains("INVALID, evidence of nothing: runs/x/1: event 7"), "{line:?}");
+    let told = of(None);
+    assert!(told.iter().any(|(topic, _, text)| topic == "/custody" && text.contains("\"valid\":true")), "{told:?}");
+    assert!(told.iter().all(|(_, _, text)| !text.contains("INVALID")), "{told:?}");
+}
+
+#[test]
 fn bytes_that_say_nothing_and_planes_of_another_size_are_left_out_and_a_cut_at_any_byte_harms_nothing() {
     let whole = frames(&[9; 24], &[0xe8, 3]);
     let cuts: Vec<(Topic, Vec<u8>)> = (0..whole.len()).map(|n| (Topic::Frames, whole[..n].to_vec())).collect();

@@ -28,7 +28,32 @@ const DISPLAY: [&str; 2] = [
     r#"{"type":"object","properties":{"mode":{"type":"string"},"freshness":{"type":"string"},"authority":{"type":"boolean"},"age_ms":{"type":"number"},"tracks_fresh":{"type":"integer"},"tracks_stale":{"type":"integer"}}}"#,
 ];
 
+const CUSTODY: [&str; 2] = [
+    "holdsafe.Custody",
+    r#"{"type":"object","properties":{"run":{"type":"string"},"sha256":{"type":"string"},"valid":{"type":"boolean"},"reason":{"type":["string","null"]}}}"#,
+];
+
 impl<W: Write + Seek> Viewer<W> {
+    /// What became of the recording in `run` whose files have this digest, at time zero: of one that is evidence of nothing, why. Then the
+    /// log begins with that, as loud as it can say anything.
+    ///
+    /// # Errors
+    /// When the file takes nothing more.
+    pub fn custody(&mut self, run: &str, sha256: &str, invalid: Option<&str>) -> Result<(), ViewError> {
+        let of = json!({ "run": run, "sha256": sha256, "valid": invalid.is_none(), "reason": invalid });
+        self.put_json(0, "/custody", CUSTODY, &of)?;
+        let Some(why) = invalid else { return Ok(()) };
+        let line = Log {
+            timestamp: Some(stamp(0)),
+            level: log::Level::Fatal as i32,
+            message: format!("INVALID, evidence of nothing: {run}: {why}"),
+            name: "custody".to_owned(),
+            file: String::new(),
+            line: 0,
+        };
+        self.put(0, "/log", &line)
+    }
+
     pub(crate) fn told(&mut self, at: Micros, entry: &Entry) -> Result<(), ViewError> {
         let Entry { node, boot, counter, at: local, event, .. } = entry;
         let whole = json!({ "boot": boot, "counter": counter, "local_us": local, "event": event });
@@ -82,6 +107,7 @@ fn level(event: &Event) -> Option<log::Level> {
         | Event::Ran { .. }
         | Event::Kept { .. }
         | Event::Imposed { .. }
+        | Event::Altered { .. }
         | Event::Count { .. } => return None,
         Event::Transition { to: Mode::HoldSafe | Mode::Degraded, .. } => log::Level::Error,
         Event::Refused { .. }

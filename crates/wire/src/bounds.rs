@@ -1,4 +1,4 @@
-//! The time bounds of a platform: one file each, fixed before measuring. A scenario may tighten them.
+//! The time bounds of a platform: one file each, fixed before measuring (`docs/bounds.md` names the two that were not). A scenario may tighten them.
 
 use crate::time::Span;
 

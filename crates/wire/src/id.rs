@@ -174,7 +174,7 @@ impl NodeId {
 
     /// What stands at the mouth of this node's secure sessions and logs what arrives, when the node has it: the record
     /// filter of datagrams; at the broker, which has streams only, what sees their bytes.
-    pub fn guard(self) -> Option<NodeId> {
+    pub const fn guard(self) -> Option<NodeId> {
         match self {
             NodeId::BROKER => Some(NodeId(23)),
             NodeId::GATEWAY => Some(NodeId(16)),

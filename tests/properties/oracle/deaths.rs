@@ -31,6 +31,15 @@ fn a_plant_that_goes_on_when_its_unit_is_killed_breaks_p3() {
 }
 
 #[test]
+fn a_plant_whose_lease_outlives_the_last_set_point_by_as_much_again_breaks_p3() {
+    for (ends, broken) in [(5300, vec![]), (5350, vec![]), (5600, vec![Property::P3])] {
+        let mut log = Log::whole();
+        log.killed(5000, NodeId::UNIT_A).cut_display(5000).plant_stops(ends);
+        assert_eq!(log.breaks_with_dead(NodeId::UNIT_A), broken, "{ends}");
+    }
+}
+
+#[test]
 fn a_unit_that_stays_ready_when_a_process_it_needs_is_killed_breaks_p2_and_p3() {
     for (node, broken) in [
         (NodeId::PERCEPTION, vec![Property::P2, Property::P3]),

@@ -6,11 +6,12 @@ use campaign::oracle::{Evidence, Nearness, Plan, Planned, Property, Verdict, Wit
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
+use wire::core::Topic;
 use wire::event::{Event, FaultKind, Freshness, GuardVerdict, Interface, Sensor};
 use wire::id::{Boot, CommandId, FrameId, NodeId, ObjectId, PeerId, RecordId, Sequence, TrackId, UnitId, WorldId};
 use wire::mode::{Because, Cause, Guards, Mode};
 use wire::policy::Waived;
-use wire::sensor::{Class, Modalities, Modality, Pose, ReceiverTime};
+use wire::sensor::{Class, Pose, ReceiverTime};
 use wire::time::{Instant, Span};
 
 /// A whole log holds authority from 2 s to its end.
@@ -38,9 +39,13 @@ impl Log {
         };
         log.add(2000, NodeId::UNIT_A, minted);
         log.associated(50, 1, PeerId::UNIT_A).judged(50, Guards::default(), true, 1);
+        for t in (250..10_000).step_by(250) {
+            log.add(t, NodeId::RECORDER, Event::Sealed { entries: t, head: [0; 32] });
+        }
         for t in (100..10_000).step_by(100) {
             let mode = log.mode(t);
-            log.report(t).displayed(t + 5, mode, t).heard(t).truth(t, 1000, 5000);
+            let speed = if mode == Mode::Idle { 0 } else { 1000 };
+            log.report(t).displayed(t + 5, mode, t).heard(t).truth(t, speed, 5000);
             if t % 200 == 100 {
                 log.located(t, way(t));
             }
@@ -174,9 +179,16 @@ impl Log {
         self.planned.push(Planned::Fault(Sensor::Thermal, FaultKind::Dropout).into());
         let fault =
             |active| Event::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active, frame: FrameId(1) };
-        let present = Modalities::default().with(Modality::Rgb).with(Modality::Depth).with(Modality::Lidar);
         self.add(from, NodeId::SIM, fault(true)).add(to, NodeId::SIM, fault(false));
-        self.add(from + 20, NodeId::PERCEPTION, Event::FrameSeen { frame: FrameId(1), present })
+        self.altered(from, Sensor::Thermal, FaultKind::Dropout, NodeId::PERCEPTION)
+    }
+
+    /// The sim says at `ms` that a fault changed a message, and the mouth of `reader` takes it in.
+    pub(crate) fn altered(&mut self, ms: u64, sensor: Sensor, kind: FaultKind, reader: NodeId) -> &mut Log {
+        let topic = if reader == NodeId::PERCEPTION { Topic::Candidates } else { Topic::Navigation };
+        self.add(ms, NodeId::SIM, Event::Altered { sensor, kind, hash: ms });
+        let sight = Event::MouthSaw { reader, at: Interface::Bus(topic), length: 9, hash: ms };
+        self.add(ms + 1, NodeId::CAMPAIGN, sight)
     }
 
     /// From `ms` on, what is displayed and the modes after it are dropped, to be written anew.
@@ -205,11 +217,13 @@ impl Log {
             entries,
             broken_log: None,
             custody: Vec::new(),
+            differences: Vec::new(),
             bounds: BOUNDS,
             planned: self.planned.clone(),
             duration: 10_000_000,
             stall_limit: u64::MAX,
             operators: vec![(NodeId::OPERATOR, u64::MAX), (NodeId::OPERATOR_2, 7_000_000)],
+            script: campaign::oracle::mission::Script::default(),
             killed,
         }
     }
@@ -227,6 +241,33 @@ impl Log {
         let says = |w: &Witnessed| w.entry.node == node && matches!(w.entry.event, Event::Located { .. });
         self.entries.retain(|w| w.at <= ms * 1000 || !says(w));
         self.add(ms, NodeId::CAMPAIGN, Event::Ended { node, killed: true })
+    }
+
+    /// The plant holds a set-point of `asked` and drives at `speed`.
+    pub(crate) fn driven(&mut self, ms: u64, asked: i32, speed: i32) -> &mut Log {
+        self.truth(ms, speed, 5000);
+        if let Some(Event::Truth { set_speed_mm_s, .. }) = self.entries.last_mut().map(|w| &mut w.entry.event) {
+            *set_speed_mm_s = asked;
+        }
+        self
+    }
+
+    /// Takes away what `test` finds between two times, these left out.
+    pub(crate) fn without(&mut self, from: u64, to: u64, test: impl Fn(&Witnessed) -> bool) -> &mut Log {
+        self.entries.retain(|w| !(w.at > from * 1000 && w.at < to * 1000 && test(w)));
+        self
+    }
+
+    /// The operator stops the unit: it is told, says so and holds.
+    pub(crate) fn held(&mut self, ms: u64) -> &mut Log {
+        self.command(ms, 9, CommandKind::Hold).cut_display(ms);
+        let from = self.mode(ms);
+        self.to(ms, from, Mode::HoldSafe, Cause::Operator).plant_stops(ms)
+    }
+
+    /// What the unit is in after a DISARM.
+    pub(crate) fn disarmed(&mut self, ms: u64) -> &mut Log {
+        self.cut_display(ms).to(ms, Mode::PrepareToAct, Mode::Ready, Cause::Operator)
     }
 
     /// From `ms` on the plant has no lease; it brakes and stands a second later.

@@ -4,9 +4,15 @@
 mod authority;
 mod deaths;
 mod display;
+mod guards;
+mod limits;
+mod limits_trust;
 mod log;
+mod masked;
+mod missions;
 mod nearness;
 mod orders;
+mod plant;
 mod receipts;
 mod trust;
 
@@ -44,15 +50,27 @@ fn p10_a_broken_log() {
         entries,
         broken_log: Some("chain of unit-a broken at entry 9".into()),
         custody: Vec::new(),
+        differences: Vec::new(),
         bounds: BOUNDS,
         planned: Vec::new(),
         duration: 10_000_000,
         stall_limit: u64::MAX,
         operators: Vec::new(),
+        script: campaign::oracle::mission::Script::default(),
         killed: Vec::new(),
     });
     assert_eq!(verdict.outcome, Outcome::Invalid);
     assert!(verdict.findings.iter().all(|f| f.property == Property::P10));
+}
+
+#[test]
+fn p10_a_core_that_does_not_do_again_what_its_mouth_log_says() {
+    let what = "gateway, fed its mouth log again, differs after input 7: expected nothing, got an audit entry";
+    let evidence = Evidence { differences: vec![what.into()], ..Log::whole().evidence(Vec::new()) };
+    let verdict = judge(&evidence);
+    assert_eq!(verdict.outcome, Outcome::Invalid);
+    let [found] = verdict.findings.as_slice() else { panic!("{:?}", verdict.findings) };
+    assert_eq!((found.property, found.what.as_str()), (Property::P10, what));
 }
 
 #[test]

@@ -86,7 +86,7 @@ fn blindness_counts_for_as_long_as_the_unit_goes_on() {
     let fault =
         |active| Event::Fault { sensor: Sensor::Localisation, kind: FaultKind::Dropout, active, frame: FrameId(1) };
     log.add(4000, NodeId::SIM, fault(true)).add(6000, NodeId::SIM, fault(false));
-    log.add(4020, NodeId::UNIT_A, Event::NavigationSeen { fix: false, odometry: true });
+    log.altered(4000, Sensor::Localisation, FaultKind::Dropout, NodeId::UNIT_A);
     log.to(4300, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(wire::mode::Guard::Localisation));
     log.to(4700, Mode::Degraded, Mode::HoldSafe, Cause::Unrecovered(wire::mode::Guard::Localisation));
     assert_eq!(near(&log.nearness(), Limit::Blindness), of(700, BOUNDS.to_hold_safe_ms));

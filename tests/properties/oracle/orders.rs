@@ -13,7 +13,7 @@ use super::log::{Log, command};
 fn p5_an_executed_command_that_nobody_gave() {
     let mut log = Log::whole();
     let event = Event::Executed { command: command(9), kind: CommandKind::Disarm, refused: None };
-    log.add(5000, NodeId::UNIT_A, event);
+    log.add(5000, NodeId::UNIT_A, event).disarmed(5000);
     assert_eq!(log.breaks(), [Property::P5]);
 }
 
@@ -41,6 +41,9 @@ pub(super) fn obeyed(ms: u64, operator: NodeId, kind: CommandKind, key: NodeId) 
     let mut log = Log::whole();
     rogue(&mut log, ms, id, kind, key);
     log.add(ms + 10, NodeId::UNIT_A, Event::Executed { command: id, kind, refused: None });
+    if kind == CommandKind::Disarm {
+        log.disarmed(ms + 10);
+    }
     log
 }
 
@@ -84,6 +87,7 @@ fn p5_and_p9_an_operators_id_over_another_command_than_the_operator_gave() {
     let mut log = Log::whole();
     log.add(4990, NodeId::CONSOLE, Event::Intended { command: command(3), kind: CommandKind::Disarm });
     log.add(5000, NodeId::UNIT_A, Event::Executed { command: command(3), kind: CommandKind::Hold, refused: None });
+    log.cut_display(5000).to(5000, Mode::PrepareToAct, Mode::HoldSafe, Cause::Operator).plant_stops(5000);
     assert_eq!(log.breaks(), [Property::P5]);
     let resumed = |given, executed_ms: u64| {
         let mut log = Log::whole();

@@ -29,7 +29,7 @@ fn p3_a_unit_that_lost_its_localisation_goes_on_for_longer_than_the_bound() {
         let fault =
             |active| Event::Fault { sensor: Sensor::Localisation, kind: FaultKind::Dropout, active, frame: FrameId(1) };
         log.add(4000, NodeId::SIM, fault(true)).add(until_ms, NodeId::SIM, fault(false));
-        log.add(4020, NodeId::UNIT_A, Event::NavigationSeen { fix: false, odometry: true });
+        log.altered(4000, Sensor::Localisation, FaultKind::Dropout, NodeId::UNIT_A);
         let findings = log.judge().findings;
         findings.iter().any(|f| f.property == Property::P3 && f.what.starts_with("localisation lost"))
     };

@@ -84,11 +84,16 @@ impl End {
 
     /// A record with this content.
     pub(super) fn say(&mut self, now: Instant, body: HopBody<'_>, rng: &mut ChaCha8Rng) -> Vec<u8> {
+        codec::encode(&self.hop(now, body, rng))
+    }
+
+    /// The same before it is encoded.
+    pub(super) fn hop<'b>(&mut self, now: Instant, body: HopBody<'b>, rng: &mut ChaCha8Rng) -> Hop<'b> {
         if now.since(self.challenged) >= self.challenge_period {
             (self.challenge, self.challenged) = (Nonce(rng.next_u64()), now);
         }
         self.sequence = self.sequence.next();
-        codec::encode(&Hop {
+        Hop {
             version: HOP_VERSION,
             session: self.theirs.unwrap_or_default(),
             boot: self.boot,
@@ -97,6 +102,11 @@ impl End {
             challenge: self.challenge,
             echo: self.echo,
             body,
-        })
+        }
+    }
+
+    /// Leaves out so many numbers.
+    pub(super) fn skip(&mut self, numbers: u64) {
+        self.sequence = Sequence(self.sequence.0.saturating_add(numbers));
     }
 }

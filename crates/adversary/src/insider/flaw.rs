@@ -1,13 +1,18 @@
 //! Records that are authenticated and broken, one flaw each.
 
 use rand_chacha::ChaCha8Rng;
-use wire::hop::{HopBody, MAX_HOP};
+use wire::codec;
+use wire::hop::{HOP_VERSION, Hop, HopBody, MAX_HOP};
+use wire::id::{NodeId, Nonce};
 use wire::sign::{Key, Purpose};
 use wire::time::Instant;
 
 use super::end::End;
 use crate::plan::Flaw;
 use crate::schedule::{below, noise};
+
+/// Numbers that a sequence leaves out where it jumps: more than any platform lets it.
+const JUMP: u64 = 10_000_000;
 
 /// A record of `end` with this flaw; `report` is an encoded report of the sender, not yet signed.
 pub(super) fn record(
@@ -36,7 +41,29 @@ pub(super) fn record(
             let length = 1 + below(rng, MAX_HOP as u64) as usize;
             noise(rng, length)
         }
+        Flaw::Session => altered(now, end, key, report, rng, |hop| hop.session = Nonce(!hop.session.0)),
+        Flaw::Version => altered(now, end, key, report, rng, |hop| hop.version = HOP_VERSION + 1),
+        Flaw::Jump => {
+            end.skip(JUMP);
+            whole(now, end, key, report, rng)
+        }
+        Flaw::Origin => whole(now, end, key, &said_to_be_of_no_vehicle(report), rng),
     }
+}
+
+/// The next record in which one thing of the session layer is made otherwise.
+fn altered(
+    now: Instant,
+    end: &mut End,
+    key: &Key,
+    report: &[u8],
+    rng: &mut ChaCha8Rng,
+    make: impl FnOnce(&mut Hop<'_>),
+) -> Vec<u8> {
+    let signed = key.sign(Purpose::Report, report);
+    let mut hop = end.hop(now, HopBody::Report(signed.as_slice().into()), rng);
+    make(&mut hop);
+    codec::encode(&hop)
 }
 
 /// A sound record around a signed `report`.
@@ -49,6 +76,14 @@ fn whole(now: Instant, end: &mut End, key: &Key, report: &[u8], rng: &mut ChaCha
 fn origin_outside_the_set(report: &[u8]) -> Vec<u8> {
     let mut bytes = report[..1].to_vec();
     bytes.extend_from_slice(&[0x18, 0x63]);
+    bytes.extend_from_slice(&report[2..]);
+    bytes
+}
+
+/// The same with an origin of the closed set that is no vehicle's.
+fn said_to_be_of_no_vehicle(report: &[u8]) -> Vec<u8> {
+    let mut bytes = report[..1].to_vec();
+    bytes.extend_from_slice(&codec::encode(&NodeId::OPERATOR));
     bytes.extend_from_slice(&report[2..]);
     bytes
 }

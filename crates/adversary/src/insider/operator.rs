@@ -21,7 +21,7 @@ use wire::time::Instant;
 
 use crate::desk::Desk;
 use crate::opening::Opening;
-use crate::plan::{InsiderOperatorConfig, PlanError, RogueOrders};
+use crate::plan::{InsiderOperatorConfig, OrderId, OrderTrack, PlanError, RogueOrders};
 
 /// See the module.
 #[derive(Debug)]
@@ -139,20 +139,31 @@ impl InsiderOperator {
     }
 
     fn intent(&mut self, run: &RogueOrders) -> Intent {
-        let (boot, sequence) = &mut self.counters[run.claim.index()];
-        *sequence = sequence.next();
-        // What was run ahead counts from then on if the unit says that it heard it (`see`).
-        let ahead = Sequence(sequence.0.saturating_add(run.ahead));
-        let id = CommandId { operator: run.claim, boot: *boot, sequence: ahead };
+        let id = self.id(run);
         let nonce = self.report.as_ref().map(|report| report.command_nonce).unwrap_or_default();
         Intent { id, unit: self.config.unit, nonce, kind: self.kind(run), reason: Text::new("because I can") }
     }
 
+    fn id(&mut self, run: &RogueOrders) -> CommandId {
+        let (boot, sequence) = &mut self.counters[run.claim.index()];
+        if run.id == OrderId::Last {
+            return CommandId { operator: run.claim, boot: *boot, sequence: *sequence };
+        }
+        *sequence = sequence.next();
+        // What was run ahead counts from then on if the unit says that it heard it (`see`).
+        let ahead = Sequence(sequence.0.saturating_add(run.ahead));
+        let older = u32::from(run.id == OrderId::OlderBoot);
+        CommandId { operator: run.claim, boot: Boot(boot.0.saturating_sub(older)), sequence: ahead }
+    }
+
     fn kind(&self, run: &RogueOrders) -> CommandKind {
-        let tracks = self.report.iter().flat_map(|report| report.tracks.iter());
-        let best = tracks.filter(|track| track.class == Class::Vehicle).max_by_key(|track| track.confidence);
         let held = self.report.as_ref().and_then(|report| report.authority).map(|held| held.track);
-        run.order.command(best.map_or(TrackId(0), |track| track.id), held.unwrap_or(TrackId(0)), run.values)
+        let wanted = |id: TrackId| run.track == OrderTrack::Seen || Some(id) != held;
+        let tracks = self.report.iter().flat_map(|report| report.tracks.iter());
+        let vehicles = tracks.filter(|track| track.class == Class::Vehicle && wanted(track.id));
+        let best = vehicles.max_by_key(|track| track.confidence).map_or(TrackId(0), |track| track.id);
+        let confirm = if run.track == OrderTrack::Seen { held.unwrap_or(TrackId(0)) } else { best };
+        run.order.command(best, confirm, run.values)
     }
 }
 

@@ -162,6 +162,26 @@ fn broken_records_are_refused_for_the_flaw_they_have() {
     }
 }
 
+#[test]
+fn a_record_that_is_sound_but_for_one_thing_differs_from_the_one_before_in_that_alone() {
+    let flaws = [Flaw::Session, Flaw::Version, Flaw::Origin, Flaw::Jump];
+    let run = Malformed { at_ms: 150, flaws: flaws.to_vec(), count: 4, every_ms: 0, step: None };
+    let config = InsiderTeammateConfig { malformed: vec![run], ..InsiderTeammateConfig::default() };
+    let mut insider = InsiderTeammate::new(setup(NodeId::INSIDER_B, 2), config, at(0)).unwrap();
+    open(&mut insider, UP, PeerId::GATEWAY);
+    turn(&mut insider, at(100), &Input::Timeout, &mut Vec::new());
+    let mut last = None;
+    for (bytes, flaw) in records(turn(&mut insider, at(150), &Input::Timeout, &mut Vec::new()), UP).iter().zip(flaws) {
+        let hop = codec::decode::<Hop<'_>>(bytes, MAX_HOP).unwrap();
+        let HopBody::Report(report) = hop.body else { panic!("{hop:?}") };
+        let (origin, _) = SignedReport::decode(at(150), report).unwrap().claim();
+        let jumped = last.is_some_and(|last: Sequence| hop.sequence.0 > last.0 + 1);
+        last = Some(hop.sequence);
+        let said = [hop.session != THEIRS, hop.version != HOP_VERSION, origin != NodeId::UNIT_B, jumped];
+        assert_eq!(said, [0, 1, 2, 3].map(|at| flaws[at] == flaw), "{flaw:?}");
+    }
+}
+
 fn teammate(forwards: impl Into<Vec<Forward>>) -> InsiderTeammate {
     let place = Place { x_mm: 1000, y_mm: 2000, vx_mm_s: 300, vy_mm_s: -400 };
     let config = InsiderTeammateConfig { place, forwards: forwards.into(), ..InsiderTeammateConfig::default() };

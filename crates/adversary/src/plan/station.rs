@@ -36,7 +36,7 @@ pub struct RogueOrders {
     pub every_ms: u64,
     /// Under whose name.
     pub claim: NodeId,
-    /// What is asked; the track is what is seen on the feed.
+    /// What is asked.
     pub order: Kind,
     /// The values, where it asks to set some.
     #[serde(default)]
@@ -44,9 +44,39 @@ pub struct RogueOrders {
     /// How far the counter is run ahead with each.
     #[serde(default)]
     pub ahead: u64,
+    /// Under which id.
+    #[serde(default)]
+    pub id: OrderId,
+    /// On which track, to arm or to confirm.
+    #[serde(default)]
+    pub track: OrderTrack,
     /// The step it is, when it waits for something or is waited for.
     #[serde(default)]
     pub step: Option<Step>,
+}
+
+/// Under which id a rogue orders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OrderId {
+    /// The next.
+    #[default]
+    Next,
+    /// The one that the unit counted last, of another order.
+    Last,
+    /// The next number in a boot before the operator's.
+    OlderBoot,
+}
+
+/// On which track a rogue orders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum OrderTrack {
+    /// To arm the most confident vehicle, to confirm the one that authority is held on.
+    #[default]
+    Seen,
+    /// The most confident vehicle on which no authority is held.
+    Other,
 }
 
 impl InsiderOperatorConfig {

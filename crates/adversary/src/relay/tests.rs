@@ -1,5 +1,7 @@
 //! The relays as attacks, and their account under any plan.
 
+mod windows;
+
 use proptest::prelude::*;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::{Account, Action, Event, wire_hash};

@@ -129,6 +129,21 @@ fn what_was_given_before_the_session_was_lost_is_void_unless_it_leads_to_safety(
 }
 
 #[test]
+fn what_was_carried_out_before_the_session_was_lost_is_not_carried_out_again_after_it() {
+    for kind in [CommandKind::Hold, CommandKind::Disarm] {
+        let mut bench = idle();
+        let order = bench.signed_order(kind);
+        bench.publish(order.clone());
+        for _ in 0..3 {
+            bench.feed(&Input::SessionLost);
+            bench.publish(order.clone());
+        }
+        let again = Some(Reason::Duplicate);
+        assert_eq!(executed(&bench), [None, again, again, again], "{kind:?}");
+    }
+}
+
+#[test]
 fn a_counter_run_ahead_is_refused_and_a_hold_from_far_ahead_is_obeyed_and_moves_nothing() {
     let mut bench = idle();
     let mut ahead = |kind, sequence| {

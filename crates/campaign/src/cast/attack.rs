@@ -2,6 +2,7 @@
 
 pub(super) mod broker;
 pub(super) mod gateway;
+mod needs;
 pub(super) mod planned;
 
 use adversary::plan::{
@@ -230,6 +231,10 @@ fn flaw(flaw: scenario::Flaw) -> Flaw {
         scenario::Flaw::Range => Flaw::Range,
         scenario::Flaw::Count => Flaw::Count,
         scenario::Flaw::Noise => Flaw::Noise,
+        scenario::Flaw::Session => Flaw::Session,
+        scenario::Flaw::Version => Flaw::Version,
+        scenario::Flaw::Jump => Flaw::Jump,
+        scenario::Flaw::Origin => Flaw::Origin,
     }
 }
 

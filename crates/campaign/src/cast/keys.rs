@@ -31,6 +31,11 @@ impl RunSecret {
         Secret(self.derive("holdsafe signing secret v1", node.name().as_bytes()))
     }
 
+    /// The secret of a witness apart from the services: what stands at a node's mouth, or the launcher as it notes what it did.
+    pub(super) fn witness(&self, node: NodeId) -> Secret {
+        Secret(self.derive("holdsafe witness secret v1", node.name().as_bytes()))
+    }
+
     /// A revocation of each identity that can be struck from the roll. Here the authority's key is used, and only here.
     pub fn revocations(&self) -> Vec<(NodeId, Vec<u8>)> {
         let authority = Key::from_bytes(&self.of(NodeId::AUTHORITY).0);

@@ -16,6 +16,8 @@ mod scene;
 mod script;
 mod station;
 
+use std::collections::BTreeMap;
+
 use adversary::insider::InsiderRecorder;
 use adversary::plan::Tampering;
 use wire::core::Topic;
@@ -29,6 +31,7 @@ use wire::trust::Mandate;
 use crate::cue::Cue;
 use crate::custody::{Held, HeldClock, Life};
 use crate::evidence::hex;
+use crate::oracle::mission::Script;
 use crate::oracle::{Plan, Planned};
 use crate::scenario::{self, Scenario};
 use company::Company;
@@ -78,12 +81,16 @@ pub struct Cast {
     pub cues: Vec<Cue>,
     /// What the oracle needs receipts for.
     pub planned: Vec<Plan>,
+    /// What the operator is to do, as the oracle is told of it.
+    pub script: Script,
     /// For how long identities are admitted.
     pub mandates: Vec<Mandate>,
     /// Length of the trial, microseconds.
     pub duration: u64,
     /// Whether link and stage delays vary with the seed.
     pub varied_delays: bool,
+    /// The keys under which guards sign what they saw, and the launcher what it noted.
+    pub witnesses: BTreeMap<NodeId, Secret>,
     /// What the recorder's insider does to the recording, and the seed of where.
     pub tampering: Option<(Tampering, u64)>,
 }
@@ -115,20 +122,46 @@ impl Cast {
     }
 
     /// The public keys under which everybody's log is signed, the clocks by which it is stamped, and who owes no last
-    /// signature; no head yet. The broker signs where it has a key. From a service's time of an entry to the one under which
-    /// the entry is handed over, `late_us` of the service may pass.
-    pub fn held(&self, broker: Option<&Secret>, late_us: impl Fn(NodeId) -> u64) -> Held {
+    /// signature; no head yet. Live the broker signs too, and an entry may be handed over so much later than it was written,
+    /// microseconds. In the twin it may be later by as long as the process is to be stopped.
+    pub fn held(&self, live: Option<(&Secret, u64)>) -> Held {
         let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
         let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
-        let keys = members.chain(broker.map(|secret| key(NodeId::BROKER, secret))).collect();
-        let hosts = self.members.iter().map(|m| (m.node(), m.host)).chain([(NodeId::BROKER, Host::Control)]);
-        let clocks = hosts.map(|(node, host)| {
+        let broker = live.map(|(secret, _)| key(NodeId::BROKER, secret));
+        let witnesses = self.witnesses.iter().map(|(node, secret)| key(*node, secret));
+        let killed = self.killed().into_iter();
+        // In the twin a guard outlives its process; live it is a part of it.
+        let lives = killed.flat_map(|node| [Some(node), self.mouth_of(node).filter(|_| live.is_some())]).flatten();
+        Held {
+            keys: members.chain(broker).chain(witnesses).collect(),
+            killed: lives.map(|node| Life { node, boot: Boot(1) }).collect(),
+            clocks: self.held_clocks(live.map(|(_, late_us)| late_us)),
+            ..Held::default()
+        }
+    }
+
+    /// Live, guards and launcher go by the recording's own clock; in the twin a member's guard goes by that of its host.
+    fn held_clocks(&self, live_late_us: Option<u64>) -> BTreeMap<NodeId, HeldClock> {
+        let of_host = |host: Host, late_us: u64| {
             let ClockDraw { zero_us, drift_ppm } = self.clocks[host as usize];
-            (node, HeldClock { zero_us, drift_ppm, late_us: late_us(node) })
-        });
-        let killed = self.killed().into_iter().map(|node| Life { node, boot: Boot(1) });
-        let (heads, stops) = (Vec::new(), Vec::new());
-        Held { keys, heads, killed: killed.collect(), clocks: clocks.collect(), stops, start_us: 0 }
+            HeldClock { zero_us, drift_ppm, late_us }
+        };
+        let late_us = |node: NodeId| live_late_us.unwrap_or_else(|| self.stopped(node));
+        let mut clocks: BTreeMap<NodeId, HeldClock> =
+            self.witnesses.keys().map(|node| (*node, HeldClock::default())).collect();
+        clocks.insert(NodeId::BROKER, of_host(Host::Control, late_us(NodeId::BROKER)));
+        for member in &self.members {
+            clocks.insert(member.node(), of_host(member.host, late_us(member.node())));
+            if let Some(guard) = member.node().guard().filter(|_| live_late_us.is_none()) {
+                clocks.insert(guard, of_host(member.host, 0));
+            }
+        }
+        clocks
+    }
+
+    /// What stands at the mouth of this node's sessions and streams; whoever stands in the broker's place has the broker's.
+    pub fn mouth_of(&self, node: NodeId) -> Option<NodeId> {
+        if node == self.broker() { NodeId::BROKER.guard() } else { node.guard() }
     }
 
     /// Processes that are to be kept from running, whose cores' mouths are watched for it.
@@ -192,12 +225,21 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
         ordeals: process::ordeals(scenario, draw.phase_ms),
         cues: attack::cues(scenario, draw.phase_ms),
         planned: attack::planned::of(scenario, draw.phase_ms),
+        script: script::presumed(scenario),
         mandates: station::mandates(scenario),
         duration: (scenario.duration_s.get() * 1e6) as u64,
         varied_delays: scenario.varies.delays,
         tampering: attack::tampering(scenario, seed),
+        witnesses: witnesses(&members, secret),
         members,
     }
+}
+
+/// Of every guard that there is, and of the launcher.
+fn witnesses(members: &[Member], secret: &RunSecret) -> BTreeMap<NodeId, Secret> {
+    let guards = members.iter().filter_map(|member| member.node().guard());
+    let others = NodeId::BROKER.guard().into_iter().chain([NodeId::CAMPAIGN]);
+    guards.chain(others).map(|node| (node, secret.witness(node))).collect()
 }
 
 fn links(scenario: &Scenario, members: &[Member]) -> Vec<Link> {

@@ -1,4 +1,4 @@
-//! From a scenario's `[operator]` to the console's script.
+//! From a scenario's `[operator]` to the console's script, and to what the oracle is told of it.
 
 use console::ConsoleConfig;
 use console::operator::{Action, Step, TrackCondition, When};
@@ -8,7 +8,8 @@ use wire::person::Role;
 use wire::sensor::Class;
 use wire::setup::Secret;
 
-use crate::scenario::{self, DisplayedState, Scenario, Verb};
+use crate::oracle::mission::{Due, Script};
+use crate::scenario::{self, DisplayedState, Scenario, Seconds, Verb};
 
 /// Confidence from which the operator acts on a displayed track, permille.
 const CONFIDENCE: u16 = 600;
@@ -29,6 +30,21 @@ pub(super) fn console(
         revocations,
         text: false,
     }
+}
+
+/// The orders that the operator is to give, and how far the mission is stated to come. A revocation is no order: the unit does
+/// not carry it out.
+pub(super) fn presumed(scenario: &Scenario) -> Script {
+    let us = |seconds: Seconds| (seconds.get() * 1e6) as u64;
+    let orders = scenario.operator.step.iter().filter(|step| *step.verb != Verb::Revoke);
+    let due = |step: &scenario::Step| Due {
+        verb: *step.verb,
+        at_us: us(*step.at_s),
+        within_us: us(step.within_s),
+        mode: step.when_state.map(mode),
+        track: step.when_track.map(class),
+    };
+    Script { mission: scenario.mission.as_deref().copied(), steps: orders.map(due).collect() }
 }
 
 /// The unit under test and the teammates that the scenario brings.

@@ -1,7 +1,7 @@
 //! From a scenario's `[[rogue]]`, `[[takeover]]` and `[[mandate]]` tables to the plans of rogue and thief, and everybody's
 //! roll.
 
-use adversary::plan::{InsiderOperatorConfig, RogueOrders, SessionThiefConfig, Takeover};
+use adversary::plan::{InsiderOperatorConfig, OrderId, OrderTrack, RogueOrders, SessionThiefConfig, Takeover};
 use wire::id::{NodeId, PeerId, UnitId};
 use wire::trust::Mandate;
 
@@ -24,6 +24,8 @@ pub(super) fn plan(s: &Scenario, phase: u64, secret: &RunSecret) -> Option<Insid
             order: kind(r.order),
             values: r.values.map(|values| values.settings()),
             ahead: r.ahead.unsigned(),
+            id: id(r.id),
+            track: track(r.track),
             step: step(r),
         })
     });
@@ -64,6 +66,21 @@ fn certificate(s: &Scenario) -> Option<PeerId> {
     let first = s.rogue.first().filter(|first| first.way == Way::Broker)?;
     let name = first.certificate.as_ref().unwrap_or(&first.holds);
     PeerId::from_name(name.as_str())
+}
+
+fn id(id: scenario::OrderId) -> OrderId {
+    match id {
+        scenario::OrderId::Next => OrderId::Next,
+        scenario::OrderId::Last => OrderId::Last,
+        scenario::OrderId::OlderBoot => OrderId::OlderBoot,
+    }
+}
+
+fn track(track: scenario::OrderTrack) -> OrderTrack {
+    match track {
+        scenario::OrderTrack::Seen => OrderTrack::Seen,
+        scenario::OrderTrack::Other => OrderTrack::Other,
+    }
 }
 
 fn node(name: &Name) -> Option<NodeId> {

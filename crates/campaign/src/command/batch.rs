@@ -2,7 +2,7 @@
 //!
 //! The order of the results is the order of the plan whatever thread ran what; each trial's CPU time is measured here.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
@@ -10,6 +10,7 @@ use nix::sys::time::TimeVal;
 use super::engine::{self, EngineError};
 use super::failure::{Exit, Failure};
 use super::kept::Shelf;
+use super::out;
 use super::plan::Planned;
 use super::retry::retried;
 use crate::parallel;
@@ -43,7 +44,11 @@ pub(super) struct Batch<'a> {
 
 impl Batch<'_> {
     /// Every trial, by variation and then by seed. The first failure ends the batch.
+    ///
+    /// # Errors
+    /// When a folder of a trial that is to be kept is in use, before anything runs.
     pub(super) fn run(&self, talk: Talk, stop: &Stop) -> Result<Vec<Trial>, Failure> {
+        self.check_free()?;
         let jobs: Vec<Job<'_>> = self.planned.iter().flat_map(|planned| self.jobs(planned)).collect();
         let progress = Progress::new(self.label, jobs.len(), talk);
         let trials = on_threads(self.threads(), &jobs, &progress, stop, |job| self.one(job, stop));
@@ -84,17 +89,32 @@ impl Batch<'_> {
         (0..self.n).map(move |i| Job { planned, seed: seed.wrapping_add(i), keep: live || i == 0 })
     }
 
-    fn one(&self, job: &Job<'_>, stop: &Stop) -> Result<Trial, Failure> {
+    /// Whether no trial that is to be kept would be written over one that is.
+    ///
+    /// # Errors
+    /// When one would.
+    pub(super) fn check_free(&self) -> Result<(), Failure> {
+        let mut jobs = self.planned.iter().flat_map(|planned| self.jobs(planned));
+        jobs.try_for_each(|job| self.folder(&job).map_or(Ok(()), |folder| out::unused(&folder)))
+    }
+
+    /// Where the recording of a trial goes, if it is kept.
+    fn folder(&self, job: &Job<'_>) -> Option<PathBuf> {
         let variation = &job.planned.variation;
+        let mut folder = self.out.filter(|_| job.keep)?.join(self.mode.name()).join(variation.scenario.name.as_str());
+        if let Some(cell) = &variation.cell {
+            folder.push(cell.replace('/', "."));
+        }
+        folder.push(job.seed.to_string());
+        Some(folder)
+    }
+
+    fn one(&self, job: &Job<'_>, stop: &Stop) -> Result<Trial, Failure> {
         let mut setup = job.planned.setup.clone();
-        if let Some(out) = self.out.filter(|_| job.keep) {
-            let mut dir = out.join(self.mode.name()).join(variation.scenario.name.as_str());
-            if let Some(cell) = &variation.cell {
-                dir.push(cell.replace('/', "."));
-            }
-            dir.push(job.seed.to_string());
-            std::fs::create_dir_all(&dir)?;
-            setup.run_dir = Some(dir);
+        if let Some(folder) = self.folder(job) {
+            out::unused(&folder)?;
+            std::fs::create_dir_all(&folder)?;
+            setup.run_dir = Some(folder);
         }
         let mut trial = trial(self.mode, job.planned, &setup, job.seed, stop)?;
         // What ended children used is known for all together only, so a live trial has an equal share of what was used
@@ -161,11 +181,11 @@ pub(super) fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
     for (trial, planned) in odd.iter().take(MAX_TOLD) {
         let why = if trial.findings.is_empty() { String::new() } else { format!(" ({})", trial.findings.join("; ")) };
         let expected: Vec<&str> = planned.variation.scenario.expected.iter().map(|o| o.name()).collect();
-        eprintln!("{}{why}, expected {}", trial.outcome.name(), expected.join(" or "));
-        eprintln!("reproduce: {}", reproduce(mode, planned, trial.seed));
+        link::note!("{}{why}, expected {}", trial.outcome.name(), expected.join(" or "));
+        link::note!("reproduce: {}", reproduce(mode, planned, trial.seed));
     }
     if odd.len() > MAX_TOLD {
-        eprintln!("and {} more", odd.len() - MAX_TOLD);
+        link::note!("and {} more", odd.len() - MAX_TOLD);
     }
     if trials.is_empty() {
         Exit::NoEvidence

@@ -1,6 +1,5 @@
 //! What a recorded run has beside what its console showed, moment by moment: what the unit's sensors gave, and why its mode changed.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use console::beside::{Beside, Evidence, Sight};
@@ -10,13 +9,14 @@ use wire::core::Topic;
 use wire::id::NodeId;
 use wire::time::{Instant, Span};
 
+use super::checked::Checked;
 use super::failure::{Exit, Failure};
 use super::frame::sights;
 use super::recorded::Recorded;
 use crate::explain::explain;
 use crate::oracle::Micros;
 use crate::passed::{Passed, recorded};
-use crate::report::explained;
+use crate::report::explained_in_seconds;
 
 /// What a recorded run has beside what was shown.
 pub(super) struct Beheld {
@@ -32,19 +32,24 @@ pub(super) struct Beheld {
 }
 
 impl Beheld {
-    /// Of the recording in `run`; nothing where it has nothing of the console.
+    /// Of this recording; nothing where it has nothing of the console.
     ///
     /// # Errors
     /// When a log of it is damaged before its end, or the stages cannot be made.
-    pub(super) fn open(run: &Path, stages: impl FnOnce() -> Result<Stages, Failure>) -> Result<Option<Self>, Failure> {
+    pub(super) fn open(
+        run: &Checked,
+        stages: impl FnOnce() -> Result<Stages, Failure>,
+    ) -> Result<Option<Self>, Failure> {
         let Recorded { entries, bounds, .. } = Recorded::read(run)?;
         let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE) else { return Ok(None) };
         let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
-        let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.display()));
-        let mut frames = recorded(run, &entries).map_err(unread)?.passed;
+        let unread =
+            |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.path().display()));
+        let mut frames = recorded(run.path(), &entries).map_err(unread)?.passed;
         frames.retain(|of| of.topic == Topic::Frames);
         let stages = if frames.is_empty() { None } else { Some(stages()?) };
-        let changes = explain(&entries, &bounds).into_iter().map(|of| (of.at_us, explained(&of).into())).collect();
+        let changes =
+            explain(&entries, &bounds).into_iter().map(|of| (of.at_us, explained_in_seconds(&of).into())).collect();
         Ok(Some(Self { frames, stages, changes, ahead, last: None }))
     }
 
@@ -61,6 +66,10 @@ impl Beheld {
 }
 
 impl Evidence for Beheld {
+    fn began(&self) -> Option<Instant> {
+        u64::try_from(-self.ahead).ok().map(Instant)
+    }
+
     fn at(&mut self, at: Instant) -> Beside {
         let Ok(on_run) = Micros::try_from(i128::from(at.0) + self.ahead) else { return Beside::default() };
         let change = self.changes.partition_point(|(at, _)| *at <= on_run).checked_sub(1);

@@ -1,6 +1,6 @@
 //! `--detector FILE --labels FILE`: a detector that takes the shipped one's place, tried before anything runs with it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use perception::detector::Detector;
@@ -48,6 +48,11 @@ impl Bring {
         vet(&Services::Own(program), &brought, Limits::USUAL).map_err(refused)?;
         brought.loaded = Some(Arc::new(process::load(&brought).map_err(|e| refused(e.to_string()))?));
         Ok(Some(Loaded { brought, options }))
+    }
+
+    /// The files that are named.
+    pub(super) fn files(&self) -> [Option<&Path>; 2] {
+        [self.detector.as_deref(), self.labels.as_deref()]
     }
 
     /// The stages of a frame with that detector, or else with the shipped one.

@@ -49,7 +49,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         out::say(format_args!("{}", catalogue.page(&scenarios).trim_end()));
     }
     for found in catalogue.disagreements(&scenarios) {
-        eprintln!("{found}");
+        link::note!("{found}");
     }
     Ok(Exit::Fine)
 }

@@ -9,6 +9,7 @@ use perception::model::hex_digest;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::checked::{self, Checked, Unverified};
 use super::failure::{Exit, Failure};
 use super::{Context, out};
 use crate::evidence::hex;
@@ -20,14 +21,18 @@ const CITATION: &str = include_str!("../../../../CITATION.cff");
 const MAX_MANIFEST_BYTES: u64 = 4 << 20;
 /// Results in a run's directory: tables and lines; recordings lie below and are named by them.
 const RESULTS: [&str; 4] = ["json", "jsonl", "parquet", "csv"];
+/// From a trial's folder to that of its run: seed, cell, scenario, mode.
+const LEVELS: usize = 5;
 /// Digits of a digest that tell one entry from another in a bibliography.
 const SHORT: usize = 8;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Directory of a run, with its manifest.json.
+    /// Directory of a run with its manifest.json, or any below it.
     #[arg(value_name = "RUN")]
     run: PathBuf,
+    #[command(flatten)]
+    unverified: Unverified,
 }
 
 /// What is read of a manifest.
@@ -64,22 +69,44 @@ struct Cited {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let unusable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", args.run.display()));
-    let manifest = args.run.join("manifest.json");
+    let directory = with_manifest(&args.run);
+    let manifest = directory.join("manifest.json");
     let file =
         File::open(&manifest).map_err(|e| unusable(format!("manifest.json: {e}; name the directory of a run")))?;
     let mut text = Vec::new();
     file.take(MAX_MANIFEST_BYTES).read_to_end(&mut text)?;
     let read: Manifest = serde_json::from_slice(&text).map_err(|e| unusable(format!("manifest.json: {e}")))?;
-    let results = results(&args.run)?;
+    let results = results(&directory)?;
     if results.is_empty() {
-        return Err(Failure::new(Exit::NoEvidence, format!("{}: no result beside the manifest", args.run.display())));
+        return Err(Failure::new(Exit::NoEvidence, format!("{}: no result beside the manifest", directory.display())));
     }
-    let cited = cited(read, results, &hex_digest(&text));
+    let recorded = checked::every(&directory)?;
+    let recorded: Vec<&Checked> = recorded.iter().collect();
+    checked::say(context, &recorded);
+    let cited = cited(read, results, &hex_digest(&text), &kept(&recorded));
     match context.json {
-        true => out::print_json("cite", &cited)?,
+        true => checked::print_json("cite", &cited, &recorded)?,
         false => out::say(format_args!("{}", cited.bibtex)),
     }
-    Ok(Exit::Fine)
+    Ok(args.unverified.exit(&recorded, Exit::Fine))
+}
+
+/// The directory with the manifest of `run`: itself, or the nearest around it.
+fn with_manifest(run: &Path) -> PathBuf {
+    let has = |dir: &&Path| dir.join("manifest.json").is_file();
+    let whole = fs::canonicalize(run).unwrap_or_default();
+    let around = || whole.ancestors().take(LEVELS).find(has);
+    if has(&run) { run.to_owned() } else { around().unwrap_or(run).to_owned() }
+}
+
+/// What is said of the recordings among the results.
+fn kept(recorded: &[&Checked]) -> String {
+    let invalid = recorded.iter().filter(|of| of.invalid().is_some()).count();
+    match (invalid, recorded.len()) {
+        (_, 0) => String::new(),
+        (0, n) => format!(", {n} recorded"),
+        (invalid, n) => format!(", INVALID: {invalid} of {n} recordings"),
+    }
 }
 
 /// The digest of each result in the directory itself.
@@ -98,7 +125,7 @@ fn results(directory: &Path) -> Result<BTreeMap<String, String>, Failure> {
     Ok(found)
 }
 
-fn cited(read: Manifest, results: BTreeMap<String, String>, manifest: &str) -> Cited {
+fn cited(read: Manifest, results: BTreeMap<String, String>, manifest: &str, recorded: &str) -> Cited {
     let mut over = Sha256::new();
     over.update(manifest);
     results.iter().for_each(|(name, digest)| over.update(format!("\n{name} {digest}")));
@@ -113,7 +140,8 @@ fn cited(read: Manifest, results: BTreeMap<String, String>, manifest: &str) -> C
     let marks: String = read.watermarks.iter().map(|mark| format!(", {mark}")).collect();
     let Manifest { seed, build, target, program, .. } = &read;
     let (program, key) = (short(program), short(&digest));
-    let note = format!("seed {seed}, {of}, {build} build for {target}, program {program}, results {key}{marks}");
+    let note =
+        format!("seed {seed}, {of}, {build} build for {target}, program {program}, results {key}{recorded}{marks}");
     let bibtex = bibtex(key, &title, &read.version, &note);
     Cited {
         schema_version: SCHEMA_VERSION,
@@ -168,7 +196,7 @@ mod tests {
         let manifest = r#"{"version":"0.1.0","program":"0123456789","build":"release","target":"x","seed":7,
                            "watermarks":["WAIVED: a_b"],"bounds":{"rgb_loss":{},"thermal_loss":{}}}"#;
         let results = results.iter().map(|(name, digest)| ((*name).to_owned(), (*digest).to_owned())).collect();
-        cited(serde_json::from_str(manifest).expect("a manifest"), results, "m")
+        cited(serde_json::from_str(manifest).expect("a manifest"), results, "m", "")
     }
 
     #[test]

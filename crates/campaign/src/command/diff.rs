@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
+use super::checked::{self, Checked, Unverified};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::recorded::Recorded;
@@ -14,7 +15,7 @@ use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Run directory of one trial, or a scenario that is run in the twin under --seed.
+    /// Directory of a recorded run, or a scenario that is run in the twin under --seed.
     #[arg(value_name = "A")]
     a: String,
     /// The same; A again where it is left out.
@@ -26,6 +27,8 @@ pub(super) struct Args {
     /// Of scenarios: only this cell; else the first.
     #[arg(long)]
     cell: Option<String>,
+    #[command(flatten)]
+    unverified: Unverified,
 }
 
 #[derive(Serialize)]
@@ -47,26 +50,31 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             "one run alone differs from nothing: name another, or a --policy for it",
         ));
     }
-    let (a, _) = log(context, &args.a, args, None)?;
-    let (b, watermark) = log(context, other, args, args.policy.as_deref())?;
-    let found = diff(&a, &b);
+    let a = log(context, &args.a, args, None)?;
+    let b = log(context, other, args, args.policy.as_deref())?;
+    let read: Vec<&Checked> = a.checked.iter().chain(&b.checked).collect();
+    checked::say(context, &read);
+    let (found, watermark) = (diff(&a.entries, &b.entries), b.watermark);
     if context.json {
         let (schema_version, a) = (SCHEMA_VERSION, args.a.as_str());
-        out::print_json("diff", &Compared { schema_version, a, b: other, watermark, found: &found })?;
+        checked::print_json("diff", &Compared { schema_version, a, b: other, watermark, found: &found }, &read)?;
     } else {
         watermark.iter().for_each(|mark| out::say(format_args!("B: {mark}")));
         show(&found);
     }
-    Ok(if found.same_order { Exit::Fine } else { Exit::Unexpected })
+    Ok(args.unverified.exit(&read, if found.same_order { Exit::Fine } else { Exit::Unexpected }))
 }
 
-/// A run's log, and what every artefact of an ablation says.
-fn log(
-    context: &Context,
-    run: &str,
-    args: &Args,
-    policy: Option<&Path>,
-) -> Result<(Vec<Witnessed>, Option<String>), Failure> {
+/// A run's log.
+struct Side {
+    entries: Vec<Witnessed>,
+    /// What every artefact of an ablation says.
+    watermark: Option<String>,
+    /// The recording that it was read from.
+    checked: Option<Checked>,
+}
+
+fn log(context: &Context, run: &str, args: &Args, policy: Option<&Path>) -> Result<Side, Failure> {
     let path = Path::new(run);
     if path.is_dir() {
         if policy.is_some() {
@@ -75,9 +83,10 @@ fn log(
                 format!("{run} is recorded, and under its own policy; name a scenario"),
             ));
         }
-        let found = Recorded::read(path)?;
+        let checked = checked::run(path)?;
+        let found = Recorded::read(&checked)?;
         found.warn(run);
-        return Ok((found.entries, None));
+        return Ok(Side { entries: found.entries, watermark: None, checked: Some(checked) });
     }
     let wanted = Wanted { cell: args.cell.clone(), ..Wanted::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, run)?, &wanted)?;
@@ -87,7 +96,7 @@ fn log(
         one = plan::under(context, &one, policy)?;
     }
     let entries = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?.0.entries;
-    Ok((entries, one.setup.watermark()))
+    Ok(Side { entries, watermark: one.setup.watermark(), checked: None })
 }
 
 fn show(found: &Difference) {

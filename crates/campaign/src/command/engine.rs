@@ -6,9 +6,10 @@ use link::instrument::Frame;
 use serde::Serialize;
 use wire::person::{Act, Role};
 
+use super::checked::Checked;
 use super::plan::Planned;
 use crate::cast::{RunSecret, cast};
-use crate::custody::Custodian;
+use crate::custody::{Custodian, Held};
 use crate::evidence::{self, Logged, by_recorder};
 use crate::live::child::Services;
 use crate::live::mouths::CoreReplay;
@@ -66,6 +67,12 @@ pub struct MouthReplay {
 /// What the evidence of a run is worth.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Verified {
+    /// SHA-256 of `held.json`, hexadecimal: the same as when the run was made, or the whole directory may be another's.
+    pub held: String,
+    /// Files that are covered, each to the last byte.
+    pub files: u64,
+    /// What is covered by nothing, in a directory of a program that did not cover it.
+    pub uncovered: Vec<String>,
     /// Events in the log.
     pub events: u64,
     /// Head of the chain, hexadecimal.
@@ -91,15 +98,32 @@ pub(super) fn trial(
         Mode::Twin => {
             let (cast, twin) = twin::trial::start(scenario, setup, seed, false).map_err(failed)?;
             let run = twin::trial::conclude(cast, twin, setup);
-            if let Some(directory) = &setup.run_dir {
-                keep::recording(directory, &run.log).map_err(failed)?;
-                keep::held(directory, &run.held).map_err(failed)?;
-                keep::events(directory, &run.evidence).map_err(failed)?;
-            }
-            Ok(judged::trial(seed, scenario.level(), &run.evidence, &run.verdict))
+            let trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
+            let Some(directory) = &setup.run_dir else { return Ok(trial) };
+            keep::recording(directory, &run.log).map_err(failed)?;
+            keep::events(directory, &run.evidence).map_err(failed)?;
+            held(directory, &run.held, trial)
         }
         Mode::Stack => stack::trial(scenario, seed).map_err(failed),
-        Mode::Live => live_trial(scenario, setup, seed, stop, View::nobody(&mut |_| {})),
+        Mode::Live => live_trial(scenario, setup, seed, stop, View::of(setup, &mut |_| {})),
+    }
+}
+
+/// Writes how a trial ended, and last of all `held.json`, which covers every file in `directory`.
+fn held(directory: &Path, held: &Held, trial: Trial) -> Result<Trial, EngineError> {
+    keep::verdict(directory, &trial).map_err(failed)?;
+    let held = keep::held(directory, held).map_err(failed)?;
+    Ok(Trial { held: Some(held), ..trial })
+}
+
+/// Whether a trial can begin: the services take their setups, and the adversary its plan.
+///
+/// # Errors
+/// The first refusal.
+pub(super) fn can_start(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(), EngineError> {
+    match scenario.is_of_stacks() {
+        true => Ok(()),
+        false => twin::trial::start(scenario, setup, seed, false).map(|_| ()).map_err(failed),
     }
 }
 
@@ -122,6 +146,12 @@ pub(super) struct View<'a> {
 }
 
 impl<'a> View<'a> {
+    /// The window that the setup asks for.
+    fn of(setup: &Setup, show: &'a mut dyn FnMut(&str)) -> Self {
+        let role = setup.window.unwrap_or(Role::Supervise);
+        Self { window: setup.window.is_some(), role, ..Self::nobody(show) }
+    }
+
     /// Nobody looks, and nobody acts.
     fn nobody(show: &'a mut dyn FnMut(&str)) -> Self {
         Self { show, window: false, role: Role::Supervise, acts: Vec::new() }
@@ -151,19 +181,19 @@ fn live_trial(
     if let Some(directory) = &setup.run_dir {
         keep::events(directory, &run.evidence)
             .and_then(|()| keep::replays(directory, &run.replays))
-            .and_then(|()| keep::held(directory, &run.held))
             .and_then(|()| keep::console(directory, &run.cast, &run.evidence.entries))
             .map_err(failed)?;
         // What cannot be thinned stays whole: that costs room and nothing else.
         if let Err(why) = keep::thinned(directory, &run.replays, setup.frames) {
-            eprintln!("{}: mouth logs stay whole: {why}", directory.display());
+            link::note!("{}: mouth logs stay whole: {why}", directory.display());
         }
     }
-    let mut trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
-    trial.host_stall_ms = run.spoilt.map(|by| by as f64 / 1000.0);
-    let differing = run.replays.iter().filter_map(|r| Some(format!("mouth of {}: {}", r.node, r.difference.as_ref()?)));
-    trial.findings.extend(differing);
-    Ok(trial)
+    let host_stall_ms = run.spoilt.map(|by| by as f64 / 1000.0);
+    let trial = Trial { host_stall_ms, ..judged::trial(seed, scenario.level(), &run.evidence, &run.verdict) };
+    match &setup.run_dir {
+        Some(directory) => held(directory, &run.held, trial),
+        None => Ok(trial),
+    }
 }
 
 /// Runs one live trial with this program as every service; its logs are kept where the setup says so.
@@ -227,23 +257,18 @@ fn failed(error: impl std::fmt::Display) -> EngineError {
     EngineError::Failed(error.to_string())
 }
 
-/// What came of feeding every mouth log below `run` back into its core. That was done right after the run: the keys
+/// What came of feeding every mouth log of `run` back into its core. That was done right after the run: the keys
 /// that the cores sign with are gone since, so no later replay could give the same bytes.
-pub(super) fn replay(run: &Path) -> Result<Vec<MouthReplay>, EngineError> {
-    readable(run)?;
-    let file = run.join("replay.json");
+pub(super) fn replay(run: &Checked) -> Result<Vec<MouthReplay>, EngineError> {
+    let file = run.path().join("replay.json");
     let unreadable = |message: String| EngineError::Unreadable {
         file: file.clone(),
         message,
         remedy: "name the directory of one live trial, as `run SCENARIO --live --out DIR` makes below DIR/live"
             .to_owned(),
     };
-    let length = std::fs::metadata(&file).map_err(|e| unreadable(e.to_string()))?.len();
-    if length > MAX_REPLAY_BYTES {
-        return Err(unreadable(format!("{length} bytes, at most {MAX_REPLAY_BYTES} are read")));
-    }
-    let text = std::fs::read_to_string(&file).map_err(|e| unreadable(e.to_string()))?;
-    let cores: Vec<CoreReplay> = serde_json::from_str(&text).map_err(|e| unreadable(e.to_string()))?;
+    let text = link::files::read(&file, MAX_REPLAY_BYTES).map_err(|e| unreadable(e.to_string()))?;
+    let cores: Vec<CoreReplay> = serde_json::from_slice(&text).map_err(|e| unreadable(e.to_string()))?;
     let told = |r: CoreReplay| MouthReplay {
         core: r.node.to_string(),
         inputs: r.inputs,
@@ -287,9 +312,9 @@ pub(super) fn denied(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(E
     Ok((done.evidence, done.verdict))
 }
 
-/// The log of the recorded run in `run`, and the first thing that does not hold of its chains.
-pub(super) fn recorded(run: &Path) -> Result<(Vec<Witnessed>, Option<String>), EngineError> {
-    let frames = frames(run)?;
+/// The log of a recorded run, and the first thing that does not hold of its chains.
+pub(super) fn recorded(run: &Checked) -> Result<(Vec<Witnessed>, Option<String>), EngineError> {
+    let frames = frames(run.path())?;
     let log: Vec<Logged> =
         frames.into_iter().map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect();
     Ok(evidence::read(&log))
@@ -305,19 +330,53 @@ fn not_a_run(file: PathBuf, message: String) -> EngineError {
     EngineError::Unreadable { file, message, remedy }
 }
 
-/// Checks chains, seals, signatures and heads of the run in `run`, by the public keys and heads that are kept beside it.
+/// Checks every file of the run in `run` to the last byte, then chains, seals, signatures and heads, by what is held in the file
+/// beside them.
 pub(super) fn verify(run: &Path) -> Result<Verified, EngineError> {
-    let frames = frames(run)?;
-    let held = keep::read_held(run).map_err(|e| not_a_run(run.join(keep::HELD), e.to_string()))?;
+    readable(run)?;
+    let (held, digest) = keep::read_held(run).map_err(|e| not_a_run(run.join(keep::HELD), e.to_string()))?;
+    let differences = held.files.as_ref().map(|files| keep::whole::differences(run, files)).transpose();
+    let mut findings = differences.map_err(|e| not_a_run(run.to_owned(), e.to_string()))?.unwrap_or_default();
+    let log = match logged(run, held.knows_witnesses()) {
+        // Of a file that is another's, or gone, that is said already.
+        Err(_) if !findings.is_empty() => Vec::new(),
+        log => log?,
+    };
     let mut custodian = Custodian::new(&held);
-    for frame in frames.iter().filter(|frame| by_recorder(frame.node)) {
+    for Logged { at, node, bytes } in &log {
         // What does not continue its chain is in the custodian's own list.
-        let _noted = custodian.take(frame.trace_us, frame.node, &frame.bytes);
+        let _noted = custodian.take(*at, *node, bytes);
     }
     let custody = custodian.close();
-    let findings = custody.flaws.iter().map(ToString::to_string).collect();
-    let heads = held.heads.len() as u64;
-    Ok(Verified { events: custody.events as u64, head: custody.head, heads, sealed: custody.sealed, findings })
+    findings.extend(custody.flaws.iter().map(ToString::to_string));
+    Ok(Verified {
+        held: digest,
+        files: held.files.as_ref().map_or(0, |files| files.len() as u64),
+        uncovered: uncovered(&held),
+        events: custody.events as u64,
+        head: custody.head,
+        heads: held.heads.len() as u64,
+        sealed: custody.sealed || held.cut_short,
+        findings,
+    })
+}
+
+/// What went by way of the recorder, and behind it, where they sign it, what guards and launcher kept themselves.
+fn logged(run: &Path, witnesses: bool) -> Result<Vec<Logged>, EngineError> {
+    let frames = frames(run)?.into_iter().filter(|frame| witnesses || by_recorder(frame.node));
+    let mut log: Vec<Logged> = frames.map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect();
+    if witnesses {
+        log.extend(live::own_logs(run).map_err(|e| not_a_run(run.to_owned(), e.to_string()))?);
+    }
+    Ok(log)
+}
+
+/// What a directory of an earlier program leaves open.
+fn uncovered(held: &Held) -> Vec<String> {
+    let files = "bytes that are in no entry, and every file but the recording: held.json lists no file";
+    let witnesses = "what guards saw and the launcher noted: held.json has no key and no head of theirs";
+    let open = [(held.files.is_none(), files), (!held.knows_witnesses(), witnesses)];
+    open.into_iter().filter(|(open, _)| *open).map(|(_, what)| what.to_owned()).collect()
 }
 
 fn readable(run: &Path) -> Result<(), EngineError> {

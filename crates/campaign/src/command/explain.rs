@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use wire::mode::Mode;
 
+use super::checked::{self, Checked, Unverified};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::recorded::Recorded;
@@ -14,9 +15,11 @@ use crate::report::{ExplainObject, diagram, explained, kept_out};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Run directory of one trial, or a scenario that is run in the twin under --seed.
+    /// Directory of a recorded run, or a scenario that is run in the twin under --seed.
     #[arg(value_name = "RUN")]
     run: String,
+    #[command(flatten)]
+    unverified: Unverified,
     /// The change of mode that was in force at this time; else every loss.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     at: Option<Micros>,
@@ -38,7 +41,14 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let found = find(context, args)?;
+    let (found, checked) = find(context, args)?;
+    let read: Vec<&Checked> = checked.iter().collect();
+    if args.diagram {
+        // A comment of Mermaid's, which takes nothing else there.
+        read.iter().filter_map(|of| of.mark()).for_each(|mark| out::say(format_args!("%% {mark}")));
+    } else {
+        checked::say(context, &read);
+    }
     found.warn(&args.run);
     let Recorded { entries, flaw, assumed, bounds } = found;
     let log = Log::of(&entries, bounds);
@@ -49,17 +59,18 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let kept = args.why_not.map(|wanted| why_not(&log, wanted, args.at.unwrap_or(end)));
     let told = if kept.is_some() { Vec::new() } else { chosen(args, explain(&entries, &bounds)) };
     if kept.is_none() && told.is_empty() {
-        eprintln!("no loss to explain; --all tells of every change of mode");
+        let whole = if read.iter().all(|of| of.invalid().is_none()) { "" } else { " in what is left of the recording" };
+        link::note!("no loss to explain{whole}; --all tells of every change of mode");
     }
     if context.json {
-        out::print_json("explain", &ExplainObject::new(&args.run, flaw, assumed, told, kept))?;
-        return Ok(Exit::Fine);
+        checked::print_json("explain", &ExplainObject::new(&args.run, flaw, assumed, told, kept), &read)?;
+        return Ok(args.unverified.exit(&read, Exit::Fine));
     }
     for explanation in &told {
         out::say(format_args!("{}", if args.diagram { diagram(explanation) } else { explained(explanation) }));
     }
     kept.iter().for_each(|why| out::say(format_args!("{}", kept_out(why))));
-    Ok(Exit::Fine)
+    Ok(args.unverified.exit(&read, Exit::Fine))
 }
 
 fn chosen(args: &Args, mut all: Vec<Explanation>) -> Vec<Explanation> {
@@ -72,10 +83,11 @@ fn chosen(args: &Args, mut all: Vec<Explanation>) -> Vec<Explanation> {
     }
 }
 
-fn find(context: &Context, args: &Args) -> Result<Recorded, Failure> {
+fn find(context: &Context, args: &Args) -> Result<(Recorded, Option<Checked>), Failure> {
     let path = Path::new(&args.run);
     if path.is_dir() {
-        return Ok(Recorded::read(path)?);
+        let checked = checked::run(path)?;
+        return Ok((Recorded::read(&checked)?, Some(checked)));
     }
     let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
     let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.run)?, &wanted)?;
@@ -85,7 +97,7 @@ fn find(context: &Context, args: &Args) -> Result<Recorded, Failure> {
     }
     let one = planned.first().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))?;
     let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
-    Ok(Recorded::of(evidence))
+    Ok((Recorded::of(evidence), None))
 }
 
 fn seconds(text: &str) -> Result<Micros, String> {

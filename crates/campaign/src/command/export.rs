@@ -11,17 +11,18 @@ use viewer::Viewer;
 use wire::core::Topic;
 
 use super::bring::Bring;
+use super::checked::{self, Checked, Unverified};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::recorded::Recorded;
-use super::{Context, engine, out};
+use super::{Context, engine, out, runs};
 use crate::oracle::Witnessed;
 use crate::passed::{self, Passed, recorded};
 use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Run directory of one trial, or a scenario that is run in the twin under --seed.
+    /// Directory of a recorded run, or a scenario that is run in the twin under --seed.
     #[arg(value_name = "RUN")]
     run: String,
     /// The file to write.
@@ -38,6 +39,8 @@ pub(super) struct Args {
     rendered: bool,
     #[command(flatten)]
     bring: Bring,
+    #[command(flatten)]
+    unverified: Unverified,
 }
 
 #[derive(Serialize)]
@@ -68,36 +71,62 @@ struct Found {
     scene: Option<Scene>,
     watermark: Option<String>,
     not_kept: u64,
+    /// The recording that it was read from.
+    checked: Option<Checked>,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    spares_its_inputs(args)?;
     let found = if Path::new(&args.run).is_dir() { of_recording(args)? } else { of_scenario(context, args)? };
     if found.entries.is_empty() {
         return Err(Failure::new(Exit::NoEvidence, format!("{}: no entry of any service", args.run)));
     }
-    let (watermark, not_kept) = (found.watermark.clone(), found.not_kept);
+    let (watermark, not_kept, checked) = (found.watermark.clone(), found.not_kept, found.checked.clone());
+    let read: Vec<&Checked> = checked.iter().collect();
+    checked::say(context, &read);
     let (channels, unread) = write(context, args, found)?;
     let channels: Vec<Channel> =
         channels.into_iter().map(|of| Channel { topic: of.topic, schema: of.schema, messages: of.messages }).collect();
     let (run, file) = (args.run.clone(), args.out.display().to_string());
     if context.json {
         let object = Exported { schema_version: SCHEMA_VERSION, run, file, watermark, channels, unread, not_kept };
-        out::print_json("export", &object)?;
-        return Ok(Exit::Fine);
+        checked::print_json("export", &object, &read)?;
+        return Ok(args.unverified.exit(&read, Exit::Fine));
     }
     watermark.iter().for_each(|mark| out::say(format_args!("{mark}")));
     for Channel { topic, schema, messages } in &channels {
         out::say(format_args!("{topic:32} {schema:28} {messages:8}"));
     }
     if unread > 0 {
-        eprintln!("{unread} messages between services could not be read and are left out");
+        link::note!("{unread} messages between services could not be read and are left out");
     }
     if not_kept > 0 {
-        eprintln!(
+        link::note!(
             "{not_kept} sets of frames were not kept but for their hash; `live --frames 1 --out DIR` keeps them all"
         );
     }
-    Ok(Exit::Fine)
+    Ok(args.unverified.exit(&read, Exit::Fine))
+}
+
+/// Refuses to write into the run that is read, or over a file that is.
+fn spares_its_inputs(args: &Args) -> Result<(), Failure> {
+    let whole = |path: &Path| std::fs::canonicalize(path).ok();
+    // What is not there yet is known by the folder that it goes to.
+    let folder = args.out.parent().map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
+    let into = folder.and_then(whole).zip(args.out.file_name()).map(|(folder, name)| folder.join(name));
+    let targets: Vec<PathBuf> = whole(&args.out).into_iter().chain(into).collect();
+    let run = Path::new(&args.run);
+    // Beside the run's own folder, in one that it was named by, there is room.
+    let run = if run.is_dir() { runs::one(run)? } else { run.to_owned() };
+    let inputs = [Some(run.as_path()), args.policy.as_deref()].into_iter().chain(args.bring.files());
+    for input in inputs.flatten().filter_map(whole) {
+        if targets.iter().any(|target| target.starts_with(&input)) {
+            let message =
+                format!("--out {} is {}, which is read; name another file", args.out.display(), input.display());
+            return Err(Failure::new(Exit::Usage, message));
+        }
+    }
+    Ok(())
 }
 
 fn of_recording(args: &Args) -> Result<Found, Failure> {
@@ -106,12 +135,13 @@ fn of_recording(args: &Args) -> Result<Found, Failure> {
             format!("{} is recorded, as it was run; name a scenario for another cell, policy or rendering", args.run);
         return Err(Failure::new(Exit::Usage, message));
     }
-    let directory = Path::new(&args.run);
-    let found = Recorded::read(directory)?;
+    let checked = checked::run(Path::new(&args.run))?;
+    let found = Recorded::read(&checked)?;
     found.warn(&args.run);
-    let passed::Recorded { passed, left_out } = recorded(directory, &found.entries)
+    let passed::Recorded { passed, left_out } = recorded(checked.path(), &found.entries)
         .map_err(|why| Failure::new(Exit::Usage, format!("{}: mouth logs: {why}", args.run)))?;
-    Ok(Found { entries: found.entries, passed, scene: None, watermark: None, not_kept: left_out })
+    let (entries, checked) = (found.entries, Some(checked));
+    Ok(Found { entries, passed, scene: None, watermark: None, not_kept: left_out, checked })
 }
 
 fn of_scenario(context: &Context, args: &Args) -> Result<Found, Failure> {
@@ -135,6 +165,7 @@ fn of_scenario(context: &Context, args: &Args) -> Result<Found, Failure> {
         scene,
         watermark: one.setup.watermark(),
         not_kept: 0,
+        checked: None,
     })
 }
 
@@ -164,6 +195,9 @@ fn show(
     stages: Option<Stages>,
 ) -> Result<Option<(Vec<viewer::Channel>, u64)>, viewer::ViewError> {
     let mut viewer = Viewer::new(file, found.scene, stages)?;
+    if let Some(checked) = &found.checked {
+        viewer.custody(&checked.custody().run, &checked.custody().sha256, checked.invalid())?;
+    }
     let mut passed = found.passed.iter().peekable();
     for w in &found.entries {
         if context.stop.asked() {

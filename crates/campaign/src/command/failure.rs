@@ -78,9 +78,9 @@ impl Failure {
 
     /// Tells a person on stderr, and a program on stdout.
     pub(super) fn tell(&self, json: bool) -> Exit {
-        eprintln!("{}", self.message.trim_end());
+        link::note!("{}", self.message.trim_end());
         if let Some(line) = &self.reproduce {
-            eprintln!("reproduce: {line}");
+            link::note!("reproduce: {line}");
         }
         if json {
             #[derive(Serialize)]
@@ -107,6 +107,11 @@ impl Failure {
     }
 }
 
+/// Whether stderr takes colours: a terminal does, unless `NO_COLOR` is set to anything (<https://no-color.org>).
+pub(super) fn colour() -> bool {
+    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.message)
@@ -117,7 +122,7 @@ impl std::error::Error for Failure {}
 
 impl From<Problems> for Failure {
     fn from(problems: Problems) -> Self {
-        let message = problems.render(std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none());
+        let message = problems.render(colour());
         Self { problems: problems.rows(), ..Self::new(Exit::Usage, message) }
     }
 }

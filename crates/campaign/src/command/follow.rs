@@ -19,7 +19,7 @@ impl Follow {
     /// # Errors
     /// When there is no file at `path`.
     pub(super) fn open(path: &Path) -> Result<Self, MouthError> {
-        Ok(Self { file: File::open(path)?, read: None })
+        Ok(Self { file: link::files::open(path)?, read: None })
     }
 
     /// Hands over every entry that has come since the last look.

@@ -39,7 +39,7 @@ fn wait(descriptor: &SignalFd, stop: &Stop) {
         match descriptor.read_signal() {
             Ok(Some(_)) if stop.asked() => std::process::exit(i32::from(Exit::Interrupted.code())),
             Ok(Some(_)) => {
-                eprintln!("stopping; once more to end at once");
+                link::note!("stopping; once more to end at once");
                 stop.ask();
             }
             Ok(None) => {}

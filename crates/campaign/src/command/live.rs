@@ -48,14 +48,19 @@ pub(super) struct Args {
     frames: u32,
 }
 
-fn role(text: &str) -> Result<Role, String> {
+pub(super) fn role(text: &str) -> Result<Role, String> {
     let named = Role::ALL.into_iter().find(|role| role.name() == text);
     named.ok_or_else(|| format!("one of {} is expected", Role::ALL.map(Role::name).join(", ")))
 }
 
+/// Whether there is a display to open a window on.
+pub(super) fn display() -> Result<(), Failure> {
+    link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))
+}
+
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if args.console {
-        link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
+        display()?;
     }
     let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
     let wanted = Wanted { policy, cell, rendered: true, detector, sabotage: false };
@@ -68,14 +73,15 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     one.setup.retries = if args.console { 0 } else { args.retries.retries };
     if let Some(dir) = &args.out {
         one.setup.frames = args.frames;
+        out::unused(dir)?;
         one.setup.run_dir = Some(out::directory(dir, Some(dir), "live")?);
     }
     if let Some(mark) = one.setup.watermark() {
-        eprintln!("{mark}");
+        link::note!("{mark}");
     }
     // With --json stdout is for the object, so the operator's view goes to stderr.
     let tell: fn(&str) =
-        if context.json { |text| eprintln!("{text}") } else { |text| out::say(format_args!("{text}")) };
+        if context.json { |text| link::note!("{text}") } else { |text| out::say(format_args!("{text}")) };
     let mut told = 0;
     let mut show = |text: &str| {
         let now = trace_us();
@@ -95,6 +101,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         out::print_json("trial", &trial)?;
     } else {
         out::say(format_args!("{}", trial.outcome.name()));
+        trial.held.iter().for_each(|held| out::say(format_args!("held.json has SHA-256 {held}")));
     }
     Ok(batch::judge(Mode::Live, &planned, &[trial]))
 }

@@ -37,9 +37,10 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let merged = campaign::conclude(&dir, &plan, &journal)?;
     campaign::tell(context, &dir, &merged)?;
     if !merged.complete {
-        eprintln!(
+        link::note!(
             "{} of {} trials are there; the parts that are missing are not among these folders",
-            merged.trials, merged.planned
+            merged.trials,
+            merged.planned
         );
     }
     Ok(campaign::exit(&merged, true))

@@ -7,6 +7,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+pub(super) use link::terminal::say;
 use perception::head::Brought;
 use perception::model::hex_digest;
 use serde::Serialize;
@@ -108,6 +109,23 @@ pub(super) fn directory(root: &Path, wanted: Option<&Path>, label: &str) -> Resu
     Err(Failure::new(Exit::Environment, format!("{} is full; remove old runs or use --out DIR", runs.display())))
 }
 
+/// Whether nothing is in `folder`, where the recording of a trial is to go.
+///
+/// # Errors
+/// When something is, or it is no folder.
+pub(super) fn unused(folder: &Path) -> Result<(), Failure> {
+    match fs::read_dir(folder).map(|mut entries| entries.next().is_none()) {
+        Ok(true) => Ok(()),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        Ok(false) => {
+            let message =
+                format!("{} holds a run already; name another --out or --seed, or remove it", folder.display());
+            Err(Failure::new(Exit::Usage, message))
+        }
+        Err(e) => Err(Failure::new(Exit::Usage, format!("{}: {e}", folder.display()))),
+    }
+}
+
 /// A result as it is written: what kind of object it is, and the object.
 #[derive(Serialize)]
 struct Named<'a, T> {
@@ -140,15 +158,6 @@ pub(super) fn write_trials(dir: &Path, name: &str, trials: &[Trial]) -> Result<(
         writeln!(file, "{line}")?;
     }
     Ok(file.flush()?)
-}
-
-/// Prints a line of the result on stdout. A reader that has gone away is no failure: the exit code still tells.
-pub(super) fn say(line: std::fmt::Arguments<'_>) {
-    match writeln!(std::io::stdout(), "{line}") {
-        Ok(()) => {}
-        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => {}
-        Err(e) => eprintln!("stdout: {e}"),
-    }
 }
 
 /// Prints a result as one JSON object on stdout, with the name of its kind.

@@ -67,14 +67,18 @@ pub(super) fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure>
         return Ok(PathBuf::from(name));
     }
     let folder = context.root()?.join("scenarios");
-    let paths = [folder.join(format!("{name}.toml")), folder.join("rendered").join(format!("{name}.toml"))];
+    let paths = ["", "rendered", "demo"].map(|below| folder.join(below).join(format!("{name}.toml")));
     if let Some(path) = paths.into_iter().find(|path| path.is_file()) {
         return Ok(path);
     }
     let root = context.root()?;
-    let shipped = [scenario::shipped(&root)?, scenario::rendered(&root)?].concat();
+    let shipped = [scenario::shipped(&root)?, scenario::rendered(&root)?, scenario::demo(&root)?].concat();
     let known: Vec<String> = shipped.iter().map(|p| stem(p)).collect();
-    Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; there are: {}", known.join(", "))))
+    let hint = match scenario::closest(name, known.iter().map(String::as_str)) {
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => format!("there are: {}", known.join(", ")),
+    };
+    Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; {hint} A file is named by its path, ending in .toml")))
 }
 
 /// Loads a scenario and prepares its variations.

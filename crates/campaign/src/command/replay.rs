@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use wire::core::Output;
 
+use super::checked::{self, Checked, Unverified};
 use super::engine::{self, MouthReplay};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
@@ -15,9 +16,11 @@ use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Run directory of one live trial, or a scenario that is run in the twin under --seed.
+    /// Directory of a recorded live run, or a scenario that is run in the twin under --seed.
     #[arg(value_name = "RUN")]
     run: String,
+    #[command(flatten)]
+    unverified: Unverified,
     /// Of a scenario: what the cores would have decided under this policy, fed the same; the first difference of each is told.
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
@@ -79,12 +82,15 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
                            name the scenario to ask it of a run in the twin";
             return Err(Failure::new(Exit::Usage, message));
         }
-        return same(context, &args.run, engine::replay(path)?);
+        let checked = checked::run(path)?;
+        checked::say(context, &[&checked]);
+        let own = same(context, &args.run, engine::replay(&checked)?, &[&checked])?;
+        return Ok(args.unverified.exit(&[&checked], own));
     }
     let planned = one(context, args)?;
     let Some(policy) = &args.policy else {
         let refed = engine::again(&engine::eaten(&planned, context.seed)?)?;
-        return same(context, &args.run, refed.iter().map(told).collect());
+        return same(context, &args.run, refed.iter().map(told).collect(), &[]);
     };
     let other = plan::under(context, &planned, policy)?;
     let refed = engine::otherwise(&engine::eaten(&planned, context.seed)?, &other, context.seed)?;
@@ -104,7 +110,7 @@ fn one(context: &Context, args: &Args) -> Result<Planned, Failure> {
     planned.into_iter().next().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))
 }
 
-fn same(context: &Context, run: &str, cores: Vec<MouthReplay>) -> Result<Exit, Failure> {
+fn same(context: &Context, run: &str, cores: Vec<MouthReplay>, read: &[&Checked]) -> Result<Exit, Failure> {
     if cores.is_empty() {
         return Err(Failure::new(Exit::NoEvidence, format!("{run}: no mouth logs; nothing was fed")));
     }
@@ -116,10 +122,10 @@ fn same(context: &Context, run: &str, cores: Vec<MouthReplay>) -> Result<Exit, F
         }
     }
     if context.json {
-        out::print_json("replay", &Replayed { schema_version: SCHEMA_VERSION, identical, cores })?;
+        checked::print_json("replay", &Replayed { schema_version: SCHEMA_VERSION, identical, cores }, read)?;
     }
     if !identical {
-        eprintln!("reproduce: holdsafe replay {run}");
+        link::note!("reproduce: holdsafe replay {run}");
     }
     Ok(if identical { Exit::Fine } else { Exit::Unexpected })
 }

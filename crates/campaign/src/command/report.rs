@@ -1,16 +1,20 @@
 //! `holdsafe report`: what a reviewer is handed, as one HTML file, made of results and of recorded runs.
 
+use std::collections::BTreeSet;
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use dossier::Dossier;
 use dossier::results::{MAX_FILE_BYTES, Manifest, Results};
-use dossier::story::Story;
+use dossier::story::Recording;
+use serde::Serialize;
 
+use super::checked::{self, Checked, Unverified};
 use super::failure::{Exit, Failure};
 use super::recorded::Recorded;
-use super::{Context, out};
+use super::{Context, out, runs};
+use crate::report::SCHEMA_VERSION;
 use crate::story;
 
 /// The file in a folder of a command's results that holds the result.
@@ -22,7 +26,7 @@ const MAX_STORIES: usize = 32;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Results (what `--json` printed, or a folder that a command wrote) and folders of single recorded runs.
+    /// Results (what `--json` printed, or a folder that a command wrote) and folders of recorded runs.
     #[arg(value_name = "RESULT", required = true)]
     given: Vec<PathBuf>,
     /// The page.
@@ -49,10 +53,21 @@ pub(super) struct Args {
     /// A CycloneDX bill of materials, with the inputs of the runs that `manifest.json` beside the first result names.
     #[arg(long, value_name = "FILE")]
     sbom: Option<PathBuf>,
+    #[command(flatten)]
+    unverified: Unverified,
+}
+
+/// What was written.
+#[derive(Serialize)]
+struct Written {
+    schema_version: u32,
+    files: Vec<String>,
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let dossier = gather(args)?;
+    let (dossier, checked) = gather(args)?;
+    let read: Vec<&Checked> = checked.iter().collect();
+    checked::say(context, &read);
     let mut files = vec![(args.out.clone(), dossier::page::page(&dossier).into_bytes())];
     if let Some(dir) = &args.figures {
         let figures = dossier::files::files(&dossier::page::figures(&dossier)).map_err(Failure::internal)?;
@@ -63,7 +78,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if let Some(dir) = &args.navigator {
         let layers = dossier::layers(&dossier.results);
         if layers.is_empty() {
-            eprintln!(
+            link::note!(
                 "no layer for the Navigator: none of these results is of a scenario with techniques; give a `matrix`"
             );
         }
@@ -73,13 +88,17 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     if let Some(file) = &args.sbom {
         files.push((file.clone(), dossier::sbom(manifest(args)?.as_ref()).into_bytes()));
     }
+    let mut written = Written { schema_version: SCHEMA_VERSION, files: Vec::new() };
     for (path, bytes) in &files {
         write(path, bytes)?;
-        if !context.json {
-            out::say(format_args!("{}", path.display()));
-        }
+        written.files.push(path.display().to_string());
     }
-    Ok(Exit::Fine)
+    if context.json {
+        checked::print_json("report", &written, &read)?;
+    } else {
+        written.files.iter().for_each(|file| out::say(format_args!("{file}")));
+    }
+    Ok(args.unverified.exit(&read, Exit::Fine))
 }
 
 /// The manifest beside the first result that has one.
@@ -95,51 +114,78 @@ fn write(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     parent.map_or(Ok(()), fs::create_dir_all).and_then(|()| fs::write(path, bytes)).map_err(|e| unwritable(path, &e))
 }
 
-fn gather(args: &Args) -> Result<Dossier, Failure> {
-    let (mut results, mut stories) = (Results::default(), Vec::new());
+/// What the page is made of, and every recording that was checked for it.
+fn gather(args: &Args) -> Result<(Dossier, Vec<Checked>), Failure> {
+    let (mut results, mut stories, mut checked) = (Results::default(), Vec::new(), Vec::new());
+    let mut seen = BTreeSet::new();
     for path in &args.given {
-        match found(path)? {
-            Given::Result(file) => {
+        let (told, runs) = match found(path)? {
+            Given::Result(file, runs) => {
                 let bytes = bounded(&file)?;
-                results
-                    .read(&file.display().to_string(), &bytes)
-                    .map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
+                let read = results.read(&file.display().to_string(), &bytes);
+                read.map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
+                (false, runs)
             }
-            Given::Run if stories.len() < MAX_STORIES => stories.push(told(path)?),
-            Given::Run => {
+            Given::Runs(runs) => (true, runs),
+        };
+        for run in runs {
+            let of = checked::run(&run)?;
+            if told && stories.len() == MAX_STORIES {
                 return Err(Failure::new(Exit::Usage, format!("more than {MAX_STORIES} runs; make several reports")));
+            }
+            if told {
+                stories.push(tell(&of)?);
+            }
+            // The folder of a result may hold a run that is given by itself, too.
+            if seen.insert(fs::canonicalize(of.path())?) {
+                checked.push(of);
             }
         }
     }
     let version = env!("CARGO_PKG_VERSION").to_owned();
-    Ok(Dossier { title: args.title.clone(), version, results, stories })
+    let recordings = checked.iter().map(recording).collect();
+    Ok((Dossier { title: args.title.clone(), version, results, stories, recordings }, checked))
 }
 
 /// What a path stands for.
 enum Given {
-    Result(PathBuf),
-    Run,
+    /// A result, and the runs that were recorded for it.
+    Result(PathBuf, Vec<PathBuf>),
+    /// Recorded runs, each to be told.
+    Runs(Vec<PathBuf>),
 }
 
 fn found(path: &Path) -> Result<Given, Failure> {
     if !path.is_dir() {
-        return Ok(Given::Result(path.to_owned()));
+        return Ok(Given::Result(path.to_owned(), Vec::new()));
     }
-    if path.join("recording").is_dir() {
-        return Ok(Given::Run);
+    let (inside, runs) = (RESULTS.iter().map(|name| path.join(name)).find(|file| file.is_file()), runs::below(path)?);
+    if let Some(file) = inside {
+        return Ok(Given::Result(file, runs));
     }
-    let inside = RESULTS.iter().map(|name| path.join(name)).find(|file| file.is_file());
-    inside.map(Given::Result).ok_or_else(|| {
+    if runs.is_empty() {
         let of = RESULTS.join(", ");
         let message = format!("{}: neither a recorded run (`recording/`) nor a result ({of})", path.display());
-        Failure::new(Exit::Usage, message)
-    })
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    Ok(Given::Runs(runs))
 }
 
-fn told(run: &Path) -> Result<Story, Failure> {
-    let (name, recorded) = (run.display().to_string(), Recorded::read(run)?);
+fn tell(run: &Checked) -> Result<dossier::story::Story, Failure> {
+    let (name, recorded) = (run.path().display().to_string(), Recorded::read(run)?);
     recorded.warn(&name);
     Ok(story::of(&name, &recorded.entries, &recorded.bounds, recorded.flaw))
+}
+
+fn recording(of: &Checked) -> Recording {
+    let custody = of.custody();
+    Recording {
+        name: custody.run.clone(),
+        sha256: custody.sha256.clone(),
+        holds: custody.holds,
+        outcome: custody.outcome.map(|class| class.name().to_owned()),
+        invalid: custody.reason.clone(),
+    }
 }
 
 /// A file's bytes, one more than is read at most: what is too long is refused, not cut.

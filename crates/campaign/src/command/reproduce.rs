@@ -206,7 +206,7 @@ fn show(told: &Reproduced) {
             }
             (None, _) => out::say(format_args!("{name}: has no reference")),
         }
-        eprintln!("reproduce: {}", row.reproduce);
+        link::note!("reproduce: {}", row.reproduce);
     }
     told.gone.iter().for_each(|name| out::say(format_args!("{name}: has a reference and is not shipped")));
     let Reproduced { runs, same, same_decisions, architecture, seed, .. } = told;

@@ -42,7 +42,7 @@ pub(super) fn retried(
         if let Some(directory) = &setup.run_dir {
             put_aside(directory, spoilt.len())?;
         }
-        eprintln!(
+        link::note!(
             "seed {seed}: the host overslept by {ms:.0} ms, at most {} ms are allowed; repeated, {} of at most {}",
             OVERSLEPT_US / 1000,
             spoilt.len(),

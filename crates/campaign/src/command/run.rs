@@ -3,18 +3,22 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
+use wire::person::Role;
 
 use super::batch::{self, Batch};
 use super::bring::Bring;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::retry::Retries;
-use super::{Context, out};
+use super::{Context, live, out};
 use crate::report::{Mode, RunObject, SCHEMA_VERSION, run_table};
 use crate::scenario::{FRAMES, Scenario};
+use crate::trial::Trial;
 
 /// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;
+/// Recordings whose digests are told on one screen; `result.json` has all.
+const MAX_TOLD: usize = 8;
 /// Live trials of each cell when the user names no number.
 const LIVE_TRIALS: u64 = 1;
 
@@ -40,6 +44,13 @@ pub(super) struct Args {
     rendered: bool,
     #[command(flatten)]
     bring: Bring,
+    /// Open the operator's window on the one live trial. The run then lasts until that is closed, at least to the scenario's end.
+    #[arg(long, requires = "live")]
+    console: bool,
+    /// What the person at the window may do: view, operate or supervise. Who may only look has no pen, and then the scenario's
+    /// operator has none either.
+    #[arg(long, requires = "console", default_value = "supervise", value_parser = live::role)]
+    role: Role,
     /// Deny every injection: the actors' claims in a log of the same trial in which nobody acted. INVALID is expected.
     #[arg(long, conflicts_with_all = ["live", "rendered", "detector"])]
     sabotage: bool,
@@ -77,27 +88,43 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mut plans = Vec::new();
     for name in &args.scenarios {
         let (scenario, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
-        planned.iter_mut().for_each(|of| {
-            (of.setup.frames, of.setup.retries) = (args.frames, args.retries.retries);
-        });
+        for of in &mut planned {
+            of.setup.frames = args.frames;
+            of.setup.retries = args.retries.retries;
+            of.setup.window = args.console.then_some(args.role);
+        }
         plans.push((scenario, planned));
+    }
+    if args.console {
+        one_window(args, plans.iter().map(|(_, planned)| planned.len()).sum())?;
     }
     if let Some((scenario, _)) = plans.iter().find(|(scenario, _)| args.live && scenario.is_of_stacks()) {
         let name = scenario.name.as_str();
         let message = format!("`{name}` runs on the real stacks in memory and has no live form; leave out --live");
         return Err(Failure::new(Exit::Usage, message));
     }
+    let n = args.trials.unwrap_or(if args.live { LIVE_TRIALS } else { TWIN_TRIALS });
+    let batches: Vec<Batch<'_>> = plans
+        .iter()
+        .map(|(scenario, planned)| Batch {
+            label: scenario.name.as_str(),
+            mode: if scenario.is_of_stacks() { Mode::Stack } else { engine },
+            planned,
+            n,
+            seed: context.seed,
+            jobs: args.jobs,
+            out: args.out.as_deref(),
+        })
+        .collect();
+    batches.iter().try_for_each(Batch::check_free)?;
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "run")).transpose()?;
     if let Some(dir) = &out {
         let all: Vec<Planned> = plans.iter().flat_map(|(_, planned)| planned.clone()).collect();
         out::write_json(dir, "manifest.json", &out::Manifest::of(&context.root()?, context.seed, &all)?)?;
     }
     let (mut exit, mut runs) = (Exit::Fine, Vec::new());
-    for (scenario, planned) in &plans {
-        let label = scenario.name.as_str();
-        let mode = if scenario.is_of_stacks() { Mode::Stack } else { engine };
-        let n = args.trials.unwrap_or(if args.live { LIVE_TRIALS } else { TWIN_TRIALS });
-        let batch = Batch { label, mode, planned, n, seed: context.seed, jobs: args.jobs, out: out.as_deref() };
+    for ((scenario, planned), batch) in plans.iter().zip(&batches) {
+        let (label, mode) = (batch.label, batch.mode);
         let trials = batch.run(context.talk, &context.stop)?;
         exit = batch::graver(exit, batch::judge(mode, planned, &trials));
         if let Some(dir) = &out {
@@ -109,14 +136,18 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(exit)
 }
 
+/// A window is somebody's for a whole trial, so that there is one of each.
+fn one_window(args: &Args, variations: usize) -> Result<(), Failure> {
+    if variations != 1 || args.trials.is_some_and(|n| n != 1) {
+        let message = "--console opens a window on one trial: name one scenario, of several cells one with --cell, and leave \
+                       --trials out";
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    live::display()
+}
+
 /// Folds the trials of one scenario into its object.
-pub(super) fn fold(
-    scenario: &Scenario,
-    mode: Mode,
-    seed: u64,
-    planned: &[Planned],
-    trials: Vec<crate::trial::Trial>,
-) -> RunObject {
+pub(super) fn fold(scenario: &Scenario, mode: Mode, seed: u64, planned: &[Planned], trials: Vec<Trial>) -> RunObject {
     let cells: Vec<_> = planned
         .iter()
         .filter_map(|p| Some((p.variation.cell.clone()?, p.variation.scenario.expected.to_vec())))
@@ -130,6 +161,11 @@ pub(super) fn fold(
     run
 }
 
+/// What to hold the recording of a trial to.
+fn told_of(trial: &Trial) -> Option<String> {
+    Some(format!("recording of seed {}: held.json has SHA-256 {}", trial.seed, trial.held.as_ref()?))
+}
+
 fn finish(
     context: &Context,
     mode: Mode,
@@ -140,6 +176,11 @@ fn finish(
         for run in &runs {
             out::say(format_args!("{}", run_table(run)));
         }
+        runs.iter()
+            .flat_map(|run| &run.trials)
+            .filter_map(told_of)
+            .take(MAX_TOLD)
+            .for_each(|told| out::say(format_args!("{told}")));
     }
     if runs.len() == 1
         && let Some(run) = runs.pop()

@@ -1,29 +1,30 @@
 //! `holdsafe scenario check|schema|new`: scenario files.
 
-use std::io::{IsTerminal, Write};
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::Path;
 
 use serde::Serialize;
 
-use super::failure::{Exit, Failure};
+use super::failure::{self, Exit, Failure};
 use super::plan::{self, Wanted};
-use super::{Context, out};
+use super::{Context, engine, out};
+use crate::cast::needs_rendering;
 use crate::report::SCHEMA_VERSION;
-use crate::scenario::{self, Name, ProblemRow, Problems, Setup};
+use crate::scenario::{self, Name, Problem, ProblemRow, Problems, Setup};
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {
     /// Check scenario files; without any, every shipped one.
     Check {
-        /// Files.
-        #[arg(value_name = "FILE")]
-        files: Vec<PathBuf>,
+        /// Scenarios, by name or by file.
+        #[arg(value_name = "SCENARIO")]
+        scenarios: Vec<String>,
     },
     /// Print the JSON Schema of a scenario file.
     Schema,
-    /// Write a commented scenario to start from.
+    /// Write a commented scenario to start from, into the folder that you are in.
     New {
-        /// Its name; the file is scenarios/NAME.toml.
+        /// Its name; the file is NAME.toml.
         name: String,
     },
 }
@@ -43,25 +44,29 @@ struct CheckedFile {
 
 pub(super) fn run(context: &Context, verb: &Verb) -> Result<Exit, Failure> {
     match verb {
-        Verb::Check { files } => check(context, files),
+        Verb::Check { scenarios } => check(context, scenarios),
         Verb::Schema => {
             let schema = scenario::schema();
             let text = serde_json::to_string_pretty(&schema).map_err(Failure::internal)?;
             out::say(format_args!("{text}"));
             Ok(Exit::Fine)
         }
-        Verb::New { name } => new(context, name),
+        Verb::New { name } => new(name),
     }
 }
 
-fn check(context: &Context, files: &[PathBuf]) -> Result<Exit, Failure> {
-    let files = if files.is_empty() { scenario::shipped(&context.root()?)? } else { files.to_vec() };
+fn check(context: &Context, scenarios: &[String]) -> Result<Exit, Failure> {
+    let files = if scenarios.is_empty() {
+        scenario::shipped(&context.root()?)?
+    } else {
+        scenarios.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?
+    };
     let mut rows = Vec::new();
     for file in &files {
         let problems = problems_of(context, file)?;
         let name = file.display().to_string();
         if let (Some(problems), false) = (&problems, context.json) {
-            eprintln!("{}", problems.render(std::io::stderr().is_terminal()).trim_end());
+            link::note!("{}", problems.render(failure::colour()).trim_end());
         } else if !context.json {
             out::say(format_args!("{name}: fine"));
         }
@@ -83,8 +88,14 @@ fn problems_of(context: &Context, file: &Path) -> Result<Option<Problems>, Failu
     };
     let root = context.root()?;
     for variation in scenario.variations(None) {
-        if let Err(problems) = Setup::load(&root, &variation.scenario, None, false) {
-            return Ok(Some(problems));
+        let rendered = needs_rendering(&variation.scenario).is_some();
+        let setup = match Setup::load(&root, &variation.scenario, None, rendered) {
+            Ok(setup) => setup,
+            Err(problems) => return Ok(Some(problems)),
+        };
+        if let Err(why) = engine::can_start(&variation.scenario, &setup, context.seed) {
+            let remedy = "correct the value; `holdsafe scenario schema` prints every key with its type and range";
+            return Ok(Some(Problem::with_file(&file.display().to_string(), why.to_string(), remedy).into()));
         }
     }
     for under in &scenario.under {
@@ -94,15 +105,15 @@ fn problems_of(context: &Context, file: &Path) -> Result<Option<Problems>, Failu
     Ok(None)
 }
 
-fn new(context: &Context, name: &str) -> Result<Exit, Failure> {
+fn new(name: &str) -> Result<Exit, Failure> {
     let name = Name::new(name).map_err(|why| Failure::new(Exit::Usage, format!("`{name}`: {why}")))?;
-    let path = context.root()?.join("scenarios").join(format!("{name}.toml"));
+    let path = format!("{name}.toml");
     let created = std::fs::OpenOptions::new().write(true).create_new(true).open(&path);
     let mut file = created.map_err(|e| {
         let remedy = "choose another name or remove the file";
-        Failure::new(Exit::Usage, format!("{}: {e}; {remedy}", path.display()))
+        Failure::new(Exit::Usage, format!("{path}: {e}; {remedy}"))
     })?;
     file.write_all(scenario::template(&name).as_bytes())?;
-    out::say(format_args!("{}", path.display()));
+    out::say(format_args!("{path}"));
     Ok(Exit::Fine)
 }

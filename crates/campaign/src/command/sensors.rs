@@ -23,11 +23,11 @@ use wire::id::NodeId;
 use wire::sensor::Frames;
 use wire::time::{Instant, Span};
 
-use super::Context;
 use super::bring::Bring;
 use super::failure::{Exit, Failure};
 use super::follow::Follow;
 use super::frame::sights;
+use super::{Context, runs};
 use crate::progress::Stop;
 
 /// How often it is looked whether there is more.
@@ -48,10 +48,11 @@ pub(super) struct Args {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let mut frames = Newest::open(&args.run)?;
+    let run = runs::one(&args.run)?;
+    let mut frames = Newest::open(&run)?;
     let first = frames.look(trace_us())?;
     if frames.finished {
-        let run = args.run.display();
+        let run = run.display();
         let remedy = format!("{run} is over: `holdsafe console {run}` shows its recording");
         return Err(Failure::new(Exit::NoEvidence, remedy));
     }

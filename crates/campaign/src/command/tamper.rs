@@ -47,16 +47,19 @@ pub(super) struct Args {
 #[derive(Clone, Debug, Default, Serialize)]
 struct Tally {
     n: u64,
-    /// Nothing that was recorded is another.
+    /// Nothing that was recorded is another; of bytes, the digest of the whole file finds it alone.
     harmless: u64,
-    /// A time was moved by less than can be told.
+    /// A time was moved by less than can be told; the digest of the whole file finds it alone.
     retimed: u64,
     retimed_at_most_us: u64,
+    /// An entry is another, and the digest of the whole file finds it alone.
+    unchained: u64,
+    /// Found by chains, signatures, heads or clocks.
     found: u64,
     /// Of these, told at the entry itself or at the next of its chain.
     located: u64,
     missed: u64,
-    /// The first that were missed.
+    /// The first that were missed, or found by the digest alone though an entry is another.
     misses: Vec<String>,
 }
 
@@ -73,8 +76,10 @@ impl Tally {
                 self.found += 1;
                 self.located += u64::from(located);
             }
-            Came::Missed => {
-                self.missed += 1;
+            Came::Unchained | Came::Missed => {
+                let missed = *came == Came::Missed;
+                self.missed += u64::from(missed);
+                self.unchained += u64::from(!missed);
                 if self.misses.len() < NAMED {
                     self.misses.push(what());
                 }
@@ -90,6 +95,7 @@ impl Tally {
         self.found += other.found;
         self.located += other.located;
         self.missed += other.missed;
+        self.unchained += other.unchained;
         self.misses.extend(other.misses);
         self.misses.truncate(NAMED);
     }
@@ -181,7 +187,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let tallies = [&measured.changes, &measured.deletions, &measured.insertions, &measured.swaps];
     let stories = [&measured.rewritten, &measured.cut_at_a_seal];
-    let missed: u64 = tallies.iter().chain(&stories).map(|tally| tally.missed).sum();
+    let missed: u64 = tallies.iter().chain(&stories).map(|tally| tally.missed + tally.unchained).sum();
     Ok(if missed == 0 && measured.cuts.misses.is_empty() { Exit::Fine } else { Exit::Unexpected })
 }
 
@@ -191,7 +197,7 @@ fn recorded(context: &Context, args: &Args) -> Result<Recorded, Failure> {
     let one = planned.first().filter(|_| !scenario.is_of_stacks());
     let one = one.ok_or_else(|| Failure::new(Exit::Usage, format!("`{}` has no run in the twin", args.scenario)))?;
     let run = engine::concluded(&one.variation.scenario, &one.setup, context.seed)?;
-    let log: Vec<Logged> = run.log.into_iter().filter(|l| by_recorder(l.node)).collect();
+    let log: Vec<Logged> = run.log;
     let folder = std::env::temp_dir().join(format!("holdsafe-tamper-{}", std::process::id()));
     let file = write(&folder, &log);
     let _ = fs::remove_dir_all(&folder);
@@ -271,7 +277,9 @@ fn cuts(context: &Context, sweep: &Sweep<'_>, of: &Recorded) -> Result<Cuts, Fai
 fn stories(of: &Recorded, does: Tampering) -> Tally {
     let mut tally = Tally::default();
     let Some(recorder) = of.cast.members.iter().find(|m| m.node() == NodeId::RECORDER) else { return tally };
-    let log = of.log.iter().map(|l| Kept { at: l.at, node: l.node, bytes: l.bytes.clone() });
+    // What guards and launcher wrote is in other hands.
+    let (log, witnessed): (Vec<&Logged>, Vec<&Logged>) = of.log.iter().partition(|l| by_recorder(l.node));
+    let log = log.into_iter().map(|l| Kept { at: l.at, node: l.node, bytes: l.bytes.clone() });
     let log: Vec<Kept> = log.collect();
     for seed in 0..STORIES {
         let mut hands = log.clone();
@@ -282,6 +290,9 @@ fn stories(of: &Recorded, does: Tampering) -> Tally {
         for kept in &hands {
             // What does not follow is noted there.
             let _ = custodian.take(kept.at, kept.node, &kept.bytes);
+        }
+        for logged in &witnessed {
+            let _ = custodian.take(logged.at, logged.node, &logged.bytes);
         }
         let found = !custodian.close().flaws.is_empty();
         let came = if found { Came::Found { located: false } } else { Came::Missed };
@@ -300,6 +311,7 @@ fn stopped(context: &Context) -> Result<(), Failure> {
 fn show(measured: &Measured) {
     let Measured { scenario, seed, entries, bytes, seals, .. } = measured;
     out::say(format_args!("{scenario}, seed {seed}: {entries} entries, {bytes} bytes, {seals} seals"));
+    out::say(format_args!("what changes no entry, or moves a time, is told by the digest of the whole file alone"));
     for (what, of) in [
         ("bytes changed", &measured.changes),
         ("entries deleted", &measured.deletions),
@@ -308,10 +320,11 @@ fn show(measured: &Measured) {
         ("whole logs rewritten", &measured.rewritten),
         ("cut cleanly at a seal", &measured.cut_at_a_seal),
     ] {
-        let Tally { n, harmless, retimed, retimed_at_most_us, found, located, missed, misses } = of;
+        let Tally { n, harmless, retimed, retimed_at_most_us, unchained, found, located, missed, misses } = of;
         out::say(format_args!(
-            "{what:22} {n:8}: {found} found, {located} of them told at the entry or the next of its chain; {harmless} harmless; \
-             {retimed} moved a time by at most {retimed_at_most_us} us; {missed} missed"
+            "{what:22} {n:8}: {found} found, {located} of them told at the entry or the next of its chain; {harmless} change no entry; \
+             {retimed} moved a time by at most {retimed_at_most_us} us; {unchained} changed an entry and only the file's digest tells; \
+             {missed} missed"
         ));
         misses.iter().for_each(|miss| out::say(format_args!("  missed: {miss}")));
     }

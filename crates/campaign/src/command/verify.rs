@@ -6,14 +6,17 @@ use serde::Serialize;
 
 use super::engine::{self, Verified};
 use super::failure::{Exit, Failure};
-use super::{Context, out};
+use super::{Context, out, runs};
 use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// Run directory of one trial.
+    /// Directory of a recorded run.
     #[arg(value_name = "DIR")]
     run: PathBuf,
+    /// The SHA-256 of the run's held.json as it was told when the run was made; another one is INVALID.
+    #[arg(long, value_name = "SHA256", value_parser = digest)]
+    held: Option<String>,
 }
 
 #[derive(Serialize)]
@@ -24,13 +27,26 @@ struct Told {
     verified: Verified,
 }
 
+fn digest(text: &str) -> Result<String, String> {
+    let whole = text.len() == 64 && text.chars().all(|c| c.is_ascii_hexdigit());
+    whole.then(|| text.to_ascii_lowercase()).ok_or_else(|| "64 hexadecimal digits are expected".to_owned())
+}
+
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let verified = engine::verify(&args.run)?;
+    let mut verified = engine::verify(&runs::one(&args.run)?)?;
+    if let Some(told) = args.held.as_ref().filter(|told| **told != verified.held) {
+        verified.findings.insert(0, format!("held.json: SHA-256 {}, told was {told}", verified.held));
+    }
     let holds = verified.sealed && verified.findings.is_empty();
     if !context.json {
         let closed = if verified.sealed { "sealed" } else { "TRUNCATED: no closing seal" };
         let (events, head, heads) = (verified.events, &verified.head, verified.heads);
         out::say(format_args!("{events} events, head {head}, {heads} heads held outside the recorder, {closed}"));
+        let (files, held) = (verified.files, &verified.held);
+        out::say(format_args!("{files} files to the last byte, held.json has SHA-256 {held}"));
+        for open in &verified.uncovered {
+            out::say(format_args!("not covered: {open}"));
+        }
         for finding in &verified.findings {
             out::say(format_args!("{finding}"));
         }

@@ -3,7 +3,7 @@
 //!
 //! It reads the console's mouth log while it grows, and prints the words that the console itself gave: no second model, no
 //! key and no hand in the run, so it may be called as often as one likes. A console that says nothing more is not shown as
-//! if it did.
+//! if it did. Of a run that goes on nothing is verified yet; one that is over is checked first.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
@@ -12,15 +12,18 @@ use std::time::Duration;
 use console::site::Site;
 use link::clock::trace_us;
 use link::mouth::{Entry, MouthError};
+use serde::Serialize;
 use serde_json::json;
 use wire::core::{Input, Output};
 use wire::id::NodeId;
 
+use super::checked::{self, Checked, Unverified};
 use super::failure::{Exit, Failure};
 use super::follow::Follow;
 use super::onlook::{Page, Viewer};
-use super::{Context, out};
+use super::{Context, out, runs};
 use crate::keep;
+use crate::report::SCHEMA_VERSION;
 
 /// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, what it gave last is not current.
 const CURRENT_US: u64 = 1_000_000;
@@ -41,6 +44,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8765")]
     #[arg(conflicts_with_all = ["once", "web"])]
     foxglove: Option<u16>,
+    #[command(flatten)]
+    unverified: Unverified,
 }
 
 /// Where it is shown.
@@ -51,9 +56,9 @@ enum Place {
 }
 
 impl Place {
-    fn open(context: &Context, args: &Args) -> Result<Self, Failure> {
+    fn open(context: &Context, args: &Args, run: &Path) -> Result<Self, Failure> {
         let place = match (args.web, args.foxglove) {
-            (Some(port), _) => Place::Page(Page::open(port, site(&args.run))?),
+            (Some(port), _) => Place::Page(Page::open(port, site(run))?),
             (None, Some(port)) => Place::Viewer(Viewer::open(port)?),
             (None, None) => return Ok(Place::Terminal { json: context.json }),
         };
@@ -105,7 +110,8 @@ impl Place {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let path = args.run.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
+    let run = runs::one(&args.run)?;
+    let path = run.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
     let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
     let unopened = |why: MouthError| {
         let says = format!(
@@ -120,7 +126,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let mut now = trace_us();
     let mut news = News::of(&mut log).map_err(unread)?;
     if news.finished && args.web.or(args.foxglove).is_some() {
-        let run = args.run.display();
+        let run = run.display();
         return Err(Failure::new(
             Exit::NoEvidence,
             format!("{run} is over: `holdsafe console {run}` shows its recording"),
@@ -130,7 +136,15 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         let says = format!("{}: the console has shown nothing yet; without `--once` it is waited for", path.display());
         return Err(Failure::new(Exit::NoEvidence, says));
     }
-    let mut place = Place::open(context, args)?;
+    // Nothing verifies a run that goes on; one that is over is looked at like any other recording.
+    let over = news.finished || run.join(keep::HELD).exists();
+    let checked = over.then(|| checked::run(&run)).transpose()?;
+    let read: Vec<&Checked> = checked.iter().collect();
+    checked::say(context, &read);
+    if context.json && over {
+        checked::print_json("watch", &Over { schema_version: SCHEMA_VERSION }, &read)?;
+    }
+    let mut place = Place::open(context, args, &run)?;
     let (mut heard, mut said) = (trace_us(), false);
     loop {
         // What was not there when it was looked before has come since.
@@ -139,8 +153,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             (heard, said) = (trace_us(), false);
             place.show(&text, picture, since)?;
         }
-        if news.finished || args.once {
-            return Ok(Exit::Fine);
+        if news.finished || over || args.once {
+            return Ok(args.unverified.exit(&read, Exit::Fine));
         }
         let silent = trace_us().saturating_sub(heard);
         if silent > CURRENT_US && !said {
@@ -158,10 +172,16 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     Ok(Exit::Interrupted)
 }
 
+/// What comes before the pictures of a run that is over.
+#[derive(Serialize)]
+struct Over {
+    schema_version: u32,
+}
+
 /// The site that the run was planned on; of one that cannot be read nothing is drawn.
 fn site(run: &Path) -> Site {
     keep::read_site(run).unwrap_or_else(|why| {
-        eprintln!("{}: the page shows no geofence and no route: {why}", run.display());
+        link::note!("{}: the page shows no geofence and no route: {why}", run.display());
         Site::default()
     })
 }

@@ -30,6 +30,30 @@ pub struct Held {
     pub stops: Vec<Stop>,
     /// The start of the run by the recording's clock: what a service writes while it is made ready is of that time.
     pub start_us: u64,
+    /// Whether the recorder was dead or its disk full when the run ended: its recording then lacks what came last.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub cut_short: bool,
+    /// Every file of the run directory but the one that this is in, by its path; none in directories of programs that did not
+    /// write it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub files: Option<BTreeMap<String, HeldFile>>,
+}
+
+impl Held {
+    /// Whether guards and launcher sign what they saw and did: they do not in directories of programs before that.
+    pub fn knows_witnesses(&self) -> bool {
+        self.keys.contains_key(&NodeId::CAMPAIGN)
+    }
+}
+
+/// A file as it was when the run was over.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeldFile {
+    /// Its length.
+    pub bytes: u64,
+    /// SHA-256 of all of them, hexadecimal.
+    pub sha256: String,
 }
 
 /// A time for which the launcher kept a process from running. What the process had begun to write it hands over after it.
@@ -119,8 +143,9 @@ impl From<Head> for HeldHead {
     }
 }
 
-/// What a service's clock reads at a time of the recording, and how long an entry takes at most from there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+/// What a service's clock reads at a time of the recording, and how long an entry takes at most from there. By default the
+/// recording's own clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct HeldClock {
     /// Reading at zero of the recording's clock, microseconds.

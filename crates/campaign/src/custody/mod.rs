@@ -1,4 +1,4 @@
-//! Whether a recording is what the services wrote, whoever kept it.
+//! Whether a recording is what services, guards and launcher wrote, whoever kept it.
 //!
 //! Five things are set against each other. Each service's *chain*: an entry holds the hash of the one before. Each service's
 //! *signatures* over its chain, once a second and as its last entry, of which its public key has to verify the newest. The recorder's *seals*
@@ -8,8 +8,9 @@
 //! latency is judged by, has to fit the time that is in it, but for what the launcher itself stopped the process for. Of a life that was ended on purpose there is no head; it is what
 //! its signatures cover. Public keys, heads and clocks are [`Held`]; secrets are in no file.
 //!
-//! What guards and the launcher note does not go by way of the recorder and is not judged here. Where among the entries of
-//! others a seal stands is not sealed.
+//! What guards and the launcher note does not go by way of the recorder and is under no seal of its; their chains, signatures
+//! and heads are judged like everybody's. Where among the entries of others a seal stands is not sealed, nor where a witness's
+//! entry does. Every byte of a run's files is covered elsewhere (`keep::whole`).
 
 mod held;
 pub mod sweep;
@@ -23,9 +24,9 @@ use wire::id::NodeId;
 use wire::sign::{Keyring, Purpose, Signed, Verified};
 use wire::time::Instant;
 
-use crate::evidence::hex;
+use crate::evidence::{by_recorder, hex};
 
-pub use held::{Fit, Held, HeldClock, HeldHead, Life, Stop};
+pub use held::{Fit, Held, HeldClock, HeldFile, HeldHead, Life, Stop};
 
 /// Most flaws that are told of one recording; the first is what matters.
 const MAX_FLAWS: usize = 16;
@@ -143,15 +144,22 @@ impl<'a> Custodian<'a> {
     pub fn take(&mut self, at: u64, node: NodeId, bytes: &[u8]) -> Result<Entry, ChainError> {
         self.events += 1;
         let here = self.events;
-        let (entry, hash) = self.chains.follow(bytes).inspect_err(|error| self.flaw(here, error.to_string()))?;
+        let (entry, hash) = self.chains.follow(bytes).inspect_err(|error| match error {
+            ChainError::Malformed(why) => {
+                self.flaw(here, format!("unreadable entry, kept as handed over by {node}: {why}"))
+            }
+            ChainError::Broken { .. } => self.flaw(here, error.to_string()),
+        })?;
         if entry.node != node {
             self.flaw(here, format!("{} wrote what is kept as handed over by {node}", entry.node));
         }
         self.times(here, at, &entry);
-        if entry.node != NodeId::RECORDER {
+        if entry.node != NodeId::RECORDER && by_recorder(entry.node) {
             let before = self.running.last().copied().unwrap_or_default();
             self.running.push(Sha256::new().chain_update(before).chain_update(hash).finalize().into());
-        } else if let Event::Sealed { entries, head } = entry.event {
+        } else if let Event::Sealed { entries, head } = entry.event
+            && entry.node == NodeId::RECORDER
+        {
             self.seals.push((here, entries, head));
         }
         self.lives.entry(Life::of(&entry)).or_default().take(here, &entry, hash);
@@ -168,13 +176,21 @@ impl<'a> Custodian<'a> {
         let recorder = self.lives.iter().rev().find(|(life, _)| life.node == NodeId::RECORDER).map(|(_, chain)| chain);
         let head = recorder.and_then(|chain| chain.last).map(|head| hex(&head.hash)).unwrap_or_default();
         let sealed = covered && recorder.is_some_and(|chain| chain.ends_signed);
-        if !sealed && !self.held.killed.iter().any(|life| life.node == NodeId::RECORDER) {
+        if !sealed
+            && !self.may_lack_the_end(NodeId::RECORDER)
+            && !self.held.killed.iter().any(|l| l.node == NodeId::RECORDER)
+        {
             self.flaw(self.events + 1, "TRUNCATED: no closing seal over everything before");
         }
         let late = self.late.iter().max().copied().filter(|_| self.late.len() == self.flaws.len());
         self.flaws.sort();
         self.flaws.truncate(MAX_FLAWS);
         Custody { events: self.events, sealed, head, flaws: self.flaws, late }
+    }
+
+    /// Whether the last entries of `node` may be missing from a recording that was cut short.
+    fn may_lack_the_end(&self, node: NodeId) -> bool {
+        self.held.cut_short && by_recorder(node)
     }
 
     fn flaw(&mut self, at: usize, what: impl Into<String>) {
@@ -230,7 +246,8 @@ impl<'a> Custodian<'a> {
             if !self.held.keys.contains_key(&life.node) {
                 continue;
             }
-            if !chain.ends_signed && !self.held.killed.contains(life) {
+            let owes_none = self.held.killed.contains(life) || self.may_lack_the_end(life.node);
+            if !chain.ends_signed && !owes_none {
                 found.push(Flaw { at: behind, what: format!("the chain of {life} ends without its signature") });
             }
             if let Some(at) = chain.unsigned {
@@ -250,7 +267,7 @@ impl<'a> Custodian<'a> {
     fn heads(&mut self) {
         let behind = self.events + 1;
         let mut found = Vec::new();
-        for held in &self.held.heads {
+        for held in self.held.heads.iter().filter(|held| !self.may_lack_the_end(held.node)) {
             let recorded = self.lives.get(&held.life()).and_then(|chain| chain.last).map(HeldHead::from);
             if recorded.as_ref() != Some(held) {
                 let kept = recorded.map_or(0, |head| head.counter);

@@ -1,40 +1,46 @@
 //! How much of what can be done to a recording is found: every byte of its file changed, every entry taken out, put in again or
 //! exchanged with the next, the file cut at every byte.
 //!
-//! One sweep is over the file of one run that is whole. What a single change leaves as it was recorded is told apart from what it
-//! changes, and a time that is moved by less than a host's clock allows for from one that is not. Who writes whole stories
-//! anew is `adversary::insider`'s business.
+//! One sweep is over the file of one run that is whole, every byte of it. What chains, signatures and heads find is told apart from
+//! what the digest of the whole file finds and they do not: of that, what leaves every entry as it was, what moves the time under which one is
+//! kept by less than a host's clock allows for, and what changes an entry. Who writes whole stories anew is `adversary::insider`'s business.
 
 use link::recorded::{MAX_FRAMES, frames_in};
+use sha2::{Digest, Sha256};
 use wire::audit::Entry;
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::sign::Verified;
 
 use super::{Custodian, Custody, Held, Life};
-use crate::evidence::Logged;
+use crate::evidence::{Logged, by_recorder};
 
 /// A whole recording, and what is held of it.
 pub struct Sweep<'a> {
     file: &'a [u8],
     log: Vec<Logged>,
     held: &'a Held,
+    /// SHA-256 of the file.
+    digest: [u8; 32],
     verified: Verified,
 }
 
 /// What came of one change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Came {
-    /// It was to what no entry is made of: an index, a checksum that is not needed, the name of the library.
+    /// It was to what no entry is made of: an index, a checksum that is not needed, the name of the library. Only the digest of the
+    /// file is another; or two neighbours stand otherwise whose order among each other is nobody's to say.
     Harmless,
-    /// It moved the time under which an entry is kept, by less than can be told, microseconds.
+    /// It moved the time under which an entry is kept, by less than can be told, microseconds. Only the digest of the file is another.
     Retimed(u64),
-    /// It was found: whether at the entry or at the next of its chain.
+    /// It changed an entry, and only the digest of the file is another.
+    Unchained,
+    /// It was found by chains, signatures, heads or clocks: whether at the entry or at the next of its chain.
     Found {
         /// Whether there.
         located: bool,
     },
-    /// It was not.
+    /// Nothing found it.
     Missed,
 }
 
@@ -44,7 +50,8 @@ impl<'a> Sweep<'a> {
     /// # Errors
     /// When it is not whole to begin with.
     pub fn new(file: &'a [u8], held: &'a Held) -> Result<Self, String> {
-        let mut sweep = Sweep { file, log: Vec::new(), held, verified: Verified::default() };
+        let (digest, verified) = (Sha256::digest(file).into(), Verified::default());
+        let mut sweep = Sweep { file, log: Vec::new(), held, digest, verified };
         sweep.log = read(file)?;
         match sweep.judged(&sweep.log).flaws.first() {
             Some(flaw) => Err(format!("untouched it has a flaw: {flaw}")),
@@ -64,14 +71,16 @@ impl<'a> Sweep<'a> {
             *byte ^= with;
         }
         let Ok(log) = read(&bytes) else { return Came::Found { located: false } };
+        let digest: [u8; 32] = Sha256::digest(&bytes).into();
         if log == self.log {
-            return Came::Harmless;
+            return if digest == self.digest { Came::Missed } else { Came::Harmless };
         }
         let custody = self.judged(&log);
         let differ: Vec<usize> =
             (0..log.len().max(self.log.len())).filter(|i| log.get(*i) != self.log.get(*i)).collect();
         if custody.flaws.is_empty() {
-            return self.retimed(&log, &differ).map_or(Came::Missed, Came::Retimed);
+            let retimed = self.retimed(&log, &differ).map_or(Came::Unchained, Came::Retimed);
+            return if digest == self.digest { Came::Missed } else { retimed };
         }
         Came::Found { located: differ.len() == 1 && self.told_near(&custody, differ[0]) }
     }
@@ -90,14 +99,14 @@ impl<'a> Sweep<'a> {
         self.found(&log, to)
     }
 
-    /// Entries `i` and `i + 1` stand the other way round. Where one of the two is a seal that is not said to be found: where among
-    /// the entries of others a seal stands is not sealed.
+    /// Entries `i` and `i + 1` stand the other way round. Where one of the two is a seal, or a guard's or the launcher's, that is not
+    /// said to be found: where among the entries of others these stand is not sealed.
     pub fn swapped(&self, i: usize) -> Came {
         let mut log = self.log.clone();
         log.swap(i, i + 1);
         let came = self.found(&log, i);
-        let of_a_seal = log[i..=i + 1].iter().any(|l| l.node == NodeId::RECORDER);
-        if came == Came::Missed && of_a_seal { Came::Harmless } else { came }
+        let unsealed = log[i..=i + 1].iter().any(|l| l.node == NodeId::RECORDER || !by_recorder(l.node));
+        if came == Came::Missed && unsealed { Came::Harmless } else { came }
     }
 
     /// How many entries are read of the file's first `length` bytes; nothing where these are not the first of the whole.

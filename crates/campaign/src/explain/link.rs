@@ -239,17 +239,20 @@ fn one_by_one(log: &Log, last: Micros) -> bool {
 }
 
 /// How many records the gateway wrote to the unit, by their numbers, between the last that was accepted before the change and the
-/// first after it; nothing where there was no such first. What came by itself and was refused is none of them: it was written when
-/// something passed again. What a link had kept comes at once.
+/// first after it. Nothing where there was no such first, or where it belongs to another session, in which numbers begin anew. What
+/// came by itself and was refused is none of them: it was written when something passed again. What a link had kept comes at once.
 fn written_unheard(log: &Log, change: &Change) -> Option<u64> {
-    let (_, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
+    let (since, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
     let (until, after) = log.first(NodeId::UNIT_A, change.at + 1, heard)?;
     // It was gone meanwhile.
     if started_anew(log, change) {
         return Some(0);
     }
-    let since = by_themselves(log, change, until);
-    Some(after.sequence.0.saturating_sub(before.sequence.0 + 1).saturating_sub(since))
+    if log.first(NodeId::UNIT_A, since, opened).is_some_and(|(at, ())| at <= until) {
+        return None;
+    }
+    let alone = by_themselves(log, change, until);
+    Some(after.sequence.0.saturating_sub(before.sequence.0 + 1).saturating_sub(alone))
 }
 
 /// How many of the gateway's records came after the change, up to `until`, and were refused, with no other beside them.
@@ -261,19 +264,37 @@ fn by_themselves(log: &Log, change: &Change, until: Micros) -> u64 {
     (0..refused).filter(alone).count() as u64
 }
 
-/// The same up to the end, by what the gateway says in its closing account that it sent; nothing where it served others as well.
+/// The same over the whole run, by what the gateway says in its closing account that it sent and how far the unit heard it in each
+/// session; nothing where it served others as well.
 fn written_in_all(log: &Log, change: &Change) -> Option<u64> {
     let (_, before) = log.last(NodeId::UNIT_A, change.at, heard)?;
     let gateway = || log.by(NodeId::GATEWAY).filter(|w| w.entry.boot == before.boot).map(|w| w.entry.event);
     if gateway().any(|e| matches!(e, Event::Session { peer, open: true } if peer != PeerId::UNIT_A)) {
         return None;
     }
-    gateway().find_map(|event| match event {
-        Event::Count { account: Account::Sent, n } => {
-            Some(n.saturating_sub(before.sequence.0).saturating_sub(by_themselves(log, change, Micros::MAX)))
-        }
+    let sent = gateway().find_map(|event| match event {
+        Event::Count { account: Account::Sent, n } => Some(n),
         _ => None,
-    })
+    })?;
+    Some(sent.saturating_sub(heard_in_all(log)).saturating_sub(by_themselves(log, change, Micros::MAX)))
+}
+
+/// The newest number of the gateway's that the unit accepted in each of its sessions, added up.
+fn heard_in_all(log: &Log) -> u64 {
+    let (mut all, mut newest) = (0, 0);
+    for w in log.by(NodeId::UNIT_A) {
+        if opened(&w.entry.event).is_some() {
+            all += std::mem::take(&mut newest);
+        } else if let Some(record) = heard(&w.entry.event) {
+            newest = newest.max(record.sequence.0);
+        }
+    }
+    all + newest
+}
+
+/// A session of the unit's with the gateway.
+fn opened(event: &Event) -> Option<()> {
+    matches!(event, Event::Session { peer: PeerId::GATEWAY, open: true }).then_some(())
 }
 
 /// The gateway's own record that the unit accepted.

@@ -76,7 +76,7 @@ pub fn main() -> ExitCode {
     let mut first = String::new();
     let read = Read::take(&mut input, 64 * 1024).read_line(&mut first);
     let Ok(remains) = serde_json::from_str::<Remains>(&first) else {
-        eprintln!("holdsafe janitor: expected a line of JSON, got {read:?}");
+        link::note!("holdsafe janitor: expected a line of JSON, got {read:?}");
         return ExitCode::from(2);
     };
     let mark = Mark::join(&remains);

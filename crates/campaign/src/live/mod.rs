@@ -27,18 +27,19 @@ use link::clock::trace_us;
 use link::loopback::LoopbackAddr;
 use link::spec::Control;
 use serde_json::Value;
-use wire::audit::{Entry, Journal};
+use wire::audit::{Entry, Head};
 use wire::codec;
 use wire::event::{Event, Suspension};
 use wire::id::{Boot, NodeId};
 use wire::person::{Act, Numbered, Role};
 use wire::policy::Requirement;
+use wire::sign::Key;
 use wire::step::StepName;
 use wire::time::Span;
 
 use crate::cast::{Cast, RunSecret};
 use crate::cue::Watch;
-use crate::custody::{Custody, Held, Stop};
+use crate::custody::{Custody, Held, HeldHead, Stop};
 use crate::evidence::Logged;
 use crate::keep;
 use crate::progress;
@@ -50,6 +51,7 @@ use leftovers::Marked;
 use process::Ordeals;
 use spec::{Places, Specs, service};
 pub(crate) use spec::{console, site};
+pub(crate) use witness::own_logs;
 
 /// Runs of this process so far.
 static RUNS: AtomicU32 = AtomicU32::new(0);
@@ -161,7 +163,6 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
         Specs { cast, places: &places, start_us, guard, credentials, addresses: Default::default(), window };
     company.start_all(&options.services, cast, secret, marked.remains(), &mut specs, &lines_in)?;
     drop(turn);
-    let mut journal = Journal::new(NodeId::CAMPAIGN, Boot(1), None);
     let mut again = |node: NodeId, boot: Boot| {
         let member = cast.members.iter().find(|m| m.node() == node).ok_or("no such member")?;
         let member = member.again(trace_us().saturating_sub(start_us));
@@ -171,34 +172,57 @@ pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options
     };
     let stayed = company.stay(cast, start_us, &mut again)?;
     company.finish()?;
-    // A dead recorder wrote nothing more, nor did one with a full disk; then the mouth logs of the others are the second place where entries are.
-    let held = cast.held(Some(&secret.of(NodeId::BROKER)), |_| OVERSLEPT_US);
-    let stops = stops(&stayed.events, start_us);
-    let held = Held { heads: witness::heads(&company.stats), start_us, stops, ..held };
-    let (mut log, custody) = if stayed.cut_short() {
-        (witness::mouths(cast, &places.run_dir, start_us), Custody::default())
-    } else {
-        if let Some(hands) = cast.hands() {
-            witness::lay_on(&hands, &places.run_dir)?;
-        }
-        let kept = witness::recording(&places.run_dir)?;
-        let custody = trial::custody(&kept, &held);
-        (witness::on_the_runs_time(kept, start_us), custody)
-    };
-    log.extend(witness::guards(cast, &places.run_dir, start_us, &company.stats));
-    let mut told = stayed.events.clone();
-    told.push((stayed.lasted, Event::Stalled { by: Span(stayed.overslept) }));
-    told.extend(witness::relayed(&company.stats).into_iter().map(|event| (stayed.lasted, event)));
-    told.extend(witness::sights(cast, &places.run_dir, start_us, &log));
-    told.extend(witness::running(cast, &places.run_dir, start_us));
-    // One chain, whose order has to be that of the times in it.
-    told.sort_by_key(|(at, _)| *at);
-    for (at, event) in told {
-        witness::note(&mut journal, &mut log, NodeId::CAMPAIGN, at, event);
-    }
+    let broker = secret.of(NodeId::BROKER);
+    let held = cast.held(Some((&broker, OVERSLEPT_US)));
+    let (heads, stops) = (witness::heads(cast, &company.stats), stops(&stayed.events, start_us));
+    let held = Held { heads, stops, start_us, cut_short: stayed.cut_short(), ..held };
+    let (log, custody, held) = gathered(cast, &places.run_dir, held, &stayed, &company.stats)?;
     drop(company);
     let logs = Logs { folder: places.run_dir, _marked: marked };
     Ok(Aftermath { log, custody, held, lost: stayed.lost(), lasted: stayed.lasted, logs })
+}
+
+/// Everything that is known of a run that is over, what does not hold of it, and what is held.
+fn gathered(
+    cast: &Cast,
+    run_dir: &Path,
+    mut held: Held,
+    stayed: &Stayed,
+    stats: &[(NodeId, Value)],
+) -> Result<(Vec<Logged>, Custody, Held), LiveError> {
+    let start_us = held.start_us;
+    // A dead recorder wrote nothing more, nor did one with a full disk; then the mouth logs of the others are the second place where entries are.
+    if !held.cut_short
+        && let Some(hands) = cast.hands()
+    {
+        witness::lay_on(&hands, run_dir)?;
+    }
+    let mut kept = match witness::recording(run_dir) {
+        Err(_) if held.cut_short => Vec::new(),
+        kept => kept?,
+    };
+    let guards = witness::guards(cast, run_dir);
+    let mut log = match held.cut_short {
+        true => witness::mouths(cast, run_dir, start_us),
+        false => witness::on_the_runs_time(kept.clone(), start_us),
+    };
+    log.extend(witness::on_the_runs_time(guards.clone(), start_us));
+    let mut told = stayed.events.clone();
+    told.push((stayed.lasted, Event::Stalled { by: Span(stayed.overslept) }));
+    told.extend(witness::relayed(stats).into_iter().map(|event| (stayed.lasted, event)));
+    told.extend(witness::sights(cast, run_dir, start_us, &log));
+    told.extend(witness::running(cast, run_dir, start_us));
+    // One chain, whose order has to be that of the times in it.
+    told.sort_by_key(|(at, _)| *at);
+    let end = told.last().map_or(stayed.lasted, |(at, _)| *at);
+    let key = cast.witnesses.get(&NodeId::CAMPAIGN).map(|secret| Key::from_bytes(&secret.0));
+    let notes = witness::notes(key, &told, end);
+    witness::keep_notes(run_dir, &notes)?;
+    held.heads.extend(notes.last().and_then(|last| Head::of(&last.bytes)).map(HeldHead::from));
+    kept.extend(guards);
+    kept.extend(notes.iter().cloned());
+    log.extend(notes);
+    Ok((log, trial::custody(&kept, &held), held))
 }
 
 /// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in

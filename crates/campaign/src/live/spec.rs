@@ -13,6 +13,7 @@ use link::loopback::LoopbackAddr;
 use link::pki::{Authority, Credential, PkiError};
 use link::spec::{
     BrokerListen, BusSpec, ChannelSpec, DtlsDial, DtlsListen, MqttDial, RecorderSpec, RelayLeg, RelaySpec, ServiceSpec,
+    WitnessSpec,
 };
 use serde_json::{Value, json};
 use sim::scene::Scene;
@@ -22,7 +23,7 @@ use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::policy::Requirement;
 
 use super::janitor::{Remains, SCRATCH};
-use crate::cast::{Cast, Host, Member, Role, sim_keys};
+use crate::cast::{Cast, Host, Link, Member, Role, sim_keys};
 
 /// Where a run keeps its things.
 #[derive(Clone, Debug)]
@@ -150,11 +151,20 @@ impl Specs<'_> {
         spec.start_us = self.start_us;
         spec.own = self.places.own;
         spec.instrument = Some(self.places.socket());
+        spec.witness = self.witness(node);
         spec.guard = match self.guard {
             Requirement::Required => GuardMode::Required,
             Requirement::Waived => GuardMode::Waived,
         };
         spec
+    }
+
+    /// What stands at the node's mouth.
+    fn witness(&self, node: NodeId) -> Option<WitnessSpec> {
+        let guard = self.cast.mouth_of(node)?;
+        let secret = self.cast.witnesses.get(&guard)?.clone();
+        let direct = |link: &Link| link.client == node && link.server == NodeId::GATEWAY && !link.relayed;
+        Some(WitnessSpec { node: guard, secret, direct: self.cast.links.iter().any(direct) })
     }
 
     /// The broker's.

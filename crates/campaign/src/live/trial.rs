@@ -36,27 +36,46 @@ pub fn run_live(scenario: &Scenario, setup: &Setup, seed: u64, options: Options<
     random.map_err(|e| format!("no randomness from the host: {e}"))?;
     let secret = RunSecret::random(secret);
     let cast = cast(scenario, setup, seed, &secret).seating(options.role);
-    let Aftermath { mut log, custody, held, lost, lasted, logs } =
-        run(&cast, &secret, setup.policy.record_guard, options)?;
-    log.sort_by_key(|l| l.at);
-    let (entries, broken_log) = read(&log);
-    let lost = lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
+    let after = run(&cast, &secret, setup.policy.record_guard, options)?;
+    let Judged { evidence, verdict, spoilt, replays } = conclude(&cast, setup, &after);
+    let Aftermath { held, logs, .. } = after;
+    Ok(Run { cast, held, evidence, verdict, spoilt, replays, logs })
+}
+
+/// What is made of a run that is over.
+pub struct Judged {
+    /// What the oracle saw.
+    pub evidence: Evidence,
+    /// What it said.
+    pub verdict: Verdict,
+    /// By how much the host overslept at most, microseconds, where that alone makes the run INVALID.
+    pub spoilt: Option<Micros>,
+    /// What came of feeding every core its own mouth log again.
+    pub replays: Vec<CoreReplay>,
+}
+
+/// Feeds every core of a run that is over its own mouth log again, and judges what the run left. The first is part of what is
+/// judged: a live trial whose cores do not replay is no evidence.
+pub fn conclude(cast: &Cast, setup: &Setup, after: &Aftermath) -> Judged {
+    let replays = mouths::replay(cast, after.logs.folder());
+    let (entries, broken_log) = read(&after.log);
+    let lost = after.lost.map(|(at, node)| format!("{node} ended by itself at {} ms", at / 1000));
     let evidence = Evidence {
         entries,
         broken_log: broken_log.or(lost),
-        custody: custody.flaws,
+        custody: after.custody.flaws.clone(),
+        differences: replays.iter().filter_map(CoreReplay::told).collect(),
         bounds: setup.bounds,
         planned: cast.planned.clone(),
-        duration: lasted,
+        duration: after.lasted,
         stall_limit: super::OVERSLEPT_US,
         operators: cast.operators(),
+        script: cast.script.clone(),
         killed: cast.killed(),
     };
     let verdict = judge(&evidence);
-    let replays = mouths::replay(&cast, logs.folder());
-    let replayed = replays.iter().all(|replay| replay.difference.is_none());
-    let spoilt = spoilt(&evidence, &verdict, custody.late).filter(|_| replayed);
-    Ok(Run { cast, held, evidence, verdict, spoilt, replays, logs })
+    let spoilt = spoilt(&evidence, &verdict, after.custody.late);
+    Judged { evidence, verdict, spoilt, replays }
 }
 
 /// By how much the host overslept, where a run that is INVALID would not be so on a host that had not. Lateness within the

@@ -1,5 +1,5 @@
 //! Reads what a live run left: the recording, or the mouth logs where there is none, the guards' logs, and the closing
-//! statistics of the links.
+//! statistics of the links; and keeps what the launcher itself has to say.
 
 use std::collections::VecDeque;
 use std::io::BufReader;
@@ -10,20 +10,18 @@ use link::instrument::Frame;
 use link::mouth;
 use link::recorded;
 use link::recorder::Recording;
-use link::stream::{StreamLog, StreamSight};
-use link::vet::Fault;
 use serde_json::Value;
-use wire::audit::Journal;
-use wire::codec::Text;
+use wire::audit::{Entry, Journal};
 use wire::core::{Output, Side};
-use wire::event::{Account, Event, Interface};
+use wire::event::{Account, Event};
 use wire::id::{Boot, NodeId};
+use wire::sign::Key;
 use wire::time::Instant;
 
 use super::LiveError;
 use crate::cast::{Cast, Member};
 use crate::custody::HeldHead;
-use crate::evidence::{Logged, guard_verdict};
+use crate::evidence::Logged;
 use crate::sights::{Claims, Running};
 
 /// The recording, in the order and under the times in which it was kept.
@@ -56,19 +54,17 @@ pub(super) fn lay_on(hands: &InsiderRecorder, run_dir: &Path) -> Result<(), Live
     (recording.finish().lost == 0).then_some(()).ok_or_else(again)
 }
 
-/// How far each service's chain went, by its own closing words; the recorder's are none against it.
-pub(super) fn heads(stats: &[(NodeId, Value)]) -> Vec<HeldHead> {
-    let of = |(node, stats): &(NodeId, Value)| {
-        let head = &stats["links"]["head"];
+/// How far each service's chain went, and its guard's, by its own closing words; the recorder's are none against it.
+pub(super) fn heads(cast: &Cast, stats: &[(NodeId, Value)]) -> Vec<HeldHead> {
+    let of = |node: NodeId, head: &Value| {
         let boot = Boot(u32::try_from(head["boot"].as_u64()?).ok()?);
-        Some(HeldHead {
-            node: *node,
-            boot,
-            counter: head["counter"].as_u64()?,
-            hash: head["hash"].as_str()?.to_owned(),
-        })
+        Some(HeldHead { node, boot, counter: head["counter"].as_u64()?, hash: head["hash"].as_str()?.to_owned() })
     };
-    stats.iter().filter(|(node, _)| *node != NodeId::RECORDER).filter_map(of).collect()
+    let both = |(node, stats): &(NodeId, Value)| {
+        let guard = cast.mouth_of(*node).and_then(|guard| of(guard, &stats["links"]["witness"]));
+        [of(*node, &stats["links"]["head"]), guard]
+    };
+    stats.iter().filter(|(node, _)| *node != NodeId::RECORDER).flat_map(both).flatten().collect()
 }
 
 /// The same entries out of every member's mouth log, for a run whose recorder died; each counts as written when its core
@@ -123,7 +119,7 @@ fn passed(cast: &Cast, member: &Member, run_dir: &Path, start_us: u64, mut each:
     let clock = super::spec::clock(cast, member.host);
     // One log for each start; the second is there when it was started again.
     for boot in ["", "-2"] {
-        let file = std::fs::File::open(run_dir.join("mouth").join(format!("{}{boot}.cbor", member.node())));
+        let file = link::files::open(&run_dir.join("mouth").join(format!("{}{boot}.cbor", member.node())));
         let Some(mouth) = file.ok().and_then(|file| mouth::Reader::new(BufReader::new(file)).ok()) else { continue };
         let mut now = mouth.header().started;
         // A cut at the end is what a killed writer leaves; a missing entry before it breaks the chain.
@@ -150,97 +146,75 @@ pub(super) fn relayed(stats: &[(NodeId, Value)]) -> Vec<Event> {
         .collect()
 }
 
-/// The guards' logs and accounts, as entries of the guards' own nodes.
-pub(super) fn guards(cast: &Cast, run_dir: &Path, start_us: u64, stats: &[(NodeId, Value)]) -> Vec<Logged> {
+/// The guards' logs, each life in the order in which it was written, under the recording's own time.
+pub(super) fn guards(cast: &Cast, run_dir: &Path) -> Vec<Logged> {
     let mut log = Vec::new();
-    let members = cast.members.iter().filter(|m| m.peer.is_some()).map(Member::node);
-    let ends = members.map(|node| (node, node.guard())).chain(std::iter::once((cast.broker(), NodeId::BROKER.guard())));
-    for (node, guard) in ends {
-        let Some(guard) = guard else { continue };
-        let mut journal = Journal::new(guard, Boot(1), None);
-        let mut events = Vec::new();
+    let broker = Some(cast.broker()).filter(|broker| cast.members.iter().all(|m| m.node() != *broker));
+    for node in cast.members.iter().map(Member::node).chain(broker) {
+        let Some(guard) = cast.mouth_of(node) else { continue };
         // One log for each start; the second is there when it was started again.
-        let logs = ["", "-2"].map(|boot| run_dir.join("guard").join(format!("{node}{boot}.cbor")));
-        for seen in logs.iter().flat_map(|path| recorded::observations(path).unwrap_or_default()) {
-            let at = seen.trace_us.saturating_sub(start_us);
-            if let Some(peer) = seen.peer {
-                events.push((at, Event::Associated { association: seen.association, peer }));
-                continue;
-            }
-            let event = Event::GuardSaw {
-                association: seen.association,
-                epoch: seen.epoch,
-                sequence: seen.sequence,
-                length: seen.length.min(u32::from(u16::MAX)) as u16,
-                hash: u64::from_be_bytes(seen.digest),
-                verdict: guard_verdict(seen.verdict),
-            };
-            events.push((at, event));
-            if let Some(fault) = seen.fault {
-                events.push((at, refused(node, fault)));
-            }
-        }
-        for seen in recorded::streams(&StreamLog::path(run_dir, node)).unwrap_or_default() {
-            let StreamSight { trace_us, sight, stream, offset, length, hash } = seen;
-            let event = Event::StreamSaw { sight, stream, offset, length, hash };
-            events.push((trace_us.saturating_sub(start_us), event));
-        }
-        // Each association logs for itself; only together do they have an order in time.
-        events.sort_by_key(|(at, _)| *at);
-        if let Some((_, stats)) = stats.iter().find(|(n, _)| *n == node) {
-            let end = events.last().map_or(cast.duration, |(at, _)| cast.duration.max(*at));
-            let direct = cast.links.iter().any(|l| l.client == node && l.server == NodeId::GATEWAY && !l.relayed);
-            let accounts = accounts(stats, direct).into_iter();
-            events.extend(accounts.map(|(account, n)| (end, Event::Count { account, n })));
-        }
-        for (at, event) in events {
-            note(&mut journal, &mut log, guard, at, event);
+        for boot in ["", "-2"] {
+            let file = link::witness::path(run_dir, &format!("{node}{boot}.cbor"));
+            log.extend(recorded::witnessed(&file).unwrap_or_default().into_iter().map(|bytes| kept(guard, bytes)));
         }
     }
     log
 }
 
-/// A link refused a handshake, or ended a session over its certificate.
-fn refused(node: NodeId, fault: Fault) -> Event {
-    let at = if node == NodeId::GATEWAY { Interface::Uplink } else { Interface::Downlink };
-    let detail = Text::new(&format!("{}: expected {}", fault.name(), fault.expected()));
-    Event::Refused { at, peer: None, reason: fault.reason(), detail }
+/// An entry that its writer kept by itself: it was handed over when it was written.
+fn kept(node: NodeId, bytes: Vec<u8>) -> Logged {
+    Logged { at: Entry::decode(&bytes).map_or(0, |entry| entry.at.0), node, bytes }
 }
 
-/// Writes an event of `node`'s into its journal and the entry into the log.
-pub(super) fn note(journal: &mut Journal, log: &mut Vec<Logged>, node: NodeId, at: u64, event: Event) {
+/// What was kept by its own writers in the run directory, file by file: what guards saw and the launcher noted.
+///
+/// # Errors
+/// When a file cannot be read.
+pub(crate) fn own_logs(run_dir: &Path) -> std::io::Result<Vec<Logged>> {
+    let mut files: Vec<_> = match std::fs::read_dir(run_dir.join("guard")) {
+        Ok(files) => files.map(|file| file.map(|file| file.path())).collect::<Result<_, _>>()?,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Vec::new(),
+        Err(error) => return Err(error),
+    };
+    files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
+    let (mut log, mut room) = (Vec::new(), recorded::MAX_FRAMES);
+    for file in files {
+        let unreadable =
+            |error: std::io::Error| std::io::Error::new(error.kind(), format!("{}: {error}", file.display()));
+        let entries = recorded::witnessed(&file).map_err(unreadable)?;
+        let taken: usize = entries.iter().map(|bytes| bytes.len() + size_of::<Logged>()).sum();
+        let left = room.checked_sub(taken);
+        room = left.ok_or_else(|| unreadable(std::io::Error::other("more entries than any run of ours writes")))?;
+        let node = |bytes: &[u8]| Entry::decode(bytes).map_or(NodeId::CAMPAIGN, |entry| entry.node);
+        log.extend(entries.into_iter().map(|bytes| kept(node(&bytes), bytes)));
+    }
+    Ok(log)
+}
+
+/// Keeps what the launcher noted beside the guards' logs.
+pub(super) fn keep_notes(run_dir: &Path, notes: &[Logged]) -> Result<(), LiveError> {
+    let file = link::witness::path(run_dir, &format!("{}.cbor", NodeId::CAMPAIGN));
+    let written = link::witness::write(&file, notes.iter().map(|note| note.bytes.as_slice()));
+    written.map_err(|e| LiveError::Environment(format!("{}: {e}", file.display())))
+}
+
+/// What the launcher has to say, in order of time, as a chain that it signs at the end of the run.
+pub(super) fn notes(key: Option<Key>, told: &[(u64, Event)], end: u64) -> Vec<Logged> {
+    let (mut journal, mut log) = (Journal::new(NodeId::CAMPAIGN, Boot(1), key), Vec::new());
+    let mut take = |at: u64, out: VecDeque<Output>| {
+        for output in out {
+            if let Output::Audit { bytes } = output {
+                log.push(Logged { at, node: NodeId::CAMPAIGN, bytes });
+            }
+        }
+    };
+    for (at, event) in told {
+        let mut out = VecDeque::new();
+        journal.write(Instant(*at), *event, &mut out);
+        take(*at, out);
+    }
     let mut out = VecDeque::new();
-    journal.write(Instant(at), event, &mut out);
-    log.extend(
-        out.into_iter()
-            .filter_map(|o| if let Output::Audit { bytes } = o { Some(Logged { at, node, bytes }) } else { None }),
-    );
-}
-
-/// What the link counted, as accounts. What the secure layer consumed of application data without delivering it counts
-/// as discarded; other records that the guard passed are the handshake's.
-fn accounts(stats: &Value, direct: bool) -> Vec<(Account, u64)> {
-    let dtls = &stats["links"]["dtls"];
-    let get = |name: &str| dtls[name].as_u64().unwrap_or(0);
-    let guard = |name: &str| dtls["guard"][name].as_u64().unwrap_or(0);
-    let refused = ["unframed", "bad_hello", "plaintext_after", "plaintext_before", "too_early", "unsealed"]
-        .map(guard)
-        .iter()
-        .sum();
-    let (records, application, delivered) = (guard("records"), guard("application"), get("delivered"));
-    let unguarded =
-        ["overflowed", "abandoned", "strangers", "shed", "unproven", "proved", "asked"].map(get).iter().sum();
-    let strangers = get("strangers") + get("shed") + get("unproven");
-    vec![
-        (Account::Datagrams, guard("datagrams")),
-        (Account::Unguarded, unguarded),
-        (Account::SentDirect, if direct { get("dialled") } else { 0 }),
-        (Account::GuardIn, records + strangers + get("proved")),
-        (Account::GuardRefused, refused + strangers),
-        (Account::Delivered, delivered),
-        (Account::Discarded, application.saturating_sub(delivered)),
-        (Account::Handshake, (records + get("proved")).saturating_sub(refused).saturating_sub(application)),
-        (Account::Outsiders, get("outsiders")),
-        (Account::KernelDropped, stats["links"]["dtls_kernel_drops"].as_u64().unwrap_or(0)),
-    ]
+    journal.sign(Instant(end), &mut out);
+    take(end, out);
+    log
 }

@@ -1,4 +1,8 @@
-//! P5: what is displayed and what is executed came from accepted records and the operator's own intents.
+//! P5: what is displayed, what is executed and what is held against a teammate came from accepted records and the operator's
+//! own intents. What is displayed of a unit is that unit's own report.
+//!
+//! These are the influences that have a name in the log. What else a refused record could have moved shows only in its
+//! effects: in the pose (`place`), in modes and at the plant (`effect`, `speed`).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -17,11 +21,26 @@ type Rogue = (CommandKind, NodeId);
 pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let mut accepted: BTreeSet<RecordId> = BTreeSet::new();
     let mut rogues: BTreeMap<CommandId, Vec<Rogue>> = BTreeMap::new();
+    let mut at_unit: BTreeSet<RecordId> = BTreeSet::new();
     let mut found = Vec::new();
     for w in &evidence.entries {
         match w.entry.event {
             Event::Accepted { record, .. } if w.entry.node == NodeId::GATEWAY => {
                 accepted.insert(record);
+            }
+            Event::Accepted { record, .. } if w.entry.node == NodeId::UNIT_A => {
+                at_unit.insert(record);
+            }
+            Event::Inconsistent { unit, record, .. }
+                if w.entry.node == NodeId::UNIT_A && !at_unit.contains(&record) =>
+            {
+                let what = format!("{} is found out by {record}, which the unit never accepted", unit.node());
+                found.push(finding(Property::P5, w.at, what));
+            }
+            Event::Displayed { unit, report, freshness, .. }
+                if freshness != Freshness::Lost && report.node != unit.node() =>
+            {
+                found.push(finding(Property::P5, w.at, format!("{report} is displayed as of {}", unit.node())));
             }
             Event::Rogue { command, kind, key, .. } => rogues.entry(command).or_default().push((kind, key)),
             Event::Displayed { report, freshness, .. }

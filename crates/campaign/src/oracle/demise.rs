@@ -15,6 +15,7 @@ use wire::event::{Event, Suspension};
 use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 
+use super::properties::SLACK;
 use super::timeline::{Timeline, Truth};
 use super::{Evidence, Finding, Micros, Property, Witnessed, finding, life};
 
@@ -360,10 +361,12 @@ impl Death<'_> {
         loose.then(|| finding(Property::P3, at, what()))
     }
 
-    /// The plant under a dead unit: no lease beyond *Th*, and at rest when the brakes have had their time.
+    /// The plant under a dead unit: no lease beyond that of its last set-point nor beyond *Th*, and at rest when the brakes have
+    /// had their time.
     fn plant_stops(&self, zero: Micros) -> Vec<Finding> {
         let due = zero + self.evidence.bounds.to_hold_safe_ms * 1000;
-        let mut found = Vec::new();
+        let leased = self.leased_beyond(zero);
+        let mut found = Vec::from_iter(leased.clone());
         if due > self.runs {
             return found;
         }
@@ -371,12 +374,23 @@ impl Death<'_> {
             found.push(finding(Property::P10, due, "no ground truth of the plant after its unit was killed"));
         }
         let driven = self.line.truth.iter().find(|t| t.at > due && t.at < self.runs && (t.leased || t.set_speed != 0));
-        found.extend(driven.map(|t| {
+        found.extend(driven.filter(|_| leased.is_none()).map(|t| {
             let what = format!("the plant still follows {} mm/s after its unit was killed", t.set_speed);
             finding(Property::P3, t.at, what)
         }));
         found.extend(self.stands_in_time(zero));
         found
+    }
+
+    /// No set-point has a longer lease than the platform gives one, at whatever speed; so the last one's ends by then.
+    fn leased_beyond(&self, zero: Micros) -> Option<Finding> {
+        let lease = self.evidence.bounds.set_point_lease_ms;
+        let due = zero + lease * 1000 + SLACK;
+        let due = due + self.world_stood_still(zero, due);
+        let held = self.line.truth.iter().find(|t| t.at > due && t.at < self.runs && t.leased)?;
+        let after = (held.at - zero) / 1000;
+        let what = format!("the plant is still leased {after} ms after its unit was killed, {lease} ms expected");
+        Some(finding(Property::P3, held.at, what))
     }
 
     fn stands_in_time(&self, zero: Micros) -> Option<Finding> {

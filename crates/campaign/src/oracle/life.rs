@@ -34,6 +34,24 @@ pub(super) fn dead(evidence: &Evidence, node: NodeId) -> Vec<Span> {
     ended.map(|w| (w.at, again(w.at).map_or(Micros::MAX, |w| w.at))).collect()
 }
 
+/// Whether a process left no mark in that time: nothing of its own, nothing that its core was fed. The broker, which leaves none, is
+/// heard of by what clients' mouths saw come out of it.
+pub(super) fn silent(evidence: &Evidence, node: NodeId, (from, to): Span) -> bool {
+    let from = from.saturating_add(LAST_WORDS);
+    !evidence.entries.iter().filter(|w| w.at > from && w.at < to.min(evidence.duration)).any(|w| match w.entry.event {
+        Event::StreamSaw { sight: Sight::Delivered, .. } if node == NodeId::BROKER => true,
+        _ => leaves(w, node),
+    })
+}
+
+/// Whether an entry is a mark of that process.
+fn leaves(w: &Witnessed, node: NodeId) -> bool {
+    match w.entry.event {
+        Event::Ran { node: ran } => ran == node && w.entry.node == NodeId::CAMPAIGN,
+        _ => w.entry.node == node,
+    }
+}
+
 /// A kill counts when the dead said nothing more. Of the broker the unit's mouth has to see its own end.
 pub(super) fn killed(evidence: &Evidence, wanted: NodeId, window: Window) -> Option<Micros> {
     let silent = |at: Micros| {
@@ -55,8 +73,8 @@ fn cut_off(evidence: &Evidence, from: Micros, to: Micros) -> bool {
     })
 }
 
-/// That a process was kept from running counts when it left marks before and after, none while it was stopped, and would
-/// have left some: by how often it did otherwise.
+/// That a process was kept from running counts when it left marks before and, unless it was ended then, after, none while it was stopped,
+/// and would have left some: by how often it did otherwise.
 pub(super) fn suspended(evidence: &Evidence, wanted: NodeId, window: Window) -> Option<Micros> {
     let mut begins = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Suspended { node, how, on: true } if node == wanted && window.has(w.at) => Some((w.at, how)),
@@ -66,14 +84,15 @@ pub(super) fn suspended(evidence: &Evidence, wanted: NodeId, window: Window) -> 
     let over = |w: &&Witnessed| {
         w.at > from && matches!(w.entry.event, Event::Suspended { node, on: false, .. } if node == wanted)
     };
-    // At the end of a run everybody is let go on.
-    let to = evidence.entries.iter().find(over).map_or(evidence.duration, |w| w.at.min(evidence.duration));
+    // At the end of a run everybody is let go on; the dead are not.
+    let died = dead(evidence, wanted).into_iter().map(|(at, _)| at).find(|at| *at > from).unwrap_or(Micros::MAX);
+    let to = evidence.entries.iter().find(over).map_or(evidence.duration, |w| w.at.min(evidence.duration)).min(died);
     let stops = match how {
         Suspension::Hang => vec![(from, to)],
         Suspension::Slow { .. } => halts(evidence, wanted, (from, to)),
     };
     let broker = wanted == NodeId::BROKER;
-    let was = if broker { held_up(evidence, &stops) } else { stood_still(evidence, wanted, &stops) };
+    let was = if broker { held_up(evidence, &stops) } else { stood_still(evidence, wanted, &stops, died) };
     was.then_some(from)
 }
 
@@ -118,21 +137,19 @@ fn halts(evidence: &Evidence, wanted: NodeId, span: Span) -> Vec<Span> {
     stops
 }
 
-fn stood_still(evidence: &Evidence, wanted: NodeId, stops: &[Span]) -> bool {
+fn stood_still(evidence: &Evidence, wanted: NodeId, stops: &[Span], died: Micros) -> bool {
     let (Some(first), Some(last)) = (stops.first(), stops.last()) else { return false };
     // Who was stopped to the end of the run still closes its account.
     let around = (first.0.saturating_sub(AROUND), last.1.saturating_add(AROUND));
-    let marks = evidence.entries.iter().filter(|w| match w.entry.event {
-        Event::Ran { node } => node == wanted && w.entry.node == NodeId::CAMPAIGN,
-        _ => w.entry.node == wanted,
-    });
+    let marks = evidence.entries.iter().filter(|w| leaves(w, wanted));
     let marks: Vec<Micros> = marks.map(|w| w.at).filter(|at| *at >= around.0 && *at <= around.1).collect();
     // What was on its way when it was stopped may still come out; what comes as it goes on is its own again.
     let within = |at: &Micros| stops.iter().any(|(from, to)| *at > from + UNDER_WAY && at < to);
     let stopped: Micros = stops.iter().map(|(from, to)| to.saturating_sub(from + UNDER_WAY)).sum();
     let ran = (around.1 - around.0).saturating_sub(stopped).max(1);
     let missing = marks.len() as u64 * stopped / ran;
-    let lived = marks.first().is_some_and(|at| *at <= first.0) && marks.last().is_some_and(|at| *at >= last.1);
+    let after = || last.1 == died || marks.last().is_some_and(|at| *at >= last.1);
+    let lived = marks.first().is_some_and(|at| *at <= first.0) && after();
     lived && missing >= TELLING && !marks.iter().any(within)
 }
 

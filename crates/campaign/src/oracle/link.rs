@@ -16,7 +16,7 @@ use super::timeline::Timeline;
 use super::{Evidence, Finding, Micros, Property, demise, finding, life, stale};
 
 /// Longer than a link on which a record goes each way every tenth of a second is silent by itself.
-const SILENCE: Micros = 350_000;
+pub(super) const SILENCE: Micros = 350_000;
 
 /// A protected record at one end.
 #[derive(Clone, Copy)]
@@ -49,6 +49,11 @@ fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
     found
 }
 
+/// When records of that link came to the guard of `target`.
+pub(super) fn came(evidence: &Evidence, target: NodeId) -> Vec<Micros> {
+    arrivals(evidence, target).into_iter().map(|a| a.at).collect()
+}
+
 /// P3: when nothing timely has come through for *Th*, in either direction, the unit holds.
 ///
 /// Timely is what the guard at the target passed, was not made or changed by the adversary, and came within *Tf* of being
@@ -71,9 +76,8 @@ pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found
 }
 
-/// The times between which nothing timely came to the guard of `node`, one after the other; without those in which either end
-/// was dead.
-pub(super) fn silences(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<(Micros, Micros)> {
+/// When anything timely came to the guard of `node`, before the end of the run.
+pub(super) fn timely(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<Micros> {
     let limit = stale::limit(evidence);
     let mut firsts = BTreeSet::new();
     let timely = arrivals(evidence, node).into_iter().filter(|a| {
@@ -81,7 +85,13 @@ pub(super) fn silences(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> 
         let passed = a.verdict == GuardVerdict::Passed;
         passed && firsts.insert(a.hash) && held <= limit && !receipt.forged.contains_key(&a.hash)
     });
-    let mut times: Vec<Micros> = timely.map(|a| a.at).filter(|at| *at < evidence.duration).collect();
+    timely.map(|a| a.at).filter(|at| *at < evidence.duration).collect()
+}
+
+/// The times between which nothing timely came to the guard of `node`, one after the other; without those in which either end
+/// was dead.
+pub(super) fn silences(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<(Micros, Micros)> {
+    let mut times = timely(evidence, receipt, node);
     let dead: BTreeSet<(Micros, Micros)> =
         [node, NodeId::UNIT_A].into_iter().flat_map(|n| life::dead(evidence, n)).collect();
     for (from, to) in &dead {

@@ -1,14 +1,17 @@
 //! The independent judge of a trial.
 //!
 //! It reads the instrument plane's events and nothing else: no predicate of the boundary, of autonomy or of the
-//! gateway is used. What a service did is judged from witnesses outside it: set-points and acts as the plant received
-//! them, true pose, the relay's and the guards' own logs, what the display showed. A service's account of itself is
-//! then compared with these.
+//! gateway is used. What a service did is judged from witnesses outside it as far as there are any: set-points as the plant
+//! holds them and acts as it received them, true pose and speed, the relay's and the guards' own logs, what the display
+//! showed. The unit's mode, its authority and what it executed are its own word, held against these. `ARCHITECTURE.md`
+//! says of each property which witness judges it and what is the unit's word alone.
 //!
 //! `timeline` sorts the events by what they are about, `plan` is what was set out to be done and when, `receipt`, `stream`,
-//! `planes`, `view`, `mouth`, `life`, `disguise` and `place` decide whether the fault provably arrived, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
+//! `planes`, `view`, `mouth`, `life` and `disguise` decide whether the fault provably arrived, `masked` what else kept it from arriving, `fate` says what became of each, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `guards` for what others than the unit know of P1's guards, `speed` for the speeds of
+//! every mode, `effect` for what executions bring about, `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
 //! where the unit takes itself to be, `takeover` for sessions that somebody else took, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
-//! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class. `nearness` says how near
+//! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class. `mission` is whether
+//! what the scenario presumes took place, `nearness` says how near
 //! a trial came to what would have been judged, and judges nothing.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
@@ -18,8 +21,13 @@ mod content;
 pub mod demise;
 mod disguise;
 mod display;
+mod effect;
+pub mod fate;
+mod guards;
 mod life;
 mod link;
+mod masked;
+pub mod mission;
 mod mouth;
 mod nearness;
 mod orders;
@@ -30,6 +38,7 @@ pub mod plan;
 mod planes;
 mod properties;
 mod receipt;
+mod speed;
 mod stale;
 mod stream;
 mod takeover;
@@ -43,9 +52,10 @@ use wire::bounds::Bounds;
 use crate::custody::Flaw;
 use crate::trial::{Latency, Outcome, TransitionRow};
 
+pub use fate::{Fate, FateName, Injection, InjectionRow, Mask};
 pub use nearness::{AT_LIMIT, Limit, Nearness, nearness};
 pub use outcome::stalled;
-pub use plan::{Plan, Planned};
+pub use plan::{Needs, Plan, Planned, Takes};
 pub use timeline::Timeline;
 
 /// Microseconds of trace time: true time in the twin, one common host clock live. No core reads it.
@@ -70,6 +80,9 @@ pub struct Evidence {
     /// What does not hold of the recording against what is held outside the recorder (`crate::custody`). Such a log is no
     /// evidence of safety or of its lack.
     pub custody: Vec<Flaw>,
+    /// What the cores of a live run did otherwise when they were fed their mouth logs again, each with its core and input.
+    /// Empty in the twin, where nothing stands between a core and its log.
+    pub differences: Vec<String>,
     /// Bounds in force.
     pub bounds: Bounds,
     /// What was planned, table by table; empty for a null attack.
@@ -80,6 +93,8 @@ pub struct Evidence {
     pub stall_limit: Micros,
     /// Who may give commands, and until when; `Micros::MAX` where nothing was said.
     pub operators: Vec<(wire::id::NodeId, Micros)>,
+    /// What the operator was to do, and how far the mission has to come.
+    pub script: mission::Script,
     /// Nodes that were killed on purpose; they owe no closing account.
     pub killed: Vec<wire::id::NodeId>,
 }
@@ -105,7 +120,7 @@ pub enum Property {
     P8,
     /// Recovery only by the rules.
     P9,
-    /// The log verifies.
+    /// The log verifies, and the cores of a live run are functions of their mouth logs.
     P10,
     /// No authority or act on the wrong object.
     P11,
@@ -129,8 +144,10 @@ pub struct Verdict {
     pub outcome: Outcome,
     /// Everything found, in order.
     pub findings: Vec<Finding>,
-    /// Whether every planned injection provably arrived. True for a null attack.
+    /// Whether a planned injection provably arrived, and each that did not was provably kept from it. True for a null attack.
     pub receipt: bool,
+    /// What became of each planned injection.
+    pub injections: Vec<Injection>,
     /// When the first injection took hold, by its receipt.
     pub zero: Option<Micros>,
     /// Latencies from `zero`.
@@ -141,6 +158,8 @@ pub struct Verdict {
     pub false_trips: u32,
     /// Time in READY or PREPARE_TO_ACT.
     pub nominal: Micros,
+    /// How far the mission came, and what of it is missing.
+    pub mission: mission::Mission,
     /// What came of each process that was killed.
     pub responses: Vec<demise::Response>,
 }

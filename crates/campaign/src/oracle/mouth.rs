@@ -1,4 +1,5 @@
-//! Receipts of what an insider sent: its own entry against what the mouth of the core that it was for took in.
+//! Receipts of what an insider sent, or a sensor under a fault: the actor's own entry against what the mouth of the core that it was for
+//! took in.
 //!
 //! The two share the hash of the very bytes (`crate::sights`). That some record of the insider's arrived is none: an honest
 //! one of its own would do for that.
@@ -23,6 +24,11 @@ pub(super) fn receipt(evidence: &Evidence, wanted: Action, window: Window, who: 
 pub(super) fn sights(evidence: &Evidence, wanted: Action, who: &[NodeId]) -> Vec<Micros> {
     let claims = claims(evidence, wanted, who);
     claims.flat_map(|(at, hash)| seen(evidence).filter(move |s| s.hash == hash && s.at >= at)).map(|s| s.at).collect()
+}
+
+/// Whether the mouth of `reader` took in, at `from` or later, bytes with this hash.
+pub(super) fn took(evidence: &Evidence, reader: NodeId, hash: u64, from: Micros) -> bool {
+    seen(evidence).any(|s| s.reader == reader && s.hash == hash && s.at >= from)
 }
 
 fn claims(evidence: &Evidence, wanted: Action, who: &[NodeId]) -> impl Iterator<Item = (Micros, u64)> {

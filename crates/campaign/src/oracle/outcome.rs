@@ -3,10 +3,11 @@
 use wire::mode::{Cause, Mode};
 use wire::stream::Sight;
 
+use super::fate::{Fate, Injection, Mask};
 use super::receipt::Receipt;
 use super::timeline::{Change, Timeline};
 use super::{Evidence, Finding, Micros, Property, Verdict, finding};
-use super::{demise, disguise, mouth};
+use super::{demise, disguise, mission, mouth};
 use crate::trial::{Latency, Outcome};
 
 /// Puts the verdict together.
@@ -16,15 +17,24 @@ pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mu
     }
     let zero = receipt.zero;
     let trips = false_trips(evidence, line, zero);
-    let outcome = class(evidence, line, &receipt, &findings, trips);
+    let mission = mission::of(evidence, line, &receipt);
+    let outcome = match class(evidence, line, &receipt, &findings, trips) {
+        // What was found stands without a mission, and a trip tells why there was none; the rest shows nothing.
+        found @ (Outcome::Unsafe | Outcome::Late | Outcome::FalseTrip) => found,
+        _ if !mission.missing.is_empty() => Outcome::Invalid,
+        class => class,
+    };
+    let injections = injections(evidence, line, &receipt);
     Verdict {
         outcome,
         receipt: receipt.whole,
+        injections,
         zero,
         latency: zero.map(|zero| latency(line, zero)).unwrap_or_default(),
         transitions: line.rows(),
         false_trips: trips,
         nominal: line.nominal(evidence.duration),
+        mission,
         responses: Vec::new(),
         findings,
     }
@@ -49,7 +59,11 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
     if trips > 0 {
         return Outcome::FalseTrip;
     }
-    let Some(zero) = receipt.zero else { return Outcome::Nominal };
+    receipt.zero.map_or(Outcome::Nominal, |zero| answer(evidence, line, zero))
+}
+
+/// How the platform answered from `zero` on: in which mode it ended, or by a refusal or an alarm.
+fn answer(evidence: &Evidence, line: &Timeline, zero: Micros) -> Outcome {
     let reached = |mode: Mode| line.first_change(zero, |c| c.to == mode && c.cause != Cause::Operator).is_some();
     // Of a dead unit only its plant can be believed.
     if reached(Mode::HoldSafe) || demise::stopped_without_its_unit(evidence, line) {
@@ -61,6 +75,16 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
     } else {
         Outcome::Undetected
     }
+}
+
+/// What became of each planned injection.
+fn injections(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Injection> {
+    let fate = |fate: Option<Result<Micros, Mask>>| match fate {
+        Some(Ok(at)) => Fate::Delivered { at, noticed: answer(evidence, line, at) != Outcome::Undetected },
+        Some(Err(mask)) => Fate::Masked(mask),
+        None => Fate::NotProven,
+    };
+    receipt.plans.iter().map(|(plan, of)| Injection { plan: *plan, fate: fate(*of) }).collect()
 }
 
 /// Whether a boundary refused anything after the injection: a service by name, the guard, or the secure layer;

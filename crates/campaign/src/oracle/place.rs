@@ -1,9 +1,8 @@
 //! Where the unit takes itself to be, against where it is.
 //!
-//! Three witnesses: the sim's truth, the sim's word on what a fault imposed, and what autonomy says that it saw and drives
-//! by. The first two are of another process than the third. Sim and autonomy share a host, so their stamps compare.
+//! Two witnesses: the sim's truth, and what autonomy says that it drives by. Sim and autonomy share a host, so their stamps compare.
 
-use wire::event::{Event, FaultKind, Sensor};
+use wire::event::{Event, Sensor};
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 use wire::time::Instant;
@@ -14,31 +13,23 @@ use super::{Evidence, Finding, Micros, Property, finding};
 /// East and north, millimetres.
 type Place = (f64, f64);
 
-/// Deviation of an undisturbed fix on each axis, millimetres, and of its time, microseconds.
+/// Deviation of an undisturbed fix on each axis, millimetres.
 pub(super) const FIX_MM: f64 = 40.0;
-const TIME_US: f64 = 1000.0;
 /// A fix is never off by more than so many deviations without a fault: the sim's noise is bounded there.
 pub(super) const BOUNDED: f64 = 6.0;
-/// What was imposed is told from noise when it amounts to so many deviations over all sights together.
-const TELLING: f64 = 10.0;
-/// The share of what was imposed that has to be seen may be off one by this much.
-const SHARE: f64 = 0.3;
-/// So many sights in a row of the very same fix are a frozen one: noise repeats a fix once in ten thousand.
-const FROZEN: usize = 3;
 /// Truth is known between two entries that are no further apart than this, microseconds.
 const GAP_US: u64 = 250_000;
+/// For so long what the unit says of its place counts: it says so a few times a second.
+const SAID_US: u64 = 500_000;
 /// What odometry may be wrong by while fixes are not used: millimetres, a share of the way, and mm/s however slowly the
 /// unit goes: wheels that hold it on a slope were seen to turn by 1 to 2 mm/s.
 const ODOMETRY: (f64, f64, f64) = (100.0, 0.05, 5.0);
 
-/// A fix as autonomy saw it, and its own pose then.
+/// The pose that autonomy drives by when it saw a fix.
 #[derive(Clone, Copy, Debug)]
 struct Sight {
     at: Micros,
     stamp: Instant,
-    fix: Place,
-    /// Receiver's time less the stamp, microseconds.
-    ahead: f64,
     pose: Place,
     distrusted: bool,
 }
@@ -47,14 +38,9 @@ fn sights(evidence: &Evidence) -> Vec<Sight> {
     let of_unit = evidence.entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A);
     of_unit
         .filter_map(|w| match w.entry.event {
-            Event::Located { stamp, x_mm, y_mm, time, pose_x_mm, pose_y_mm, distrusted } => Some(Sight {
-                at: w.at,
-                stamp,
-                fix: (f64::from(x_mm), f64::from(y_mm)),
-                ahead: (time.0 as i64).wrapping_sub(stamp.0 as i64) as f64,
-                pose: (f64::from(pose_x_mm), f64::from(pose_y_mm)),
-                distrusted,
-            }),
+            Event::Located { stamp, pose_x_mm, pose_y_mm, distrusted, .. } => {
+                Some(Sight { at: w.at, stamp, pose: (f64::from(pose_x_mm), f64::from(pose_y_mm)), distrusted })
+            }
             _ => None,
         })
         .collect()
@@ -92,57 +78,12 @@ fn truth(evidence: &Evidence) -> Series<2> {
     })
 }
 
-fn imposed(evidence: &Evidence) -> Series<3> {
-    Series::of(evidence, |event, _| match *event {
-        Event::Imposed { stamp, east_mm, north_mm, time_us } => {
-            Some((stamp, [f64::from(east_mm), f64::from(north_mm), time_us as f64]))
-        }
-        _ => None,
-    })
-}
-
 fn minus(a: Place, b: Place) -> Place {
     (a.0 - b.0, a.1 - b.1)
 }
 
 fn length(a: Place) -> f64 {
     a.0.hypot(a.1)
-}
-
-/// Whether autonomy saw localisation disturbed in this way between `from` and `to`.
-pub(super) fn arrived(evidence: &Evidence, kind: FaultKind, from: Micros, to: Micros) -> bool {
-    let all = sights(evidence);
-    let within: Vec<Sight> = all.iter().filter(|s| s.at >= from && s.at <= to).copied().collect();
-    let truth = truth(evidence);
-    let off = |s: &Sight| truth.at(s.stamp).map(|[x, y]| minus(s.fix, (x, y)));
-    match kind {
-        FaultKind::Drift | FaultKind::Jump => {
-            let imposed = imposed(evidence);
-            let pairs = within.iter().filter_map(|s| {
-                let [east, north, _] = imposed.at(s.stamp)?;
-                let (x, y) = off(s)?;
-                Some([(x, east), (y, north)])
-            });
-            seen_whole(pairs.flatten(), FIX_MM)
-        }
-        FaultKind::TimeStep | FaultKind::TimeDrift => {
-            let Some(before) = all.iter().rev().find(|s| s.at < from) else { return false };
-            let imposed = imposed(evidence);
-            let pairs = within.iter().filter_map(|s| Some((s.ahead - before.ahead, imposed.at(s.stamp)?[2])));
-            seen_whole(pairs, TIME_US)
-        }
-        FaultKind::Freeze => within.windows(FROZEN).any(|run| run.iter().all(|s| s.fix == run[0].fix)),
-        FaultKind::Noise => within.iter().filter_map(off).any(|(x, y)| x.abs().max(y.abs()) > BOUNDED * FIX_MM),
-        FaultKind::Dropout | FaultKind::Occlusion | FaultKind::Skew => false,
-        FaultKind::Chaff | FaultKind::Perturbation => false,
-    }
-}
-
-/// Whether of pairs (seen, imposed) the imposed is seen, neither less nor more, beyond what noise can feign.
-fn seen_whole(pairs: impl Iterator<Item = (f64, f64)>, deviation: f64) -> bool {
-    let (product, square) =
-        pairs.fold((0.0, 0.0), |(p, q), (seen, imposed)| (p + seen * imposed, q + imposed * imposed));
-    square >= (TELLING * deviation).powi(2) && (product / square - 1.0).abs() <= SHARE
 }
 
 /// Judges the unit's idea of its place.
@@ -171,6 +112,14 @@ fn lost_unnoticed(evidence: &Evidence, line: &Timeline, sights: &[Sight], truth:
         }
     }
     None
+}
+
+/// How far the unit was from where it took itself to be, millimetres, by what it last said of that before `at`; none if it
+/// had said nothing for long, or if nobody knows where it was.
+pub(super) fn off_at(evidence: &Evidence, at: Micros) -> Option<f64> {
+    let said = sights(evidence).into_iter().rev().find(|s| s.at <= at && at - s.at <= SAID_US)?;
+    let [x, y] = truth(evidence).at(said.stamp)?;
+    Some(length(minus(said.pose, (x, y))))
 }
 
 /// When odometry had a fault.

@@ -2,6 +2,7 @@
 //! table of the same kind did is none.
 
 use serde::Serialize;
+use wire::core::Side;
 use wire::event::{Action, Event, FaultKind, Sensor};
 use wire::id::{NodeId, ObjectId, PeerId};
 use wire::sensor::Class;
@@ -54,6 +55,38 @@ pub enum Planned {
     Step(StepName),
 }
 
+/// What an injection takes hold of and does not bring along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Takes {
+    /// Records of the telemetry link, on their way to this side of it or, without one, to either.
+    Records(Option<Side>),
+    /// What goes through the streams of the command plane, either way.
+    Pieces,
+    /// Publications on the command plane.
+    Publications {
+        /// On their way to the unit (client) or from it (server); either where nothing is said.
+        to: Option<Side>,
+        /// Only those about an order that asks this.
+        asks: Option<&'static str>,
+        /// Those before its time serve as well: they are sent again.
+        ever: bool,
+    },
+    /// What the operator asks of the gateway: this, or anything.
+    Orders(Option<&'static str>),
+    /// Reports of the unit under test that the gateway accepts.
+    Reports,
+}
+
+/// What has to be there for an injection to arrive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Needs {
+    /// Processes that run.
+    pub running: &'static [NodeId],
+    /// What it takes hold of.
+    pub takes: Option<Takes>,
+}
+
 /// It, and when.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Plan {
@@ -65,12 +98,14 @@ pub struct Plan {
     pub until: Micros,
     /// The step that it is a part of: from when that begins to when it ends, then.
     pub step: Option<StepName>,
+    /// What has to be there for it to arrive.
+    pub needs: Needs,
 }
 
 impl From<Planned> for Plan {
     /// At any time of the run.
     fn from(what: Planned) -> Self {
-        Plan { what, from: 0, until: Micros::MAX, step: None }
+        Plan { what, from: 0, until: Micros::MAX, step: None, needs: Needs::default() }
     }
 }
 
@@ -92,6 +127,16 @@ impl Window {
         };
         let from = told(true).next()?.at;
         Some(Window { from, until: told(false).next_back().map_or(Micros::MAX, |w| w.at) })
+    }
+
+    /// From then to then.
+    pub(super) fn between((from, until): (Micros, Micros)) -> Window {
+        Window { from, until }
+    }
+
+    /// From, to, within a run of this length.
+    pub(super) fn span(self, duration: Micros) -> (Micros, Micros) {
+        (self.from, self.until.min(duration).max(self.from))
     }
 
     /// Whether a deed at `at` is within it.

@@ -1,4 +1,4 @@
-//! P1 to P4 and P8 to P11, one function each. Every one has been seen to fail on a log in which it is broken
+//! P1 to P4 and P8 to P11, one function each, as far as they are not in files of their own (`mod` says which). Every one has been seen to fail on a log in which it is broken
 //! (`tests/properties/oracle`).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -10,15 +10,15 @@ use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
 use super::receipt::{Befallen, Receipt};
+use super::speed::{self, STANDING};
 use super::timeline::{Change, Timeline};
-use super::{Evidence, Finding, Micros, Plan, Planned, Property, content, demise, display, finding, link, planes};
+use super::{
+    Evidence, Finding, Micros, Plan, Planned, Property, content, demise, display, effect, finding, guards, link, planes,
+};
 
 /// What one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.
 pub(super) const SLACK: Micros = 50_000;
-
-/// Speed below which the plant counts as standing, mm/s.
-const STANDING: i32 = 50;
 
 /// Checks every property but conservation.
 pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
@@ -28,7 +28,9 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(subsystem_loss(evidence, line, receipt));
     found.extend(lost_place(evidence, line, receipt));
     found.extend(link::trust(evidence, line, receipt));
-    found.extend(plant_obeys_hold(evidence, line));
+    found.extend(speed::check(evidence, line));
+    found.extend(effect::check(evidence, line));
+    found.extend(guards::check(evidence, line, receipt));
     found.extend(geofence(line));
     found.extend(content::check(evidence, line));
     found.extend(display::check(evidence, line));
@@ -37,6 +39,7 @@ pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
     found.extend(commands(evidence, line));
     found.extend(recovery(evidence, line));
     found.extend(evidence.custody.iter().map(|flaw| finding(Property::P10, evidence.duration, flaw.to_string())));
+    found.extend(evidence.differences.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));
     found.extend(evidence.broken_log.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));
     found
 }
@@ -141,20 +144,6 @@ fn lost_place(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Fi
         (!matches!(mode, Mode::HoldSafe | Mode::Idle)).then(|| finding(Property::P3, f.start + th, what))
     })
     .collect()
-}
-
-/// P3's other half: HOLD_SAFE is believed from the plant, not from the unit. A plant whose world was stopped obeys once that goes on.
-fn plant_obeys_hold(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let holds = line.changes.iter().filter(|c| c.to == Mode::HoldSafe);
-    holds
-        .filter_map(|hold| {
-            let until = line.first_change(hold.at + 1, |_| true).map_or(Micros::MAX, |c| c.at);
-            let after = demise::can_judge(evidence, NodeId::SIM, hold.at + 500_000);
-            let moving = line.truth.iter().find(|t| t.at >= after && t.at < until && t.set_speed.abs() > STANDING)?;
-            let what = format!("HOLD_SAFE, and the plant still follows {} mm/s", moving.set_speed);
-            Some(finding(Property::P3, moving.at, what))
-        })
-        .collect()
 }
 
 /// P4, from the true pose.

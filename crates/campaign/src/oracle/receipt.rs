@@ -3,21 +3,21 @@
 //! A receipt needs two witnesses: the actor's entry, and an observation at the target by another process. The
 //! adversary's word alone is none. For a datagram the guard's log must show the very bytes (by hash) at a fitting
 //! time; for one that was dropped, that it never showed them and that something is missing there. For a sensor fault,
-//! perception or autonomy must have seen the readings go missing, old ones come again, more of them than ever, or be off by
-//! what was imposed (`place`). What was done to a byte stream is `stream`'s, to publications `planes`', what insiders sent
+//! the mouth of perception or autonomy must have taken in, to the last byte, a message that would read otherwise without it; whether they
+//! made anything of it is not asked here. What is missing and provably could not arrive is `masked`'s. What was done to a byte stream is `stream`'s, to publications `planes`', what insiders sent
 //! `mouth`'s, what stands there in disguise `disguise`'s, what befell processes `life`'s.
 
 use std::collections::BTreeMap;
 
 use wire::core::Side;
 use wire::event::{Account, Action, Event, FaultKind, GuardVerdict, Sensor};
-use wire::id::{FrameId, NodeId};
-use wire::sensor::Modality;
+use wire::id::NodeId;
 use wire::step::StepName;
 
+use super::fate::Mask;
 use super::plan::Window;
 use super::{
-    Evidence, Micros, Plan, Planned, disguise, life, link, mouth, orders, place, planes, stream, takeover, view,
+    Evidence, Micros, Plan, Planned, disguise, life, link, masked, mouth, orders, planes, stream, takeover, view,
 };
 
 /// How close together a guard logs the pieces of one datagram, and how long a datagram is on its way.
@@ -29,10 +29,10 @@ const LEAST_DELAY: Micros = 10_000;
 /// What was established about the injections.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Receipt {
-    /// Every planned injection has both witnesses.
+    /// One planned injection at least has both witnesses, and of each other it is known what kept it from arriving.
     pub whole: bool,
-    /// Planned injections without one.
-    pub missing: Vec<Plan>,
+    /// When each planned injection arrived, or what kept it from arriving; nothing where neither is proven.
+    pub plans: Vec<(Plan, Option<Result<Micros, Mask>>)>,
     /// The actor's first entry that has a second witness.
     pub zero: Option<Micros>,
     /// Sensor faults with receipts.
@@ -73,22 +73,23 @@ impl Befallen {
 pub(super) fn find(evidence: &Evidence) -> Receipt {
     let mut receipt = Receipt { faults: faults(evidence), ..Receipt::default() };
     note_datagrams(evidence, &mut receipt);
-    let mut zeros = Vec::new();
+    let mut whole = true;
     for plan in &evidence.planned {
         // That a step began is its actor's word; what it did needs its own receipt, and only that counts as the start.
         if let Planned::Step(step) = plan.what {
-            if !begun(evidence, step) {
-                receipt.missing.push(*plan);
-            }
+            whole &= begun(evidence, step);
             continue;
         }
-        match Window::of(evidence, plan).and_then(|window| of(evidence, plan.what, window, &receipt.faults)) {
-            Some(zero) => zeros.push(zero),
-            None => receipt.missing.push(*plan),
-        }
+        let fate = Window::of(evidence, plan).and_then(|window| {
+            let arrived = of(evidence, plan.what, window, &receipt.faults).map(Ok);
+            arrived.or_else(|| masked::by(evidence, plan, window, &receipt.faults).map(Err))
+        });
+        whole &= fate.is_some();
+        receipt.plans.push((*plan, fate));
     }
-    receipt.whole = receipt.missing.is_empty();
-    receipt.zero = zeros.into_iter().min();
+    receipt.zero = receipt.plans.iter().filter_map(|(_, fate)| (*fate)?.ok()).min();
+    // Where everything was masked nothing was injected, and the trial shows nothing.
+    receipt.whole = whole && (receipt.plans.is_empty() || receipt.zero.is_some());
     receipt
 }
 
@@ -159,7 +160,7 @@ fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
 }
 
 /// The relay's first entry of `action` within `window` whose bytes the target's guard confirms.
-fn datagram(evidence: &Evidence, action: Action, window: Window) -> Option<Micros> {
+pub(super) fn datagram(evidence: &Evidence, action: Action, window: Window) -> Option<Micros> {
     let entries = evidence.entries.iter().filter_map(|w| match w.entry.event {
         Event::Attack { action: a, side, length, hash, delay }
             if a == action && w.entry.node == NodeId::RELAY_TELEMETRY && window.has(w.at) =>
@@ -206,11 +207,11 @@ fn begun(evidence: &Evidence, wanted: StepName) -> bool {
     evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Step { step, begun: true } if step == wanted))
 }
 
-/// Sensor faults that the sim applied and that the other side saw.
+/// Sensor faults that the sim applied and whose readings the other side took in.
 fn faults(evidence: &Evidence) -> Vec<Befallen> {
     let mut found = Vec::new();
     for (i, w) in evidence.entries.iter().enumerate() {
-        let Event::Fault { sensor, kind, active: true, frame } = w.entry.event else { continue };
+        let Event::Fault { sensor, kind, active: true, .. } = w.entry.event else { continue };
         if w.entry.node != NodeId::SIM {
             continue;
         }
@@ -224,19 +225,14 @@ fn faults(evidence: &Evidence) -> Vec<Befallen> {
             _ => None,
         });
         let end = end.unwrap_or(evidence.duration);
-        let meanwhile = || rest.iter().take_while(|e| e.at <= end.saturating_add(200_000));
-        let arrived = match (sensor, kind) {
-            (Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar, FaultKind::Freeze | FaultKind::Skew) => {
-                meanwhile().any(|e| is_old(&e.entry.event, sensor, frame))
+        // What a fault changed is told of while it lasts, and may come in a little later.
+        let changed = rest.iter().take_while(|e| e.at <= end).filter_map(|e| match e.entry.event {
+            Event::Altered { sensor: s, kind: k, hash } if (s, k) == (sensor, kind) && e.entry.node == NodeId::SIM => {
+                Some((e.at, hash))
             }
-            (Sensor::Rgb, FaultKind::Chaff) => {
-                meanwhile().any(|e| matches!(e.entry.event, Event::Crowded { frame: seen, .. } if seen >= frame))
-            }
-            (Sensor::Localisation, _) => {
-                meanwhile().any(|e| lacks(&e.entry.event, sensor)) || place::arrived(evidence, kind, w.at, end)
-            }
-            (_, _) => meanwhile().any(|e| lacks(&e.entry.event, sensor)),
-        };
+            _ => None,
+        });
+        let arrived = changed.into_iter().any(|(at, hash)| mouth::took(evidence, consumer(sensor), hash, at));
         if arrived {
             found.push(Befallen { sensor, kind, start: w.at, end });
         }
@@ -244,19 +240,10 @@ fn faults(evidence: &Evidence) -> Vec<Befallen> {
     found
 }
 
-/// Whether the event says that `sensor` still shows what it showed before `from`.
-fn is_old(event: &Event, sensor: Sensor, from: FrameId) -> bool {
-    matches!(*event, Event::Repeated { modality, first, .. } if Sensor::of(modality) == sensor && first < from)
-}
-
-/// Whether the event says that `sensor`'s readings are missing at their consumer.
-fn lacks(event: &Event, sensor: Sensor) -> bool {
-    match (event, sensor) {
-        (Event::FrameSeen { present, .. }, _) => {
-            Modality::ALL.into_iter().any(|m| Sensor::of(m) == sensor && !present.has(m))
-        }
-        (Event::NavigationSeen { fix, .. }, Sensor::Localisation) => !fix,
-        (Event::NavigationSeen { odometry, .. }, Sensor::Odometry) => !odometry,
-        _ => false,
+/// Who the readings of `sensor` are for.
+fn consumer(sensor: Sensor) -> NodeId {
+    match sensor {
+        Sensor::Rgb | Sensor::Depth | Sensor::Thermal | Sensor::Lidar => NodeId::PERCEPTION,
+        Sensor::Odometry | Sensor::Localisation => NodeId::UNIT_A,
     }
 }

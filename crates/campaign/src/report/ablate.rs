@@ -207,7 +207,7 @@ pub fn ablation_table(ablation: &Ablation) -> String {
     let mut table = new_table(&[
         "check",
         "worth",
-        "without it: attack, outcomes, gets through of n: difference (95 %), p (Holm)",
+        "gets through in",
         "changed only",
         "the rest differs below",
         "noticed",
@@ -219,6 +219,11 @@ pub fn ablation_table(ablation: &Ablation) -> String {
         table.add_row(row(check));
     }
     let mut text = format!("{}\n{table}\n", ablation.watermark);
+    text.push_str("What gets through without a check: attack, outcomes, of n, difference (95 %), p (Holm).\n");
+    for check in &ablation.checks {
+        let lines = check.attacks.iter().filter(gained).map(|row| format!("{}: {}\n", check.check, line(row)));
+        text.extend(lines);
+    }
     for overlap in &ablation.overlaps {
         let [a, b] = &overlap.checks;
         let (attack, without) = (attack(&overlap.scenario, overlap.cell.as_ref()), outcomes(&overlap.without));
@@ -241,23 +246,27 @@ fn row(check: &CheckRow) -> Vec<String> {
         Worth::Pair => "in a pair",
         Worth::None => "none",
     };
-    let gained = |attack: &&AttackRow| attack.gain.any();
-    let lines: Vec<String> = check.attacks.iter().filter(gained).map(line).collect();
-    let only: Vec<&str> = check.attacks.iter().filter(|a| !gained(a)).map(|a| a.scenario.as_str()).collect();
+    let through = check.attacks.iter().filter(gained).count();
+    let only = check.attacks.len() - through;
     let quiet = |of: fn(&Quiet) -> [f64; 2], digits: usize| {
         check.quiet.as_ref().map(of).map_or_else(|| "-".to_owned(), |[a, b]| format!("{a:.digits$} / {b:.digits$}"))
     };
     vec![
         check.check.clone(),
         worth.to_owned(),
-        if lines.is_empty() { "-".to_owned() } else { lines.join("\n") },
-        format!("{} of {}", only.len(), check.attacks.len() + check.unchanged),
+        through.to_string(),
+        format!("{only} of {}", check.attacks.len() + check.unchanged),
         percent(check.unchanged_upper_95),
         if check.noticed { "yes" } else { "no" }.to_owned(),
         quiet(|q| q.false_trips_per_hour, 2),
         quiet(|q| q.nominal_share, 3),
         quiet(|q| q.cpu_seconds_per_hour, 1),
     ]
+}
+
+/// Whether the attack gets further without the check.
+fn gained(attack: &&AttackRow) -> bool {
+    attack.gain.any()
 }
 
 fn line(row: &AttackRow) -> String {

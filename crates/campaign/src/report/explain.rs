@@ -39,12 +39,23 @@ impl ExplainObject {
 
 /// The chain of one change of mode, a line a link.
 pub fn explained(explanation: &Explanation) -> String {
+    told(explanation, |at| format!("{} ms", at / 1000), |at| format!("{} ms", ms(at)))
+}
+
+/// The same with times of the run in seconds, as a recording's window has them.
+pub fn explained_in_seconds(explanation: &Explanation) -> String {
+    let seconds = |at: Micros| format!("{:.4} s", at as f64 / 1e6);
+    told(explanation, seconds, seconds)
+}
+
+/// The same with the time of the change and those of its links written so.
+fn told(explanation: &Explanation, change: fn(Micros) -> String, link: fn(Micros) -> String) -> String {
     let Explanation { at_us, from, to, cause, chain, split, .. } = explanation;
-    let mut text = format!("{} ms: {} to {} ({})\n", at_us / 1000, from.name(), to.name(), cause.label());
+    let mut text = format!("{}: {} to {} ({})\n", change(*at_us), from.name(), to.name(), cause.label());
     for step in chain {
-        let (stage, at, by) = (stage_name(step.stage), ms(step.at_us), step.by.name());
+        let (stage, at, by) = (stage_name(step.stage), link(step.at_us), step.by.name());
         // Writing to a string does not fail.
-        let _ = writeln!(text, "  {stage:10} {at:>12} ms  {by:10}  {}", step.what);
+        let _ = writeln!(text, "  {stage:10} {at:>15}  {by:10}  {}", step.what);
     }
     let parts = [
         ("origin to change", Some(split.noticed_us)),

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use serde::{Deserialize, Serialize};
 
 use super::SCHEMA_VERSION;
+use super::mission::MissionSummary;
 use crate::scenario::Evidence;
 use crate::stats::{LEVEL, Sample, events_upper, rate_upper};
 use crate::trial::{Latency, Outcome, Trial};
@@ -68,6 +69,8 @@ pub struct RunObject {
     pub expected: Vec<Outcome>,
     /// Every trial, in order of cell and seed.
     pub trials: Vec<Trial>,
+    /// How far their missions came.
+    pub mission: MissionSummary,
     /// All trials together.
     pub summary: Summary,
     /// The same by cell, where the scenario has cells.
@@ -157,6 +160,7 @@ impl RunObject {
             CellSummary::new(cell, expected, &own)
         };
         let cells = expected.iter().map(cell).collect();
+        let mission = MissionSummary::of(&trials);
         let summary = Summary::of(&trials.iter().collect::<Vec<_>>());
         let scenario = scenario.to_owned();
         Self {
@@ -168,6 +172,7 @@ impl RunObject {
             detector: None,
             expected: Vec::new(),
             trials,
+            mission,
             summary,
             cells,
         }
@@ -255,6 +260,7 @@ pub(crate) mod tests {
             outcome,
             findings: Vec::new(),
             receipt: true,
+            injections: Vec::new(),
             log_hash: format!("{seed:064x}"),
             decision_hash: format!("{:064x}", seed % 3),
             received: 100,
@@ -265,9 +271,11 @@ pub(crate) mod tests {
             host_stall_ms: None,
             host_spoilt_ms: Vec::new(),
             claims: None,
+            mission: None,
             transitions: Vec::new(),
             latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },
             responses: Vec::new(),
+            held: None,
             sim_seconds: 10.0,
             false_trips: 0,
             nominal_seconds: 4.0,

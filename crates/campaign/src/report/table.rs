@@ -6,8 +6,14 @@ use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
 
 use super::reference::{LiveLatency, Reference, ReferenceRow};
 use super::run::{RunObject, Summary};
+use crate::oracle::FateName;
 use crate::stats::Sample;
 use crate::trial::{Outcome, Trial};
+
+/// What the columns of a table of trials mean.
+const LEGEND: &str = "\
+ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59), from the injection's receipt.
+unsafe below: exact one-sided 95 % bound. refused: records, by reason.";
 
 /// The table of the reference evaluation.
 pub fn reference_table(reference: &Reference) -> String {
@@ -65,8 +71,9 @@ pub fn run_table(run: &RunObject) -> String {
     table.add_row(run_row("all", accounts, &run.summary));
     let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
     let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
-    let beside = format!("{}{}", outsiders(&run.trials), host_line([(run.scenario.as_str(), &run.summary)]));
-    format!("{mark}{detector}{} ({}, seed {})\n{table}\n{beside}", run.scenario, run.mode.name(), run.seed)
+    let host = host_line([(run.scenario.as_str(), &run.summary)]);
+    let beside = format!("{}{}{}{host}", run.mission.lines(), fates(run), outsiders(&run.trials));
+    format!("{mark}{detector}{} ({}, seed {})\n{table}\n{LEGEND}\n{beside}", run.scenario, run.mode.name(), run.seed)
 }
 
 /// Datagrams that no process of the runs sent, where any came.
@@ -95,6 +102,25 @@ pub(super) fn host_line<'a>(of: impl IntoIterator<Item = (&'a str, &'a Summary)>
         return String::new();
     }
     format!("repeated because the host overslept: {n} {attempts} ({})\n", whose.join("; "))
+}
+
+/// What became of the planned injections, where of one it was not that it was noticed.
+fn fates(run: &RunObject) -> String {
+    let mut counts: BTreeMap<(FateName, String), u64> = BTreeMap::new();
+    for injection in run.trials.iter().flat_map(|t| &t.injections) {
+        let by = injection.by.as_ref().map(|by| format!(" ({})", plain(by))).unwrap_or_default();
+        *counts.entry((injection.fate, by)).or_default() += 1;
+    }
+    if counts.keys().all(|(fate, _)| *fate == FateName::Noticed) {
+        return String::new();
+    }
+    let told: Vec<String> = counts.iter().map(|((fate, by), n)| format!("{n} {}{by}", fate.told())).collect();
+    format!("injections: {}\n", told.join(", "))
+}
+
+/// What kept an injection from arriving, without the marks of JSON.
+fn plain(by: &serde_json::Value) -> String {
+    by.to_string().replace(['"', '{', '}', '[', ']'], "").replace(['_', ':', ','], " ")
 }
 
 fn run_row(cell: &str, accounts: String, summary: &Summary) -> Vec<String> {
@@ -127,10 +153,13 @@ pub fn latency_table(rows: &[LiveLatency]) -> String {
     )
 }
 
+/// Columns of text that a table takes at most: what a page, a mail and half a screen have room for.
+pub(crate) const WIDTH: u16 = 100;
+
 /// An empty table as all of them look.
 pub(crate) fn started() -> Table {
     let mut table = Table::new();
-    table.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Dynamic);
+    table.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
     table
 }
 
@@ -162,6 +191,18 @@ mod tests {
     use super::super::run::tests::trial;
     use super::super::{Mode, RunObject};
     use super::*;
+
+    #[test]
+    fn a_table_fits_its_width_and_says_what_its_columns_mean() {
+        let mut trials: Vec<_> = (0..59).map(|s| trial(s, Outcome::HoldSafe)).collect();
+        for reason in ["not-current", "stale", "wrong-origin", "bad-signature"] {
+            trials[0].dropped.insert(reason.to_owned(), 100_000);
+        }
+        let text = run_table(&RunObject::new("delay", Mode::Twin, 7, trials, &[]));
+        let widest = text.lines().map(|line| line.chars().count()).max();
+        assert!(widest.is_some_and(|widest| widest <= usize::from(WIDTH)), "{widest:?}: {text}");
+        assert!(text.contains("from the injection's receipt"), "{text}");
+    }
 
     #[test]
     fn a_run_shows_its_counts_and_its_bound() {

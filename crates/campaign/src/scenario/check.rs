@@ -9,9 +9,11 @@ use std::ops::Range;
 use wire::id::{NodeId, UnitId};
 
 use super::check_steps;
+use super::scene::{Object, Point};
 use super::stack::{Certificate, Hand, Link};
 use super::timed::Windowed;
 use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
+use crate::oracle::mission::Stage;
 
 /// Something that does not fit.
 pub(super) struct Finding {
@@ -352,12 +354,21 @@ fn operator(s: &Scenario) -> Vec<Finding> {
             found.push(finding(&step.at_s, "the trial is over by then", "do it earlier or make the trial longer"));
         }
     }
+    found.extend(s.mission.as_ref().filter(|stated| !leads_to(s, ***stated)).map(|stated| {
+        let message = format!("no step of the operator leads to `{}`", stated.name());
+        finding(stated, message, "add the step, or say how far the steps do lead")
+    }));
     for pair in s.operator.step.windows(2) {
         if pair[1].at_s.get() < pair[0].at_s.get() {
             found.push(finding(&pair[1].at_s, "earlier than the step before", "put the steps in order of time"));
         }
     }
     found
+}
+
+/// Whether the operator's steps can bring the mission so far.
+fn leads_to(s: &Scenario, stage: Stage) -> bool {
+    stage == Stage::None || s.operator.step.iter().any(|step| Stage::of(*step.verb) >= stage)
 }
 
 /// One rogue: one key, one way, one certificate. And everybody named has a key.
@@ -469,12 +480,32 @@ pub(super) fn scene(scene: &Scene) -> Vec<Finding> {
     if !inside(&fence, (scene.start.at_m[0].get(), scene.start.at_m[1].get())) {
         found.push(finding(&scene.start, "the platform starts outside its geofence", "move the start or the fence"));
     }
+    for object in scene.object.iter().filter(|object| covers(object, &scene.start.at_m)) {
+        let message = format!("the platform starts inside `{}`", object.name.as_str());
+        found.push(finding(&scene.start, message, "move the start or the object"));
+    }
     for point in scene.route.iter() {
         if !inside(&fence, (point[0].get(), point[1].get())) {
             found.push(finding(point, "a way point lies outside the geofence", "move the point or the fence"));
         }
     }
     found
+}
+
+/// Whether the footprint of an object, where it stands first, holds this point.
+fn covers(object: &Object, at_m: &Point) -> bool {
+    let Some(place) = object.path_m.first() else { return false };
+    let (east, north) = (at_m[0].get() - place[0].get(), at_m[1].get() - place[1].get());
+    // An object that moves faces the way it goes.
+    let heading = match object.path_m.get(1) {
+        Some(next) if object.speed_m_s.get() > 0.0 => {
+            libm::atan2(next[1].get() - place[1].get(), next[0].get() - place[0].get())
+        }
+        Some(_) | None => object.heading_rad.get(),
+    };
+    let (sin, cos) = (libm::sin(heading), libm::cos(heading));
+    let (ahead, aside) = (east * cos + north * sin, north * cos - east * sin);
+    ahead.abs() * 2.0 < object.size_m[0].get() && aside.abs() * 2.0 < object.size_m[1].get()
 }
 
 /// Everything that does not fit in a platform file named `stem`.

@@ -96,4 +96,12 @@ pub enum Flaw {
     Count,
     /// Random bytes.
     Noise,
+    /// Sound, but for the session that it says it is of.
+    Session,
+    /// Sound, but of another version of the session layer.
+    Version,
+    /// Sound, its sequence far ahead of the one before; the sender goes on from there.
+    Jump,
+    /// Sound, around a report that says it is of an identity that is no vehicle.
+    Origin,
 }

@@ -90,8 +90,28 @@ fn floor_boundary(text: &str, at: usize) -> usize {
     at
 }
 
+/// The one of `known` that `word` is most like; none where nothing is near.
+pub fn closest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // The threshold is that of clap's suggestions.
+    const NEAR: f64 = 0.7;
+    let likeness = known.into_iter().map(|name| (strsim::jaro(word, name), name)).filter(|(near, _)| *near > NEAR);
+    likeness.max_by(|(a, _), (b, _)| a.total_cmp(b)).map(|(_, name)| name)
+}
+
+/// A suggestion for "unknown field `x`, expected one of `a`, `b`".
+fn meant(message: &str) -> Option<String> {
+    let mut names = message.split('`').skip(1).step_by(2);
+    let word = names.next()?;
+    closest(word, names).map(|name| format!("did you mean `{name}`?"))
+}
+
 fn remedy_for(message: &str) -> String {
     let schema = "`holdsafe scenario schema` prints every key with its type and range";
+    if message.starts_with("unknown ")
+        && let Some(meant) = meant(message)
+    {
+        return format!("{meant} {schema}");
+    }
     let remedy = if message.starts_with("unknown field") {
         "correct the key or take it out"
     } else if message.starts_with("unknown variant") {

@@ -75,7 +75,8 @@ pub fn parse_scene(file: &str, text: &str) -> Result<Scene, Problems> {
     Ok(scene)
 }
 
-/// The text of a regular file of at most [`MAX_FILE_BYTES`]; `file` is its name in messages.
+/// The text of a regular file of at most [`MAX_FILE_BYTES`], with lines ended by LF whichever way the file ends them; `file` is
+/// its name in messages.
 pub(super) fn read_text(path: &Path, file: &str) -> Result<String, Problem> {
     let meta = fs::metadata(path).map_err(|e| {
         if e.kind() == std::io::ErrorKind::NotFound {
@@ -102,10 +103,11 @@ pub(super) fn read_text(path: &Path, file: &str) -> Result<String, Problem> {
     if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(too_large(bytes.len() as u64));
     }
-    String::from_utf8(bytes).map_err(|e| {
+    let text = String::from_utf8(bytes).map_err(|e| {
         let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
         Problem::with_file(file, format!("line {line} is not UTF-8"), "save the file as UTF-8 text")
-    })
+    })?;
+    Ok(text.replace("\r\n", "\n"))
 }
 
 fn read_scenario(file: &str, text: &str) -> Result<Scenario, Problems> {

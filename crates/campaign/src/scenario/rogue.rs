@@ -33,6 +33,12 @@ timed! {
         /// How far the counter is run ahead with each.
         #[serde(default)]
         ahead: Whole<0, 9_000_000_000_000_000_000>,
+        /// Under which id.
+        #[serde(default)]
+        id: OrderId,
+        /// On which track, to arm or to confirm.
+        #[serde(default)]
+        track: OrderTrack,
         /// The values, where it orders to configure.
         #[serde(default)]
         values: Option<Values>,
@@ -86,7 +92,31 @@ pub enum Way {
     Broker,
 }
 
-/// What somebody orders who is no operator; the track is what is seen.
+/// Under which id a rogue orders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OrderId {
+    /// The next.
+    #[default]
+    Next,
+    /// The one that the unit counted last, of another order.
+    Last,
+    /// The next number in a boot before the operator's.
+    OlderBoot,
+}
+
+/// On which track a rogue orders.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OrderTrack {
+    /// To arm the most confident vehicle, to confirm the one that authority is held on.
+    #[default]
+    Seen,
+    /// The most confident vehicle on which no authority is held.
+    Other,
+}
+
+/// What somebody orders who is no operator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Order {

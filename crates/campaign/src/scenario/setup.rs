@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use perception::head::Brought;
 use wire::bounds::Bounds;
+use wire::person::Role;
 use wire::policy::Policy;
 
 use super::read::{load_platform, read_text};
@@ -36,6 +37,8 @@ pub struct Setup {
     pub run_dir: Option<PathBuf>,
     /// Of a live run's recordings: every which set of sensor frames stays whole; 0 for none.
     pub frames: u32,
+    /// Of a live run: what the person at the operator's window may do; no window where absent.
+    pub window: Option<Role>,
     /// How often a live trial is repeated at most when a stall of the host alone makes it INVALID.
     pub retries: u32,
     /// Set when the user wants to stop; engines look at it between steps.
@@ -56,13 +59,38 @@ impl Setup {
             Problem::with_file(&file, message, "a scenario may only tighten bounds: lower it or take it out")
         });
         Problems::none_or(problems.collect())?;
+        let in_force = scenario.bounds.over(&platform.bounds);
+        let chain = in_force.freshness_ms.get() + in_force.lease_ms.get() + in_force.control_period_ms.get();
+        if chain > in_force.to_hold_safe_ms.get() {
+            let message = format!(
+                "after a lost uplink the lease lapses {chain} ms later (freshness, lease and control period), beyond Th = {} ms",
+                in_force.to_hold_safe_ms.get()
+            );
+            let file = if scenario.bounds.is_empty() { &platform.name } else { &*scenario.name };
+            let remedy = "shorten the lease, or give Th more time (docs/bounds.md, The three bounds)";
+            return Err(Problem::with_file(&format!("{file}.toml"), message, remedy).into());
+        }
         let path = policy.map_or_else(|| named(root, "policies", &scenario.policy), Path::to_path_buf);
         let policy_name = stem(&path);
         let policy = load_policy(&path, &policy_name)?;
         let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
         let stop = Stop::default();
-        let (misset, detector, run_dir, frames, retries) = (None, None, None, FRAMES, 0);
-        Ok(Self { policy_name, policy, bounds, misset, platform, rendered, detector, run_dir, frames, retries, stop })
+        let (misset, detector, run_dir, frames) = (None, None, None, FRAMES);
+        let (window, retries) = (None, 0);
+        Ok(Self {
+            policy_name,
+            policy,
+            bounds,
+            misset,
+            platform,
+            rendered,
+            detector,
+            run_dir,
+            frames,
+            window,
+            retries,
+            stop,
+        })
     }
 
     /// The words that every artefact of an ablation carries; `None` where every check, guard, rule and bound stands.
@@ -114,6 +142,14 @@ pub fn shipped(root: &Path) -> std::io::Result<Vec<PathBuf>> {
 /// The folder cannot be read.
 pub fn rendered(root: &Path) -> std::io::Result<Vec<PathBuf>> {
     files(&root.join("scenarios/rendered"))
+}
+
+/// The shipped scenarios that are for showing: too long for the reference evaluation, and no part of it.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn demo(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    files(&root.join("scenarios/demo"))
 }
 
 /// Every shipped platform, by name.

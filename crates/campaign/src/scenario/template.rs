@@ -1,4 +1,5 @@
-//! The schema of the scenario format, and the commented file that `scenario new` starts with.
+//! The schema of the scenario format, and the commented file that `scenario new` starts with. The unit arms in it, in the twin,
+//! rendered and live.
 
 use schemars::generate::SchemaSettings;
 
@@ -46,13 +47,17 @@ geofence = [[-40.0, -40.0], [40.0, -40.0], [40.0, 40.0], [-40.0, 40.0]]
 name = "car"
 class = "vehicle"
 path_m = [[8.0, -3.0]]
+heading_rad = 1.2                        # its side in view: end on, the detector does not make it out in time
 size_m = [4.2, 1.8, 1.6]
 temperature_k = 318.0
 colour = [60, 80, 150]
 
 # The operator sees only what is displayed: a step waits for its time and for its conditions.
+# Those that are due half a second or more before the attack have to be carried out by then, or the trial is INVALID: an
+# attack that no mission met shows nothing. `mission = "none"` above waives that, `mission = "armed"` demands it.
 [[operator.step]]
 at_s = 1.0
+when_state = "IDLE"
 do = "enable"
 reason = "start of the mission"
 

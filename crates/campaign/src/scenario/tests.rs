@@ -35,7 +35,7 @@ const MISTAKES: [(&str, &str, &str, &str); 34] = [
     ("name = \"x\"", "name = \"y\"", "the file is named `x`", "\"y\""),
     ("name = \"x\"", "name = \"../x\"", "a name is 1 to 48 of a-z", "\"../x\""),
     ("policy = \"default\"", "policy = \"/etc/passwd\"", "a name is 1 to 48 of a-z", "\"/etc/passwd\""),
-    ("[\"A04\"]", "[\"A48\"]", "no such row in the threat catalogue", "\"A48\""),
+    ("[\"A04\"]", "[\"A99\"]", "no such row in the threat catalogue", "\"A99\""),
     ("[\"T0814\"]", "[\"X0814\"]", "not a technique id", "\"X0814\""),
     ("[\"denial-of-service\"]", "[\"D\"]", "unknown variant `D`, expected one of `spoofing`", "\"D\""),
     ("[\"HOLD_SAFE\"]", "[]", "no expected class", "[]"),

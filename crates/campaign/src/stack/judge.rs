@@ -114,7 +114,8 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
     let missed = showing.missed.iter().map(|what| format!("late: {what}"));
     let clear = showing.in_the_clear.iter().map(|what| format!("in the clear: {what}"));
     let unseen = (!showing.receipt()).then(|| "something that was done was not seen at its target".to_owned());
-    let refusals: u64 = showing.refused.values().chain(showing.guard_refused.values()).sum();
+    // Records at the boundary, as of every other trial; what a guard refused is none and stands in `guard_refused`.
+    let refused: u64 = showing.refused.values().sum();
     let decisions = (outcome.name(), &showing.refused, &showing.guard_refused, showing.delivered);
     let decision_hash = hex(&Sha256::digest(format!("{decisions:?}")));
     let counts = [&showing.deeds, &showing.seen].map(in_order);
@@ -126,9 +127,10 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         outcome,
         findings: breaches.chain(read).chain(missed).chain(unseen).chain(clear).collect(),
         receipt: showing.receipt(),
+        injections: Vec::new(),
         log_hash: hex(&Sha256::digest(format!("{decisions:?}{counts:?}"))),
         decision_hash,
-        received: showing.delivered + refusals,
+        received: showing.delivered + refused,
         accepted: showing.delivered,
         dropped: showing.refused.clone(),
         guard_refused: showing.guard_refused.clone(),
@@ -136,9 +138,11 @@ pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
         host_stall_ms: None,
         host_spoilt_ms: Vec::new(),
         claims: None,
+        mission: None,
         transitions: Vec::new(),
         latency_ms: Latency::default(),
         responses: Vec::new(),
+        held: None,
         sim_seconds: 0.0,
         false_trips: 0,
         nominal_seconds: 0.0,

@@ -19,7 +19,6 @@ use wire::policy::Requirement;
 
 use super::StackError;
 use super::judge::Showing;
-use crate::evidence::guard_verdict;
 use crate::scenario::stack::{Deed, Handle};
 
 /// Honest records before and after, each way.
@@ -193,7 +192,7 @@ impl Handling {
             if seen.verdict == Verdict::Passed {
                 passed += u64::from(seen.epoch > 0);
             } else {
-                let name = guard_verdict(seen.verdict).name().to_owned();
+                let name = seen.verdict.told().name().to_owned();
                 *self.showing.guard_refused.entry(name).or_default() += 1;
             }
         }

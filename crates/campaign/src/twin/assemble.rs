@@ -11,8 +11,8 @@ use sim::Sim;
 use wire::audit::Recorder;
 use wire::id::{NodeId, SessionId, WorldId};
 use wire::policy::Requirement;
-use wire::setup::Setup;
-use wire::sign::Verified;
+use wire::setup::{Secret, Setup};
+use wire::sign::{Key, Verified};
 use wire::time::Instant;
 
 use super::clock::HostClock;
@@ -79,8 +79,13 @@ pub fn assemble(
         fills: cast.fills(),
         cues: cast.cues.clone(),
         mouths,
+        witnesses: cast.witnesses.iter().map(|(node, secret)| (*node, witness(secret, &verified))).collect(),
         verified,
     })
+}
+
+fn witness(secret: &Secret, verified: &Verified) -> Key {
+    Key::from_bytes(&secret.0).sharing(verified.clone())
 }
 
 fn fresh(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<Part, AssemblyError> {

@@ -12,6 +12,7 @@ use wire::audit::Journal;
 use wire::core::{Input, Side, Subject};
 use wire::event::{Event, wire_hash};
 use wire::id::{Boot, NodeId, PeerId};
+use wire::sign::Key;
 use wire::stream::Sight;
 use wire::time::Instant;
 
@@ -20,6 +21,11 @@ use super::queue::{Micros, NodeIndex};
 use super::stream::{Effect, Stream};
 use super::{Happening, Node, OPENS_AT, Twin};
 
+/// What stands at the broker's mouth.
+pub(super) const BROKER_MOUTH: NodeId = match NodeId::BROKER.guard() {
+    Some(mouth) => mouth,
+    None => NodeId::BROKER,
+};
 /// How long the client waits for a session (its library's default).
 const PATIENCE: Micros = 5_000_000;
 /// How long the broker waits for a handshake.
@@ -42,9 +48,8 @@ pub(super) struct Relayed {
 }
 
 impl Relayed {
-    pub(super) fn new(client: NodeIndex, relay: NodeIndex, secret: [u8; 32]) -> Self {
-        let mouth = NodeId::BROKER.guard().unwrap_or(NodeId::BROKER);
-        let mouth = Journal::new(mouth, Boot(1), None);
+    pub(super) fn new(client: NodeIndex, relay: NodeIndex, secret: [u8; 32], mouth: Option<Key>) -> Self {
+        let mouth = Journal::new(BROKER_MOUTH, Boot(1), mouth);
         Self { client, relay, stream: Stream::new(secret), redial: Redial::default(), mouth, latest: [0; 4] }
     }
 
@@ -330,10 +335,17 @@ impl Twin {
             Side::Server => {
                 let mut out = VecDeque::new();
                 commands.mouth.write(Instant(self.now), event, &mut out);
-                let mouth = NodeId::BROKER.guard().unwrap_or(NodeId::BROKER);
-                self.record_all(mouth, out);
+                self.record_all(BROKER_MOUTH, out);
             }
         }
+    }
+
+    /// The broker's mouth signs its chain for the last time.
+    pub(super) fn sign_broker_mouth(&mut self) {
+        let Some(commands) = self.commands.as_mut().filter(|commands| commands.mouth.counter() > 0) else { return };
+        let mut out = VecDeque::new();
+        commands.mouth.sign(Instant(self.now), &mut out);
+        self.record_all(BROKER_MOUTH, out);
     }
 
     /// A publication came out of the stream of a client with no relay before it.

@@ -8,6 +8,7 @@ use link::guard::record::{Split, split};
 use wire::audit::Journal;
 use wire::event::{Account, Event, GuardVerdict, wire_hash};
 use wire::id::NodeId;
+use wire::sign::Key;
 
 use super::Twin;
 use super::net::{Association, Outside};
@@ -34,8 +35,8 @@ pub(super) struct Guard {
 }
 
 impl Guard {
-    pub(super) fn new(id: NodeId) -> Guard {
-        let journal = Journal::new(id, wire::id::Boot(1), None);
+    pub(super) fn new(id: NodeId, key: Option<Key>) -> Guard {
+        let journal = Journal::new(id, wire::id::Boot(1), key);
         Guard {
             id,
             journal,
@@ -114,6 +115,19 @@ impl Twin {
                 .chain(dropped)
                 .for_each(|(account, n)| self.note_guard(node, Event::Count { account, n }));
         }
+    }
+
+    /// Every guard that saw something, and the launcher, signs its chain for the last time.
+    pub(super) fn sign_witnesses(&mut self) {
+        for node in 0..self.nodes.len() {
+            let at = self.local(node as NodeIndex);
+            let Some(guard) = self.guards[node].as_mut().filter(|guard| guard.journal.counter() > 0) else { continue };
+            let (id, mut out) = (guard.id, VecDeque::new());
+            guard.journal.sign(at, &mut out);
+            self.record_all(id, out);
+        }
+        self.sign_broker_mouth();
+        self.sign_notes();
     }
 
     /// Datagrams of `node` to the gateway with no relay in between.

@@ -24,14 +24,14 @@ pub mod stream;
 pub mod trial;
 pub mod trunk;
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Subject, Topic};
 use wire::event::GuardVerdict;
 use wire::id::{NodeId, PeerId, SessionId, WorldId};
 use wire::policy::Requirement;
-use wire::sign::{Asked, Verified};
+use wire::sign::{Asked, Key, Verified};
 use wire::time::Instant;
 
 use clock::HostClock;
@@ -186,6 +186,8 @@ pub struct Assembly {
     pub cues: Vec<Cue>,
     /// Whether to keep what every core was fed and gave back.
     pub mouths: bool,
+    /// The keys of guards and launcher.
+    pub witnesses: BTreeMap<NodeId, Key>,
     /// What its cores share about signatures.
     pub verified: Verified,
 }
@@ -200,7 +202,10 @@ impl Twin {
                 if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{}", peer.name()) };
             let _ = broker.subscribe(peer, &filter);
         }
-        let guards = assembly.nodes.iter().map(|n| n.id.guard().map(Guard::new)).collect();
+        let key = |node: NodeId| assembly.witnesses.get(&node).map(Key::fork);
+        let guard = |n: &Node| n.id.guard().map(|id| Guard::new(id, key(id)));
+        let guards = assembly.nodes.iter().map(guard).collect();
+        let (mouth, notes) = (key(command::BROKER_MOUTH), key(NodeId::CAMPAIGN));
         let mut twin = Twin {
             world: WorldId(0),
             now: 0,
@@ -213,13 +218,13 @@ impl Twin {
             associations: assembly.associations,
             guards,
             broker: Some(broker),
-            commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret)),
+            commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret, mouth)),
             delays: assembly.delays,
             processes: Processes::new(assembly.ordeals, assembly.spare, &assembly.watched),
             disk: assembly.fills.then(Disk::new),
             cues: Watch::new(&assembly.cues),
             log: Vec::new(),
-            journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), None),
+            journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), notes),
             refusals: Journal::new(NodeId::BROKER, wire::id::Boot(1), None),
             claims: Claims::default(),
             verified: assembly.verified,
@@ -371,6 +376,7 @@ impl Twin {
         (0..self.nodes.len() as NodeIndex).filter(|node| Some(*node) != recorder).for_each(|node| self.part_with(node));
         self.run_until(self.now + 1_000);
         recorder.into_iter().for_each(|recorder| self.part_with(recorder));
+        self.sign_witnesses();
     }
 
     /// Has a node write its closing account. As live it is over then: what comes for it later finds nobody.

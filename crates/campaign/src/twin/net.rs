@@ -15,7 +15,6 @@ use wire::policy::Requirement;
 use super::flights::{FLIGHTS, Flights};
 use super::queue::{Micros, NodeIndex};
 use super::records::Open;
-use crate::evidence::guard_verdict;
 
 /// The body of a close_notify (RFC 5246 §7.2.1): a warning, and its number.
 const CLOSE_NOTIFY: [u8; 2] = [1, 0];
@@ -343,5 +342,5 @@ pub fn judge(raw: &RawRecord<'_>, guard: Requirement, complete: bool) -> GuardVe
         Requirement::Required => GuardMode::Required,
         Requirement::Waived => GuardMode::Waived,
     };
-    guard_verdict(link::guard::judge(raw, mode, complete))
+    link::guard::judge(raw, mode, complete).told()
 }

@@ -284,6 +284,15 @@ impl Twin {
         }
     }
 
+    /// The launcher signs what it noted, where it noted something, for the last time.
+    pub(super) fn sign_notes(&mut self) {
+        if self.journal.counter() > 0 {
+            let mut out = VecDeque::new();
+            self.journal.sign(Instant(self.now), &mut out);
+            self.record_all(NodeId::CAMPAIGN, out);
+        }
+    }
+
     /// An entry of the campaign's own.
     pub(super) fn note(&mut self, event: Event) {
         let mut out = VecDeque::new();

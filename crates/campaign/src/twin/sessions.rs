@@ -13,7 +13,6 @@ use super::net::{self, Arrival, Spoken, Standing};
 use super::queue::Micros;
 use super::stopwatch::Stage;
 use super::{Happening, Twin};
-use crate::evidence::guard_verdict;
 
 /// First and longest pause of a dialler between attempts: the live dialler's own.
 pub(super) const PAUSES: (Micros, Micros) =
@@ -221,7 +220,7 @@ impl Twin {
             }
             return;
         }
-        let verdict = guard_verdict(at_the_door(bytes));
+        let verdict = at_the_door(bytes).told();
         if verdict == GuardVerdict::Passed {
             guard.half_open = self.now + HANDSHAKE_LIMIT;
             let over = Happening::Unfinished { bytes: bytes.to_vec() };

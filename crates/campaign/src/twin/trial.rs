@@ -77,7 +77,7 @@ pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     if let Some(stopwatch) = &mut stopwatch {
         stopwatch.enter(Stage::Judging);
     }
-    let held = Held { heads: heads(&log), ..cast.held(None, |node| cast.stopped(node)) };
+    let held = Held { heads: heads(&log), cut_short, ..cast.held(None) };
     if let Some(hands) = cast.hands() {
         tamper(&hands, &mut log);
     }
@@ -96,11 +96,13 @@ fn evidence(cast: &Cast, setup: &Setup, log: &[Logged], held: &Held, verified: V
         entries,
         broken_log,
         custody: custody.flaws,
+        differences: Vec::new(),
         bounds: setup.bounds,
         planned: cast.planned.clone(),
         duration: cast.duration,
         stall_limit: Micros::MAX,
         operators: cast.operators(),
+        script: cast.script.clone(),
         killed: cast.killed(),
     }
 }

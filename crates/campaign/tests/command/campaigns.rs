@@ -1,7 +1,7 @@
 //! Campaigns as a user meets them: on one thread and two, in parts, killed, and put together again.
 
 use std::fs;
-use std::io::{BufRead, BufReader};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
@@ -108,19 +108,23 @@ fn start(place: &Place, name: &str, trials: &str) -> Child {
         .unwrap()
 }
 
-/// Sends the signal once some trials are finished, and gives the rest of what the child says.
-fn end_midway(mut child: Child, signal: Signal) -> (Option<i32>, String) {
-    let mut lines = BufReader::new(child.stderr.take().unwrap()).lines().map(Result::unwrap);
-    let first = lines.find(|line| line.starts_with("campaign: ")).unwrap();
+/// Sends the signal once a trial of the campaign below `dir` is finished, and gives what the child says on stderr.
+fn end_midway(mut child: Child, dir: &Path, signal: Signal) -> (Option<i32>, String) {
+    let finished = || fs::read_to_string(dir.join("trials.jsonl")).is_ok_and(|text| text.contains('\n'));
+    while !finished() {
+        assert_eq!(child.try_wait().unwrap(), None, "it ended before its first trial");
+        std::thread::yield_now();
+    }
     kill(Pid::from_raw(child.id() as i32), signal).unwrap();
-    let rest: Vec<String> = lines.collect();
-    (child.wait().unwrap().code(), format!("{first}\n{}", rest.join("\n")))
+    let mut told = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut told).unwrap();
+    (child.wait().unwrap().code(), told)
 }
 
 #[test]
 fn a_campaign_killed_midway_goes_on_with_nothing_lost_and_nothing_counted_twice() {
     let place = Place::new();
-    let (code, _) = end_midway(start(&place, "killed", "12"), Signal::SIGKILL);
+    let (code, _) = end_midway(start(&place, "killed", "12"), &place.dir("killed"), Signal::SIGKILL);
     assert_eq!(code, None, "ended by the signal");
     assert!(!place.dir("killed").join("campaign.json").exists());
     let before = fs::read_to_string(place.dir("killed").join("trials.jsonl")).unwrap();
@@ -148,7 +152,7 @@ fn a_campaign_killed_midway_goes_on_with_nothing_lost_and_nothing_counted_twice(
 #[test]
 fn after_ctrl_c_the_user_is_told_the_line_that_goes_on() {
     let place = Place::new();
-    let (code, told) = end_midway(start(&place, "stopped", "12"), Signal::SIGINT);
+    let (code, told) = end_midway(start(&place, "stopped", "12"), &place.dir("stopped"), Signal::SIGINT);
     assert_eq!(code, Some(130), "{told}");
     let line = told.lines().find_map(|line| line.strip_prefix("to go on, the same command again: ")).unwrap();
     assert!(told.contains("of 24 trials are finished and kept"), "{told}");

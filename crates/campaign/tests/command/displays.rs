@@ -4,10 +4,12 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::process::{Command, Stdio};
 
+use console::process::player::Player;
 use serde_json::Value;
 
 use super::evidence::object;
 use super::exports::told;
+use super::readers::flip_a_bit;
 use super::{holdsafe, root};
 
 /// The program in an environment without a display.
@@ -19,7 +21,7 @@ fn blind(arguments: &[&str]) -> (Option<i32>, String) {
 }
 
 /// Two seconds in which nobody does anything, in a folder of its own.
-fn short() -> (tempfile::TempDir, String) {
+pub(super) fn short() -> (tempfile::TempDir, String) {
     let folder = tempfile::tempdir().unwrap();
     let nominal = fs::read_to_string(root().join("scenarios/nominal.toml")).unwrap();
     let (head, _) = nominal.split_once("[[operator.step]]").unwrap();
@@ -66,6 +68,18 @@ fn a_live_run_is_watched_from_beside_to_its_end_and_shown_again_after_it() {
     let exported = object(&holdsafe(&["export", run, "--out", file.to_str().unwrap(), "--json"]));
     let (kept, not_kept) = (told(&exported)["/camera/rgb"], exported["not_kept"].as_u64().unwrap());
     assert!(not_kept > 0 && kept == (kept + not_kept).div_ceil(5), "{kept} kept, {not_kept} not");
+
+    // What every picture in the window says of a recording that is evidence of nothing, and what is said of this one once it is.
+    let marked = |player: &Player| player.shown().marks.invalid;
+    let (player, _) = Player::open(&out).unwrap();
+    assert_eq!(marked(&player), None);
+    assert_eq!(marked(&player.invalid("event 7".to_owned())).as_deref(), Some("event 7"));
+    flip_a_bit(&out);
+    for line in [&["replay", run][..], &["watch", run, "--once"], &["explain", run], &["diff", run, run]] {
+        let output = holdsafe(line);
+        assert_eq!(output.status.code(), Some(4), "{line:?}: {output:?}");
+        assert!(String::from_utf8_lossy(&output.stdout).starts_with("INVALID: "), "{line:?}: {output:?}");
+    }
 }
 
 #[test]
@@ -75,7 +89,22 @@ fn without_a_display_a_window_is_one_line_with_a_remedy_and_nothing_is_started()
     let (code, says) = blind(&["live", "nominal", "--console", "--out", out.to_str().unwrap()]);
     assert_eq!(code, Some(5));
     assert!(says.contains("holdsafe watch") && says.trim().lines().count() == 1, "{says}");
+    let (code, says) = blind(&["run", "demo", "--live", "--console", "--out", out.to_str().unwrap()]);
+    assert_eq!(code, Some(5), "{says}");
+    assert!(says.contains("holdsafe watch") && says.trim().lines().count() == 1, "{says}");
     assert!(!out.exists(), "nothing was started");
+}
+
+#[test]
+fn a_window_is_for_one_live_trial() {
+    let (code, says) = blind(&["run", "nominal", "--console"]);
+    assert_eq!(code, Some(2));
+    assert!(says.contains("--live"), "{says}");
+    for more in [&["nominal", "replay"][..], &["nominal", "--trials", "2"], &["teammate"]] {
+        let (code, says) = blind(&[&["run", "--live", "--console"][..], more].concat());
+        assert_eq!(code, Some(2), "{more:?}: {says}");
+        assert!(says.contains("--console opens a window on one trial"), "{says}");
+    }
 }
 
 #[test]

@@ -66,7 +66,14 @@ fn a_recording_that_cannot_be_read_is_answered_with_one_line_and_a_cut_one_with_
     let whole = fs::read(&file).unwrap();
     fs::write(&file, &whole[..whole.len() / 2]).unwrap();
     let cut = holdsafe(&["explain", run.to_str().unwrap(), "--all"]);
-    assert_eq!(cut.status.code(), Some(0), "{cut:?}");
+    assert_eq!(cut.status.code(), Some(4), "{cut:?}");
+    let said = String::from_utf8_lossy(&cut.stdout).into_owned();
+    assert!(
+        said.starts_with("INVALID: ") && said.contains(" to READY"),
+        "first that it is cut, then what stands: {said}"
+    );
+    let told = holdsafe(&["explain", run.to_str().unwrap(), "--all", "--unverified"]);
+    assert_eq!(told.status.code(), Some(0), "{told:?}");
     for hostile in [vec![0xff; 4096], b"not a recording".to_vec(), Vec::new()] {
         fs::write(&file, hostile).unwrap();
         let output = holdsafe(&["explain", run.to_str().unwrap()]);
@@ -74,7 +81,7 @@ fn a_recording_that_cannot_be_read_is_answered_with_one_line_and_a_cut_one_with_
         assert_ne!(output.status.code(), Some(0), "{said}");
         assert!(said.lines().count() <= 2 && !said.contains("panicked"), "{said}");
     }
-    let nothing = holdsafe(&["explain", dir.path().to_str().unwrap()]);
+    let nothing = holdsafe(&["explain", dir.path().join("loss/twin/loss/1/recording").to_str().unwrap()]);
     assert_eq!(nothing.status.code(), Some(2), "{nothing:?}");
     assert_eq!(holdsafe(&["explain", "loss", "--why-not", "SLEEPING"]).status.code(), Some(2));
 }
@@ -129,7 +136,8 @@ fn a_report_refuses_what_it_does_not_know_and_what_it_has_already() {
     let file = result.join("result.json");
     assert!(refused(&[result.to_str().unwrap(), file.to_str().unwrap()]).contains("give each once"));
     assert!(refused(&[result.join("manifest.json").to_str().unwrap()]).contains("no `kind`"));
-    assert!(refused(&[dir.path().to_str().unwrap()]).contains("neither a recorded run"));
+    let nothing = tempfile::tempdir().unwrap();
+    assert!(refused(&[nothing.path().to_str().unwrap()]).contains("neither a recorded run"));
 }
 
 #[test]

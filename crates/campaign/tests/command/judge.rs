@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use super::evidence::{object, recorded};
-use super::root;
+use super::{holdsafe, mistaken, root};
 
 /// The second judge of this log; nothing where this host has no Python.
 fn second_judge(log: &Path) -> Option<Output> {
@@ -35,6 +35,34 @@ fn the_second_judge_comes_to_the_class_of_the_first_and_notices_what_was_changed
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!((output.status.code(), said.lines().count()), (Some(2), 1), "{said}");
     }
+}
+
+#[test]
+fn a_log_whose_cores_did_not_replay_is_invalid_to_the_second_judge_too() {
+    let dir = tempfile::tempdir().unwrap();
+    let log = recorded(dir.path(), "delay").join("events.jsonl");
+    let text = fs::read_to_string(&log).unwrap();
+    let (head, events) = text.split_once('\n').unwrap();
+    let mut head: serde_json::Value = serde_json::from_str(head).unwrap();
+    assert_eq!(head["differences"], serde_json::json!([]), "{head}");
+    head["differences"] = serde_json::json!(["gateway, fed its mouth log again: differs after input 7"]);
+    fs::write(&log, format!("{head}\n{events}")).unwrap();
+    let Some(output) = second_judge(&log) else { return };
+    assert_eq!(object(&output)["outcome"], "INVALID", "{output:?}");
+    assert!(object(&output)["findings"].to_string().contains("P10"), "{output:?}");
+}
+
+#[test]
+fn without_the_mission_that_is_presumed_both_judges_say_that_a_run_shows_nothing() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = mistaken(dir.path(), "when_track = \"vehicle\"", "when_track = \"obstacle\"");
+    let out = dir.path().join("out");
+    let run = holdsafe(&["run", &file, "--trials", "1", "--json", "--out", out.to_str().unwrap()]);
+    assert_eq!(object(&run)["trials"][0]["outcome"], "INVALID");
+    let Some(output) = second_judge(&out.join("twin/loss/1/events.jsonl")) else { return };
+    let said = object(&output);
+    assert_eq!((&said["outcome"], &said["receipt"]), (&"INVALID".into(), &true.into()), "{said}");
+    assert!(said["mission"][0].as_str().unwrap().starts_with("armed by "), "{said}");
 }
 
 /// What the second judge says of a run's log in which `change` was made to the lines that it is given, and of the log as it was.

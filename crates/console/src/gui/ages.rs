@@ -1,19 +1,23 @@
 //! The age of what each unit says of itself, over the last minute, with the limits that its labels follow from.
 
-use eframe::egui::{Align2, Color32, RichText, Role, Stroke, Ui, WidgetInfo};
+use eframe::egui::{Align2, Color32, Label, RichText, Role, Stroke, Ui, WidgetInfo};
 use egui_plot::{GridMark, HLine, Line, LineStyle, Plot, PlotPoints, Text};
 use wire::time::Span;
 
 use super::desk::{Desk, PLOTTED};
 use super::theme::Palette;
-use super::words::seconds;
+use super::words::{self, seconds};
 use crate::shown::Shown;
 
 /// Ages between the places of two names.
 const APART: usize = 90;
 
-/// The plot.
+/// The plot, and above it how fast each clock runs: ages rest on that.
 pub(super) fn draw(ui: &mut Ui, desk: &Desk, shown: &Shown) {
+    for unit in &shown.units {
+        let text = format!("{}: {}", unit.unit, words::clock(unit.clock));
+        ui.add(Label::new(RichText::new(text).small().weak()).truncate());
+    }
     let palette = *Palette::of(ui);
     let lost = in_seconds(shown.limits.stale);
     let fresh = in_seconds(shown.limits.fresh);

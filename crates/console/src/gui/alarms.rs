@@ -21,12 +21,13 @@ const MAX_SEARCH: usize = 64;
 /// The list, with its controls above.
 pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
     let open = |alarm: &&ShownAlarm| !alarm.acknowledged;
-    let live = command::dead(shown).is_none();
+    let dead = command::dead(shown);
     ui.horizontal_wrapped(|ui| {
         let count = shown.alarms.iter().filter(open).count();
         let tone = if count > 0 { Tone::Caution } else { Tone::Weak };
         ui.label(RichText::new(format!("{count} not acknowledged")).color(tone.color(Palette::of(ui))));
-        if ui.add_enabled(live && count > 0, Button::new("Acknowledge all")).clicked() {
+        let none = (count == 0).then_some("every alarm is acknowledged");
+        if command::able(ui, dead.or(none), Button::new("Acknowledge all")).clicked() {
             wishes.extend(shown.alarms.iter().filter(open).map(acknowledge));
         }
         ui.add_enabled(!desk.past, Checkbox::new(&mut desk.acknowledged, "acknowledged too"));
@@ -58,7 +59,7 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec
     table.column(Column::remainder().clip(true)).body(|body| {
         body.rows(ROW, listed.len(), |mut row| {
             if let Some(of) = listed.get(row.index()) {
-                cells(&mut row, shown, of, live, wishes);
+                cells(&mut row, shown, of, dead, wishes);
             }
         });
     });
@@ -86,7 +87,7 @@ fn happened(ui: &mut Ui, shown: &Shown, wanted: &str) {
         body.rows(ROW, listed.len(), |mut row| {
             let Some(past) = listed.get(row.index()) else { return };
             row.col(|ui| {
-                ui.label(RichText::new(words::ago(shown.at.since(past.at))).monospace());
+                ui.label(RichText::new(words::when(shown, past.at)).monospace());
             });
             row.col(|ui| {
                 if let Some(priority) = past.what.priority() {
@@ -111,7 +112,7 @@ fn sign_of(priority: Priority) -> (Tone, Shape) {
     }
 }
 
-fn cells(row: &mut TableRow<'_, '_>, shown: &Shown, of: &ShownAlarm, live: bool, wishes: &mut Vec<Wish>) {
+fn cells(row: &mut TableRow<'_, '_>, shown: &Shown, of: &ShownAlarm, dead: Option<&str>, wishes: &mut Vec<Wish>) {
     let (tone, shape) = sign_of(of.priority);
     // What was taken note of is no longer asked for.
     let tone = if of.acknowledged { Tone::Weak } else { tone };
@@ -121,7 +122,7 @@ fn cells(row: &mut TableRow<'_, '_>, shown: &Shown, of: &ShownAlarm, live: bool,
         ui.label(RichText::new(of.priority.name()).color(tone.color(Palette::of(ui))));
     });
     row.col(|ui| {
-        let since = words::ago(shown.at.since(of.since));
+        let since = words::when(shown, of.since);
         ui.label(RichText::new(since).monospace());
     });
     row.col(|ui| {
@@ -129,8 +130,9 @@ fn cells(row: &mut TableRow<'_, '_>, shown: &Shown, of: &ShownAlarm, live: bool,
             ui.label(RichText::new("acknowledged").weak());
             return;
         }
-        let button = ui.add_enabled(live, Button::new("acknowledge").small());
-        let named = || WidgetInfo::labeled(Role::Button, live && ui.is_enabled(), format!("acknowledge: {text}"));
+        let button = command::able(ui, dead, Button::new("acknowledge").small());
+        let enabled = dead.is_none() && ui.is_enabled();
+        let named = || WidgetInfo::labeled(Role::Button, enabled, format!("acknowledge: {text}"));
         button.widget_info(named);
         if button.clicked() {
             wishes.push(acknowledge(of));

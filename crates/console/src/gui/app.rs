@@ -126,7 +126,10 @@ impl Program {
             // What somebody kept is not written over.
             Some(Err(why)) => {
                 let path = layout.take().unwrap_or_default();
-                eprintln!("{} cannot be used, and layouts are not kept until it is moved away: {why}", path.display());
+                link::note!(
+                    "{} cannot be used, and layouts are not kept until it is moved away: {why}",
+                    path.display()
+                );
             }
         }
         // What is never touched is never written.
@@ -156,7 +159,7 @@ impl Program {
         });
         // Layouts that cannot be kept are no reason to fail, and are told of once.
         if let Err(why) = kept {
-            eprintln!("layouts are not kept in {}: {why}", path.display());
+            link::note!("layouts are not kept in {}: {why}", path.display());
             self.layout = None;
         }
     }

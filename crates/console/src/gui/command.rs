@@ -3,7 +3,10 @@
 //!
 //! What may be done is no decision of this view: it draws the interlocks and what is prepared as the model has them.
 
-use eframe::egui::{self, Button, Key, Label, Layout, Modifiers, RichText, ScrollArea, Stroke, TextEdit, Ui, vec2};
+use eframe::egui::{
+    self, Button, Key, Label, Layout, Modifiers, RadioButton, Response, RichText, ScrollArea, Stroke, TextEdit, Ui,
+    Widget, vec2,
+};
 use wire::codec::Text;
 use wire::command::CommandKind;
 use wire::id::UnitId;
@@ -71,6 +74,9 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec
         }
         ui.separator();
         given::draw(ui, shown);
+        if shown.prepared.is_none() {
+            revocations(ui, desk, shown, wishes);
+        }
     });
 }
 
@@ -114,32 +120,51 @@ fn towards_safe(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wi
     if let Some(why) = dead {
         ui.label(RichText::new(why).color(palette.caution).strong());
     }
-    let live = dead.is_none();
     let text = RichText::new(format!("HOLD {}   F1", desk.unit)).size(20.0).strong();
-    let (fill, ink) = if live { (palette.strong, palette.on_block) } else { (palette.raised, palette.weak) };
-    let button = Button::new(text.color(ink)).fill(fill).stroke(Stroke::new(1.0, palette.line));
-    if wide(ui, live, 56.0, button) {
+    let button = match dead {
+        None => Button::new(text.color(palette.on_block)).fill(palette.strong).stroke(Stroke::new(1.0, palette.line)),
+        Some(_) => lifeless(text, palette),
+    };
+    if wide(ui, dead, 56.0, button) {
         wishes.push(hold(desk.unit));
     }
     let half = vec2((ui.available_width() - 6.0) / 2.0, 28.0);
+    let small = |text: String| match dead {
+        None => Button::new(text),
+        Some(_) => lifeless(RichText::new(text), palette),
+    };
     ui.horizontal(|ui| {
-        if ui.add_enabled(live, Button::new("HOLD ALL   Shift F1").min_size(half)).clicked() {
+        if able(ui, dead, small("HOLD ALL   Shift F1".to_owned()).min_size(half)).clicked() {
             wishes.extend(units(shown).map(hold));
         }
-        if ui.add_enabled(live, Button::new(format!("Disarm {}", desk.unit)).min_size(half)).clicked() {
+        if able(ui, dead, small(format!("Disarm {}", desk.unit)).min_size(half)).clicked() {
             wishes.push(Wish::Act(Act::Now(Order::Command(desk.unit, CommandKind::Disarm))));
         }
     });
 }
 
+/// A button that takes no press in this window: struck out, and no block that rises from the pane.
+fn lifeless<'a>(text: RichText, palette: &Palette) -> Button<'a> {
+    Button::new(text.color(palette.weak).strikethrough()).fill(palette.pane).stroke(Stroke::new(1.0, palette.faint))
+}
+
+/// A control, or where something keeps it from being used, a disabled one that says what.
+pub(super) fn able(ui: &mut Ui, dead: Option<&str>, control: impl Widget) -> Response {
+    let response = ui.add_enabled(dead.is_none(), control);
+    match dead {
+        None => response,
+        Some(why) => response.on_disabled_hover_text(format!("disabled: {why}")),
+    }
+}
+
 /// A button as wide as the column; whether it was pressed.
-fn wide(ui: &mut Ui, enabled: bool, height: f32, button: Button<'_>) -> bool {
+fn wide(ui: &mut Ui, dead: Option<&str>, height: f32, button: Button<'_>) -> bool {
     let size = vec2(ui.available_width(), height);
-    let add = |ui: &mut Ui| ui.add_enabled(enabled, button.min_size(size)).clicked();
+    let add = |ui: &mut Ui| able(ui, dead, button.min_size(size)).clicked();
     ui.allocate_ui_with_layout(size, Layout::centered_and_justified(egui::Direction::LeftToRight), add).inner
 }
 
-/// What may be ordered away from safe, for the chosen unit and track.
+/// What may be ordered of the chosen unit away from safe, on the chosen track.
 fn orders(desk: &Desk, shown: &Shown) -> Vec<Order> {
     let mut kinds = vec![CommandKind::Configure(desk.settings(shown)), CommandKind::Enable, CommandKind::Resume];
     if let Some((_, track)) = desk.track.filter(|(unit, _)| *unit == desk.unit) {
@@ -147,8 +172,7 @@ fn orders(desk: &Desk, shown: &Shown) -> Vec<Order> {
     }
     let held = shown.unit(desk.unit).and_then(|unit| unit.state.fresh()).and_then(|state| state.authority);
     kinds.extend(held.map(|held| CommandKind::Confirm(held.track)));
-    let revoke = shown.revocable.iter().map(|(who, _)| Order::Revoke(*who));
-    kinds.into_iter().map(|kind| Order::Command(desk.unit, kind)).chain(revoke).collect()
+    kinds.into_iter().map(|kind| Order::Command(desk.unit, kind)).collect()
 }
 
 /// First step: choose; second step: arm. An order whose interlocks do not hold names the first beside it.
@@ -170,14 +194,42 @@ fn choice(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
         ui.label(RichText::new("To arm: choose a track in table or map.").weak().small());
     }
     let chosen = desk.order.filter(|order| orders.contains(order));
-    let Some(order) = chosen else { return };
+    chosen.into_iter().for_each(|order| arm(ui, shown, &order, wishes));
+}
+
+/// Who may be struck from the roll. It cannot be undone, so it stands apart from everything else, at the column's end and
+/// behind a button.
+fn revocations(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
+    if shown.revocable.is_empty() {
+        return;
+    }
+    ui.separator();
+    let open = desk.revoking;
+    if able(ui, dead(shown), Button::selectable(open, "Revoke an identity ...")).clicked() {
+        desk.put_down();
+        desk.revoking = !open;
+    }
+    if !desk.revoking {
+        return;
+    }
+    for (who, _) in &shown.revocable {
+        order_row(ui, desk, shown, &Order::Revoke(*who));
+    }
+    let chosen = desk.order.filter(|order| matches!(order, Order::Revoke(_)));
+    chosen.into_iter().for_each(|order| arm(ui, shown, &order, wishes));
+}
+
+/// Second step: what will come of the chosen order, its interlocks, and the button that arms it.
+fn arm(ui: &mut Ui, shown: &Shown, order: &Order, wishes: &mut Vec<Wish>) {
     ui.add_space(4.0);
-    ui.add(Label::new(RichText::new(words::consequence(&order)).strong()).wrap());
-    predicates(ui, shown, &order);
-    let text = format!("Arm: {}", words::order(&order));
-    let ready = shown.unable(&order).is_none();
-    if wide(ui, ready, 34.0, Button::new(RichText::new(text).size(15.0))) {
-        wishes.push(Wish::Act(Act::Prepare(order)));
+    ui.add(Label::new(RichText::new(words::consequence(order)).strong()).wrap());
+    for predicate in shown.interlocks(order) {
+        super::why::row(ui, &predicate, true);
+    }
+    let text = format!("Arm: {}", words::order(order));
+    let locked = shown.unable(order).map(|why| why.says());
+    if wide(ui, locked, 34.0, Button::new(RichText::new(text).size(15.0))) {
+        wishes.push(Wish::Act(Act::Prepare(*order)));
     }
 }
 
@@ -187,7 +239,8 @@ fn order_row(ui: &mut Ui, desk: &mut Desk, shown: &Shown, order: &Order) {
     ui.horizontal(|ui| {
         let text = RichText::new(words::order(order));
         let text = if why_not.is_some() { text.color(Palette::of(ui).weak) } else { text };
-        if ui.radio(chosen, text).clicked() {
+        let text = if dead(shown).is_some() { text.strikethrough() } else { text };
+        if able(ui, dead(shown), RadioButton::new(chosen, text)).clicked() {
             desk.order = Some(*order);
         }
         if let Some(failing) = &why_not {
@@ -195,12 +248,6 @@ fn order_row(ui: &mut Ui, desk: &mut Desk, shown: &Shown, order: &Order) {
             ui.add(Label::new(RichText::new(says).small().weak()).truncate());
         }
     });
-}
-
-fn predicates(ui: &mut Ui, shown: &Shown, order: &Order) {
-    for predicate in shown.interlocks(order) {
-        super::why::row(ui, &predicate, true);
-    }
 }
 
 /// Third step: the consequence, the time left, the reason, and the two ways out.
@@ -220,10 +267,11 @@ fn confirmation(ui: &mut Ui, desk: &mut Desk, shown: &Shown, prepared: &Prepared
     let ready = !desk.reason.trim().is_empty();
     let text = RichText::new(format!("CONFIRM: {}   F9", words::order(&prepared.order))).size(15.0).strong();
     let (fill, ink) = if ready { (palette.mark, palette.on_block) } else { (palette.raised, palette.weak) };
-    if wide(ui, ready, 38.0, Button::new(text.color(ink)).fill(fill).wrap()) {
+    let missing = (!ready).then_some("no reason is given yet");
+    if wide(ui, missing, 38.0, Button::new(text.color(ink)).fill(fill).wrap()) {
         wishes.extend(confirm(desk, prepared));
     }
-    if wide(ui, true, 26.0, Button::new("Disarm   Esc")) {
+    if wide(ui, None, 26.0, Button::new("Disarm   Esc")) {
         withdraw(desk, wishes);
     }
 }

@@ -26,6 +26,8 @@ pub(super) struct Desk {
     pub(super) track: Option<(UnitId, TrackId)>,
     /// The order away from safe that is looked at.
     pub(super) order: Option<Order>,
+    /// Whether the menu of those who may be struck is open.
+    pub(super) revoking: bool,
     /// The values of an order to configure, once somebody changed one.
     pub(super) values: Option<Settings>,
     /// The reason as typed, for what is prepared.
@@ -54,6 +56,7 @@ impl Desk {
             unit,
             track: None,
             order: None,
+            revoking: false,
             values: None,
             reason: String::new(),
             prepared: None,
@@ -84,7 +87,7 @@ impl Desk {
 
     /// Nothing is ordered any more, or it is on its way.
     pub(super) fn put_down(&mut self) {
-        (self.order, self.values) = (None, None);
+        (self.order, self.values, self.revoking) = (None, None, false);
         self.reason.clear();
     }
 

@@ -39,10 +39,11 @@ fn command_rows(ui: &mut Ui, shown: &Shown, command: &ShownCommand) {
     ui.horizontal(|ui| {
         sign::shape(ui, shape, tone, &words::life(command.life));
         ui.add(Label::new(RichText::new(order).color(palette.strong)).truncate());
-        let ago = words::ago(shown.at.since(command.times.requested));
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(ago).small().weak()));
+        let when = words::when(shown, command.times.requested);
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(RichText::new(when).small().weak()));
     });
     indented(ui, &words::life(command.life), tone.color(palette));
+    indented(ui, &format!("given by {}", command.by.words()), palette.weak);
     let stages = words::stages(command);
     if !stages.is_empty() {
         indented(ui, &stages, palette.weak);
@@ -72,7 +73,7 @@ fn answers(ui: &mut Ui, shown: &Shown) {
             Some(Act::Acknowledge(..)) => "acknowledge".to_owned(),
             None => "an act".to_owned(),
         };
-        let text = format!("{what}: {}, {}", why.says(), words::ago(shown.at.since(answer.at)));
+        let text = format!("{what}: {}, {}", why.says(), words::when(shown, answer.at));
         ui.horizontal(|ui| {
             sign::shape(ui, Shape::Diamond, Tone::Caution, "not done");
             ui.add(Label::new(RichText::new(text).color(Palette::of(ui).text)).wrap());

@@ -62,7 +62,7 @@ pub enum Preset {
     Operate,
     /// Every pane open: for whoever looks for a cause.
     Examine,
-    /// The map, with the rest in tabs: for a wall.
+    /// The map alone, with the rest in tabs behind it: for a wall.
     Map,
 }
 
@@ -223,10 +223,7 @@ impl Tiling {
                 let right = above(&mut tiles, tracks, happened, 0.4);
                 beside(&mut tiles, left, right, BESIDE_TABLES)
             }
-            Preset::Map => {
-                let more = tiles.insert_tab_tile(vec![tracks, alarms, why, ages, refusals]);
-                beside(&mut tiles, map, more, BESIDE_TABLES)
-            }
+            Preset::Map => tiles.insert_tab_tile(vec![map, tracks, alarms, why, ages, refusals]),
         };
         Self(Tree::new(Id::unique("panes"), root, tiles))
     }

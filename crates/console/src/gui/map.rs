@@ -1,14 +1,16 @@
 //! The map from above, north up: the planned site, the units, their tracks, and how far each may have gone since it was seen.
 //!
 //! Around each thing stands the circle in which it may be by now if it is no faster than the platform itself: its age times
-//! the platform's greatest speed, which the map says. What is lost stays at its last place, crossed out. Fresh is drawn above stale,
-//! symbols above labels; a label that finds no room is left out, and their number is said.
+//! the platform's greatest speed, which the map says. Of what is lost it is pale and ends at [`WIDEST_LOST`]: where that is, nobody
+//! knows. What is lost stays at its last place, crossed out. A track is drawn the smaller and paler the less sure its unit is of it.
+//! Fresh is drawn above stale, symbols above labels; a label that finds no room is left out, and their number is said.
 
 use eframe::egui::{
     Button, FontId, Painter, Pos2, Rect, Response, Role, Sense, Stroke, TextWrapMode, Ui, Vec2, WidgetInfo, vec2,
 };
 use wire::event::Freshness;
 use wire::id::{TrackId, UnitId};
+use wire::report::ReportedTrack;
 use wire::time::Span;
 
 use super::desk::Desk;
@@ -22,6 +24,14 @@ use crate::site::{Place, Site};
 
 /// The largest circle that is drawn, metres: beyond it, "anywhere" is what it says.
 const WIDEST: f32 = 60.0;
+/// The same of what is lost, metres: it is drawn to be found, not to hide the rest.
+const WIDEST_LOST: f32 = 10.0;
+/// How much of its colour a circle keeps, and that of what is lost.
+const CIRCLE: f32 = 0.6;
+const CIRCLE_LOST: f32 = 0.25;
+/// A track's symbol, points: of one that nothing speaks for, and of a sure one; and how much of its colour the first keeps.
+const SYMBOLS: [f32; 2] = [6.0, 12.0];
+const PALEST: f32 = 0.3;
 /// How far one press of an arrow moves the map, pixels.
 const STEP_PX: f32 = 60.0;
 /// How near a click has to be, points.
@@ -70,7 +80,7 @@ impl View {
 /// Where the buttons begin, from the upper right corner, how far they are apart, and how high the notes at the bottom are, points.
 const BUTTONS: Vec2 = vec2(-36.0, 22.0);
 const BUTTON: f32 = 24.0;
-const NOTES: f32 = 44.0;
+const NOTES: f32 = 62.0;
 
 /// Something with a place, an age and a name.
 struct Thing {
@@ -80,6 +90,8 @@ struct Thing {
     shape: Shape,
     label: String,
     freshness: Freshness,
+    /// From 0 to 1: how sure its unit is of a track.
+    sure: f32,
     /// The track, if it is one.
     track: Option<(UnitId, TrackId)>,
     /// Heading, radians counter-clockwise from east, if it is a unit.
@@ -109,8 +121,9 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
     let painter = ui.painter_at(rect);
     let palette = Palette::of(ui);
     painter.rect_filled(rect, 0.0, palette.ground);
-    plan::draw(&painter, palette, site, &view, fastest(shown));
-    let (left_out, crowded) = paint(&painter, palette, &things);
+    let legend = [format!("circles at {:.1} m/s", fastest(shown)), LEGEND.to_owned()];
+    let written = plan::draw(&painter, palette, site, &view, &legend);
+    let (left_out, crowded) = paint(&painter, palette, &things, written);
     if response.clicked()
         && let Some((unit, track)) = response.interact_pointer_pos().and_then(|at| nearest(&things, at))
     {
@@ -122,7 +135,7 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
         let note = format!("labels left out for want of room: {left_out}{circles}");
         let galley = painter.layout_no_wrap(note, FontId::proportional(11.0), palette.weak);
         // Above the scale, which stands in the other corner, and over the axis.
-        let at = rect.left_bottom() + vec2(8.0, -26.0 - galley.size().y);
+        let at = rect.left_bottom() + vec2(8.0, -45.0 - galley.size().y);
         painter.rect_filled(Rect::from_min_size(at, galley.size()).expand(2.0), 0.0, palette.ground);
         painter.galley(at, galley, palette.weak);
     }
@@ -132,6 +145,9 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, site: &Site, shown: &Shown) {
     buttons(ui, desk, view);
 }
 
+/// How circles and symbols are to be read.
+const LEGEND: &str = "of what is LOST pale, to 10 m at most; symbols: the surer the larger and stronger";
+
 /// What the map says to who cannot see it.
 fn says(things: &[Thing], view: &View) -> String {
     let tracks = things.iter().filter(|thing| thing.track.is_some()).count();
@@ -139,7 +155,7 @@ fn says(things: &[Thing], view: &View) -> String {
     let (units, across, [east, north]) =
         (things.len() - tracks, view.rect.width() / view.camera.scale, view.camera.center);
     format!(
-        "MAP {units} units, {tracks} tracks, {worse} not fresh; {across:.0} m across about ({east:.0}, {north:.0}) m"
+        "MAP {units} units, {tracks} tracks, {worse} not fresh; {across:.0} m across about ({east:.0}, {north:.0}) m; {LEGEND}"
     )
 }
 
@@ -213,7 +229,10 @@ fn fastest(shown: &Shown) -> f32 {
 
 fn things(desk: &Desk, shown: &Shown, view: &View) -> Vec<Thing> {
     let speed = fastest(shown);
-    let may_be = |age: Span| view.long((age.as_ms() as f32 / 1000.0 * speed).min(WIDEST));
+    let may_be = |age: Span, freshness: Freshness| {
+        let widest = if freshness == Freshness::Lost { WIDEST_LOST } else { WIDEST };
+        view.long((age.as_ms() as f32 / 1000.0 * speed).min(widest))
+    };
     let mut things = Vec::new();
     for unit in &shown.units {
         let tracks = unit.tracks.iter().map(|track| (track, false));
@@ -225,17 +244,18 @@ fn things(desk: &Desk, shown: &Shown, view: &View) -> Vec<Thing> {
             let id = (unit.unit, track.id);
             things.push(Thing {
                 at: view.at(place(track.x_mm, track.y_mm)),
-                may_be: may_be(labelled.age()),
+                may_be: may_be(labelled.age(), freshness),
                 tone,
                 shape,
-                label: label(&format!("{} {}", track.id.0, track.class.name()), freshness, word, labelled.age()),
+                label: label(&name(unit, track, shown), freshness, word, labelled.age()),
                 freshness,
+                sure: f32::from(track.confidence.min(1000)) / 1000.0,
                 track: Some(id),
                 yaw: None,
                 chosen: desk.track == Some(id),
             });
         }
-        things.push(unit_thing(desk, unit, view, may_be(unit.pose.age())));
+        things.push(unit_thing(desk, unit, view, may_be(unit.pose.age(), unit.pose.freshness())));
     }
     // The worst first, so that the fresh are painted above them; units above all.
     things.sort_by_key(|thing| (thing.chosen, thing.yaw.is_some(), std::cmp::Reverse(thing.freshness), thing.track));
@@ -252,27 +272,40 @@ fn unit_thing(desk: &Desk, unit: &ShownUnit, view: &View, may_be: f32) -> Thing 
         shape: Shape::Triangle,
         label: label(unit.unit.name(), freshness, word, unit.pose.age()),
         freshness,
+        sure: 1.0,
         track: None,
         yaw: Some(f32::from(pose.yaw_mrad) / 1000.0),
         chosen: desk.unit == unit.unit,
     }
 }
 
+/// Whether a track is less sure than an arming of its unit asks for.
+pub(super) fn unsure(unit: &ShownUnit, track: &ReportedTrack, shown: &Shown) -> bool {
+    track.confidence < unit.settings(&shown.bounds).arm_permille
+}
+
+/// A track's number and class, and how sure it is where that is too little to arm on.
+fn name(unit: &ShownUnit, track: &ReportedTrack, shown: &Shown) -> String {
+    let name = format!("{} {}", track.id.0, track.class.name());
+    if unsure(unit, track, shown) { format!("{name} {:.2}", f64::from(track.confidence) / 1000.0) } else { name }
+}
+
 fn label(name: &str, freshness: Freshness, word: &str, age: Span) -> String {
     if freshness == Freshness::Fresh { name.to_owned() } else { format!("{name} {word} {}", seconds(age)) }
 }
 
-/// Paints all of it; how many labels found no room, and whether circles were left out.
-fn paint(painter: &Painter, palette: &Palette, things: &[Thing]) -> (usize, bool) {
+/// Paints all of it, no label over what is `written` already; how many labels found no room, and whether circles were left out.
+fn paint(painter: &Painter, palette: &Palette, things: &[Thing], written: Vec<Rect>) -> (usize, bool) {
     let wide = |thing: &&Thing| thing.may_be > 8.0;
     let crowded = things.iter().filter(wide).count() > MOST_CIRCLES;
     for thing in things.iter().filter(wide) {
         let color = thing.tone.color(palette);
         if !crowded || thing.chosen || thing.yaw.is_some() {
-            plan::dashed_circle(painter, thing.at, thing.may_be, Stroke::new(1.0, color.gamma_multiply(0.6)));
+            let pale = if thing.freshness == Freshness::Lost { CIRCLE_LOST } else { CIRCLE };
+            plan::dashed_circle(painter, thing.at, thing.may_be, Stroke::new(1.0, color.gamma_multiply(pale)));
         }
     }
-    let left_out = labels(painter, palette, things);
+    let left_out = labels(painter, palette, things, written);
     for thing in things {
         let color = thing.tone.color(palette);
         if thing.chosen {
@@ -282,7 +315,12 @@ fn paint(painter: &Painter, palette: &Palette, things: &[Thing]) -> (usize, bool
             Some(yaw) => {
                 arrow(painter, thing, yaw, if thing.freshness == Freshness::Fresh { palette.strong } else { color })
             }
-            None => thing.shape.draw(painter, thing.at, 11.0, color),
+            None => {
+                let [least, most] = SYMBOLS;
+                let strength = PALEST + (1.0 - PALEST) * thing.sure;
+                let size = least + (most - least) * thing.sure;
+                thing.shape.draw(painter, thing.at, size, color.gamma_multiply(strength));
+            }
         }
     }
     (left_out, crowded)
@@ -304,15 +342,17 @@ fn arrow(painter: &Painter, thing: &Thing, yaw: f32, color: eframe::egui::Color3
     }
 }
 
-/// Labels from the most to the least important, each at the first of four places that is free.
-fn labels(painter: &Painter, palette: &Palette, things: &[Thing]) -> usize {
+/// Labels from the most to the least important, each at the first of four places that is free of symbols, of other labels and of
+/// what is `written`.
+fn labels(painter: &Painter, palette: &Palette, things: &[Thing], written: Vec<Rect>) -> usize {
     let inside = painter.clip_rect();
     let size = |thing: &Thing| match (thing.chosen, thing.yaw) {
         (true, _) => 26.0,
         (false, Some(_)) => 20.0,
         (false, None) => 11.0,
     };
-    let mut taken: Vec<Rect> = things.iter().map(|t| Rect::from_center_size(t.at, Vec2::splat(size(t)))).collect();
+    let symbols = things.iter().map(|t| Rect::from_center_size(t.at, Vec2::splat(size(t))));
+    let mut taken: Vec<Rect> = symbols.chain(written).collect();
     // What is drawn above: the buttons, the note and the scale.
     taken.push(Rect::from_min_size(inside.right_top() + BUTTONS, vec2(30.0, 3.0 * BUTTON)));
     taken.push(Rect::from_min_max(inside.left_bottom() - vec2(0.0, NOTES), inside.right_bottom()));

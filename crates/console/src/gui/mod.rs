@@ -44,6 +44,8 @@ use crate::site::Site;
 
 /// How much is seen of a picture that is not current: little enough to be told at once from one that is.
 const PAST: f32 = 0.65;
+/// The longest reason that is told of a recording which is evidence of nothing, characters: two lines in the narrowest window.
+const MAX_WHY: usize = 240;
 /// What a person at the window wants.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wish {
@@ -113,6 +115,9 @@ impl Window {
         let palette = Palette::of(ui);
         let frame = |x: i8, y: i8| Frame::new().fill(palette.pane).inner_margin(Margin::symmetric(x, y));
         Panel::top("strip").resizable(false).frame(frame(8, 4)).show(ui, |ui| {
+            if let Some(why) = &shown.marks.invalid {
+                banner(ui, &format!("INVALID, evidence of nothing: {}", words::tame_to(why, MAX_WHY)));
+            }
             if picture.untaken {
                 banner(ui, "NOT TAKEN: what you did last did not reach this console's core. Hold by other means.");
             }

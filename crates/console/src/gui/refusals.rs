@@ -42,7 +42,7 @@ fn table(ui: &mut Ui, shown: &Shown) {
             let cells = [
                 of.reason.name().to_owned(),
                 of.n.to_string(),
-                words::ago(shown.at.since(of.last)),
+                words::when(shown, of.last),
                 of.peer.map_or("unknown".to_owned(), |peer| peer.to_string()),
                 if of.here { "console" } else { "gateway" }.to_owned(),
             ];

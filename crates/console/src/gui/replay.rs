@@ -5,7 +5,7 @@ use wire::time::Span;
 
 use super::Wish;
 use super::theme::Palette;
-use super::words::seconds;
+use super::words;
 use crate::moment::Moment;
 
 /// Height of the line of moments, points.
@@ -18,10 +18,19 @@ pub struct Tape {
     pub at: Span,
     /// Its length.
     pub length: Span,
+    /// How long after the recording's beginning the run's time began: what is written is the run's.
+    pub lead: Span,
     /// What one may want to jump to, in order.
     pub moments: Vec<Moment>,
     /// Whether it runs by itself.
     pub playing: bool,
+}
+
+impl Tape {
+    /// A time from the recording's beginning, as the run's.
+    fn time(&self, at: Span) -> String {
+        words::on_run(i128::from(at.0) - i128::from(self.lead.0))
+    }
 }
 
 /// Where to go in a recording.
@@ -60,21 +69,24 @@ pub(super) fn draw(ui: &mut Ui, tape: &Tape, beside: Option<&mut bool>, wishes: 
         if let Some(beside) = beside {
             ui.toggle_value(beside, "Evidence");
         }
-        ui.label(RichText::new(format!("{} of {}", seconds(tape.at), seconds(tape.length))).monospace());
+        let time = format!("run time {} of {}", tape.time(tape.at), tape.time(tape.length));
+        ui.label(RichText::new(time).monospace());
         let label = ui.label(RichText::new("time").weak());
-        let mut at = tape.at.as_ms() / 1000.0;
-        let slider = Slider::new(&mut at, 0.0..=tape.length.as_ms() / 1000.0).show_value(false);
+        let in_seconds = |span: Span| span.as_ms() / 1000.0;
+        let lead = in_seconds(tape.lead);
+        let mut at = in_seconds(tape.at) - lead;
+        let slider = Slider::new(&mut at, -lead..=in_seconds(tape.length) - lead).show_value(false);
         ui.spacing_mut().slider_width = (ui.available_width() - 16.0).max(80.0);
         let response = ui.add(slider).labelled_by(label.id);
         if response.changed() {
-            seek(Seek::To(Span((at.max(0.0) * 1e6) as u64)));
+            seek(Seek::To(Span(((at + lead).max(0.0) * 1e6) as u64)));
         }
     });
     line(ui, tape);
     for truth in [false, true] {
         let last = tape.moments.iter().rev().find(|moment| moment.truth == truth && moment.at <= tape.at);
         let (begin, none) = if truth { ("what really happened", "nothing") } else { ("last change", "none yet") };
-        let text = last.map_or(none.to_owned(), |moment| format!("{} at {}", moment.what, seconds(moment.at)));
+        let text = last.map_or(none.to_owned(), |moment| format!("{} at {}", moment.what, tape.time(moment.at)));
         if !truth || tape.moments.iter().any(|moment| moment.truth) {
             ui.label(RichText::new(format!("{begin}: {text}")).color(Palette::of(ui).text));
         }

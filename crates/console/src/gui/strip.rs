@@ -1,6 +1,7 @@
 //! The safety strip: who is in what state, why, since when, with what authority, and how old all that is.
 //!
-//! It stands outside of the tiles, so that no layout hides it. One line for the run and its links, one for each unit.
+//! It stands outside of the tiles, so that no layout hides it. One line for the run and its links, one for each unit. It says what
+//! a figure means to whoever commands; the figure itself is in the tooltip.
 
 use eframe::egui::{Align, Label, Layout, Response, RichText, Role, Ui, WidgetInfo, vec2};
 use wire::event::Freshness;
@@ -20,6 +21,9 @@ use crate::text;
 const LINE: f32 = 28.0;
 /// Widths of a unit's cells, points: name, state, since, cause, authority, age, way, motion.
 const CELLS: [f32; 8] = [76.0, 236.0, 84.0, 196.0, 196.0, 136.0, 150.0, 170.0];
+
+/// Width of a link, points.
+const LINK: f32 = 320.0;
 
 /// The strip; a click on a unit's name chooses it.
 pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown) {
@@ -147,29 +151,33 @@ fn run(ui: &mut Ui, shown: &Shown) {
 }
 
 /// A link as the gateway's last word has it, which ages; when something last came through it, which is as much out of normal
-/// as a report of that age; and how fast the clock at its other end runs.
+/// as a report of that age; and whether the clock at its other end keeps step, without which no age is to be relied on.
 fn link_chip(ui: &mut Ui, shown: &Shown, link: &ShownLink, clock: Option<Rate>) {
     let (open, freshness) = link.open.get();
-    let heard = link.heard.map_or("never".to_owned(), seconds);
+    let heard = link.heard.map_or("no report yet".to_owned(), |age| format!("report {} ago", seconds(age)));
+    let keeps = clock.map_or("clock not known yet", Rate::says);
     let runs = clock.is_some_and(Rate::beyond);
     let (sign, text) = match (open, freshness) {
         (true, Freshness::Fresh | Freshness::Late) if runs => {
-            ((Tone::Caution, Shape::Diamond), format!("{} up {heard}", link.peer))
+            ((Tone::Caution, Shape::Diamond), format!("{} up, {heard}, {keeps}", link.peer))
         }
         (true, Freshness::Fresh | Freshness::Late) => {
             let (tone, shape, word) =
                 sign::freshness(link.heard.map_or(Freshness::Lost, |age| shown.limits.label(age)));
-            let quiet = if tone == Tone::Normal { String::new() } else { format!(" {word}") };
-            ((tone, shape), format!("{} up {heard}{quiet}", link.peer))
+            let after = match (link.heard, tone) {
+                (None, _) => String::new(),
+                (Some(_), Tone::Normal) => format!(", {keeps}"),
+                (Some(_), _) => format!(", {word}"),
+            };
+            ((tone, shape), format!("{} up, {heard}{after}", link.peer))
         }
         (true, Freshness::Stale | Freshness::Lost) => {
-            ((Tone::Caution, Shape::Diamond), format!("{} was up {heard}", link.peer))
+            ((Tone::Caution, Shape::Diamond), format!("{} was up, {heard}", link.peer))
         }
-        (false, _) => ((Tone::Alarm, Shape::Cross), format!("{} DOWN {heard}", link.peer)),
+        (false, _) => ((Tone::Alarm, Shape::Cross), format!("{} DOWN, {heard}", link.peer)),
     };
-    let clock = clock.map_or("clock unknown".to_owned(), Rate::words);
-    let text = format!("{text}, {clock}");
-    sign::chip(ui, 300.0, sign, &text, false, &format!("LINK {text}"));
+    let chip = sign::chip(ui, LINK, sign, &text, false, &format!("LINK {text}"));
+    chip.on_hover_text(words::clock(clock));
 }
 
 fn cell(ui: &mut Ui, width: f32, text: RichText) -> Response {

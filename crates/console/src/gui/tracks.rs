@@ -13,7 +13,7 @@ use super::keys;
 use super::sign::{self, Shape, Tone};
 use super::theme::{Palette, ROW};
 use super::words::{metres, origin, seconds};
-use super::{Wish, command};
+use super::{Wish, command, map};
 use crate::act::{Act, Alarm};
 use crate::age::Labelled;
 use crate::shown::{Shown, ShownUnit};
@@ -78,7 +78,6 @@ pub(super) fn draw(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec
 }
 
 fn table(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
-    let live = command::dead(shown).is_none();
     let rows = rows(shown, desk.sort);
     if rows.is_empty() {
         ui.weak("No unit reports a track.");
@@ -102,7 +101,7 @@ fn table(ui: &mut Ui, desk: &mut Desk, shown: &Shown, wishes: &mut Vec<Wish>) {
         body.rows(ROW, rows.len(), |mut row| {
             let Some(of) = rows.get(row.index()) else { return };
             row.set_selected(desk.track == Some(of.id()));
-            let chosen = cells(&mut row, of, live, wishes);
+            let chosen = cells(&mut row, of, shown, wishes);
             let response = row.response();
             let (unit, track) = of.id();
             let (_, _, word) = word_of(of);
@@ -151,8 +150,10 @@ fn class(row: &Row<'_>) -> &'static str {
 }
 
 /// The cells of a row; whether its name was pressed.
-fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, live: bool, wishes: &mut Vec<Wish>) -> bool {
+fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, shown: &Shown, wishes: &mut Vec<Wish>) -> bool {
     let (track, _) = of.track.get();
+    let dead = command::dead(shown);
+    let unsure = map::unsure(of.unit, track, shown);
     let (tone, shape, word) = word_of(of);
     let ink = |ui: &Ui| if of.lost.is_some() { Palette::of(ui).weak } else { Palette::of(ui).text };
     let text = |row: &mut TableRow<'_, '_>, text: String| {
@@ -178,8 +179,9 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, live: bool, wishes: &mut Vec<
             Some(act) => {
                 let says = format!("acknowledge that track {} {} is lost", of.unit.unit, track.id.0);
                 let button = Button::new(RichText::new("LOST").color(tone.color(Palette::of(ui)))).small();
-                let button = ui.add_enabled(live, button).on_hover_text(&says);
-                button.widget_info(|| WidgetInfo::labeled(Role::Button, live && ui.is_enabled(), &says));
+                let button = command::able(ui, dead, button).on_hover_text(&says);
+                let enabled = dead.is_none() && ui.is_enabled();
+                button.widget_info(|| WidgetInfo::labeled(Role::Button, enabled, &says));
                 if button.clicked() {
                     wishes.push(Wish::Act(act));
                 }
@@ -193,7 +195,11 @@ fn cells(row: &mut TableRow<'_, '_>, of: &Row<'_>, live: bool, wishes: &mut Vec<
         let (tone, words) = origin(of.unit.origin);
         ui.add(Label::new(RichText::new(words).color(tone.color(Palette::of(ui)))).truncate());
     });
-    text(row, format!("{:.2}", f64::from(track.confidence) / 1000.0));
+    row.col(|ui| {
+        let color = if unsure { Palette::of(ui).weak } else { ink(ui) };
+        let confidence = format!("{:.2}", f64::from(track.confidence) / 1000.0);
+        ui.add(Label::new(RichText::new(confidence).monospace().color(color)).truncate());
+    });
     text(row, format!("{:>6.1} {:>6.1}", metres(track.x_mm), metres(track.y_mm)));
     row.col(|ui| {
         let (letters, names) = sensors(track);

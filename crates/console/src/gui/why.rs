@@ -8,7 +8,7 @@ use super::desk::Desk;
 use super::keys;
 use super::sign::{self, Shape, Tone};
 use super::theme::Palette;
-use super::words::seconds;
+use super::words::{seconds, when};
 use crate::interlock::Predicate;
 use crate::shown::Shown;
 
@@ -31,8 +31,8 @@ pub(super) fn draw(ui: &mut Ui, desk: &Desk, shown: &Shown) {
     let question = RichText::new(format!("{}: {question}{known}", unit.unit)).color(Palette::of(ui).strong);
     ui.add(Label::new(question).wrap());
     let tone = if current { Tone::Weak } else { sign::freshness(freshness).0 };
-    let (age, since) = (seconds(unit.state.age()), seconds(shown.at.since(unit.since)));
-    let age = format!("as reported {age} ago; last change: {}, {since} ago", state.cause.label());
+    let (age, since) = (seconds(unit.state.age()), when(shown, unit.since));
+    let age = format!("as reported {age} ago; last change: {}, {since}", state.cause.label());
     ui.add(Label::new(RichText::new(age).color(tone.color(Palette::of(ui)))).wrap());
     if let Some(waits) = unit.waits_for(&shown.bounds) {
         let waits = format!("{} for {waits}", if current { "waits" } else { "waited" });

@@ -2,11 +2,12 @@
 
 use wire::command::CommandKind;
 use wire::person::Order;
-use wire::time::{Instant, Span};
+use wire::time::{Instant, MAX_DRIFT_PPM, Span};
 
 use super::sign::Tone;
 use crate::life::{Life, ShownCommand};
-use crate::shown::Origin;
+use crate::shown::{Origin, Shown};
+use crate::skew::Rate;
 
 /// Longest name that is written whole, characters.
 const MAX_NAME: usize = 48;
@@ -31,9 +32,25 @@ fn written(span: Span, whole: fn(u64, u64) -> u64) -> String {
     }
 }
 
-/// How long ago something was.
-pub(super) fn ago(span: Span) -> String {
-    format!("{} ago", seconds(span))
+/// When something was: how long ago, or in a recording at what time of the run, for there nothing is now.
+pub(super) fn when(shown: &Shown, at: Instant) -> String {
+    match shown.marks.began {
+        Some(began) => format!("at {}", on_run(i128::from(at.0) - i128::from(began.0))),
+        None => format!("{} ago", seconds(shown.at.since(at))),
+    }
+}
+
+/// A time of the run, microseconds: in seconds, which an hour has too, so that any two are told apart by number alone.
+pub(super) fn on_run(us: i128) -> String {
+    format!("{:.2} s", us.div_euclid(10_000) as f64 / 100.0)
+}
+
+/// How fast a unit's clock runs against this console's, for whoever looks into it.
+pub(super) fn clock(clock: Option<Rate>) -> String {
+    clock.map_or("No rate of its clock is known yet: that takes some seconds of reports.".to_owned(), |rate| {
+        let over = rate.over.0 / 1_000_000;
+        format!("Its {} over {over} s against this console's; ages allow for {MAX_DRIFT_PPM} ppm.", rate.words())
+    })
 }
 
 /// Millimetres as metres.
@@ -43,9 +60,14 @@ pub(super) fn metres(mm: i32) -> f64 {
 
 /// A name from outside: one line, no longer than [`MAX_NAME`], of characters that read the way they are written.
 pub(super) fn tame(name: &str) -> String {
+    tame_to(name, MAX_NAME)
+}
+
+/// The same of words of at most so many characters.
+pub(super) fn tame_to(words: &str, most: usize) -> String {
     let plain = |c: char| if c.is_ascii_graphic() || c == ' ' { c } else { '?' };
-    let mut tame: String = name.chars().map(plain).take(MAX_NAME).collect();
-    if name.chars().nth(MAX_NAME).is_some() {
+    let mut tame: String = words.chars().map(plain).take(most).collect();
+    if words.chars().nth(most).is_some() {
         tame.push_str("...");
     }
     tame

@@ -76,14 +76,15 @@ function unit(of, picture, extra) {
     : element("span", `chip ${state.tone}`, "was ", element("s", "", mode), ` · ${state.word}`);
   const held = authority ? `track ${authority.track}, ${left(authority.left_ms)}` : "none";
   const guards = failing.length ? failing.map(condition).join(", ") : "nothing";
-  const clock = of.clock_ppm === null ? "unknown" : `${of.clock_ppm[0]} to ${of.clock_ppm[1]} ppm`;
+  const clock = element("span", /RUNS AWAY/.test(of.clock) ? "caution" : "weak", of.clock || "clock not known yet");
+  if (of.clock_ppm !== null) clock.title = `against the console's: ${of.clock_ppm[0]} to ${of.clock_ppm[1]} ppm`;
   return element("div", "unit", element("strong", "", of.unit), shown, freshness(state),
     element("span", "", fresh ? `for ${seconds(of.since_ms === null ? null : of.since_ms + extra)}, cause ${cause}` : `cause was ${cause}`),
     element("span", fresh && authority ? "mark" : fresh ? "" : "caution", fresh ? `authority ${held}` : `authority unknown, was ${held}`),
     element("span", failing.length ? "caution" : "", `${fresh ? "fails" : "failed"}: ${guards}`),
     element("span", "", `${(Math.round(speed_mm_s / 100) / 10 + 0).toFixed(1)} m/s`),
     element("span", ORIGINS[of.origin] || "caution", `origin ${of.origin}`),
-    element("span", "weak", `clock ${clock}`));
+    clock);
 }
 
 function svg(name, attributes, text) {
@@ -197,8 +198,8 @@ function draw() {
     const word = open.word === "fresh" || open.word === "LATE" ? (open.value ? "up" : "DOWN") : open.value ? "was up" : "was DOWN";
     return [of.peer, element("span", open.value ? open.tone : "alarm", `${SHAPES[open.value ? open.word : "LOST"]} ${word}`), of.heard_ms === null ? "never" : `${ago(of.heard_ms)} ago`];
   }), "no link is known");
-  table("commands", ["command", "to", "what became of it", "since"], picture.commands.map((of) => [
-    `${of.kind} ${of.id}`, of.unit, element("span", /NOT ACK/.test(of.life) ? "alarm" : /REFUSED|EXPIRED/.test(of.life) ? "caution" : "", of.life), `${ago(of.since_ms)} ago`]), "none was given");
+  table("commands", ["command", "to", "given by", "what became of it", "since"], picture.commands.map((of) => [
+    `${of.kind} ${of.id}`, of.unit, of.by, element("span", /NOT ACK/.test(of.life) ? "alarm" : /REFUSED|EXPIRED/.test(of.life) ? "caution" : "", of.life), `${ago(of.since_ms)} ago`]), "none was given");
   say(picture, old, by);
 }
 

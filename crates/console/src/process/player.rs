@@ -4,7 +4,6 @@
 //! are kept on the way, so that going back costs no more than a few hundred inputs. What the person and the script did is
 //! in the log; nothing can be done now. Drawing is left to `gui`.
 
-use std::fs::File;
 use std::io::{BufReader, Read};
 use std::path::Path;
 
@@ -99,20 +98,33 @@ pub struct Player {
     taken: usize,
     at: Instant,
     moments: Vec<Moment>,
+    /// When the run's time began, on the console's clock.
+    began: Instant,
+    /// When a unit was first shown in another mode than before.
+    first_change: Option<Instant>,
+    /// Why the recording is INVALID, if it is.
+    invalid: Option<String>,
 }
 
 impl Player {
-    /// Opens the recording below `run_dir`, and goes through it once.
+    /// The same, marked as INVALID in every picture.
+    #[must_use]
+    pub fn invalid(self, why: String) -> Self {
+        Self { invalid: Some(why), ..self }
+    }
+
+    /// Opens the recording below `run_dir`, goes through it once, and stands at the first change of mode in it; at its
+    /// beginning where there is none.
     ///
     /// # Errors
     /// When something of it is missing or is no recording. One that ends within an entry is read up to there.
     pub fn open(run_dir: &Path) -> Result<(Self, ProcessConfig), PlayerError> {
         let path = run_dir.join(READING);
         let reading = |error: &dyn std::fmt::Display| PlayerError::Reading(format!("{}: {error}", path.display()));
-        let file = File::open(&path).map_err(|e| reading(&e))?;
+        let file = link::files::open(&path).map_err(|e| reading(&e))?;
         let config: ProcessConfig = serde_json::from_reader(file.take(MAX_READING)).map_err(|e| reading(&e))?;
         let log = run_dir.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
-        let log = mouth::Reader::new(BufReader::new(File::open(log).map_err(MouthError::from)?))?;
+        let log = mouth::Reader::new(BufReader::new(link::files::open(&log).map_err(MouthError::from)?))?;
         let header = log.header();
         let mut player = Self::of(&config, header.boot, header.started, turns(log)?)?;
         player.learn(truth(run_dir));
@@ -123,7 +135,9 @@ impl Player {
         let setup = Setup { boot, ..config.setup.clone() };
         let console = Console::retrace(setup, config.config.clone(), started)?;
         let at = turns.first().ok_or(PlayerError::Empty)?.now;
-        let mut player = Self { turns, copies: Vec::new(), console, taken: 0, at, moments: Vec::new() };
+        let (copies, moments) = (Vec::new(), Vec::new());
+        let (began, first_change, invalid) = (at, None, None);
+        let mut player = Self { turns, copies, console, taken: 0, at, moments, began, first_change, invalid };
         let mut before = player.shown();
         while player.taken < player.turns.len() {
             if player.taken.is_multiple_of(APART) {
@@ -134,7 +148,7 @@ impl Player {
             player.mark(&before, &after);
             before = after;
         }
-        player.seek(Span::ZERO);
+        player.seek(player.first_change.map_or(Span::ZERO, |at| at.since(player.begins())));
         Ok(player)
     }
 
@@ -158,10 +172,21 @@ impl Player {
         &self.moments
     }
 
+    /// The run's time began then, on the console's clock; until that is said, it counts from the recording's beginning.
+    pub fn count_from(&mut self, began: Instant) {
+        self.began = began;
+    }
+
+    /// How long after the recording's beginning the run's time began.
+    pub fn lead(&self) -> Span {
+        self.began.since(self.begins())
+    }
+
     /// What was shown then, marked as a replay, in which no command is possible.
     pub fn shown(&self) -> Shown {
         let mut shown = self.console.shown(self.at);
-        shown.marks.replay = true;
+        (shown.marks.replay, shown.marks.began) = (true, Some(self.began));
+        shown.marks.invalid.clone_from(&self.invalid);
         shown
     }
 
@@ -181,10 +206,14 @@ impl Player {
         self.at = to;
     }
 
-    /// Goes so many inputs on, or back.
+    /// Goes so many inputs on, or back. Those of one instant are gone past together, for the picture is of an instant.
     pub fn step(&mut self, by: i32) {
         let last = self.turns.len().saturating_sub(1);
-        let here = self.turns.partition_point(|turn| turn.now <= self.at).saturating_sub(1);
+        let here = if by < 0 {
+            self.turns.partition_point(|turn| turn.now < self.at)
+        } else {
+            self.turns.partition_point(|turn| turn.now <= self.at).saturating_sub(1)
+        };
         let to = here.saturating_add_signed(by as isize).min(last);
         if let Some(turn) = self.turns.get(to) {
             self.seek(turn.now.since(self.begins()));
@@ -206,6 +235,9 @@ impl Player {
 
     fn mark(&mut self, before: &Shown, after: &Shown) {
         let at = after.at.since(self.begins());
+        if self.first_change.is_none() && moment::mode_changed(before, after) {
+            self.first_change = Some(after.at);
+        }
         let room = MAX_MOMENTS.saturating_sub(self.moments.len());
         let new = moment::changes(before, after).into_iter().take(room);
         self.moments.extend(new.map(|what| Moment { at, what, truth: false }));
@@ -223,7 +255,7 @@ impl Player {
 
 /// What really happened, where that was kept: a recording can be looked at without.
 fn truth(run_dir: &Path) -> Vec<Happened> {
-    let Ok(file) = File::open(run_dir.join(TRUTH)) else { return Vec::new() };
+    let Ok(file) = link::files::open(&run_dir.join(TRUTH)) else { return Vec::new() };
     serde_json::from_reader(file.take(MAX_READING)).unwrap_or_default()
 }
 

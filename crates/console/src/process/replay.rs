@@ -34,8 +34,15 @@ pub fn open(run_dir: &Path) -> Result<Recorded, PlayerError> {
 impl Recorded {
     /// With this beside what was shown.
     #[must_use]
-    pub fn beside(self, evidence: Box<dyn Evidence>) -> Self {
+    pub fn beside(mut self, evidence: Box<dyn Evidence>) -> Self {
+        evidence.began().into_iter().for_each(|began| self.player.count_from(began));
         Self { evidence: Some(evidence), ..self }
+    }
+
+    /// The same, of which it has to be said that it is evidence of nothing, and why.
+    #[must_use]
+    pub fn invalid(self, why: String) -> Self {
+        Self { player: self.player.invalid(why), ..self }
     }
 
     /// Shows it in a window, until that is closed or `over`.
@@ -44,7 +51,9 @@ impl Recorded {
     /// When the window cannot be opened.
     pub fn show(self, over: impl Fn() -> bool + 'static) -> Result<(), String> {
         let unit = self.player.first();
-        let looks = Looks { title: "holdsafe console: REPLAY".to_owned(), unit, site: self.site, layout: layout() };
+        let invalid = if self.player.shown().marks.invalid.is_some() { ", INVALID" } else { "" };
+        let looks =
+            Looks { title: format!("holdsafe console: REPLAY{invalid}"), unit, site: self.site, layout: layout() };
         let source =
             Running { player: self.player, evidence: self.evidence, since: None, new: true, over: Box::new(over) };
         app::run(looks, Box::new(source), |_wake| {}).map_err(|why| format!("the window cannot be opened: {why}"))
@@ -84,8 +93,8 @@ impl Source for Running {
     }
 
     fn tape(&mut self) -> Option<Tape> {
-        let (at, length) = (self.player.at(), self.player.length());
-        Some(Tape { at, length, moments: self.player.moments().to_vec(), playing: self.since.is_some() })
+        let (at, length, lead) = (self.player.at(), self.player.length(), self.player.lead());
+        Some(Tape { at, length, lead, moments: self.player.moments().to_vec(), playing: self.since.is_some() })
     }
 
     fn beside(&mut self, at: Instant) -> Beside {

@@ -182,7 +182,7 @@ pub(super) fn run(spec: ServiceSpec, console: Console, site: Site) -> ExitCode {
     let core = match core {
         Ok(core) => core,
         Err(why) => {
-            eprintln!("holdsafe-console: no thread for the core: {why}");
+            link::note!("holdsafe-console: no thread for the core: {why}");
             return ExitCode::from(2);
         }
     };

@@ -278,7 +278,7 @@ pub(crate) fn retracing(role: Role, now: Instant) -> Console {
     Console::retrace(setup, ConsoleConfig { operator_secret: Secret([0; 32]), ..config }, now).unwrap()
 }
 
-fn making(
+pub(crate) fn making(
     units: &[UnitId],
     policy: Policy,
     role: Role,

@@ -6,7 +6,11 @@
 mod acts;
 mod bench;
 mod display;
+#[cfg(feature = "gui")]
+mod looks;
 mod properties;
+#[cfg(feature = "process")]
+mod recordings;
 #[cfg(feature = "gui")]
 mod scenes;
 mod script;

@@ -13,7 +13,7 @@ use wire::policy::{DisplayRule, Policy, Requirement};
 use wire::refusal::Reason;
 use wire::report::ReportedTrack;
 use wire::sensor::Class;
-use wire::time::Span;
+use wire::time::{Instant, Span};
 
 use crate::yard::Yard;
 
@@ -178,6 +178,7 @@ fn scattered(like: ReportedTrack, unit: u32, n: u32) -> ReportedTrack {
 /// The same picture as of a recording.
 pub(crate) fn replayed(mut shown: Shown) -> (Shown, Tape) {
     shown.marks.replay = true;
+    shown.marks.began = Some(Instant((shown.at.0 + 2_000_000).saturating_sub(8_100_000)));
     let moment = |ms, what: &str, truth| Moment { at: Span::ms(ms), what: what.to_owned(), truth };
     let moments = vec![
         moment(1_020, "unit-a READY: operator", false),
@@ -185,5 +186,5 @@ pub(crate) fn replayed(mut shown: Shown) -> (Shown, Tape) {
         moment(6_700, "insider-b: sends a report of unit-b that is a lie", true),
         moment(6_900, "unit-a HOLD_SAFE: lost:teammates", false),
     ];
-    (shown, Tape { at: Span::ms(8_100), length: Span::s(9), moments, playing: false })
+    (shown, Tape { at: Span::ms(8_100), length: Span::s(9), lead: Span::s(2), moments, playing: false })
 }

@@ -13,6 +13,7 @@ use wire::event::Event;
 use wire::feed::CommandStage;
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, TrackId, UnitId};
 use wire::mode::Mode;
+use wire::person::{Act, Order};
 use wire::policy::Policy;
 use wire::refusal::Reason;
 use wire::report::Report;
@@ -44,8 +45,21 @@ fn enabling_is_staged_then_released_then_acknowledged_each_once() {
     let told = bench.events.iter().filter(|(_, e)| matches!(e, Event::Acknowledged { .. })).count();
     assert_eq!(told, 1);
     assert_eq!(bench.console.shown(bench.now).commands[0].life, Life::Executed);
+    let told = |bench: &Bench, by: &str, words: &str| {
+        let picture = bench.pictures.last().expect("a picture");
+        let command = picture["commands"].as_array().and_then(|all| all.last()).expect("a command");
+        assert_eq!(command["by"], by, "{command}");
+        let text = bench.texts.last().expect("a text");
+        assert!(text.contains(words), "{text}");
+    };
+    bench.reports(Mode::Idle, Span::ms(100));
+    told(&bench, "script", "enable to unit-a by the script");
+    bench.act(Act::Now(Order::Command(UnitId::A, CommandKind::Hold))).unwrap();
+    bench.reports(Mode::Idle, Span::ms(100));
+    told(&bench, "person", "hold to unit-a by a person");
+    let asked = bench.asked.len();
     bench.reports(Mode::Idle, Span::s(5));
-    assert_eq!(bench.asked.len(), 2, "nothing is sent twice");
+    assert_eq!(bench.asked.len(), asked, "nothing is sent twice");
 }
 
 #[test]

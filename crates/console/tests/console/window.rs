@@ -17,7 +17,7 @@ use wire::id::{NodeId, TrackId, UnitId};
 use wire::mode::{Guard, Guards, Mode};
 use wire::report::ReportedTrack;
 use wire::settings::Settings;
-use wire::time::Span;
+use wire::time::{Instant, Span};
 
 use crate::bench::Bench;
 use crate::scenes::{self, SCENES};
@@ -30,12 +30,13 @@ const LEAST: Vec2 = vec2(1320.0, 640.0);
 
 /// A window over a yard. What is done in it is done to the console, and kept.
 pub(crate) struct Seat {
-    yard: Yard,
-    window: Window,
-    tape: Option<Tape>,
+    pub(crate) yard: Yard,
+    pub(crate) window: Window,
+    pub(crate) tape: Option<Tape>,
     behind: Option<Span>,
     untaken: bool,
     beside: Option<Beside>,
+    invalid: Option<String>,
     acts: Vec<Act>,
     seeks: Vec<Seek>,
 }
@@ -55,13 +56,19 @@ fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
         behind: None,
         untaken: false,
         beside: None,
+        invalid: None,
         acts: Vec::new(),
         seeks: Vec::new(),
     };
     let draw = |ui: &mut eframe::egui::Ui, seat: &mut Seat| {
         theme::apply(ui.ctx());
         let mut shown = seat.yard.shown();
-        shown.marks.replay |= seat.tape.is_some();
+        if let Some(tape) = &seat.tape {
+            // The run's time began so long after the recording, which began before what is shown.
+            let began = Instant((shown.at.0 + tape.lead.0).saturating_sub(tape.at.0));
+            (shown.marks.replay, shown.marks.began) = (true, Some(began));
+        }
+        shown.marks.invalid.clone_from(&seat.invalid);
         let picture = Picture {
             shown: &shown,
             behind: seat.behind,
@@ -85,12 +92,12 @@ fn sized(yard: Yard, size: Vec2, theme: Theme) -> Seated {
     seated
 }
 
-fn press(seated: &mut Seated, key: Key) {
+pub(crate) fn press(seated: &mut Seated, key: Key) {
     seated.key_press(key);
     seated.run_steps(2);
 }
 
-fn click(seated: &mut Seated, kind: Kind, label: &str) {
+pub(crate) fn click(seated: &mut Seated, kind: Kind, label: &str) {
     seated.get_by_role_and_label(kind, label).click();
     seated.run_steps(3);
 }
@@ -107,14 +114,14 @@ fn held(seated: &Seated) -> usize {
     seated.state().acts.iter().filter(hold).count()
 }
 
-fn says(seated: &Seated, text: &str) -> bool {
+pub(crate) fn says(seated: &Seated, text: &str) -> bool {
     seated.query_all_by_label_contains(text).next().is_some()
 }
 
 const RESUME: Order = Order::Command(UnitId::A, CommandKind::Resume);
 
 /// Held, and the hold long over: a resume may be chosen.
-fn standing() -> Yard {
+pub(crate) fn standing() -> Yard {
     let mut yard = scenes::nominal();
     yard.bench.act(Act::Now(Order::Command(UnitId::A, CommandKind::Hold))).unwrap();
     yard.run(Span::s(2));
@@ -235,6 +242,9 @@ fn every_order_away_from_safe_goes_its_whole_way_by_role_and_label() {
         if order == command(arm) {
             seated.get_by_label_contains("TRACK unit-a 1 vehicle fresh").click();
             seated.run_steps(3);
+        }
+        if matches!(order, Order::Revoke(_)) {
+            click(&mut seated, Kind::Button, "Revoke an identity ...");
         }
         click(&mut seated, Kind::RadioButton, label);
         click(&mut seated, Kind::Button, &format!("Arm: {label}"));
@@ -632,8 +642,9 @@ fn a_recording_is_moved_in_and_never_looks_live() {
     click(&mut seated, Kind::Button, "Play");
     let before = tape.moments[3].at;
     assert_eq!(seated.state().seeks, [Seek::Step(1), Seek::Step(-1), Seek::To(before), Seek::Play(true)]);
-    assert!(says(&seated, "last change: unit-a HOLD_SAFE: lost:teammates at 6.90 s"));
-    assert!(says(&seated, "what really happened: insider-b: sends a report of unit-b that is a lie at 6.70 s"));
+    assert!(says(&seated, "run time 6.10 s of 7.00 s"));
+    assert!(says(&seated, "last change: unit-a HOLD_SAFE: lost:teammates at 4.90 s"));
+    assert!(says(&seated, "what really happened: insider-b: sends a report of unit-b that is a lie at 4.70 s"));
     assert!(says(&seated, "timeline: 3 changes shown, 1 things that happened"));
 }
 
@@ -672,9 +683,8 @@ fn a_clock_that_runs_beyond_what_ages_allow_for_is_an_alarm_and_stands_at_its_li
     let shown = seated.state().yard.shown();
     let alarms: Vec<Alarm> = shown.alarms.iter().map(|raised| raised.alarm).collect();
     assert_eq!(alarms, [Alarm::ClockRuns(UnitId::B)]);
-    let clock = |unit| shown.unit(unit).and_then(|unit| unit.clock).expect("a rate").words();
-    assert!(says(&seated, &format!("LINK unit-b up 0.10 s, {}", clock(UnitId::B))), "{}", clock(UnitId::B));
-    assert!(says(&seated, &clock(UnitId::A)));
+    assert!(says(&seated, "LINK unit-b up, report 0.10 s ago, clock RUNS AWAY"));
+    assert!(says(&seated, "LINK unit-a up, report 0.10 s ago, clock in step"));
 }
 
 #[test]
@@ -762,11 +772,30 @@ fn every_link_is_seen_with_its_clock_however_many_there_are() {
     for unit in &seated.state().yard.shown().units {
         let [link, state] = [format!("LINK {} up", unit.unit), format!("STATE {}", unit.unit)];
         let chip = seated.get_by_label_contains(&link);
-        let clock = unit.clock.expect("a rate").words();
-        assert!(chip.value().is_some_and(|says| says.contains(&clock)), "{clock}");
+        assert!(unit.clock.is_some() && chip.value().is_some_and(|says| says.contains("clock in step")));
         assert!(chip.rect().left() >= 0.0 && chip.rect().right() <= LAPTOP.x, "{:?}", chip.rect());
         let state = seated.get_by_label_contains(&state);
         assert!(state.rect().top() >= chip.rect().bottom(), "{:?} over {:?}", chip.rect(), state.rect());
+    }
+}
+
+#[test]
+fn no_layout_hides_that_a_recording_is_evidence_of_nothing_and_why() {
+    let mut seated = seat(scenes::hold_safe());
+    let (_, tape) = scenes::replayed(seated.state().yard.shown());
+    seated.state_mut().tape = Some(tape);
+    seated.run_steps(2);
+    assert!(!says(&seated, "INVALID"));
+    seated.state_mut().invalid = Some(format!("event 7: \u{202e}\n{}", "expected a seal ".repeat(40)));
+    for preset in Preset::ALL {
+        seated.state_mut().window.layouts_mut().start_from(preset);
+        seated.run_steps(2);
+        let banner = seated.get_by_label_contains("INVALID, evidence of nothing: event 7: ??expected a seal");
+        let (rect, strip) = (banner.rect(), seated.get_by_label_contains("MARK REPLAY").rect());
+        assert!(
+            rect.bottom() <= strip.top() && rect.right() <= LAPTOP.x && rect.height() < 60.0,
+            "{rect} over {strip}"
+        );
     }
 }
 

@@ -16,9 +16,21 @@ pub(super) fn section(dossier: &Dossier) -> Markup {
     html! {
         @for given in dossier.results.given() { @if let Found::Search(search) = &given.found { (searched(search)) } }
         @if !rows.rows.is_empty() { (table(&rows, "Files")) }
-        p { "The page holds nothing that is not in these files and, for runs over time, in the recordings named there. "
-            "A recording is checked with " code { "holdsafe verify DIR" } "." }
+        @if !dossier.recordings.is_empty() { (table(&recordings(dossier), "Recordings")) }
+        p { "The page holds nothing that is not in these files and, for runs over time, in the recordings above. A recording's digest is over its files "
+            code { "recording/*.mcap" } ", one behind the other; each was checked when the page was made, and is again with " code { "holdsafe verify DIR" } "." }
     }
+}
+
+fn recordings(dossier: &Dossier) -> Table {
+    let mut rows = Table::new(&["recording", "SHA-256", "custody", "class of its trial", "INVALID because"]);
+    for of in &dossier.recordings {
+        let custody = if of.holds { "holds" } else { "does not hold" };
+        let class = of.outcome.clone().unwrap_or_else(|| "not told".to_owned());
+        let why = of.invalid.clone().unwrap_or_default();
+        rows.rows.push(vec![of.name.clone(), of.sha256.clone(), custody.to_owned(), class, why]);
+    }
+    rows
 }
 
 fn searched(search: &Search) -> Markup {

@@ -14,7 +14,7 @@ pub(super) fn section(story: &Story) -> Markup {
     html! {
         h3 { "Run " (story.name) }
         @if let Some(flaw) = &story.flaw {
-            p { strong class="bad-word" { "The log does not verify" } ", and what is told of it is no better than it: " (flaw) }
+            p { strong class="bad-word" { "INVALID" } ": " (flaw) ". What is told of this run is no better than that." }
         }
         (figure(&drawn(story)))
         @for why in &story.why { (told(why)) }
@@ -52,11 +52,14 @@ pub(crate) fn drawn(story: &Story) -> Figure {
     let more = story.refused.len().saturating_sub(LANES);
     let more =
         if more > 0 { format!(" {more} more kinds of refusals stand in the table alone.") } else { String::new() };
+    let (mark, why) = story.flaw.as_ref().map_or_else(Default::default, |flaw| {
+        (" (INVALID)".to_owned(), format!("INVALID, evidence of nothing: {flaw}. "))
+    });
     Figure {
         name: format!("run-{}", super::slug(&story.name)),
-        title: format!("Run {}", story.name),
+        title: format!("Run {}{mark}", story.name),
         caption: format!(
-            "What was done to the run (ground truth, which no service knew), the mode and the authority of the unit under test, and \
+            "{why}What was done to the run (ground truth, which no service knew), the mode and the authority of the unit under test, and \
              what boundaries refused, by who refused it. n = 1 run of {:.1} s.{more}",
             story.seconds
         ),

@@ -27,6 +27,9 @@ pub(super) struct Counted {
 /// A result's trials, by place of evidence and whether a check was waived.
 type ByPlace = BTreeMap<(Evidence, bool), Counted>;
 
+/// Recordings that are INVALID and named in the verdict.
+const NAMED: usize = 8;
+
 /// The verdict.
 pub(super) fn verdict(dossier: &Dossier) -> Markup {
     let all: Vec<(&str, ByPlace)> =
@@ -41,21 +44,42 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
     let off: u64 = places.iter().map(|(_, _, off)| off).sum();
     let findings: usize = dossier.results.given().iter().map(|g| found(&g.found)).sum();
     let waived = each().any(|(_, waived, _)| waived);
+    let invalid: Vec<(&str, &str)> = invalid(dossier).collect();
     html! {
-        div class=(if off + findings as u64 > 0 { "verdict bad" } else { "verdict" }) {
+        div class=(if off + (findings + invalid.len()) as u64 > 0 { "verdict bad" } else { "verdict" }) {
+            (recordings(&invalid, dossier.recordings.len()))
             p { strong { (sentence(&places)) } }
             @if let Some(harm) = stated_harm(dossier) { p { (harm) } }
             @if findings > 0 {
                 p { "Searches found " (findings) " smallest " (if findings == 1 { "word" } else { "words" }) " that the platform did not stand; see below." }
-            }
-            @if dossier.stories.iter().any(|s| s.flaw.is_some()) {
-                p { strong class="bad-word" { "A recording does not verify" } "; it is evidence of nothing." }
             }
         }
         @if waived {
             p class="watermark" { "ABLATION: some rows were run with a check waived. They stand apart, and none of them counts in the verdict." }
         }
         @if !all.is_empty() { (outcomes(&all)) }
+    }
+}
+
+/// The recordings that are INVALID, and why.
+fn invalid(dossier: &Dossier) -> impl Iterator<Item = (&str, &str)> {
+    dossier.recordings.iter().filter_map(|of| Some((of.name.as_str(), of.invalid.as_deref()?)))
+}
+
+/// How many of `n` recordings are INVALID, and which.
+fn recordings(invalid: &[(&str, &str)], n: usize) -> Markup {
+    let of = invalid.len();
+    html! {
+        @if of > 0 {
+            p { strong class="bad-word" { (of) " of " (n) " recordings " (if of == 1 { "is" } else { "are" }) " INVALID" }
+                " and evidence of nothing:" }
+            ul {
+                @for (name, why) in invalid.iter().take(NAMED) { li { code { (name) } ": " (why) } }
+                @if of > NAMED { li { (of - NAMED) " more, listed under “Where it comes from”" } }
+            }
+        } @else if n > 0 {
+            p { "All of the " (n) " recordings verify." }
+        }
     }
 }
 

@@ -176,6 +176,8 @@ impl Domain {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<Ipc>()
             .map_err(|e| library("node")(&e))?;
+        // The library makes its management segment for every user.
+        sweep::restrict(self.config.global.prefix.as_bytes()).map_err(|e| library("shared memory")(&e))?;
         let text = format!("{scope}/{}", topic.name());
         let name = text.as_str().try_into().map_err(|_| BusError::Name(text.clone()))?;
         let depth = depth(topic);

@@ -1,6 +1,9 @@
 //! Removing what a run left in shared memory, once all its processes are gone.
 
+use std::fs::Permissions;
 use std::io;
+use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 
 /// Where the kernel keeps shared-memory files.
@@ -35,6 +38,26 @@ pub fn sweep(prefix: &str, root: &Path) -> io::Result<usize> {
     }
 }
 
+/// Takes from group and others what they may do with the shared-memory files whose names start with `prefix`.
+///
+/// # Errors
+/// When the directory cannot be read, or a file of this user keeps its mode.
+pub(super) fn restrict(prefix: &[u8]) -> io::Result<()> {
+    for entry in std::fs::read_dir(SHARED_MEMORY)? {
+        let entry = entry?;
+        if !entry.file_name().as_bytes().starts_with(prefix) {
+            continue;
+        }
+        // A file that another process has removed meanwhile needs nothing.
+        let Ok(metadata) = entry.metadata() else { continue };
+        let mode = metadata.permissions().mode();
+        if metadata.is_file() && mode & 0o077 != 0 {
+            std::fs::set_permissions(entry.path(), Permissions::from_mode(mode & 0o700))?;
+        }
+    }
+    Ok(())
+}
+
 /// Whether a process has shared memory of the domain `prefix` mapped: one that was stopped has, too. Of processes whose maps
 /// this user may not read nothing is known; they are another user's.
 pub fn mapped(prefix: &str) -> bool {
@@ -55,6 +78,23 @@ mod tests {
             assert!(checked_prefix(prefix).is_none(), "{prefix}");
             assert!(sweep(prefix, Path::new("/nonexistent-root")).is_err());
         }
+    }
+
+    #[test]
+    fn no_other_user_may_open_what_a_domain_keeps_in_shared_memory() {
+        let folder = tempfile::tempdir().unwrap();
+        let prefix = format!("hs_t{:x}_modes_", std::process::id());
+        let domain = crate::bus::Domain::new(folder.path(), &prefix).unwrap();
+        let publisher = domain.publisher("vehicle", wire::core::Topic::Seals).unwrap();
+        let files = std::fs::read_dir(SHARED_MEMORY).unwrap().map(Result::unwrap);
+        let ours: Vec<_> = files.filter(|f| f.file_name().to_string_lossy().starts_with(&prefix)).collect();
+        assert!(!ours.is_empty());
+        for file in &ours {
+            let mode = file.metadata().unwrap().permissions().mode();
+            assert_eq!(mode & 0o077, 0, "{:?} has mode {mode:o}", file.file_name());
+        }
+        drop((publisher, domain));
+        sweep(&prefix, &folder.path().join("root")).unwrap();
     }
 
     #[test]

@@ -133,7 +133,7 @@ async fn drive(spec: &ServiceSpec, core: Box<dyn Core>, acts: Acts) -> Result<()
 
 /// How a service ends that does not come up: it says why, to its launcher and on standard error.
 pub fn refuse(service: &str, why: &str) -> ExitCode {
-    eprintln!("holdsafe-{service}: {why}");
+    crate::note!("holdsafe-{service}: {why}");
     say("refused", &json!(why));
     ExitCode::from(2)
 }

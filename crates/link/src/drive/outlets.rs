@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::os::unix::fs::OpenOptionsExt;
-use std::path::Path;
+use std::io::BufWriter;
 use std::sync::Arc;
 use std::sync::atomic::AtomicU32;
 use std::time::Duration;
@@ -22,6 +20,7 @@ use crate::dtls::dial::{Dialler, dial};
 use crate::dtls::listen::{Listener, listen};
 use crate::dtls::session::{SessionCounters, Settings};
 use crate::dtls::{DIAL_IDLE, LISTEN_IDLE, SessionHandle};
+use crate::files;
 use crate::guard::observe::Observation;
 use crate::instrument::{self, Frame, Instrument};
 use crate::mouth;
@@ -34,15 +33,14 @@ use crate::sockets::kernel_drops;
 use crate::spec::{MqttDial, ServiceSpec};
 use crate::stream::StreamLog;
 use crate::vet::list::Revocations;
-
-/// Room for guard observations, in bytes.
-const OBSERVATION_BYTES: u64 = 128 << 20;
+use crate::witness::WitnessLog;
 
 /// Every link of the process, by what the core may ask of it.
 pub(super) struct Outlets {
     node: NodeId,
     mouth: Option<mouth::Writer<BufWriter<File>>>,
-    observations: Option<Observations>,
+    /// What stands at the mouth of its sessions and streams.
+    witness: Option<WitnessLog>,
     publishers: Vec<Publisher>,
     published: BTreeMap<Topic, [u64; 2]>,
     subscriptions: Vec<(Topic, Subscription)>,
@@ -81,19 +79,13 @@ impl Plane {
     }
 }
 
-/// The log of what the guards saw, in the framing of a mouth log without its head.
-struct Observations {
-    out: BufWriter<File>,
-    room: u64,
-}
-
 impl Outlets {
     /// Opens every link of the specification.
     pub(super) fn open(spec: &ServiceSpec, senders: &Senders) -> Result<Self, DriveError> {
         let mut this = Self {
             node: spec.node,
             mouth: open_mouth(spec)?,
-            observations: open_observations(spec)?,
+            witness: WitnessLog::create(spec).map_err(|e| cannot("guard's log")(&e))?,
             publishers: Vec::new(),
             published: BTreeMap::new(),
             subscriptions: Vec::new(),
@@ -175,7 +167,7 @@ impl Outlets {
         }
         if let Some(to) = &spec.mqtt {
             let (inputs, revocations) = (senders.inputs.clone(), held(&to.credential)?);
-            let log = StreamLog::create(&spec.run_dir, spec.node).map_err(|e| cannot("stream log")(&e))?;
+            let log = StreamLog::of(self.witness.as_ref());
             let plane = Plane { to: to.clone(), revocations, log, inputs };
             if !to.on_demand {
                 self.mqtt = Some(plane.start().map_err(|e| cannot("mqtt")(&e))?);
@@ -183,7 +175,7 @@ impl Outlets {
             self.plane = Some(plane);
         }
         if let Some(listen) = &spec.broker {
-            let log = StreamLog::create(&spec.run_dir, spec.node).map_err(|e| cannot("stream log")(&e))?;
+            let log = StreamLog::of(self.witness.as_ref());
             let broker = MqttServer::start(listen, log, senders.inputs.clone());
             self.broker = Some(broker.map_err(|e| cannot("mqtt server")(&e))?);
         }
@@ -244,17 +236,9 @@ impl Outlets {
         }
     }
 
-    pub(super) fn observed(&mut self, observation: &Observation) {
-        let Some(log) = &mut self.observations else { return };
-        let Ok(bytes) = minicbor::to_vec(observation) else { return };
-        let cost = bytes.len() as u64 + 4;
-        let length = u32::try_from(bytes.len()).unwrap_or(0);
-        let written = cost <= log.room
-            && log.out.write_all(&length.to_be_bytes()).and_then(|()| log.out.write_all(&bytes)).is_ok();
-        log.room = log.room.saturating_sub(cost);
-        if !written {
-            tracing::warn!("observation log ended");
-            self.observations = None;
+    pub(super) fn observed(&self, observation: &Observation) {
+        if let Some(witness) = &self.witness {
+            witness.observed(observation);
         }
     }
 
@@ -352,8 +336,8 @@ impl Outlets {
     /// Hands buffered logs to the operating system.
     pub(super) fn flush(&mut self) {
         let mouth = self.mouth.as_mut().map_or(Ok(()), mouth::Writer::flush);
-        let observations = self.observations.as_mut().map_or(Ok(()), |log| log.out.flush());
-        let flushed = mouth.and(observations);
+        let witness = self.witness.as_ref().map_or(Ok(()), WitnessLog::flush);
+        let flushed = mouth.and(witness);
         let failed = std::mem::replace(&mut self.unflushed, flushed.is_err());
         // Told once: a full disk says the same ten times a second.
         if let Err(error) = flushed
@@ -384,9 +368,11 @@ impl Outlets {
         let recording = self.recording.as_mut().map(Recording::finish);
         let bus: BTreeMap<&str, &[u64; 2]> = self.published.iter().map(|(t, counts)| (t.name(), counts)).collect();
         let received: Vec<(&str, u64)> = self.subscriptions.iter().map(|(t, s)| (t.name(), s.received())).collect();
+        let (dtls, dropped) = (self.dtls.as_ref().map(|counters| counters.read()), self.kernel_drops());
+        let sessions = dtls.map(|stats| (stats, dropped.unwrap_or(0)));
         json!({
-            "dtls": self.dtls.as_ref().map(|counters| counters.read()),
-            "dtls_kernel_drops": self.kernel_drops(),
+            "dtls": dtls,
+            "dtls_kernel_drops": dropped,
             "mqtt": self.mqtt.as_ref().map(Mqtt::stats),
             "bus_published_failed": bus,
             "bus_received": received,
@@ -396,6 +382,7 @@ impl Outlets {
             "instrument": instrument,
             "recording": recording,
             "head": instrument::head(&self.last_entry),
+            "witness": self.witness.as_ref().map(|witness| witness.close(sessions)),
             "mouth_entries_dropped": self.mouth.as_ref().map(mouth::Writer::counts),
             "undeliverable": self.undeliverable,
         })
@@ -406,29 +393,8 @@ fn open_mouth(spec: &ServiceSpec) -> Result<Option<mouth::Writer<BufWriter<File>
     if spec.mouth_bytes == 0 {
         return Ok(None);
     }
-    let file = create(&spec.run_dir.join("mouth"), &log_name(spec)).map_err(|e| cannot("mouth log")(&e))?;
+    let file = files::create(&spec.run_dir.join("mouth").join(spec.log_name())).map_err(|e| cannot("mouth log")(&e))?;
     let header = mouth::Header { node: spec.node, boot: spec.boot, started: spec.started() };
     let writer = mouth::Writer::new(BufWriter::with_capacity(1 << 16, file), header, spec.mouth_bytes);
     Ok(Some(writer.map_err(|e| cannot("mouth log")(&e))?))
-}
-
-fn open_observations(spec: &ServiceSpec) -> Result<Option<Observations>, DriveError> {
-    if spec.listen.is_none() && spec.dial.is_none() {
-        return Ok(None);
-    }
-    let file = create(&spec.run_dir.join("guard"), &log_name(spec)).map_err(|e| cannot("observation log")(&e))?;
-    Ok(Some(Observations { out: BufWriter::with_capacity(1 << 16, file), room: OBSERVATION_BYTES }))
-}
-
-/// `<node>.cbor` for the first boot, `<node>-<boot>.cbor` for later ones.
-fn log_name(spec: &ServiceSpec) -> String {
-    match spec.boot.0 {
-        0 | 1 => format!("{}.cbor", spec.node),
-        boot => format!("{}-{boot}.cbor", spec.node),
-    }
-}
-
-fn create(directory: &Path, name: &str) -> std::io::Result<File> {
-    std::fs::create_dir_all(directory)?;
-    File::options().write(true).create_new(true).mode(0o600).open(directory.join(name))
 }

@@ -2,85 +2,78 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use minicbor::{Decode, Encode};
 use serde::Serialize;
 use tokio::sync::mpsc;
+use wire::codec::Text;
+use wire::event::{Event, GuardVerdict, Interface};
 use wire::id::PeerId;
 
 use crate::vet::Fault;
 
 /// What the guard did with a record.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Encode, Decode, Serialize)]
-#[cbor(index_only)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// Handed to the DTLS library.
-    #[n(0)]
     Passed,
     /// No record framing.
-    #[n(1)]
     Unframed,
     /// A ClientHello whose lengths do not hold.
-    #[n(2)]
     BadHello,
     /// Epoch 0 after completion: nothing protects it.
-    #[n(3)]
     PlaintextAfterCompletion,
     /// Epoch 0 before completion, and neither handshake nor change cipher spec.
-    #[n(4)]
     PlaintextBeforeCompletion,
     /// More records of the next epoch than may wait for completion.
-    #[n(5)]
     TooEarly,
     /// Refused: from a peer that has no association and opens none.
-    #[n(6)]
     Stranger,
     /// A sound ClientHello whose handshake came to nothing; noted when that is known, beside its `Passed`.
-    #[n(7)]
     Unfinished,
     /// A sound ClientHello for which there was no room.
-    #[n(8)]
     Shed,
     /// Of a protected epoch, and nothing can have sealed it: shorter than nonce and tag, or a change of cipher.
-    #[n(9)]
     Unsealed,
     /// A sound ClientHello of one who has not shown that it receives: asked to, or with a cookie that is not ours.
-    #[n(10)]
     Unproven,
 }
 
+impl Verdict {
+    /// The same in the words of the log, live and in the twin.
+    pub fn told(self) -> GuardVerdict {
+        match self {
+            Verdict::Passed => GuardVerdict::Passed,
+            Verdict::PlaintextAfterCompletion | Verdict::PlaintextBeforeCompletion => GuardVerdict::Plaintext,
+            Verdict::Unframed | Verdict::BadHello | Verdict::TooEarly | Verdict::Unsealed => GuardVerdict::Malformed,
+            Verdict::Stranger => GuardVerdict::Stranger,
+            Verdict::Unfinished => GuardVerdict::Unfinished,
+            Verdict::Shed | Verdict::Unproven => GuardVerdict::Shed,
+        }
+    }
+}
+
 /// One record as the target saw it arrive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Observation {
     /// Raw monotonic microseconds, for traces only.
-    #[n(0)]
     pub trace_us: u64,
     /// Number of the association at this socket, from 1.
-    #[n(1)]
     pub association: u32,
     /// Record content type.
-    #[n(2)]
     pub content: u8,
     /// Record epoch.
-    #[n(3)]
     pub epoch: u16,
     /// Record sequence number.
-    #[n(4)]
     pub sequence: u64,
     /// Header and body, in bytes.
-    #[n(5)]
     pub length: u32,
     /// [`digest`] of header and body.
-    #[cbor(n(6), with = "minicbor::bytes")]
     pub digest: [u8; 8],
     /// What was done with it.
-    #[n(7)]
     pub verdict: Verdict,
     /// Why a handshake or a session came to nothing, where its peer was refused.
-    #[n(8)]
     pub fault: Option<Fault>,
     /// Whose certificate the handshake showed, in the observation that says that it is complete; that one is of no record.
-    #[n(9)]
     pub peer: Option<PeerId>,
 }
 
@@ -94,6 +87,26 @@ pub fn digest(record: &[u8]) -> [u8; 8] {
 pub const STRANGER: u32 = u32::MAX;
 
 impl Observation {
+    /// What the guard's log says of it, where its peers are refused at `interface`.
+    pub(crate) fn events(&self, interface: Interface) -> [Option<Event>; 2] {
+        if let Some(peer) = self.peer {
+            return [Some(Event::Associated { association: self.association, peer }), None];
+        }
+        let saw = Event::GuardSaw {
+            association: self.association,
+            epoch: self.epoch,
+            sequence: self.sequence,
+            length: self.length.min(u32::from(u16::MAX)) as u16,
+            hash: u64::from_be_bytes(self.digest),
+            verdict: self.verdict.told(),
+        };
+        let refused = self.fault.map(|fault| {
+            let detail = Text::new(&format!("{}: expected {}", fault.name(), fault.expected()));
+            Event::Refused { at: interface, peer: None, reason: fault.reason(), detail }
+        });
+        [Some(saw), refused]
+    }
+
     /// What is known of an association without a record of it.
     fn of_no_record(association: u32, verdict: Verdict) -> Self {
         Self {

@@ -276,6 +276,9 @@ pub enum Event {
     /// The colour image of a frame, by its [`wire_hash`]: as perception was given it, and as the sim gave it with a pattern or a print in it. Of every
     /// [`PICTURED_EVERY`]th frame.
     #[n(88)] Pictured { #[n(0)] frame: FrameId, #[n(1)] hash: u64 },
+    /// The sim: the message with this [`wire_hash`] would read otherwise if nothing of this kind befell this sensor. Told of the first
+    /// message that a fault changes and then once in [`ALTERED_EVERY`].
+    #[n(92)] Altered { #[n(0)] sensor: Sensor, #[n(1)] kind: FaultKind, #[n(2)] hash: u64 },
     /// An insider sends the report with this identity: which of a session's records are its deeds.
     #[n(55)] Claimed {
         #[n(0)] record: RecordId,
@@ -286,6 +289,9 @@ pub enum Event {
 
 /// Every so many frames the colour image is told of: once a second.
 pub const PICTURED_EVERY: u64 = 10;
+
+/// So often a message is told of that a fault has changed, while it does.
+pub const ALTERED_EVERY: Span = Span::ms(1_000);
 
 /// The short hash of bytes on a wire, as [`Event::Attack`] and [`Event::GuardSaw`] carry it: the first eight bytes of
 /// their SHA-256, big endian. Both ends of a receipt have to use this one.

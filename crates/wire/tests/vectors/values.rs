@@ -586,6 +586,10 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         ),
         ("followed", Event::Followed { track: TrackId(3), class: Class::Person, x_mm: 8_000, y_mm: -3_000 }),
         ("printed", Event::Printed { object: ObjectId(2) }),
+        (
+            "altered",
+            Event::Altered { sensor: Sensor::Localisation, kind: FaultKind::Jump, hash: 0x0123_4567_89ab_cdef },
+        ),
         ("pictured", Event::Pictured { frame: FrameId(40), hash: 0x0123_4567_89ab_cdef }),
         ("judged", Event::Judged { failing: Guards(0b100), placed: false, tracks: 3 }),
         (

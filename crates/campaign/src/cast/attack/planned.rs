@@ -1,13 +1,13 @@
 //! What the oracle has to find receipts for: one plan for each table, with the window in which it is carried out.
 
 use wire::event::{Action, FaultKind};
-use wire::id::{ObjectId, PeerId};
+use wire::id::{NodeId, ObjectId, PeerId};
 use wire::stream::Deed;
 
-use super::{sensor, start_ms, step_name};
+use super::{needs, sensor, start_ms, step_name};
 use crate::cast::{process, scene};
-use crate::oracle::{Micros, Plan, Planned};
-use crate::scenario::{self, Scenario, Windowed};
+use crate::oracle::{Micros, Plan, Planned, Takes};
+use crate::scenario::{self, Direction, Order, OrderForgery, Scenario, Way, Windowed};
 
 /// Everything planned of a scenario; the steps last, each once.
 pub(in crate::cast) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {
@@ -59,31 +59,42 @@ impl Planner {
     fn add(&mut self, of: &dyn Windowed, more_ms: u64, what: Planned) {
         let from = start_ms(of, self.phase) * 1000;
         let length = (of.duration_s().get() * 1e6) as Micros;
-        self.plans.push(Plan { what, from, until: from + length + more_ms * 1000, step: step_name(of) });
+        let needs = needs::of(what);
+        self.plans.push(Plan { what, from, until: from + length + more_ms * 1000, step: step_name(of), needs });
+    }
+
+    /// The same of what takes hold only of this.
+    fn taking(&mut self, of: &dyn Windowed, more_ms: u64, what: Planned, takes: Takes) {
+        self.add(of, more_ms, what);
+        if let Some(plan) = self.plans.last_mut() {
+            plan.needs.takes = Some(takes);
+        }
     }
 
     fn datagrams(&mut self, s: &Scenario) {
         let action = Planned::Action;
-        s.delay.iter().for_each(|a| self.add(a, 0, action(Action::Delay)));
-        s.jitter.iter().for_each(|a| self.add(a, 0, action(Action::Delay)));
-        s.loss.iter().for_each(|a| self.add(a, 0, action(Action::Drop)));
-        s.burst_loss.iter().for_each(|a| self.add(a, 0, action(Action::Drop)));
+        let records = |direction| Takes::Records(needs::side(direction));
+        s.delay.iter().for_each(|a| self.taking(a, 0, action(Action::Delay), records(a.direction)));
+        s.jitter.iter().for_each(|a| self.taking(a, 0, action(Action::Delay), records(a.direction)));
+        s.loss.iter().for_each(|a| self.taking(a, 0, action(Action::Drop), records(a.direction)));
+        s.burst_loss.iter().for_each(|a| self.taking(a, 0, action(Action::Drop), records(a.direction)));
         for a in s.duplicate.iter() {
-            self.add(a, a.copies.unsigned() * a.every_ms.unsigned(), action(Action::Duplicate));
+            let more_ms = a.copies.unsigned() * a.every_ms.unsigned();
+            self.taking(a, more_ms, action(Action::Duplicate), records(a.direction));
         }
-        s.reorder.iter().for_each(|a| self.add(a, 0, action(Action::Reorder)));
-        s.replay.iter().for_each(|a| self.add(a, 0, action(Action::Replay)));
-        s.corrupt.iter().for_each(|a| self.add(a, 0, action(Action::Corrupt)));
-        s.reoriginate.iter().for_each(|a| self.add(a, 0, action(Action::Reoriginate)));
+        s.reorder.iter().for_each(|a| self.taking(a, 0, action(Action::Reorder), records(a.direction)));
+        s.replay.iter().for_each(|a| self.taking(a, 0, action(Action::Replay), records(a.direction)));
+        s.corrupt.iter().for_each(|a| self.taking(a, 0, action(Action::Corrupt), records(a.direction)));
+        s.reoriginate.iter().for_each(|a| self.taking(a, 0, action(Action::Reoriginate), records(Direction::Up)));
         s.inject.iter().for_each(|a| self.add(a, 0, action(Action::Inject)));
     }
 
     fn streams(&mut self, s: &Scenario) {
         let deed = Planned::Stream;
-        s.stream_delay.iter().for_each(|a| self.add(a, 0, deed(Deed::Held)));
-        s.stall.iter().for_each(|a| self.add(a, 0, deed(Deed::Held)));
-        s.throttle.iter().for_each(|a| self.add(a, 0, deed(Deed::Held)));
-        s.stream_corrupt.iter().for_each(|a| self.add(a, 0, deed(Deed::Damaged)));
+        s.stream_delay.iter().for_each(|a| self.taking(a, 0, deed(Deed::Held), Takes::Pieces));
+        s.stall.iter().for_each(|a| self.taking(a, 0, deed(Deed::Held), Takes::Pieces));
+        s.throttle.iter().for_each(|a| self.taking(a, 0, deed(Deed::Held), Takes::Pieces));
+        s.stream_corrupt.iter().for_each(|a| self.taking(a, 0, deed(Deed::Damaged), Takes::Pieces));
         s.half_close.iter().for_each(|a| self.add(a, 0, deed(Deed::HalfClosed)));
         s.reset.iter().for_each(|a| self.add(a, 0, deed(Deed::Reset)));
         s.cut.iter().for_each(|a| self.add(a, 0, deed(Deed::Reset)));
@@ -91,26 +102,47 @@ impl Planner {
 
     fn broker(&mut self, s: &Scenario) {
         let action = Planned::Broker;
-        s.broker_drop.iter().for_each(|a| self.add(a, 0, action(Action::Drop)));
-        s.broker_delay.iter().for_each(|a| self.add(a, a.by_ms.unsigned(), action(Action::Delay)));
-        s.broker_reorder.iter().for_each(|a| self.add(a, a.hold_ms.unsigned(), action(Action::Reorder)));
-        s.broker_duplicate.iter().for_each(|a| self.add(a, 0, action(Action::Duplicate)));
+        let about = |direction, only: Option<Order>| Takes::Publications {
+            to: needs::side(direction),
+            asks: only.map(needs::asks),
+            ever: false,
+        };
+        let ever = |direction| Takes::Publications { to: needs::side(direction), asks: None, ever: true };
+        s.broker_drop.iter().for_each(|a| self.taking(a, 0, action(Action::Drop), about(a.direction, a.only)));
+        for a in s.broker_delay.iter() {
+            self.taking(a, a.by_ms.unsigned(), action(Action::Delay), about(a.direction, a.only));
+        }
+        for a in s.broker_reorder.iter() {
+            self.taking(a, a.hold_ms.unsigned(), action(Action::Reorder), about(a.direction, None));
+        }
+        s.broker_duplicate.iter().for_each(|a| self.taking(a, 0, action(Action::Duplicate), about(a.direction, None)));
         for a in s.broker_replay.iter() {
-            self.add(a, a.count.unsigned() * a.every_ms.unsigned(), action(Action::Replay));
+            let more_ms = a.count.unsigned() * a.every_ms.unsigned();
+            self.taking(a, more_ms, action(Action::Replay), ever(a.direction));
         }
-        s.broker_retain.iter().for_each(|a| self.add(a, 0, action(Action::Replay)));
+        s.broker_retain.iter().for_each(|a| self.taking(a, 0, action(Action::Replay), ever(a.direction)));
         for a in s.broker_invent.iter() {
-            self.add(a, a.count.unsigned() * a.every_ms.unsigned(), action(Action::Inject));
+            let more_ms = a.count.unsigned() * a.every_ms.unsigned();
+            match a.forgery {
+                OrderForgery::OwnKey => self.add(a, more_ms, action(Action::Inject)),
+                OrderForgery::Altered | OrderForgery::Spliced => {
+                    self.taking(a, more_ms, action(Action::Inject), ever(Direction::Down));
+                }
+            }
         }
-        s.broker_forge.iter().for_each(|a| self.add(a, 0, action(Action::Inject)));
+        s.broker_forge.iter().for_each(|a| self.taking(a, 0, action(Action::Inject), about(Direction::Down, None)));
     }
 
     fn gateway(&mut self, s: &Scenario) {
-        s.feed_withhold.iter().for_each(|a| self.add(a, 0, Planned::Feed(Action::Drop)));
-        s.feed_delay.iter().for_each(|a| self.add(a, 0, Planned::Late(a.by_ms.unsigned() * 1000)));
-        s.feed_forge.iter().for_each(|a| self.add(a, 0, Planned::Feed(Action::Forge)));
-        s.feed_replay.iter().for_each(|a| self.add(a, 0, Planned::Feed(Action::Republish)));
-        s.intent_drop.iter().for_each(|a| self.add(a, 0, Planned::Swallowed));
+        s.feed_withhold.iter().for_each(|a| self.taking(a, 0, Planned::Feed(Action::Drop), Takes::Reports));
+        for a in s.feed_delay.iter() {
+            self.taking(a, 0, Planned::Late(a.by_ms.unsigned() * 1000), Takes::Reports);
+        }
+        s.feed_forge.iter().for_each(|a| self.taking(a, 0, Planned::Feed(Action::Forge), Takes::Reports));
+        s.feed_replay.iter().for_each(|a| self.taking(a, 0, Planned::Feed(Action::Republish), Takes::Reports));
+        for a in s.intent_drop.iter() {
+            self.taking(a, 0, Planned::Swallowed, Takes::Orders(a.only.map(needs::asks)));
+        }
     }
 
     fn insiders(&mut self, s: &Scenario) {
@@ -119,11 +151,21 @@ impl Planner {
         // The insider has one session to replay (`peer`).
         let anew = s.session_replay.first().map(|r| (start_ms(r, self.phase) * 1000, action(Action::Resend)));
         // How long it takes to dial again is up to the gateway.
-        self.plans.extend(anew.map(|(from, what)| Plan { what, from, until: Micros::MAX, step: None }));
+        let anew = anew.map(|(from, what)| Plan { from, needs: needs::of(what), ..Plan::from(what) });
+        self.plans.extend(anew);
         s.falsehood.iter().for_each(|f| self.add(f, 0, action(Action::Lie)));
         s.mode_confusion.iter().for_each(|c| self.add(c, 0, action(Action::Confuse)));
         s.malformed.iter().for_each(|m| self.add(m, m.count.unsigned() * m.every_ms.unsigned(), Planned::Malformed));
-        s.rogue.iter().for_each(|r| self.add(r, r.count.unsigned() * r.every_ms.unsigned(), Planned::Rogue));
+        for r in s.rogue.iter() {
+            self.add(r, r.count.unsigned() * r.every_ms.unsigned(), Planned::Rogue);
+            let judges: &[NodeId] = match r.way {
+                Way::Station => &[NodeId::GATEWAY],
+                Way::Broker => &[NodeId::BROKER],
+            };
+            if let Some(plan) = self.plans.last_mut() {
+                plan.needs.running = judges;
+            }
+        }
         for t in s.takeover.iter() {
             let whose = PeerId::from_name(t.certificate.as_str()).map(Planned::Takeover);
             whose.into_iter().for_each(|what| self.add(t, 0, what));

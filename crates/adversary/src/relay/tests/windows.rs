@@ -1,0 +1,155 @@
+//! Every action acts in its window, in its direction and by its amount, and what passes outside of these passes as it came.
+
+use super::*;
+
+/// Every action on datagrams that pass, each certain to show.
+fn passing() -> Vec<DatagramAction> {
+    vec![
+        DatagramAction::Delay { ms: 40, growth_us_per_s: 0 },
+        DatagramAction::Delay { ms: 0, growth_us_per_s: 1_000_000 },
+        DatagramAction::Jitter { ms: 1000 },
+        DatagramAction::Loss { permille: 1000 },
+        DatagramAction::BurstLoss { enter_permille: 1000, leave_permille: 0, loss_permille: 1000 },
+        DatagramAction::Duplicate { copies: 1, every_ms: 0, permille: 1000 },
+        DatagramAction::Reorder { permille: 1000, hold_ms: 40 },
+        DatagramAction::Corrupt { permille: 1000, damage: Damage::Flip },
+    ]
+}
+
+#[test]
+fn outside_of_its_window_and_in_the_other_direction_an_action_on_datagrams_leaves_them_as_they_are() {
+    for action in passing() {
+        // A growing delay is none at the instant at which its window opens.
+        let opens = if matches!(action, DatagramAction::Delay { ms: 0, .. }) { 101 } else { 100 };
+        for (ms, acts) in [(99, false), (opens, true), (299, true), (300, false), (301, false)] {
+            let one_way = Timed { direction: Direction::Up, ..timed(100, 200, action.clone()) };
+            let mut relay = datagrams(vec![one_way]);
+            let mut said = Vec::new();
+            let back = Input::Datagram { side: Side::Server, bytes: vec![2; 20] };
+            let passed = Output::Datagram { side: Side::Client, bytes: vec![2; 20] };
+            assert_eq!(turn(&mut relay, at(ms), &back, &mut said), [passed], "{action:?} at {ms} ms, the other way");
+            let out = turn(&mut relay, at(ms), &up(1), &mut said);
+            assert_eq!(out != [sent(1)], acts, "{action:?} at {ms} ms: {out:?}");
+            let told = said.iter().any(|event| matches!(event, Event::Attack { .. }));
+            assert_eq!(told, acts, "{action:?} at {ms} ms: {said:?}");
+        }
+    }
+}
+
+#[test]
+fn what_is_held_is_held_for_as_long_as_the_plan_says_wherever_in_the_window_it_comes() {
+    let held = |action: DatagramAction, ms: u64| {
+        let mut relay = datagrams(vec![timed(100, 2000, action)]);
+        turn(&mut relay, at(ms), &up(1), &mut Vec::new());
+        relay.deadline()
+    };
+    for ms in [100, 1100, 2099] {
+        assert_eq!(held(DatagramAction::Delay { ms: 250, growth_us_per_s: 0 }, ms), Some(at(ms + 250)));
+        assert_eq!(held(DatagramAction::Reorder { permille: 1000, hold_ms: 70 }, ms), Some(at(ms + 70)));
+    }
+    assert_eq!(held(DatagramAction::Delay { ms: 250, growth_us_per_s: 100_000 }, 1100), Some(at(1100 + 250 + 100)));
+}
+
+#[test]
+fn jitter_holds_by_no_more_than_it_says_and_by_different_times() {
+    let mut relay = datagrams(vec![timed(0, 10_000, DatagramAction::Jitter { ms: 30 })]);
+    let mut said = Vec::new();
+    (0..200).for_each(|n| drop(turn(&mut relay, at(n * 50), &up(n as u8), &mut said)));
+    let held: Vec<u64> = said
+        .iter()
+        .filter_map(|event| {
+            let Event::Attack { action: Action::Delay, delay, .. } = event else { return None };
+            Some(delay.0)
+        })
+        .collect();
+    let (least, most) = (held.iter().min().copied(), held.iter().max().copied());
+    assert!(
+        held.len() > 190 && least < Some(3_000) && most > Some(27_000) && most <= Some(30_000),
+        "{least:?} {most:?}"
+    );
+}
+
+#[test]
+fn copies_are_as_many_and_as_far_apart_as_the_plan_says() {
+    let mut relay =
+        datagrams(vec![timed(0, 100, DatagramAction::Duplicate { copies: 2, every_ms: 15, permille: 1000 })]);
+    let mut said = Vec::new();
+    assert_eq!(turn(&mut relay, at(50), &up(1), &mut said), [sent(1)]);
+    for ms in [65, 80] {
+        assert_eq!(relay.deadline(), Some(at(ms)));
+        assert_eq!(turn(&mut relay, at(ms), &Input::Timeout, &mut said), [sent(1)]);
+    }
+    assert_eq!((relay.deadline(), times(&said, Action::Duplicate)), (None, 2));
+}
+
+#[test]
+fn what_is_sent_a_counted_number_of_times_ends_with_its_window() {
+    let garbage = DatagramAction::Inject { content: Content::Garbage, count: 9, every_ms: 50 };
+    let replay = DatagramAction::Replay { lag_ms: 10, count: 9, every_ms: 50 };
+    for action in [garbage, replay, DatagramAction::Reoriginate { count: 9, every_ms: 50 }] {
+        let mut relay = datagrams(vec![Timed { direction: Direction::Up, ..timed(100, 120, action.clone()) }]);
+        turn(&mut relay, at(10), &up(1), &mut Vec::new());
+        let mut sent_at = Vec::new();
+        while let Some(due) = relay.deadline() {
+            assert!(!turn(&mut relay, due, &Input::Timeout, &mut Vec::new()).is_empty(), "{action:?} at {due:?}");
+            sent_at.push(due);
+        }
+        assert_eq!(sent_at, [100, 150, 200].map(at), "{action:?}");
+    }
+}
+
+#[test]
+fn outside_of_its_window_and_in_the_other_direction_an_action_on_a_stream_leaves_it_as_it_is() {
+    for action in [
+        StreamAction::Delay { ms: 40 },
+        StreamAction::Stall,
+        StreamAction::Throttle { bytes_per_s: 100 },
+        StreamAction::Corrupt { permille: 1000 },
+    ] {
+        for (ms, acts) in [(99, false), (100, true), (299, true), (300, false), (301, false)] {
+            let one_way = Timed { direction: Direction::Up, ..timed(100, 200, action.clone()) };
+            let mut relay = streams(vec![one_way]);
+            let mut said = Vec::new();
+            let back = Input::Stream { connection: SessionId(1), side: Side::Server, bytes: vec![2; 10] };
+            let passed = Output::Stream { connection: SessionId(1), side: Side::Client, bytes: vec![2; 10] };
+            assert_eq!(turn(&mut relay, at(ms), &back, &mut said), [passed], "{action:?} at {ms} ms, the other way");
+            let out = turn(&mut relay, at(ms), &piece(1), &mut said);
+            assert_eq!(out != [through(1)], acts, "{action:?} at {ms} ms: {out:?}");
+            let told = said.iter().any(|event| matches!(event, Event::Tampered { .. }));
+            assert_eq!(told, acts, "{action:?} at {ms} ms: {said:?}");
+        }
+    }
+}
+
+#[test]
+fn a_stream_is_held_for_as_long_as_the_plan_says() {
+    for (action, at_ms, due_ms) in [
+        (StreamAction::Delay { ms: 40 }, 150, 190),
+        (StreamAction::Delay { ms: 40 }, 299, 339),
+        (StreamAction::Stall, 150, 300),
+        (StreamAction::Throttle { bytes_per_s: 100 }, 150, 250),
+    ] {
+        let mut relay = streams(vec![timed(100, 200, action.clone())]);
+        turn(&mut relay, at(at_ms), &piece(1), &mut Vec::new());
+        assert_eq!(relay.deadline(), Some(at(due_ms)), "{action:?} at {at_ms} ms");
+        assert_eq!(turn(&mut relay, at(due_ms), &Input::Timeout, &mut Vec::new()), [through(1)]);
+    }
+}
+
+#[test]
+fn a_relay_draws_from_its_seed_and_from_nothing_else() {
+    let of = |seed: u64| {
+        let setup = wire::setup::Setup { seed, ..setup(NodeId::RELAY_TELEMETRY, 1) };
+        let actions = vec![
+            timed(0, 10_000, DatagramAction::Jitter { ms: 50 }),
+            timed(0, 10_000, DatagramAction::Loss { permille: 300 }),
+        ];
+        let mut relay = DatagramRelay::new(setup, DatagramRelayConfig { actions }, start()).unwrap();
+        let mut said = Vec::new();
+        (0..100).for_each(|n| drop(turn(&mut relay, at(n * 10), &up(n as u8), &mut said)));
+        said.retain(|event| matches!(event, Event::Attack { .. }));
+        said
+    };
+    assert_eq!(of(7), of(7));
+    assert_ne!(of(7), of(8));
+}

@@ -1,0 +1,114 @@
+//! What became of each planned injection: it arrived, and was noticed or not; something kept it from arriving; or neither is proven.
+//!
+//! *Delivered* is `receipt`'s to say and *masked* `masked`'s, each from two witnesses. *Noticed* is what a trial's class asks about,
+//! asked from this injection on (`outcome`): a change of mode, a refusal, an alarm. Where several are delivered, an answer after all of
+//! them counts for each.
+
+use serde::{Deserialize, Serialize};
+use wire::event::{FaultKind, Sensor};
+use wire::id::NodeId;
+
+use super::{Micros, Plan};
+
+/// What kept an injection from arriving.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Mask {
+    /// A process that it needs did not live or did not run: the launcher says so, and the process left no mark.
+    Gone(NodeId),
+    /// Another fault of the same sensor, which did arrive: the reading would be the same without this one.
+    Hidden(Sensor, FaultKind),
+    /// The relay dropped what it was to take hold of, which was missing at the guard, and nothing has come through since.
+    Dropped,
+    /// No session stood yet: until its end neither guard had seen a record of the link.
+    NoSession,
+    /// Its sender had published nothing that it was to take hold of.
+    NothingPublished,
+    /// The operator had asked nothing that it was to take hold of.
+    NothingAsked,
+    /// The gateway had accepted no report that it was to take hold of.
+    NoReport,
+}
+
+/// What became of one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// It arrived then, by its receipt.
+    Delivered {
+        /// When.
+        at: Micros,
+        /// Whether anything was answered from then on.
+        noticed: bool,
+    },
+    /// This kept it from arriving.
+    Masked(Mask),
+    /// Neither is proven.
+    NotProven,
+}
+
+/// A planned injection and what became of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Injection {
+    /// What was planned.
+    pub plan: Plan,
+    /// What became of it.
+    pub fate: Fate,
+}
+
+/// The same as it stands in results.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InjectionRow {
+    /// What was planned, as in the log's first line.
+    pub what: serde_json::Value,
+    /// From, at the earliest, milliseconds of the run.
+    pub from_ms: u64,
+    /// What became of it.
+    pub fate: FateName,
+    /// When it arrived.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_ms: Option<f64>,
+    /// What kept it from arriving.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<serde_json::Value>,
+}
+
+/// What became of an injection, in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum FateName {
+    /// It arrived and was answered.
+    Noticed,
+    /// It arrived and nothing was answered.
+    Delivered,
+    /// Something kept it from arriving.
+    Masked,
+    /// Neither is proven.
+    NotProven,
+}
+
+impl FateName {
+    /// In words.
+    pub fn told(self) -> &'static str {
+        match self {
+            FateName::Noticed => "noticed",
+            FateName::Delivered => "delivered and not noticed",
+            FateName::Masked => "masked",
+            FateName::NotProven => "not proven",
+        }
+    }
+}
+
+impl From<&Injection> for InjectionRow {
+    fn from(injection: &Injection) -> Self {
+        let Injection { plan, fate } = injection;
+        let (name, at_ms, by) = match fate {
+            Fate::Delivered { at, noticed: true } => (FateName::Noticed, Some(*at), None),
+            Fate::Delivered { at, noticed: false } => (FateName::Delivered, Some(*at), None),
+            Fate::Masked(mask) => (FateName::Masked, None, serde_json::to_value(mask).ok()),
+            Fate::NotProven => (FateName::NotProven, None, None),
+        };
+        let at_ms = at_ms.map(|at| at as f64 / 1000.0);
+        let what = serde_json::to_value(plan.what).unwrap_or_default();
+        InjectionRow { what, from_ms: plan.from / 1000, fate: name, at_ms, by }
+    }
+}

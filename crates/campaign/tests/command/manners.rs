@@ -1,0 +1,107 @@
+//! How the program treats its user: hostile arguments, closed streams, mistakes that a suggestion mends.
+
+use std::ffi::OsStr;
+use std::fs;
+use std::os::unix::ffi::OsStrExt;
+use std::process::{Command, Stdio};
+
+use super::{holdsafe, mistaken, root};
+
+/// What a command says on stderr, and its exit code.
+fn told(arguments: &[&str]) -> (String, Option<i32>) {
+    let output = holdsafe(arguments);
+    (String::from_utf8(output.stderr).unwrap(), output.status.code())
+}
+
+#[test]
+fn a_reader_of_stderr_that_went_away_changes_no_exit_code() {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let status = Command::new(env!("CARGO_BIN_EXE_holdsafe"))
+        .args(["--root", root().to_str().unwrap(), "run", "nominall"])
+        .stderr(writer)
+        .stdout(Stdio::null())
+        .status()
+        .unwrap();
+    assert_eq!(status.code(), Some(2));
+}
+
+#[test]
+fn an_argument_that_is_not_utf8_is_refused_with_exit_2() {
+    let bad = OsStr::from_bytes(b"\xff\xfe");
+    for arguments in [vec![bad], vec![OsStr::new("run"), bad], vec![OsStr::new("service"), bad]] {
+        let output = Command::new(env!("CARGO_BIN_EXE_holdsafe")).args(&arguments).output().unwrap();
+        let screen = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {screen}");
+        assert!(!screen.contains("panicked"), "{screen}");
+    }
+}
+
+#[test]
+fn arguments_that_cannot_be_parsed_are_reported_as_json_where_json_is_asked_for() {
+    let output = holdsafe(&["run", "loss", "--trails", "2", "--json"]);
+    assert_eq!(output.status.code(), Some(2));
+    let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(object["exit"], 2);
+    assert!(object["error"].as_str().unwrap().contains("--trails"), "{object}");
+}
+
+#[test]
+fn a_mistyped_verb_or_key_is_answered_with_the_nearest() {
+    let (screen, code) = told(&["matirx"]);
+    assert!(code == Some(2) && screen.contains("'matrix'"), "{screen}");
+    let dir = tempfile::tempdir().unwrap();
+    let (screen, code) = told(&["run", &mistaken(dir.path(), "duration_s = 9.0", "duraton_s = 9.0")]);
+    assert!(code == Some(2) && screen.contains("did you mean `duration_s`?"), "{screen}");
+}
+
+#[test]
+fn lines_that_end_as_on_windows_are_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = mistaken(dir.path(), "", "");
+    for path in [dir.path().join("loss.toml"), dir.path().join("scenes/yard.toml")] {
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, text.replace('\n', "\r\n")).unwrap();
+    }
+    let (screen, code) = told(&["scenario", "check", &file]);
+    assert_eq!(code, Some(0), "{screen}");
+}
+
+#[test]
+fn a_model_that_is_no_regular_file_is_refused_before_it_is_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let fifo = dir.path().join("model.onnx");
+    nix::unistd::mkfifo(&fifo, nix::sys::stat::Mode::S_IRWXU).unwrap();
+    let labels = root().join("crates/perception/models/hardened/labels.toml");
+    for model in [fifo.to_str().unwrap(), "/dev/zero"] {
+        let (screen, code) =
+            told(&["run", "loss", "--trials", "1", "--detector", model, "--labels", labels.to_str().unwrap()]);
+        assert!(code == Some(2) && screen.contains("not a regular file"), "{model}: {screen}");
+    }
+}
+
+#[test]
+fn a_check_finds_what_a_run_would_refuse() {
+    let mistakes = [
+        ("duration_s = 5.0", "duration_s = 0.0", "duration_ms"),
+        ("duration_s = 9.0", "duration_s = 9.0\nbounds = { to_hold_safe_ms = 400 }", "beyond Th"),
+    ];
+    for (from, to, message) in mistakes {
+        let dir = tempfile::tempdir().unwrap();
+        let (screen, code) = told(&["scenario", "check", &mistaken(dir.path(), from, to)]);
+        assert!(code == Some(2) && screen.contains(message), "{to}: {screen}");
+    }
+    let dir = tempfile::tempdir().unwrap();
+    let file = mistaken(dir.path(), "", "");
+    let scene = dir.path().join("scenes/yard.toml");
+    let text = fs::read_to_string(&scene).unwrap();
+    fs::write(&scene, text.replace("at_m = [-15.0, -5.0]", "at_m = [2.0, 10.0]")).unwrap();
+    let (screen, code) = told(&["scenario", "check", &file]);
+    assert!(code == Some(2) && screen.contains("starts inside `crate`"), "{screen}");
+}
+
+#[test]
+fn no_progress_is_written_where_stderr_is_no_terminal() {
+    let (screen, code) = told(&["run", "loss", "--trials", "2"]);
+    assert_eq!((screen.as_str(), code), ("", Some(0)));
+}

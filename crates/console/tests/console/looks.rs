@@ -1,0 +1,235 @@
+//! What the window looks like to somebody who has never seen it: what is painted, what is dead, what stands beside what.
+//!
+//! What is done in the window is in `window`. Here paint is looked at too, where a label says nothing of it.
+
+use console::gui::layout::{Pane, Preset};
+use eframe::egui::accesskit::Role as Kind;
+use eframe::egui::epaint::{ClippedShape, Color32, ColorMode, Shape};
+use eframe::egui::{Pos2, Rect};
+use egui_kittest::kittest::{NodeT, Queryable};
+use wire::feed::Feed;
+use wire::id::{PeerId, UnitId};
+use wire::person::Role;
+use wire::time::Span;
+
+use crate::bench::Bench;
+use crate::scenes;
+use crate::window::{Seated, click, says, seat, standing};
+use crate::yard::Yard;
+
+/// The window over a recording of this.
+fn replayed(yard: Yard) -> Seated {
+    let mut seated = seat(yard);
+    let (_, tape) = scenes::replayed(seated.state().yard.shown());
+    seated.state_mut().tape = Some(tape);
+    seated.run_steps(3);
+    seated
+}
+
+/// The map on the screen, and how many points of it are a metre.
+fn map(seated: &Seated) -> (Rect, f32) {
+    let node = seated.query_all_by_role(Kind::Canvas).next().expect("a map");
+    let label = node.accesskit_node().label().expect("what it says");
+    let across: f32 =
+        label.split("; ").nth(1).and_then(|says| says.split(' ').next()?.parse().ok()).expect("its width");
+    (node.rect(), node.rect().width() / across)
+}
+
+/// Everything that is painted on the map, one shape after the other.
+fn painted(seated: &Seated) -> Vec<Shape> {
+    fn flat(shape: &Shape, into: &mut Vec<Shape>) {
+        match shape {
+            Shape::Vec(shapes) => shapes.iter().for_each(|shape| flat(shape, into)),
+            shape => into.push(shape.clone()),
+        }
+    }
+    let (rect, _) = map(seated);
+    let mut shapes = Vec::new();
+    let inside = |of: &&ClippedShape| rect.expand(1.0).contains_rect(of.clip_rect);
+    seated.output().shapes.iter().filter(inside).for_each(|of| flat(&of.shape, &mut shapes));
+    shapes
+}
+
+/// Whether a colour is one of those that say that something is out of normal: more red than blue.
+fn warm(color: Color32) -> bool {
+    color.r() > color.b().saturating_add(20)
+}
+
+/// Words on the map, each with its place.
+fn words(seated: &Seated) -> Vec<(String, Rect)> {
+    let text = |shape: Shape| match shape {
+        Shape::Text(text) => Some((text.galley.text().to_owned(), text.galley.rect.translate(text.pos.to_vec2()))),
+        _ => None,
+    };
+    painted(seated).into_iter().filter_map(text).collect()
+}
+
+#[test]
+fn revoking_stands_behind_a_menu_far_from_resuming() {
+    let mut yard = Yard::around(Bench::seating(Role::Supervise), &[UnitId::A, UnitId::B]);
+    yard.run(Span::s(1));
+    let mut seated = seat(yard);
+    assert!(!says(&seated, "strike operator-2 from the roll"), "nobody has asked for it");
+    click(&mut seated, Kind::Button, "Revoke an identity ...");
+    let strike = seated.get_by_role_and_label(Kind::RadioButton, "strike operator-2 from the roll").rect();
+    let resume = seated.get_by_role_and_label(Kind::RadioButton, "resume unit-a").rect();
+    assert!(strike.top() > resume.bottom() + 60.0, "{strike} is beside {resume}");
+    assert!(seated.state().yard.shown().revocable.iter().all(|(_, asked)| !asked));
+}
+
+#[test]
+fn in_a_recording_what_cannot_be_pressed_is_disabled_and_says_why() {
+    let seated = replayed(standing());
+    for kind in [Kind::RadioButton, Kind::Button] {
+        let (rect, _) = map(&seated);
+        let column = seated.query_all_by_role(kind).filter(|node| node.rect().left() > 2.0 * rect.right());
+        let orders = column.filter(|node| {
+            let label = node.accesskit_node().label().unwrap_or_default();
+            ["HOLD", "Disarm", "configure", "enable", "resume", "Revoke"].iter().any(|verb| label.starts_with(verb))
+        });
+        let alive: Vec<_> = orders.filter(|node| !node.accesskit_node().is_disabled()).collect();
+        assert!(alive.is_empty(), "{alive:?}");
+    }
+    for (kind, label) in [(Kind::Button, "HOLD unit-a   F1"), (Kind::RadioButton, "resume unit-a")] {
+        let mut seated = replayed(standing());
+        seated.get_by_role_and_label(kind, label).hover();
+        seated.run_steps(10);
+        assert!(says(&seated, "disabled: REPLAY: a recording takes no commands"), "{label}");
+    }
+}
+
+#[test]
+fn a_recording_tells_every_time_as_the_runs_in_seconds() {
+    let mut seated = replayed(scenes::hold_safe());
+    // Shown 8.1 s after the recording began, which was 2 s before the run.
+    assert!(says(&seated, "run time 6.10 s of 7.00 s"));
+    let when = |seated: &Seated| -> Vec<String> {
+        let labels = seated.root().children_recursive().filter_map(|node| node.accesskit_node().value());
+        labels.filter(|label| label.contains(" ago") && !label.contains("report")).collect()
+    };
+    for past in [false, true] {
+        assert_eq!(when(&seated), Vec::<String>::new(), "history {past}");
+        click(&mut seated, Kind::CheckBox, "history");
+    }
+    assert!(says(&seated, "at 4.8"), "when it went to HOLD_SAFE");
+}
+
+#[test]
+fn the_strip_says_in_plain_words_what_a_link_and_its_clock_are_worth() {
+    let mut yard = scenes::nominal();
+    yard.run(Span::s(9));
+    yard.bench.feed(&Feed::Session(PeerId::UNIT_C, true));
+    let mut seated = seat(yard);
+    let chips: Vec<String> = seated.query_all_by_label_contains("LINK").filter_map(|node| node.value()).collect();
+    assert!(chips.len() >= 3 && chips.iter().all(|chip| !chip.contains("ppm") && !chip.contains("never")), "{chips:?}");
+    assert!(says(&seated, "LINK unit-b up, report 0.10 s ago, clock in step"), "{chips:?}");
+    assert!(says(&seated, "LINK unit-c up, no report yet"), "{chips:?}");
+    seated.get_by_label_contains("LINK unit-b").hover();
+    seated.run_steps(10);
+    assert!(says(&seated, "ages allow for 200 ppm"), "the figure is in the tooltip");
+}
+
+#[test]
+fn the_map_layout_gives_the_map_the_whole_window() {
+    let mut seated = seat(scenes::nominal());
+    seated.state_mut().window.layouts_mut().start_from(Preset::Map);
+    seated.run_steps(3);
+    let (rect, _) = map(&seated);
+    let column = seated.get_by_role_and_label(Kind::Button, "HOLD unit-a   F1").rect();
+    assert!(rect.left() <= 8.0 && column.left() - rect.right() < 24.0, "{rect} beside {column}");
+    assert!(rect.height() > 500.0, "{rect}");
+    seated.state_mut().window.layouts_mut().now().open(Pane::Tracks);
+    seated.run_steps(2);
+    assert!(says(&seated, "TRACK unit-a 1 vehicle fresh"), "the rest is a tab away");
+}
+
+#[test]
+fn circles_of_what_is_lost_are_pale_and_end_at_ten_metres() {
+    let seated = seat(scenes::lost());
+    let (_, metre) = map(&seated);
+    let shown = seated.state().yard.shown();
+    let lost = shown.unit(UnitId::A).expect("it was heard");
+    assert!(
+        lost.tracks.iter().all(|track| track.age() > Span::s(5)),
+        "at 3 m/s that is further than they may be drawn"
+    );
+    let lines: Vec<([Pos2; 2], Color32)> = painted(&seated)
+        .into_iter()
+        .filter_map(|shape| match shape {
+            Shape::LineSegment { points, stroke } => Some((points, stroke.color)),
+            _ => None,
+        })
+        .collect();
+    let long = |[a, b]: [Pos2; 2]| a.distance(b);
+    // Crosses stand where what is lost was, and the unit's hollow arrow; a circle is of shorter dashes.
+    let crosses = lines.iter().filter(|(points, color)| (8.0..20.0).contains(&long(*points)) && warm(*color));
+    let mut centres: Vec<Pos2> = crosses.map(|([a, b], _)| a.lerp(*b, 0.5)).collect();
+    centres.extend(painted(&seated).into_iter().filter_map(|shape| match shape {
+        Shape::Path(path) if path.closed && matches!(path.stroke.color, ColorMode::Solid(color) if warm(color)) => {
+            Some(path.visual_bounding_rect().center())
+        }
+        _ => None,
+    }));
+    let circles: Vec<_> = lines.iter().filter(|(points, color)| long(*points) < 7.0 && warm(*color)).collect();
+    assert!(circles.len() > 50 && centres.len() > 4, "{} dashes about {} places", circles.len(), centres.len());
+    for ([at, _], color) in circles {
+        assert!(color.a() <= 80, "{color:?}");
+        let nearest = centres.iter().map(|centre| centre.distance(*at)).fold(f32::INFINITY, f32::min);
+        assert!(nearest <= 10.0 * metre + 4.0, "{} m", nearest / metre);
+    }
+    let legend = words(&seated).into_iter().any(|(says, _)| says.contains("of what is LOST pale, to 10 m at most"));
+    assert!(legend, "{:?}", words(&seated));
+}
+
+#[test]
+fn no_label_on_the_map_lies_over_another_word() {
+    for (name, scene) in scenes::SCENES {
+        for preset in Preset::ALL {
+            let mut seated = seat(scene());
+            seated.state_mut().window.layouts_mut().start_from(preset);
+            seated.run_steps(3);
+            let all = words(&seated);
+            let named = |says: &str| says.chars().any(char::is_alphabetic);
+            for (at, (label, place)) in all.iter().enumerate().filter(|(_, (says, _))| named(says)) {
+                let over = all
+                    .iter()
+                    .enumerate()
+                    .find(|(other, (_, rect))| *other != at && rect.shrink(0.5).intersects(*place));
+                assert!(over.is_none(), "{name}, {preset:?}: {label} lies over {over:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_track_that_is_hardly_believed_is_drawn_smaller_and_paler_than_a_sure_one_and_says_its_confidence() {
+    let mut yard = scenes::nominal();
+    let tracks = &mut yard.actor(UnitId::A).tracks;
+    (tracks[0].confidence, tracks[2].confidence) = (940, 10);
+    yard.run(Span::ms(300));
+    let seated = seat(yard);
+    let discs: Vec<(f32, Color32)> = painted(&seated)
+        .into_iter()
+        .filter_map(|shape| match shape {
+            // What is no way point of the route, and none of its dots.
+            Shape::Circle(circle) if circle.stroke.is_empty() && circle.radius > 2.0 => {
+                Some((circle.radius, circle.fill))
+            }
+            _ => None,
+        })
+        .collect();
+    let by_size = |a: &&(f32, Color32), b: &&(f32, Color32)| a.0.total_cmp(&b.0);
+    let (least, most) = (discs.iter().min_by(by_size).expect("a disc"), discs.iter().max_by(by_size).expect("a disc"));
+    assert!(least.0 < 0.7 * most.0 && f32::from(least.1.a()) < 0.5 * f32::from(most.1.a()), "{least:?}, {most:?}");
+    let words = words(&seated);
+    let says = |text: &str| words.iter().any(|(says, _)| says.contains(text));
+    assert!(says("3 decoy 0.01") && says("the surer the larger and stronger"), "{words:?}");
+}
+
+#[test]
+fn an_order_says_who_gave_it_in_its_life_and_in_the_history() {
+    let mut seated = seat(standing());
+    assert!(says(&seated, "given by a person"));
+    click(&mut seated, Kind::CheckBox, "history");
+    assert!(says(&seated, "hold to unit-a, given by a person"));
+}

@@ -1,0 +1,64 @@
+//! A recording of a console on the bench, opened as `holdsafe console` does it.
+
+use std::fs::{self, File};
+use std::path::PathBuf;
+
+use console::process::ProcessConfig;
+use console::process::player::{Player, READING};
+use link::mouth::{Header, Writer};
+use wire::id::{Boot, NodeId, UnitId};
+use wire::mode::Mode;
+use wire::person::Role;
+use wire::policy::Policy;
+use wire::time::{Instant, Span};
+
+use crate::bench::{Bench, making};
+
+/// The recording of what happened on `bench`, in a folder of this name.
+fn recorded(bench: &Bench, name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    fs::create_dir_all(folder.join("mouth")).unwrap();
+    let (setup, config) =
+        making(&[UnitId::A, UnitId::B], Policy::default(), Role::Supervise, vec![], Bench::revocations());
+    let config = ProcessConfig { setup, config, window: None };
+    fs::write(folder.join(READING), serde_json::to_vec(&config.to_read()).unwrap()).unwrap();
+    let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: bench.mouth[0].0 };
+    let log = File::create(folder.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE))).unwrap();
+    let mut log = Writer::new(log, header, 1 << 24).unwrap();
+    for (now, input, outputs) in &bench.mouth {
+        log.input(*now, input).unwrap();
+        outputs.iter().for_each(|output| log.output(output).unwrap());
+    }
+    log.flush().unwrap();
+    folder
+}
+
+#[test]
+fn a_recording_opens_at_the_first_change_of_mode_and_at_its_beginning_where_there_is_none() {
+    let mut bench = Bench::seating(Role::Supervise);
+    bench.reports(Mode::Idle, Span::s(2));
+    let folder = recorded(&bench, "unchanged");
+    assert_eq!(Player::open(&folder).unwrap().0.at(), Span::ZERO);
+    let begun = bench.mouth[0].0;
+    let before = bench.now;
+    bench.reports(Mode::Ready, Span::s(2));
+    bench.reports(Mode::HoldSafe, Span::s(2));
+    let (mut player, _) = Player::open(&recorded(&bench, "changed")).unwrap();
+    let mode = |player: &Player| player.shown().units[0].state.get().0.mode;
+    assert_eq!(mode(&player), Mode::Ready);
+    assert!(player.at() >= before.since(begun) && player.at() < before.since(begun) + Span::s(1), "{}", player.at());
+    player.step(-1);
+    assert_eq!(mode(&player), Mode::Idle, "just before it");
+}
+
+#[test]
+fn a_recording_counts_the_runs_time_from_where_that_began() {
+    let mut bench = Bench::seating(Role::Supervise);
+    bench.reports(Mode::Idle, Span::s(3));
+    let (mut player, _) = Player::open(&recorded(&bench, "timed")).unwrap();
+    let begun = bench.mouth[0].0;
+    assert_eq!((player.lead(), player.shown().marks.began), (Span::ZERO, Some(begun)));
+    let run = Instant(begun.0 + 1_200_000);
+    player.count_from(run);
+    assert_eq!((player.lead(), player.shown().marks.began), (Span::ms(1200), Some(run)));
+}

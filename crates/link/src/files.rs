@@ -1,0 +1,73 @@
+//! Opening and making the files of a run, which somebody else may have put there.
+//!
+//! A path may lead to a pipe, on which a reader waits for ever, or to a device that never ends: nothing but a regular file is
+//! opened, and no more of it is read than its reader states. What is in a file is left to that reader.
+
+use std::fs::{File, OpenOptions};
+use std::io::{Error, ErrorKind, Read, Result};
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+
+use nix::fcntl::OFlag;
+
+/// Opens a regular file, by way of links too, and never waits.
+///
+/// # Errors
+/// When there is none at `path`, or something that is no regular file.
+pub fn open(path: &Path) -> Result<File> {
+    // A pipe without a writer is opened at once like this, and then seen to be one; a regular file does not mind.
+    let file = OpenOptions::new().read(true).custom_flags(OFlag::O_NONBLOCK.bits()).open(path)?;
+    match file.metadata()?.is_file() {
+        true => Ok(file),
+        false => Err(Error::new(ErrorKind::InvalidInput, "not a regular file")),
+    }
+}
+
+/// Reads a regular file of at most `most` bytes whole.
+///
+/// # Errors
+/// As [`open`], and when it is longer.
+pub fn read(path: &Path, most: u64) -> Result<Vec<u8>> {
+    let file = open(path)?;
+    let length = file.metadata()?.len();
+    let too_long = |got: u64| Error::new(ErrorKind::FileTooLarge, format!("{got} bytes, at most {most} are read"));
+    if length > most {
+        return Err(too_long(length));
+    }
+    let mut bytes = Vec::with_capacity(length as usize);
+    // It may grow meanwhile.
+    file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most { Err(too_long(bytes.len() as u64)) } else { Ok(bytes) }
+}
+
+/// Makes a new file, readable by its owner only, and the folders above it.
+///
+/// # Errors
+/// When there is one already, or it cannot be made.
+pub fn create(path: &Path) -> Result<File> {
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    File::options().write(true).create_new(true).mode(0o600).open(path)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::os::unix::fs::symlink;
+
+    #[test]
+    fn a_link_to_a_regular_file_is_read_and_nothing_that_is_none_is_or_is_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let [file, link, pipe, device] = ["file", "link", "pipe", "device"].map(|name| folder.path().join(name));
+        std::fs::write(&file, [7; 10]).unwrap();
+        symlink(&file, &link).unwrap();
+        symlink("/dev/zero", &device).unwrap();
+        nix::unistd::mkfifo(&pipe, nix::sys::stat::Mode::S_IRUSR).unwrap();
+        assert_eq!(read(&link, 10).unwrap(), [7; 10]);
+        assert_eq!(read(&link, 9).unwrap_err().to_string(), "10 bytes, at most 9 are read");
+        for other in [&pipe, &device, &folder.path().to_owned()] {
+            assert_eq!(read(other, 10).unwrap_err().to_string(), "not a regular file", "{}", other.display());
+        }
+    }
+}

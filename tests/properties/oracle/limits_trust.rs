@@ -1,0 +1,206 @@
+//! The limits of P2 to P4 from both sides: a log just within each is no finding, one just beyond it is.
+
+use campaign::oracle::{Planned, Property};
+use wire::command::CommandKind;
+use wire::event::{Event, FaultKind, Interface, Sensor, Suspension};
+use wire::id::{FrameId, NodeId};
+use wire::mode::{Cause, Guard, Mode};
+use wire::settings::Settings;
+
+use super::log::{BOUNDS, Log, command};
+
+const TD: u64 = BOUNDS.to_degraded_ms;
+const TH: u64 = BOUNDS.to_hold_safe_ms;
+
+fn degrades(log: &mut Log, ms: u64) -> &mut Log {
+    log.cut_display(ms).to(ms, Mode::PrepareToAct, Mode::Degraded, Cause::Lost(Guard::Thermal))
+}
+
+fn holds(log: &mut Log, ms: u64) -> &mut Log {
+    let from = log.mode(ms);
+    log.cut_display(ms).to(ms, from, Mode::HoldSafe, Cause::Lost(Guard::Lease)).plant_stops(ms)
+}
+
+#[test]
+fn p2_how_soon_a_unit_without_a_sensor_degrades_and_for_how_long_it_has_to_be_without() {
+    let after = |ms: u64| degrades(Log::whole().thermal_fault(4000, 9000), 4000 + ms).breaks();
+    assert_eq!(after(TD), []);
+    assert_eq!(after(TD + 1), [Property::P2]);
+    let lasts = |ms: u64| Log::whole().thermal_fault(4000, 4000 + ms).breaks();
+    assert_eq!(lasts(TD), []);
+    assert_eq!(lasts(TD + 1), [Property::P2]);
+}
+
+#[test]
+fn p2_for_how_long_reports_and_set_points_may_fail_to_come_while_no_log_can_be_written() {
+    let full = |silent_ms: u64| {
+        let mut log = Log::whole();
+        log.add(5000, NodeId::CAMPAIGN, Event::DiskFull { node: NodeId::RECORDER, on: true });
+        log.add(5950, NodeId::CAMPAIGN, Event::DiskFull { node: NodeId::RECORDER, on: false });
+        let accepted = |event: &Event| matches!(event, Event::Accepted { at: Interface::Uplink, .. });
+        log.without(5000, 5000 + silent_ms, |w| accepted(&w.entry.event));
+        let findings = log.report(5000 + silent_ms).judge().findings;
+        findings.iter().any(|f| f.property == Property::P2 && f.what.starts_with("no report"))
+    };
+    assert_eq!([BOUNDS.freshness_ms, BOUNDS.freshness_ms + 1].map(full), [false, true]);
+}
+
+#[test]
+fn p3_nothing_timely_at_either_end_of_the_link() {
+    for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
+        let silent = |ms: u64| {
+            let mut log = Log::whole();
+            log.without(5000, 7000, |w| Some(w.entry.node) == node.guard());
+            for t in (5000 + ms..7000).step_by(100) {
+                log.saw(t, node, t << 8, wire::event::GuardVerdict::Passed);
+            }
+            log
+        };
+        assert_eq!(silent(TH).breaks(), [], "{node}");
+        assert_eq!(silent(TH + 1).breaks(), [Property::P3], "{node}");
+        assert_eq!(silent(TH * 3 / 2).breaks(), [Property::P3], "{node}");
+        let after = |ms: u64| holds(&mut silent(1900), 5000 + ms).breaks();
+        assert_eq!(after(TH), [], "{node}");
+        assert_eq!(after(TH + 1), [Property::P3], "{node}");
+    }
+}
+
+#[test]
+fn p3_a_unit_without_its_localisation() {
+    let lost = |until_ms: u64, hold_ms: u64| {
+        let mut log = Log::whole();
+        let (sensor, kind) = (Sensor::Localisation, FaultKind::Dropout);
+        let fault = |active| Event::Fault { sensor, kind, active, frame: FrameId(1) };
+        log.planned.push(Planned::Fault(sensor, kind).into());
+        log.add(4000, NodeId::SIM, fault(true)).add(until_ms, NodeId::SIM, fault(false));
+        log.add(4020, NodeId::UNIT_A, Event::NavigationSeen { fix: false, odometry: true });
+        holds(degrades(&mut log, 4300), hold_ms).breaks()
+    };
+    assert_eq!(lost(9000, 4000 + TH), []);
+    assert_eq!(lost(9000, 4000 + TH + 1), [Property::P3]);
+    assert_eq!(lost(4000 + TH, 9900), []);
+    assert_eq!(lost(4000 + TH + 1, 9900), [Property::P3]);
+}
+
+#[test]
+fn p3_how_far_from_where_it_takes_itself_to_be_and_for_how_long() {
+    let off = |mm: i32, for_ms: u64| {
+        let mut log = Log::whole();
+        let to = 5100 + for_ms;
+        log.cut_display(5000).located(to, super::log::way(to)).truth(to, 1000, 5000);
+        for w in log.entries.iter_mut().filter(|w| (5_100_000..=to * 1000).contains(&w.at)) {
+            if let Event::Located { pose_y_mm, .. } = &mut w.entry.event {
+                *pose_y_mm = mm;
+            }
+        }
+        log.breaks()
+    };
+    let margin = BOUNDS.fence_margin_mm as i32;
+    assert_eq!(off(margin, TH + 1), []);
+    assert_eq!(off(margin + 1, TH + 1), [Property::P3]);
+    assert_eq!(off(margin + 1, TH), []);
+}
+
+#[test]
+fn p3_how_soon_an_operators_hold_is_obeyed() {
+    let obeyed = |ms: u64| {
+        let mut log = Log::whole();
+        log.add(5000, NodeId::CONSOLE, Event::Intended { command: command(9), kind: CommandKind::Hold });
+        holds(&mut log, 5000 + ms).breaks()
+    };
+    // 50 ms for the command's way.
+    assert_eq!(obeyed(TH + 50), []);
+    assert_eq!(obeyed(TH + 51), [Property::P3]);
+}
+
+#[test]
+fn p2_and_p3_how_soon_a_unit_responds_to_a_death() {
+    let responds = |node: NodeId, degraded: u64, held: Option<u64>| {
+        let mut log = Log::whole();
+        degrades(log.killed(5000, node), 5000 + degraded);
+        if let Some(ms) = held {
+            holds(&mut log, 5000 + ms);
+        }
+        let mut found = log.breaks_with_dead(node);
+        found.retain(|p| matches!(p, Property::P2 | Property::P3));
+        found
+    };
+    let unsealed = BOUNDS.seal_limit_ms + BOUNDS.control_period_ms;
+    assert_eq!(responds(NodeId::PERCEPTION, TD, Some(TH)), []);
+    assert_eq!(responds(NodeId::PERCEPTION, TD + 1, Some(TH)), [Property::P2]);
+    assert_eq!(responds(NodeId::PERCEPTION, TD, Some(TH + 1)), [Property::P3]);
+    assert_eq!(responds(NodeId::RECORDER, unsealed, None), []);
+    assert_eq!(responds(NodeId::RECORDER, unsealed + 1, None), [Property::P2]);
+}
+
+#[test]
+fn p3_how_soon_the_plant_of_a_dead_unit_is_without_a_lease_and_stands() {
+    let stops = |change: &dyn Fn(&mut Log)| {
+        let mut log = Log::whole();
+        change(log.killed(5000, NodeId::UNIT_A).cut_display(5000).plant_stops(5300));
+        log.breaks_with_dead(NodeId::UNIT_A)
+    };
+    assert_eq!(
+        stops(&|log| {
+            log.truth(5000 + TH, 1000, 5000);
+        }),
+        []
+    );
+    assert_eq!(
+        stops(&|log| {
+            log.driven(5000 + TH + 1, 1000, 1000);
+        }),
+        [Property::P3]
+    );
+    let moves = |ms: u64, speed: i32| {
+        stops(&|log| {
+            log.driven(ms, 0, speed);
+            if let Some(Event::Truth { leased, .. }) = log.entries.last_mut().map(|w| &mut w.entry.event) {
+                *leased = false;
+            }
+        })
+    };
+    // Th, a second of braking, and the period of truth.
+    assert_eq!(moves(5000 + TH + 1100, 51), []);
+    assert_eq!(moves(5000 + TH + 1101, 50), []);
+    assert_eq!(moves(5000 + TH + 1101, 51), [Property::P3]);
+}
+
+#[test]
+fn p3_a_unit_that_did_not_run_for_as_long_as_its_lease_holds_when_it_runs_again() {
+    let hung = |ms: u64, held_ms: u64| {
+        let mut log = Log::whole();
+        for (at, on) in [(5000, true), (5000 + ms, false)] {
+            log.add(at, NodeId::CAMPAIGN, Event::Suspended { node: NodeId::UNIT_A, how: Suspension::Hang, on });
+        }
+        holds(&mut log, held_ms);
+        let findings = log.judge().findings;
+        findings.iter().any(|f| f.property == Property::P3 && f.what.contains("did not run"))
+    };
+    let lease = BOUNDS.lease_ms + BOUNDS.control_period_ms;
+    assert_eq!([lease, lease + 1].map(|ms| hung(ms, 9000)), [false, true]);
+    // One judgement, and what is under way.
+    let judged = 5000 + lease + 1 + BOUNDS.control_period_ms + 50;
+    assert_eq!([judged, judged + 1].map(|at| hung(lease + 1, at)), [false, true]);
+}
+
+#[test]
+fn p4_what_is_outside_the_fence_and_what_drives() {
+    let driven = |fence_mm: i32, speed: i32| Log::whole().truth(5000, speed, fence_mm).breaks();
+    assert_eq!(driven(0, 800), []);
+    assert_eq!(driven(-1, 50), []);
+    assert_eq!(driven(-1, 51), [Property::P4]);
+    assert_eq!(driven(-1, -51), [Property::P4]);
+}
+
+#[test]
+fn p4_the_margin_that_goes_with_a_speed() {
+    let set = |speed_mm_s: u16, margin_mm: u16| {
+        let values = Settings { speed_mm_s, margin_mm, arm_permille: 600, keep_permille: 450 };
+        Log::whole().command(500, 9, CommandKind::Configure(values)).breaks()
+    };
+    for (speed, least) in [(1500, 300), (3000, 600)] {
+        assert_eq!(set(speed, least), []);
+        assert_eq!(set(speed, least - 1), [Property::P4]);
+    }
+}

@@ -1,0 +1,111 @@
+//! What became of an injection: delivered to its target or kept from it, by whom, and when neither is proven.
+
+use campaign::oracle::{Fate, Mask, Needs, Plan, Planned, Takes};
+use campaign::trial::Outcome;
+use wire::command::CommandKind;
+use wire::core::Side;
+use wire::event::{Action, Event, FaultKind, GuardVerdict, Sensor};
+use wire::id::{FrameId, NodeId};
+use wire::time::Span;
+
+use super::log::{Log, command};
+
+/// A fault of localisation that nothing answers, with whoever says so, and whose mouth took it in.
+fn faulty(by: NodeId, told: FaultKind, reader: NodeId) -> Log {
+    let (sensor, kind) = (Sensor::Localisation, FaultKind::Jump);
+    let mut log = Log::whole();
+    log.planned.push(Planned::Fault(sensor, kind).into());
+    for (ms, active) in [(4000, true), (5000, false)] {
+        log.add(ms, NodeId::SIM, Event::Fault { sensor, kind, active, frame: FrameId(1) });
+    }
+    log.altered(4000, sensor, told, reader);
+    log.entries.iter_mut().filter(|w| matches!(w.entry.event, Event::Altered { .. })).for_each(|w| w.entry.node = by);
+    log
+}
+
+#[test]
+fn a_fault_whose_reading_was_taken_in_and_that_nobody_noticed_is_undetected_and_not_invalid() {
+    let (sim, unit, jump) = (NodeId::SIM, NodeId::UNIT_A, FaultKind::Jump);
+    let verdict = faulty(sim, jump, unit).judge();
+    assert_eq!((verdict.receipt, verdict.outcome), (true, Outcome::Undetected));
+    assert_eq!(verdict.injections[0].fate, Fate::Delivered { at: 4_000_000, noticed: false });
+    for (log, why) in [
+        (faulty(sim, jump, NodeId::PERCEPTION), "the reading was not for it"),
+        (faulty(unit, jump, unit), "whoever takes it in is no witness of what it was to be"),
+        (faulty(sim, FaultKind::Drift, unit), "another fault changed it"),
+    ] {
+        let verdict = log.judge();
+        assert_eq!((verdict.injections[0].fate, verdict.outcome), (Fate::NotProven, Outcome::Invalid), "{why}");
+    }
+}
+
+/// A planned stop of perception from 5 s to 7 s.
+fn stop() -> Plan {
+    let running: &[NodeId] = &[NodeId::PERCEPTION];
+    let needs = Needs { running, takes: None };
+    Plan { from: 5_000_000, until: 7_000_000, needs, ..Plan::from(Planned::Suspend(NodeId::PERCEPTION)) }
+}
+
+#[test]
+fn a_process_that_was_dead_cannot_be_stopped_and_that_is_known_only_where_it_left_no_mark() {
+    let fate = |died_ms: u64, mark_ms: Option<u64>| {
+        let mut log = Log::whole();
+        log.add(2000, NodeId::PERCEPTION, Event::Started).killed(died_ms, NodeId::PERCEPTION);
+        mark_ms.into_iter().for_each(|ms| _ = log.add(ms, NodeId::PERCEPTION, Event::Started));
+        log.planned.push(stop());
+        let verdict = log.judge_with(vec![NodeId::PERCEPTION]);
+        (verdict.injections[1].fate, verdict.receipt)
+    };
+    assert_eq!(fate(3000, None), (Fate::Masked(Mask::Gone(NodeId::PERCEPTION)), true));
+    assert_eq!(fate(3000, Some(6000)), (Fate::NotProven, false), "it lived");
+    assert_eq!(fate(6000, None), (Fate::NotProven, false), "it could have been stopped before");
+}
+
+#[test]
+fn a_hang_does_not_keep_itself_from_arriving() {
+    let mut log = Log::whole();
+    log.planned.push(stop());
+    for (ms, on) in [(5000, true), (7000, false)] {
+        let how = wire::event::Suspension::Hang;
+        log.add(ms, NodeId::CAMPAIGN, Event::Suspended { node: NodeId::PERCEPTION, how, on });
+    }
+    let verdict = log.judge();
+    assert_eq!((verdict.injections[0].fate, verdict.outcome), (Fate::NotProven, Outcome::Invalid));
+}
+
+/// A log in which something is delivered, and a HOLD was to be swallowed between 5 s and 7 s.
+fn swallowing(delivered: bool) -> Log {
+    let mut log = Log::whole();
+    if delivered {
+        log.planned.push(Planned::Action(Action::Replay).into());
+        let (action, side) = (Action::Replay, Side::Server);
+        let event = Event::Attack { action, side, length: 9, hash: 77, delay: Span::ZERO };
+        log.add(4000, NodeId::RELAY_TELEMETRY, event);
+        log.saw(3000, NodeId::GATEWAY, 77, GuardVerdict::Passed).saw(4001, NodeId::GATEWAY, 77, GuardVerdict::Passed);
+    }
+    let needs = Needs { running: &[], takes: Some(Takes::Orders(Some("hold"))) };
+    log.planned.push(Plan { from: 5_000_000, until: 7_000_000, needs, ..Plan::from(Planned::Swallowed) });
+    log
+}
+
+#[test]
+fn where_the_operator_asked_nothing_nothing_could_be_swallowed() {
+    let fate = |log: &Log| {
+        let verdict = log.judge();
+        (verdict.injections.last().map(|injection| injection.fate), verdict.outcome)
+    };
+    let masked = Some(Fate::Masked(Mask::NothingAsked));
+    assert_eq!(fate(&swallowing(true)), (masked, Outcome::Undetected), "judged as if it had not been planned");
+    assert_eq!(fate(&swallowing(false)), (masked, Outcome::Invalid), "nothing arrived at all: no success of anybody's");
+
+    let hold = Event::Intended { command: command(9), kind: CommandKind::Hold };
+    let mut asked = swallowing(true);
+    asked.add(6900, NodeId::CONSOLE, hold);
+    assert_eq!(fate(&asked).0, Some(Fate::NotProven));
+    let mut later = swallowing(true);
+    later.add(9900, NodeId::CONSOLE, hold);
+    assert_eq!(fate(&later).0, masked, "after its time");
+    let mut claimed = swallowing(true);
+    claimed.add(6000, NodeId::INSIDER_GATEWAY, Event::Swallowed { command: command(9) });
+    assert_eq!(fate(&claimed).0, Some(Fate::NotProven), "it says that it did, of which nobody knows");
+}

@@ -1,0 +1,141 @@
+//! The mission that a scenario presumes, on logs in which it did not take place.
+
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+use campaign::oracle::mission::{Due, Script, Stage};
+use campaign::oracle::{Evidence, Needs, Plan, Planned, Verdict, judge};
+use campaign::scenario::Verb;
+use campaign::trial::Outcome;
+use wire::command::CommandKind;
+use wire::event::{Event, FaultKind, Sensor};
+use wire::id::TrackId;
+use wire::mode::{Cause, Guard, Mode};
+use wire::sensor::Class;
+
+use super::Log;
+
+fn due(verb: Verb, at_ms: u64) -> Due {
+    let arms = verb == Verb::Arm;
+    let (mode, track) = (arms.then_some(Mode::Ready), arms.then_some(Class::Vehicle));
+    Due { verb, at_us: at_ms * 1000, within_us: 2_000_000, mode, track }
+}
+
+fn enable_and_arm() -> Vec<Due> {
+    vec![due(Verb::Enable, 900), due(Verb::Arm, 1900)]
+}
+
+fn judged(log: &Log, steps: Vec<Due>, mission: Option<Stage>) -> Verdict {
+    judge(&Evidence { script: Script { mission, steps }, ..log.evidence(Vec::new()) })
+}
+
+/// The whole log in which the arming was never asked for.
+fn unarmed() -> Log {
+    let mut log = Log::whole();
+    log.entries.retain(|w| match w.entry.event {
+        Event::Minted { .. } => false,
+        Event::Transition { to, .. } => to != Mode::PrepareToAct,
+        Event::Intended { kind, .. } | Event::Executed { kind, .. } => !matches!(kind, CommandKind::Arm(_)),
+        _ => true,
+    });
+    for w in &mut log.entries {
+        if let Event::Displayed { mode, authority, .. } = &mut w.entry.event {
+            (*mode, *authority) = (if *mode == Mode::PrepareToAct { Mode::Ready } else { *mode }, None);
+        }
+    }
+    log
+}
+
+/// A loss of the thermal camera at 5 s that the unit answers.
+fn lost(mut log: Log, from: Mode, at_ms: u64) -> Log {
+    log.thermal_fault(at_ms, 9000).cut_display(at_ms + 300).to(
+        at_ms + 300,
+        from,
+        Mode::Degraded,
+        Cause::Lost(Guard::Thermal),
+    );
+    log.planned = vec![Plan {
+        what: Planned::Fault(Sensor::Thermal, FaultKind::Dropout),
+        from: at_ms * 1000,
+        until: 9_000_000,
+        step: None,
+        needs: Needs::default(),
+    }];
+    log
+}
+
+#[test]
+fn a_whole_mission_is_missed_by_nobody_and_its_way_is_the_plants() {
+    let mission = judged(&Log::whole(), enable_and_arm(), None).mission;
+    assert_eq!((mission.owed, &mission.missing[..]), (Stage::Armed, &[][..]));
+    assert_eq!((mission.armed_ms, mission.acted_ms), (Some(2000.0), None));
+    assert!((mission.driven_m - 9.8).abs() < 0.01, "{}", mission.driven_m);
+    let done: Vec<_> = mission.steps.iter().map(|s| (s.verb, s.done_ms)).collect();
+    assert_eq!(done, [(Verb::Enable, Some(1000.0)), (Verb::Arm, Some(2000.0))]);
+}
+
+#[test]
+fn without_an_attack_every_step_is_owed_and_what_was_not_shown_is_said() {
+    let verdict = judged(&unarmed(), enable_and_arm(), None);
+    assert_eq!(verdict.outcome, Outcome::Invalid);
+    let told = "armed by 10000 ms is presumed and did not come; arm, due at 1900 ms: never, no vehicle shown";
+    assert_eq!(verdict.mission.missing, [told]);
+    assert_eq!(judged(&unarmed(), Vec::new(), None).outcome, Outcome::Nominal);
+    assert_eq!(
+        judged(&Log::whole(), [enable_and_arm(), vec![due(Verb::Confirm, 5000)]].concat(), None).outcome,
+        Outcome::Invalid
+    );
+}
+
+#[test]
+fn an_attack_owes_what_was_due_half_a_second_before_it_and_nothing_after_it() {
+    assert_eq!(
+        judged(&lost(Log::whole(), Mode::PrepareToAct, 5000), enable_and_arm(), None).outcome,
+        Outcome::Degraded
+    );
+    let late = |arm_ms: u64| vec![due(Verb::Enable, 900), due(Verb::Arm, arm_ms)];
+    let class = |steps| judged(&lost(unarmed(), Mode::Ready, 5000), steps, None).outcome;
+    assert_eq!((class(late(4500)), class(late(4501))), (Outcome::Invalid, Outcome::Degraded));
+    let confirms = [enable_and_arm(), vec![due(Verb::Confirm, 5200)]].concat();
+    assert_eq!(judged(&lost(Log::whole(), Mode::PrepareToAct, 5000), confirms, None).outcome, Outcome::Degraded);
+}
+
+#[test]
+fn a_stated_mission_is_owed_whatever_the_times_and_none_owes_nothing() {
+    let log = || lost(unarmed(), Mode::Ready, 1500);
+    assert_eq!(judged(&log(), enable_and_arm(), None).outcome, Outcome::Degraded);
+    assert_eq!(judged(&log(), enable_and_arm(), Some(Stage::Armed)).outcome, Outcome::Invalid);
+    assert_eq!(judged(&unarmed(), enable_and_arm(), Some(Stage::None)).outcome, Outcome::Nominal);
+}
+
+/// An order that the attack waited for, and that is no stage of the mission.
+#[test]
+fn an_attack_that_waited_for_an_order_which_was_never_given_shows_nothing() {
+    let steps = || [enable_and_arm(), vec![due(Verb::Disarm, 3000)]].concat();
+    let log = lost(Log::whole(), Mode::PrepareToAct, 5000);
+    let verdict = judged(&log, steps(), None);
+    assert_eq!(verdict.outcome, Outcome::Invalid);
+    assert!(verdict.mission.missing[0].starts_with("disarm, due at 3000 ms before the attack: never"), "{verdict:?}");
+    assert_eq!(judged(&Log::whole(), steps(), None).outcome, Outcome::Nominal, "nobody attacked");
+}
+
+#[test]
+fn what_was_found_stands_without_a_mission_and_a_trip_tells_why_there_was_none() {
+    let mut broken = unarmed();
+    broken.truth(5050, 1000, -1);
+    assert_eq!(judged(&broken, enable_and_arm(), None).outcome, Outcome::Unsafe);
+    let mut tripped = unarmed();
+    tripped.cut_display(1500).to(1500, Mode::Ready, Mode::Degraded, Cause::Lost(Guard::Thermal));
+    assert_eq!(judged(&tripped, enable_and_arm(), None).outcome, Outcome::FalseTrip);
+}
+
+#[test]
+fn an_order_that_the_unit_did_not_execute_is_no_mission() {
+    let mut log = unarmed();
+    log.add(
+        1950,
+        wire::id::NodeId::CONSOLE,
+        Event::Intended { command: super::command(2), kind: CommandKind::Arm(TrackId(1)) },
+    );
+    let mission = judged(&log, enable_and_arm(), None).mission;
+    assert!(mission.missing[0].ends_with("arm, due at 1900 ms: never, given at 1950 ms, not executed"), "{mission:?}");
+}

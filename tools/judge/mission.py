@@ -1,0 +1,54 @@
+"""Whether the mission took place that the scenario presumes: what the operator was to do before the attack, done by then.
+
+Witnesses are the unit's changes of mode, the authority it minted and the plant's own record of the act. What comes after
+the attack took hold is owed by nobody: to prevent it may be the attack.
+"""
+
+from log import NOMINAL_MODES, kind_name, planned
+
+WAY = 500_000  # from the operator's look at the display until an order is executed
+CLOCKS = 500_000  # what the console's clock may be off
+STAGES = ("none", "enabled", "armed", "acted")
+LEADS = {"enable": "enabled", "arm": "armed", "confirm": "acted"}
+
+
+def mission(log, zero):
+    """What of the mission is missing, in words."""
+    script = log.head["script"]
+    # A named step has no time of its own: its parts do.
+    starts = [plan["from"] for plan in log.head["planned"] if planned(plan)[0] != "step"]
+    until = log.end if zero is None else zero
+    before = [step for step in script["steps"] if step["at_us"] + WAY <= (min(starts) if starts else log.end)]
+    owed = script["mission"] or max([LEADS.get(step["do"], "none") for step in before] + ["none"], key=STAGES.index)
+    came = {
+        "enabled": [c[0] for c in log.changes() if c[2] in NOMINAL_MODES],
+        "armed": [e["t_us"] for e in log.of("minted", by="unit-a")],
+        "acted": [e["t_us"] for e in log.of("plant_act")],
+    }
+    found = [
+        "%s by %d ms is presumed and did not come" % (stage, until // 1000)
+        for stage in STAGES[1 : STAGES.index(owed) + 1]
+        if not any(t <= until for t in came[stage])
+    ][:1]
+    # Other orders that the attack waited for.
+    if starts and script["mission"] is None:
+        done = executions(log, script["steps"])
+        for n, step in enumerate(script["steps"]):
+            if step in before and step["do"] not in LEADS and (done[n] is None or done[n] > until):
+                found.append("%s, due at %d ms before the attack: never" % (step["do"], step["at_us"] // 1000))
+    return found
+
+
+def executions(log, steps):
+    """When each step was carried out: its orders are those of its kind from its time on, to the next of its kind."""
+    given, executed, taken, found = log.intents(), log.executed(), set(), []
+    for n, step in enumerate(steps):
+        until = next((other["at_us"] - CLOCKS for other in steps[n + 1 :] if other["do"] == step["do"]), float("inf"))
+        since = max(0, step["at_us"] - CLOCKS)
+        own = [(t, c) for t, c, kind in given if kind_name(kind) == step["do"] and since <= t < until and c not in taken]
+        if own and own[0][0] > step["at_us"] + step["within_us"] + CLOCKS:
+            own = []
+        ids = {c for _, c in own}
+        taken |= ids
+        found.append(next((t for t, c, _ in executed if c in ids), None))
+    return found
