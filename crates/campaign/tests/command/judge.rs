@@ -188,11 +188,7 @@ fn what_its_target_did_not_see_the_second_judge_believes_of_no_actor() {
                 line.event["command"]["boot"] = 9.into();
             }
         }),
-        ("localisation_jump", &|line| {
-            if line.is("imposed") {
-                line.add("east_mm", 6_000);
-            }
-        }),
+        ("localisation_jump", &|line| unseen(line, "mouth_saw", "hash")),
         ("slow_inference", &|line| {
             if line.is("halted") {
                 line.t_us += 50_000;
