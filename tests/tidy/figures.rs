@@ -117,7 +117,8 @@ fn each_row_of_the_readmes_figures_names_its_command() {
 #[test]
 fn scenarios_that_pages_name_are_there() {
     let here = |name: &str| {
-        let below = ["scenarios", "scenarios/demo", "scenarios/rendered"].map(|folder| root().join(folder).join(format!("{name}.toml")));
+        let below = ["scenarios", "scenarios/demo", "scenarios/rendered"]
+            .map(|folder| root().join(folder).join(format!("{name}.toml")));
         below.iter().any(|path| path.exists())
     };
     for page in PAGES {

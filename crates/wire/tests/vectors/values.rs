@@ -425,7 +425,15 @@ fn outputs() -> Vec<Named> {
 
 /// Numbers of the kinds of event.
 pub(crate) fn events() -> impl Iterator<Item = u8> {
-    (0..30).chain(40..43).chain(45..49).chain(50..52).chain(56..59).chain(60..62).chain(65..71).chain(80..89).chain(92..93)
+    (0..30)
+        .chain(40..43)
+        .chain(45..49)
+        .chain(50..52)
+        .chain(56..59)
+        .chain(60..62)
+        .chain(65..71)
+        .chain(80..89)
+        .chain(92..93)
 }
 
 fn entries() -> Vec<Named> {
