@@ -13,6 +13,7 @@ use super::kept::Shelf;
 use super::out;
 use super::plan::Planned;
 use super::retry::retried;
+use crate::oracle::FateName;
 use crate::parallel;
 use crate::progress::{Progress, Stop, Talk};
 use crate::report::Mode;
@@ -161,6 +162,13 @@ pub(super) fn reproduce(mode: Mode, planned: &Planned, seed: u64) -> String {
     format!("holdsafe run {name} --trials 1 --seed {seed}{live}{}", planned.options)
 }
 
+/// The injections of an INVALID trial of which nothing proves that they arrived.
+fn unproven(trial: &Trial) -> impl Iterator<Item = String> + '_ {
+    let open =
+        trial.injections.iter().filter(|row| trial.outcome == Outcome::Invalid && row.fate == FateName::NotProven);
+    open.map(|row| format!("not proven: {}, from {} ms at the earliest", row.what, row.from_ms))
+}
+
 /// Whether a receipt was believed of which nothing is true: of actors who only said that they acted.
 fn is_believed(sabotage: bool, receipt: bool) -> bool {
     sabotage && receipt
@@ -179,7 +187,8 @@ pub(super) fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
         })
         .collect();
     for (trial, planned) in odd.iter().take(MAX_TOLD) {
-        let why = if trial.findings.is_empty() { String::new() } else { format!(" ({})", trial.findings.join("; ")) };
+        let reasons: Vec<String> = trial.findings.iter().cloned().chain(unproven(trial)).collect();
+        let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join("; ")) };
         let expected: Vec<&str> = planned.variation.scenario.expected.iter().map(|o| o.name()).collect();
         link::note!("{}{why}, expected {}", trial.outcome.name(), expected.join(" or "));
         link::note!("reproduce: {}", reproduce(mode, planned, trial.seed));

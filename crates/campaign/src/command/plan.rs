@@ -76,7 +76,7 @@ pub(super) fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure>
     let known: Vec<String> = shipped.iter().map(|p| stem(p)).collect();
     let hint = match scenario::closest(name, known.iter().map(String::as_str)) {
         Some(meant) => format!("did you mean `{meant}`?"),
-        None => format!("there are: {}", known.join(", ")),
+        None => format!("there are: {}.", known.join(", ")),
     };
     Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; {hint} A file is named by its path, ending in .toml")))
 }

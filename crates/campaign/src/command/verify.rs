@@ -39,18 +39,24 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     let holds = verified.sealed && verified.findings.is_empty();
     if !context.json {
+        if !holds {
+            let why = verified.findings.first().map_or("TRUNCATED: no closing seal", String::as_str);
+            out::say(format_args!("INVALID: {}: {why}", args.run.display()));
+        }
         let closed = if verified.sealed { "sealed" } else { "TRUNCATED: no closing seal" };
         let (events, head, heads) = (verified.events, &verified.head, verified.heads);
         out::say(format_args!("{events} events, head {head}, {heads} heads held outside the recorder, {closed}"));
         let (files, held) = (verified.files, &verified.held);
-        out::say(format_args!("{files} files to the last byte, held.json has SHA-256 {held}"));
+        out::say(format_args!("{files} files compared to the last byte, held.json has SHA-256 {held}"));
         for open in &verified.uncovered {
             out::say(format_args!("not covered: {open}"));
         }
         for finding in &verified.findings {
             out::say(format_args!("{finding}"));
         }
-        out::say(format_args!("{}", if holds { "the evidence holds" } else { "INVALID" }));
+        if holds {
+            out::say(format_args!("the evidence holds"));
+        }
     } else {
         out::print_json("verify", &Told { schema_version: SCHEMA_VERSION, holds, verified })?;
     }

@@ -5,7 +5,7 @@ use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 
 use super::{Change, Log, Split, Stage, Step};
-use crate::oracle::Micros;
+use crate::oracle::{Micros, Witnessed};
 
 /// Speed below which the plant counts as standing, mm/s.
 const STANDING: i32 = 50;
@@ -60,7 +60,9 @@ fn speed_limit(log: &Log, change: &Change) -> Option<i32> {
 
 /// What became of authority at this change: it is written in the same step of the machine.
 fn authority(log: &Log, change: &Change) -> Option<Step> {
-    let what = log.by(NodeId::UNIT_A).filter(|w| w.at == change.at).find_map(|w| match w.entry.event {
+    // The step has one time on the unit's clock; what it wrote is taken in one entry after the other.
+    let same_step = |w: &&Witnessed| i128::from(w.entry.at.0) == i128::from(change.at) + change.local;
+    let what = log.by(NodeId::UNIT_A).filter(same_step).find_map(|w| match w.entry.event {
         Event::Minted { authority, track, .. } => Some(format!("authority {authority} is minted on track {}", track.0)),
         Event::Revoked { authority, .. } => Some(format!("authority {authority} is revoked")),
         Event::Acted { authority, .. } => Some(format!("authority {authority} is used")),

@@ -54,7 +54,7 @@ colour = [60, 80, 150]
 
 # The operator sees only what is displayed: a step waits for its time and for its conditions.
 # Those that are due half a second or more before the attack have to be carried out by then, or the trial is INVALID: an
-# attack that no mission met shows nothing. `mission = "none"` above waives that, `mission = "armed"` demands it.
+# attack that no mission met shows nothing. A line `mission = "none"` beside `expected` waives that, `mission = "armed"` demands it.
 [[operator.step]]
 at_s = 1.0
 when_state = "IDLE"
