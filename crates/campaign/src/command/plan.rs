@@ -61,9 +61,14 @@ pub(super) struct Wanted {
     pub(super) sabotage: bool,
 }
 
+/// Whether a scenario is given by its file, and not by the name of a shipped one.
+pub(super) fn is_path(name: &str) -> bool {
+    name.ends_with(".toml") || name.contains('/')
+}
+
 /// The file of a scenario given by name or by path.
 pub(super) fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
-    if name.ends_with(".toml") || name.contains('/') {
+    if is_path(name) {
         return Ok(PathBuf::from(name));
     }
     let folder = context.root()?.join("scenarios");

@@ -92,6 +92,8 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
             of.setup.frames = args.frames;
             of.setup.retries = args.retries.retries;
             of.setup.window = args.console.then_some(args.role);
+            let live = if args.live { " --live" } else { "" };
+            of.command = plan::is_path(name).then(|| format!("holdsafe run {name} --trials 1{live}{}", of.options));
         }
         plans.push((scenario, planned));
     }

@@ -101,6 +101,14 @@ fn a_check_finds_what_a_run_would_refuse() {
 }
 
 #[test]
+fn a_scenario_given_by_its_file_is_reproduced_by_its_file() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = mistaken(dir.path(), "expected = [\"HOLD_SAFE\"]", "expected = [\"NOMINAL\"]");
+    let (screen, code) = told(&["run", &file, "--trials", "1"]);
+    assert!(code == Some(3) && screen.contains(&format!("reproduce: holdsafe run {file} --trials 1")), "{screen}");
+}
+
+#[test]
 fn no_progress_is_written_where_stderr_is_no_terminal() {
     let (screen, code) = told(&["run", "loss", "--trials", "2"]);
     assert_eq!((screen.as_str(), code), ("", Some(0)));
