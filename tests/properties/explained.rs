@@ -97,6 +97,16 @@ fn what_looks_alike_is_told_apart() {
 }
 
 #[test]
+fn a_frozen_camera_is_dated_from_its_last_new_frame() {
+    let run = shipped("thermal_freeze").run(1);
+    let told = explain(&run.evidence.entries, &run.evidence.bounds);
+    let loss = told.iter().find(|e| e.restricts()).expect("a loss");
+    assert_eq!(loss.origin.place, Place::Sensor(Sensor::Thermal), "{loss:#?}");
+    let zero = run.verdict.zero.expect("a receipt");
+    assert!(loss.origin.since_us <= zero && zero < loss.at_us, "injected at {zero}: {loss:#?}");
+}
+
+#[test]
 fn a_link_that_holds_everything_back_is_told_from_a_gateway_that_stood_still_and_one_that_died_later() {
     let of = |name: &str, moves: &[(&str, u32, &[u32])]| {
         let (mut ready, alphabet) = (shipped("nominal"), alphabet(name));

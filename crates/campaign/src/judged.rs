@@ -21,12 +21,7 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         knowledge,
         steps: Vec::new(),
         outcome: verdict.outcome,
-        findings: verdict
-            .findings
-            .iter()
-            .map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what))
-            .chain(verdict.mission.missing.iter().map(|what| format!("mission: {what}")))
-            .collect(),
+        findings: findings(verdict),
         receipt: verdict.receipt,
         injections: verdict.injections.iter().map(InjectionRow::from).collect(),
         log_hash,
@@ -63,6 +58,12 @@ pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Ver
         }
     }
     trial
+}
+
+/// Everything found, in words: broken properties first, then what the mission lacks.
+pub fn findings(verdict: &Verdict) -> Vec<String> {
+    let broken = verdict.findings.iter().map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what));
+    broken.chain(verdict.mission.missing.iter().map(|what| format!("mission: {what}"))).collect()
 }
 
 /// A teammate's claims up to the unit's first restriction after the first of them.

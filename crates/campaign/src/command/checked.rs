@@ -34,7 +34,12 @@ pub(super) struct Unverified {
 impl Unverified {
     /// How a command ends that read these and would end with `own`.
     pub(super) fn exit(self, read: &[&Checked], own: Exit) -> Exit {
-        if self.unverified || read.iter().all(|of| of.invalid().is_none()) { own } else { Exit::NoEvidence }
+        if read.iter().all(|of| of.invalid().is_none()) { own } else { self.of_invalid(own) }
+    }
+
+    /// How a command ends that read what is INVALID and would end with `own`.
+    pub(super) fn of_invalid(self, own: Exit) -> Exit {
+        if self.unverified { own } else { Exit::NoEvidence }
     }
 }
 
@@ -140,7 +145,7 @@ struct Ended {
 }
 
 /// The class in which the trial ended, and why that is no evidence; nothing where it is not told.
-fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
+pub(super) fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
     let file = path.join(VERDICT);
     if !file.exists() {
         return (None, None);
@@ -153,12 +158,17 @@ fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
     };
     match read() {
         Ok(Ended { outcome: Outcome::Invalid, findings }) => {
-            let why = findings.first().map_or("an injection has no receipt", String::as_str);
-            (Some(Outcome::Invalid), Some(format!("the trial itself ended INVALID: {why}")))
+            (Some(Outcome::Invalid), Some(ended_invalid(findings.first())))
         }
         Ok(Ended { outcome, .. }) => (Some(outcome), None),
         Err(why) => (None, Some(format!("{VERDICT}: {why}: the class of the trial is not known"))),
     }
+}
+
+/// Why a trial is no evidence that ended INVALID with this first finding.
+pub(super) fn ended_invalid(first: Option<impl std::fmt::Display>) -> String {
+    let why = first.map_or_else(|| "an injection has no receipt".to_owned(), |why| why.to_string());
+    format!("the trial itself ended INVALID: {why}")
 }
 
 /// SHA-256 of a recording's files, by number.
@@ -185,12 +195,15 @@ fn tame(text: &str) -> String {
 
 /// Says first of all which of what was read is INVALID: on stdout, or where that is for the object, on stderr.
 pub(super) fn say(context: &Context, read: &[&Checked]) {
-    for mark in read.iter().filter_map(|of| of.mark()) {
-        if context.json {
-            link::note!("{mark}");
-        } else {
-            out::say(format_args!("{mark}"));
-        }
+    read.iter().filter_map(|of| of.mark()).for_each(|mark| say_mark(context, &mark));
+}
+
+/// The same of one, by its line.
+pub(super) fn say_mark(context: &Context, mark: &str) {
+    if context.json {
+        link::note!("{mark}");
+    } else {
+        out::say(format_args!("{mark}"));
     }
 }
 

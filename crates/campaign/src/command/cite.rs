@@ -19,6 +19,8 @@ use crate::report::SCHEMA_VERSION;
 const CITATION: &str = include_str!("../../../../CITATION.cff");
 /// The most that is read of a manifest.
 const MAX_MANIFEST_BYTES: u64 = 4 << 20;
+/// The most that is read of a result.
+const MAX_RESULT_BYTES: u64 = 256 << 20;
 /// Results in a run's directory: tables and lines; recordings lie below and are named by them.
 const RESULTS: [&str; 4] = ["json", "jsonl", "parquet", "csv"];
 /// From a trial's folder to that of its run: seed, cell, scenario, mode.
@@ -58,6 +60,9 @@ struct Cited {
     target: String,
     seed: u64,
     scenarios: Vec<String>,
+    /// Where its trials ran, of a result that ran in one place: twin, stack or live.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mode: Option<String>,
     /// What each artefact of an ablation says.
     watermarks: Vec<String>,
     /// SHA-256 of each result, by its file.
@@ -83,7 +88,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let recorded = checked::every(&directory)?;
     let recorded: Vec<&Checked> = recorded.iter().collect();
     checked::say(context, &recorded);
-    let cited = cited(read, results, &hex_digest(&text), &kept(&recorded));
+    let cited = cited(read, mode(&directory), results, &hex_digest(&text), &kept(&recorded));
     match context.json {
         true => checked::print_json("cite", &cited, &recorded)?,
         false => out::say(format_args!("{}", cited.bibtex)),
@@ -109,6 +114,17 @@ fn kept(recorded: &[&Checked]) -> String {
     }
 }
 
+/// Where the trials of a run ran, by its result.
+fn mode(directory: &Path) -> Option<String> {
+    #[derive(Deserialize)]
+    struct Ran {
+        mode: String,
+    }
+    let file = File::open(directory.join("result.json")).ok()?;
+    let ran: Ran = serde_json::from_reader(file.take(MAX_RESULT_BYTES)).ok()?;
+    ran.mode.chars().all(|c| c.is_ascii_lowercase()).then_some(ran.mode)
+}
+
 /// The digest of each result in the directory itself.
 fn results(directory: &Path) -> Result<BTreeMap<String, String>, Failure> {
     let mut found = BTreeMap::new();
@@ -125,7 +141,13 @@ fn results(directory: &Path) -> Result<BTreeMap<String, String>, Failure> {
     Ok(found)
 }
 
-fn cited(read: Manifest, results: BTreeMap<String, String>, manifest: &str, recorded: &str) -> Cited {
+fn cited(
+    read: Manifest,
+    mode: Option<String>,
+    results: BTreeMap<String, String>,
+    manifest: &str,
+    recorded: &str,
+) -> Cited {
     let mut over = Sha256::new();
     over.update(manifest);
     results.iter().for_each(|(name, digest)| over.update(format!("\n{name} {digest}")));
@@ -138,10 +160,12 @@ fn cited(read: Manifest, results: BTreeMap<String, String>, manifest: &str, reco
         [first, .., last] => format!("{} scenarios, {first} to {last}", scenarios.len()),
     };
     let marks: String = read.watermarks.iter().map(|mark| format!(", {mark}")).collect();
+    let in_mode = mode.as_ref().map(|mode| format!(", {mode}")).unwrap_or_default();
     let Manifest { seed, build, target, program, .. } = &read;
     let (program, key) = (short(program), short(&digest));
-    let note =
-        format!("seed {seed}, {of}, {build} build for {target}, program {program}, results {key}{recorded}{marks}");
+    let note = format!(
+        "seed {seed}, {of}{in_mode}, {build} build for {target}, program {program}, results {key}{recorded}{marks}"
+    );
     let bibtex = bibtex(key, &title, &read.version, &note);
     Cited {
         schema_version: SCHEMA_VERSION,
@@ -152,6 +176,7 @@ fn cited(read: Manifest, results: BTreeMap<String, String>, manifest: &str, reco
         target: read.target,
         seed: read.seed,
         scenarios,
+        mode,
         watermarks: read.watermarks,
         results,
         digest,
@@ -196,7 +221,7 @@ mod tests {
         let manifest = r#"{"version":"0.1.0","program":"0123456789","build":"release","target":"x","seed":7,
                            "watermarks":["WAIVED: a_b"],"bounds":{"rgb_loss":{},"thermal_loss":{}}}"#;
         let results = results.iter().map(|(name, digest)| ((*name).to_owned(), (*digest).to_owned())).collect();
-        cited(serde_json::from_str(manifest).expect("a manifest"), results, "m", "")
+        cited(serde_json::from_str(manifest).expect("a manifest"), Some("twin".to_owned()), results, "m", "")
     }
 
     #[test]
@@ -207,7 +232,7 @@ mod tests {
             "{The holdsafe contributors}",
             "seed 7",
             "program 01234567,",
-            "rgb\\_loss to thermal\\_loss",
+            "rgb\\_loss to thermal\\_loss, twin, ",
             "WAIVED: a\\_b",
         ] {
             assert!(cited.bibtex.contains(part), "{part}: {}", cited.bibtex);

@@ -43,11 +43,18 @@ pub(super) struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (found, checked) = find(context, args)?;
     let read: Vec<&Checked> = checked.iter().collect();
+    // Of a scenario nothing was recorded; its trial may have ended INVALID all the same.
+    let of_twin = found.flaw.as_ref().filter(|_| checked.is_none()).map(|why| format!("INVALID: {}: {why}", args.run));
+    let exit = args
+        .unverified
+        .exit(&read, if of_twin.is_none() { Exit::Fine } else { args.unverified.of_invalid(Exit::Fine) });
     if args.diagram {
         // A comment of Mermaid's, which takes nothing else there.
-        read.iter().filter_map(|of| of.mark()).for_each(|mark| out::say(format_args!("%% {mark}")));
+        let marks = read.iter().filter_map(|of| of.mark()).chain(of_twin);
+        marks.for_each(|mark| out::say(format_args!("%% {mark}")));
     } else {
         checked::say(context, &read);
+        of_twin.iter().for_each(|mark| checked::say_mark(context, mark));
     }
     found.warn(&args.run);
     let Recorded { entries, flaw, assumed, bounds } = found;
@@ -64,13 +71,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     }
     if context.json {
         checked::print_json("explain", &ExplainObject::new(&args.run, flaw, assumed, told, kept), &read)?;
-        return Ok(args.unverified.exit(&read, Exit::Fine));
+        return Ok(exit);
     }
     for explanation in &told {
         out::say(format_args!("{}", if args.diagram { diagram(explanation) } else { explained(explanation) }));
     }
     kept.iter().for_each(|why| out::say(format_args!("{}", kept_out(why))));
-    Ok(args.unverified.exit(&read, Exit::Fine))
+    Ok(exit)
 }
 
 fn chosen(args: &Args, mut all: Vec<Explanation>) -> Vec<Explanation> {
@@ -96,8 +103,8 @@ fn find(context: &Context, args: &Args) -> Result<(Recorded, Option<Checked>), F
         return Err(Failure::new(Exit::Usage, message));
     }
     let one = planned.first().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))?;
-    let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
-    Ok((Recorded::of(evidence), None))
+    let (evidence, verdict) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
+    Ok((Recorded::of(evidence, &verdict), None))
 }
 
 fn seconds(text: &str) -> Result<Micros, String> {

@@ -3,10 +3,12 @@
 use wire::bounds::Bounds;
 use wire::id::NodeId;
 
-use super::checked::Checked;
+use super::checked::{self, Checked};
 use super::engine::{self, EngineError};
+use crate::judged::findings;
 use crate::keep;
-use crate::oracle::{Evidence, Witnessed};
+use crate::oracle::{Evidence, Verdict, Witnessed};
+use crate::trial::Outcome;
 
 /// What is taken of a recording without `events.jsonl`.
 const ASSUMED: &str = "no events.jsonl tells of the bounds and of when the run began: the ground platform's are taken, and times \
@@ -40,9 +42,10 @@ impl Recorded {
         Ok(Recorded { entries, flaw, assumed: told.is_none().then_some(ASSUMED), bounds })
     }
 
-    /// Of a run in the twin, of which everything is told.
-    pub(super) fn of(evidence: Evidence) -> Recorded {
-        Recorded { entries: evidence.entries, flaw: None, assumed: None, bounds: evidence.bounds }
+    /// Of a run in the twin, of which everything is told, and which may have ended INVALID.
+    pub(super) fn of(evidence: Evidence, verdict: &Verdict) -> Recorded {
+        let flaw = (verdict.outcome == Outcome::Invalid).then(|| checked::ended_invalid(findings(verdict).first()));
+        Recorded { entries: evidence.entries, flaw, assumed: None, bounds: evidence.bounds }
     }
 
     /// Says on stderr what was taken to be so of `run`.

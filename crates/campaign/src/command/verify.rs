@@ -1,4 +1,4 @@
-//! `holdsafe verify DIR`: whether the evidence of a run holds.
+//! `holdsafe verify DIR`: whether the evidence of a run holds, and whether its trial ended INVALID by itself.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::engine::{self, Verified};
 use super::failure::{Exit, Failure};
-use super::{Context, out, runs};
+use super::{Context, checked, out, runs};
 use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
@@ -22,7 +22,13 @@ pub(super) struct Args {
 #[derive(Serialize)]
 struct Told {
     schema_version: u32,
+    /// The evidence holds.
     holds: bool,
+    /// It holds, and the trial did not end INVALID by itself.
+    valid: bool,
+    /// Why the trial itself is INVALID.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ended: Option<String>,
     #[serde(flatten)]
     verified: Verified,
 }
@@ -33,12 +39,18 @@ fn digest(text: &str) -> Result<String, String> {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let mut verified = engine::verify(&runs::one(&args.run)?)?;
+    let run = runs::one(&args.run)?;
+    let mut verified = engine::verify(&run)?;
     if let Some(told) = args.held.as_ref().filter(|told| **told != verified.held) {
         verified.findings.insert(0, format!("held.json: SHA-256 {}, told was {told}", verified.held));
     }
     let holds = verified.sealed && verified.findings.is_empty();
+    let (_, ended) = checked::ended(&run);
+    let valid = holds && ended.is_none();
     if !context.json {
+        if let Some(why) = ended.as_ref().filter(|_| holds) {
+            out::say(format_args!("INVALID: {}: {why}", args.run.display()));
+        }
         if !holds {
             let why = verified.findings.first().map_or("TRUNCATED: no closing seal", String::as_str);
             out::say(format_args!("INVALID: {}: {why}", args.run.display()));
@@ -54,11 +66,13 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         for finding in &verified.findings {
             out::say(format_args!("{finding}"));
         }
-        if holds {
-            out::say(format_args!("the evidence holds"));
+        match (holds, valid) {
+            (true, true) => out::say(format_args!("the evidence holds")),
+            (true, false) => out::say(format_args!("the evidence holds, of a trial that shows nothing")),
+            (false, _) => {}
         }
     } else {
-        out::print_json("verify", &Told { schema_version: SCHEMA_VERSION, holds, verified })?;
+        out::print_json("verify", &Told { schema_version: SCHEMA_VERSION, holds, valid, ended, verified })?;
     }
-    Ok(if holds { Exit::Fine } else { Exit::NoEvidence })
+    Ok(if valid { Exit::Fine } else { Exit::NoEvidence })
 }

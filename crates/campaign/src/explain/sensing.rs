@@ -171,13 +171,18 @@ fn lacking(log: &Log, change: &Change, since: Micros, frame: u64, modality: Moda
         Event::Repeated { modality: m, frame: at, first } if (m, at.0) == (modality, frame) => Some(first.0),
         _ => None,
     });
-    let what = match like {
-        Some((_, first)) => format!("{name} shows in frame {frame} what it showed in frame {first}, under a new stamp"),
-        None => format!("frames come without {name} from frame {frame} on"),
+    let noticed = since;
+    // It is noticed after several frames; it went wrong behind the one that the unit has a fresh product of.
+    let (since, what) = match like {
+        Some((_, first)) => {
+            let what = format!("{name} shows in frame {frame} what it showed in frame {first}, under new stamps");
+            (silent_since(change).min(since), what)
+        }
+        None => (since, format!("frames come without {name} from frame {frame} on")),
     };
     from(NodeId::PERCEPTION, Place::Sensor(Sensor::of(modality)), since, what).with(
         Stage::Health,
-        silent_since(change).max(since),
+        silent_since(change).max(noticed),
         NodeId::UNIT_A,
         format!("no fresh product of {name}; one may be {limit} ms old"),
     )

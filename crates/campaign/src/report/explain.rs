@@ -101,8 +101,10 @@ pub fn kept_out(why: &WhyNot) -> String {
     text
 }
 
+/// Milliseconds to the nearest tenth.
 fn ms(us: Micros) -> String {
-    format!("{}.{:01}", us / 1000, us % 1000 / 100)
+    let tenths = (us + 50) / 100;
+    format!("{}.{}", tenths / 10, tenths % 10)
 }
 
 /// The name of a kind of link.

@@ -47,7 +47,7 @@ fn reference_row(row: &ReferenceRow) -> Vec<String> {
         name,
         format!("{}, {}{}", row.evidence.name(), row.summary.n, if row.counts { "" } else { " *" }),
         outcomes,
-        percent(row.summary.unsafe_upper_95),
+        unsafe_below(&row.summary),
         sample(&row.summary.latency_ms.to_degraded),
         sample(&row.summary.latency_ms.to_hold_safe),
         sample(&row.summary.latency_ms.to_authority_revoked),
@@ -129,7 +129,7 @@ fn run_row(cell: &str, accounts: String, summary: &Summary) -> Vec<String> {
         summary.n.to_string(),
         outcomes(&summary.outcomes),
         accounts,
-        percent(summary.unsafe_upper_95),
+        unsafe_below(summary),
         sample(&summary.latency_ms.to_degraded),
         sample(&summary.latency_ms.to_hold_safe),
     ]
@@ -178,6 +178,12 @@ pub(super) fn percent(rate: f64) -> String {
     format!("{:.2} %", rate * 100.0)
 }
 
+/// The bound on the unsafe rate, where any trial bears on it.
+fn unsafe_below(summary: &Summary) -> String {
+    let bears = summary.outcomes.keys().any(|class| *class != Outcome::Invalid);
+    if bears { percent(summary.unsafe_upper_95) } else { "-".to_owned() }
+}
+
 pub(super) fn sample(sample: &Sample) -> String {
     let whole = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.0}"));
     if sample.n == 0 {
@@ -202,6 +208,13 @@ mod tests {
         let widest = text.lines().map(|line| line.chars().count()).max();
         assert!(widest.is_some_and(|widest| widest <= usize::from(WIDTH)), "{widest:?}: {text}");
         assert!(text.contains("from the injection's receipt"), "{text}");
+    }
+
+    #[test]
+    fn trials_that_show_nothing_have_no_bound() {
+        let trials = (0..2).map(|s| trial(s, Outcome::Invalid)).collect();
+        let text = run_table(&RunObject::new("delay", Mode::Twin, 7, trials, &[]));
+        assert!(text.contains("INVALID 2") && !text.contains("100.00 %"), "{text}");
     }
 
     #[test]

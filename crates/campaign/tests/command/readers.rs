@@ -152,6 +152,10 @@ fn a_run_whose_keys_and_heads_are_gone_or_whose_trial_ended_invalid_is_no_better
     fs::write(&verdict, ended.to_string()).unwrap();
     cover(&read.run);
     all_say_it(&read, "the trial itself ended INVALID: P10 at 9000 ms: the host overslept");
+    let output = holdsafe(&["verify", read.run.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    assert!(first_line(&output.stdout).contains("the trial itself ended INVALID"), "{output:?}");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("the evidence holds, of a trial that shows nothing"));
     fs::write(&verdict, "{}").unwrap();
     let output = holdsafe(&["explain", read.run.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(4), "a class that cannot be read: {output:?}");
@@ -168,6 +172,24 @@ fn a_run_whose_keys_and_heads_are_gone_or_whose_trial_ended_invalid_is_no_better
 }
 
 #[test]
+fn an_explained_scenario_says_when_its_trial_ended_invalid() {
+    let dir = tempfile::tempdir().unwrap();
+    let nominal = fs::read_to_string(root().join("scenarios/nominal.toml")).unwrap();
+    // Nobody enables it.
+    let without = nominal.replacen("do = \"enable\"", "do = \"hold\"", 1);
+    fs::create_dir(dir.path().join("scenes")).unwrap();
+    fs::copy(root().join("scenarios/scenes/yard.toml"), dir.path().join("scenes/yard.toml")).unwrap();
+    let file = dir.path().join("nominal.toml");
+    fs::write(&file, without).unwrap();
+    let line = ["explain", file.to_str().unwrap(), "--all"];
+    let output = holdsafe(&line);
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    let first = first_line(&output.stdout);
+    assert!(first.starts_with("INVALID: ") && first.contains("ended INVALID: mission: "), "{first}");
+    assert_eq!(holdsafe(&[&line[..], &["--unverified"]].concat()).status.code(), Some(0));
+}
+
+#[test]
 fn a_report_lists_each_recording_with_digest_and_custody_and_counts_them_in_its_verdict() {
     let read = Read::new();
     let whole = recorded(read.folder.parent().unwrap(), "loss");
@@ -180,6 +202,7 @@ fn a_report_lists_each_recording_with_digest_and_custody_and_counts_them_in_its_
     assert!(head.contains("verdict bad") && head.contains("1 of 2 recordings is INVALID"), "{head}");
     let (mark, sentence) = (head.find("is INVALID"), head.find("Every trial ended in a class"));
     assert!(mark < sentence && sentence.is_some(), "first of all: {head}");
+    assert!(head.contains("no INVALID recording supports it"), "{head}");
     let object = object(&output);
     let of = object["recordings"].as_array().unwrap();
     assert_eq!(of.iter().map(|r| r["valid"].as_bool().unwrap()).collect::<Vec<_>>(), [false, true], "{object}");

@@ -30,6 +30,9 @@ type ByPlace = BTreeMap<(Evidence, bool), Counted>;
 /// Recordings that are INVALID and named in the verdict.
 const NAMED: usize = 8;
 
+/// What is said beside the results when a recording of theirs is INVALID.
+const UNSUPPORTED: &str = "That is what the results say; no INVALID recording supports it.";
+
 /// The verdict.
 pub(super) fn verdict(dossier: &Dossier) -> Markup {
     let all: Vec<(&str, ByPlace)> =
@@ -48,7 +51,7 @@ pub(super) fn verdict(dossier: &Dossier) -> Markup {
     html! {
         div class=(if off + (findings + invalid.len()) as u64 > 0 { "verdict bad" } else { "verdict" }) {
             (recordings(&invalid, dossier.recordings.len()))
-            p { strong { (sentence(&places)) } }
+            p { strong { (sentence(&places)) } @if !invalid.is_empty() { " " (UNSUPPORTED) } }
             @if let Some(harm) = stated_harm(dossier) { p { (harm) } }
             @if findings > 0 {
                 p { "Searches found " (findings) " smallest " (if findings == 1 { "word" } else { "words" }) " that the platform did not stand; see below." }
