@@ -6,7 +6,6 @@ use std::fs::File;
 use campaign::cast::{RunSecret, cast};
 use campaign::evidence::hashes;
 use campaign::oracle::Plan;
-use campaign::parallel;
 use campaign::reproduction::{Again, Reference, References};
 use campaign::scenario::Settings;
 use holdsafe_tests::{Ready, root, shipped, variations};

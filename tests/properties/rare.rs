@@ -2,12 +2,13 @@
 //! Against an exactly known probability it is held where the splitting is, with a process of a few lines (`campaign::rare`).
 
 use campaign::evidence::read;
-use campaign::progress::{Progress, Stop, Talk};
 use campaign::rare::{Event, Plan, Question, Repetition};
-use campaign::stats::{Share, mean::Mean};
 use campaign::twin::Twin;
 use campaign::twin::trial::start;
 use holdsafe_tests::shipped;
+use parallel::progress::{Progress, Stop, Talk};
+use stats::Share;
+use stats::mean::Mean;
 use wire::event::Event as Told;
 
 /// The estimates of so many repetitions, and the trials of the first stage that got to its end.

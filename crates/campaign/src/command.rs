@@ -74,12 +74,11 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{ArgAction, Parser, Subcommand};
+use parallel::progress::{Stop, Talk};
 
 pub use engine::{EngineError, MouthReplay, Verified};
 pub use failure::{Exit, Failure};
 pub use kept::{finished, kept_line};
-
-use crate::progress::{Stop, Talk};
 
 const EXIT_CODES: &str = "Exit codes:
   0    every trial within its expected classes

@@ -7,8 +7,8 @@ use core::fmt;
 use core::str::FromStr;
 
 use serde::{Deserialize, Serialize};
+use stats::{rate_lower, rate_upper, sequential, simultaneous_level};
 
-use crate::stats::{rate_lower, rate_upper, sequential, simultaneous_level};
 use crate::trial::Outcome;
 
 /// Trials between two looks of a campaign that may stop early.

@@ -14,11 +14,11 @@ use super::kept::{Kept, Shelf};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, catalogue, out};
 use crate::ablation::{Gain, Switch};
-use crate::progress::Progress;
 use crate::report::{Ablation, AttackRow, CheckRow, Compared, Mode, Overlap, Quiet, Summary, ablation_table};
 use crate::scenario::{self, Scenario};
-use crate::stats::paired::Paired;
 use crate::trial::{Outcome, Trial};
+use parallel::progress::Progress;
+use stats::paired::Paired;
 
 /// Seconds of one quiet trial.
 const QUIET_TRIAL_S: f64 = 600.0;

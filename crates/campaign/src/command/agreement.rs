@@ -11,11 +11,10 @@ use super::failure::{Exit, Failure};
 use super::kept::Kept;
 use super::plan::Planned;
 use super::{Context, out};
-use crate::parallel;
-use crate::progress::{Progress, Talk};
 use crate::report::{AgreementObject, Mode, WordRow, agreement_table};
 use crate::search::Stratum;
 use crate::trial::{Outcome, Trial};
+use parallel::progress::{Progress, Talk};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
+use parallel::progress::{Progress, Stop, Talk};
 
 use super::engine::{self, EngineError};
 use super::failure::{Exit, Failure};
@@ -14,8 +15,6 @@ use super::out;
 use super::plan::Planned;
 use super::retry::retried;
 use crate::oracle::FateName;
-use crate::parallel;
-use crate::progress::{Progress, Stop, Talk};
 use crate::report::Mode;
 use crate::scenario::Setup;
 use crate::trial::{Outcome, Trial};

@@ -9,6 +9,7 @@ pub(super) mod space;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
+use parallel::progress::Progress;
 use sha2::{Digest, Sha256};
 
 use super::batch;
@@ -21,8 +22,6 @@ use crate::campaign::partition::Partition;
 use crate::campaign::row::Row;
 use crate::campaign::{PROGRAM, Plan};
 use crate::evidence::hex;
-use crate::parallel;
-use crate::progress::Progress;
 use crate::report::{CampaignObject, Fold, TableError, TrialTable, campaign_table};
 use crate::scenario::Variation;
 use crate::trial::Outcome;

@@ -9,6 +9,7 @@ use dataset::coco::{Coco, Found};
 use dataset::example::Example;
 use dataset::quality::LEAST;
 use dataset::sheet::{self, Entry};
+use parallel::progress::Progress;
 use perception::detector::{Detector, DetectorError};
 use perception::model::hex_digest;
 use perception::stages::Stages;
@@ -16,7 +17,6 @@ use serde::Serialize;
 
 use super::failure::{Exit, Failure};
 use super::{Context, out};
-use crate::progress::Progress;
 use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]

@@ -5,6 +5,7 @@
 
 use dataset::cells::Split;
 use dataset::quality::{Quality, measure};
+use parallel::progress::Progress;
 use perception::corroborate::Limits;
 use perception::runtime;
 use serde::Serialize;
@@ -13,7 +14,6 @@ use super::bring::Bring;
 use super::dataset::chosen;
 use super::failure::{Exit, Failure};
 use super::{Context, out};
-use crate::progress::Progress;
 use crate::report::{SCHEMA_VERSION, started};
 
 #[derive(Debug, clap::Args)]

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::{Deserialize, Serialize};
@@ -18,8 +19,6 @@ use super::lines::Lines;
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
 use crate::evidence::hex;
-use crate::parallel;
-use crate::progress::Progress;
 use crate::scenario::{Name, Weakness};
 use crate::search::{Drawn, Ground, Stratum, ends_in};
 use crate::trial::Outcome;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use link::instrument::Frame;
+use parallel::progress::Stop;
 use serde::Serialize;
 use wire::person::{Act, Role};
 
@@ -15,7 +16,6 @@ use crate::live::child::Services;
 use crate::live::mouths::CoreReplay;
 use crate::live::{self, LiveError};
 use crate::oracle::{Evidence, Verdict, Witnessed};
-use crate::progress::Stop;
 use crate::refeed::{Fed, Refed, Same, fed};
 use crate::report::Mode;
 use crate::sabotage::sabotage;

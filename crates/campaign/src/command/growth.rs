@@ -6,6 +6,7 @@
 //! perception keeps 16 tracks, a report carries 8, a gateway has two whole platforms (`ARCHITECTURE.md`, *What the twin costs*).
 //! Platforms abreast take turns of 100 ms on one thread, so that each finds the caches as the others left them.
 
+use parallel::progress::Progress;
 use serde_json::{Value, json};
 use wire::event::Event;
 
@@ -13,7 +14,6 @@ use super::engine::EngineError;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, batch, campaign, out};
-use crate::progress::Progress;
 use crate::report::{Grown, Growth, GrowthRow, Mode, Spread, growth_table};
 use crate::scenario::{Settings, Variation};
 use crate::twin::trial::{conclude, start};

@@ -6,6 +6,7 @@
 
 use serde::Serialize;
 use serde_json::json;
+use stats::Sample;
 use wire::codec::Text;
 use wire::command::CommandKind;
 use wire::event::{Event, Freshness, ShownAs};
@@ -20,7 +21,6 @@ use super::{Context, campaign, engine, out};
 use crate::oracle::Witnessed;
 use crate::report::{SCHEMA_VERSION, started};
 use crate::scenario::{self, Settings};
-use crate::stats::Sample;
 
 /// When the first HOLD is given: by then the script has the unit driving. Microseconds.
 const FIRST_US: u64 = 8_000_000;

@@ -5,9 +5,9 @@
 
 use nix::sys::signal::{SigSet, Signal};
 use nix::sys::signalfd::SignalFd;
+use parallel::progress::Stop;
 
 use super::failure::Exit;
-use crate::progress::Stop;
 
 /// Starts to watch; call it before any other thread is there.
 pub(super) fn watch() -> Stop {

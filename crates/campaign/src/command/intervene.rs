@@ -9,9 +9,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
+use stats::Share;
 use wire::event::Sensor;
 use wire::id::UnitId;
 
@@ -20,12 +22,9 @@ use super::plan::{self, Planned, Wanted};
 use super::{Context, engine, ground, out};
 use crate::explain::{Explanation, Origin, Place, explain};
 use crate::oracle::Micros;
-use crate::parallel;
-use crate::progress::Progress;
 use crate::report::SCHEMA_VERSION;
 use crate::scenario::{Alphabet, Scenario};
 use crate::search::{Letter, Word};
-use crate::stats::Share;
 
 /// When faults begin, milliseconds: the unit is under way, and what follows still happens within the run.
 const BEGINS_MS: (u64, u64) = (3_000, 6_000);

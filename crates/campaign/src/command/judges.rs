@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 
+use parallel::progress::Progress;
 use serde::{Deserialize, Serialize};
 
 use super::failure::{Exit, Failure};
@@ -20,8 +21,6 @@ use crate::ablation::Switch;
 use crate::cast::is_attacked;
 use crate::keep;
 use crate::oracle::{Evidence, Verdict};
-use crate::parallel;
-use crate::progress::Progress;
 use crate::report::SCHEMA_VERSION;
 use crate::trial::Outcome;
 

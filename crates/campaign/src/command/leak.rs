@@ -4,6 +4,7 @@
 //! say, so that IDLE has seconds of its own beside those in which connections are set up, and by a time that differs from run to
 //! run, so that a window does not begin with an order because the script does.
 
+use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
@@ -14,7 +15,6 @@ use super::plan::{self, Wanted};
 use super::{Context, out};
 use crate::leak::measure::{Leak, measure};
 use crate::leak::{Run, Sees};
-use crate::progress::Progress;
 use crate::report::{SCHEMA_VERSION, started};
 
 /// A mission, and missions that end in DEGRADED and in HOLD_SAFE. Nothing is done to the links in any: what the observer sees

@@ -7,8 +7,8 @@ use std::path::PathBuf;
 use super::failure::{Exit, Failure};
 use super::{Context, out};
 use crate::liveness::{Detector, Draws, Weather};
-use crate::progress::Progress;
 use crate::report::{LivenessObject, SCHEMA_VERSION, liveness_svg, liveness_table};
+use parallel::progress::Progress;
 
 /// Losses and jitters, in milliseconds, that make the weather.
 const LOSSES: [f64; 7] = [0.0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2];

@@ -13,10 +13,10 @@ use super::plan::{self, Planned, Wanted};
 use super::retry::Retries;
 use super::{Context, catalogue, out};
 use crate::catalogue::{Catalogue, Row};
-use crate::progress::Progress;
 use crate::report::{Matrix, MatrixRow, MatrixRun, Mode, matrix_table};
 use crate::scenario::Scenario;
 use crate::trial::Trial;
+use parallel::progress::Progress;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -3,14 +3,13 @@
 
 use std::path::PathBuf;
 
+use parallel::progress::Progress;
 use serde_json::Value;
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, campaign, out};
 use crate::campaign::draw;
-use crate::parallel;
-use crate::progress::Progress;
 use crate::rare::{Event, MAX_LEVELS, Plan, Question};
 use crate::report::{Asked, RareObject, rare_table};
 use crate::scenario::{Settings, Variation};

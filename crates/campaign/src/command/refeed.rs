@@ -6,14 +6,13 @@ use std::sync::{Mutex, PoisonError};
 
 use link::clock::{thread_cpu_us, trace_us};
 use link::load::resident_kib;
+use parallel::progress::Progress;
 use serde::Serialize;
 use wire::id::NodeId;
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, engine, out, replay};
-use crate::parallel;
-use crate::progress::Progress;
 use crate::report::{SCHEMA_VERSION, Spread};
 
 /// The scenario in which nothing is done to the platform.

@@ -7,11 +7,10 @@ use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::parallel;
-use crate::progress::Talk;
 use crate::report::{Mode, Reference, ReferenceRow, latency_table, reference_table};
 use crate::scenario::{self, Scenario};
 use crate::trial::Trial;
+use parallel::progress::Talk;
 
 /// The paper's findings, which the table begins with; the others follow by name.
 const FIRST: [&str; 5] = ["teammate", "naive_relay", "thermal_loss", "rgb_loss", "track_starvation"];

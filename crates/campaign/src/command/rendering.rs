@@ -7,13 +7,13 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::Serialize;
+use stats::Share;
 
 use super::batch::Batch;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
 use crate::report::{Mode, SCHEMA_VERSION, started};
-use crate::stats::Share;
 use crate::trial::Trial;
 
 /// Where sensing decides: quiet, losses of a modality, and disguises.

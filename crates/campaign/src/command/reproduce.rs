@@ -3,13 +3,12 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use parallel::progress::Progress;
 use serde::Serialize;
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, engine, out};
-use crate::parallel;
-use crate::progress::Progress;
 use crate::report::{Mode, SCHEMA_VERSION};
 use crate::reproduction::{Again, Reference, References};
 use crate::scenario;

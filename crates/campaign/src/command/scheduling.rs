@@ -8,7 +8,6 @@ use link::clock::trace_us;
 use serde::Serialize;
 
 use crate::live::OVERSLEPT_US;
-use crate::parallel;
 
 /// How long each sleep is asked for.
 const NAP: Duration = Duration::from_millis(5);

@@ -8,12 +8,14 @@ use dataset::example::frames;
 use dataset::likeness::{Found, Given, Likeness, RANGES_M, Stage, bin, departures};
 use dataset::rides::{self, FRAMES};
 use dataset::tracking::{Follower, Tracking};
+use parallel::progress::Progress;
 use perception::corroborate::Limits;
 use perception::stages::Stages;
 use serde::Serialize;
 use sim::NoiseModel;
 use sim::ride::Ride;
 use sim::scene::Scene;
+use stats::mean::Mean;
 
 use super::bring::Bring;
 use super::dataset::chosen;
@@ -21,9 +23,7 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
 use crate::cast::{RunSecret, cast};
-use crate::progress::Progress;
 use crate::report::{SCHEMA_VERSION, started};
-use crate::stats::mean::Mean;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -14,6 +14,7 @@ use console::gui::sensors::{self, Sensed, Sensors};
 use link::clock::trace_us;
 use link::drive::FLUSH_EVERY;
 use link::mouth::{Entry, MouthError};
+use parallel::progress::Stop;
 use perception::stages::Stages;
 use viewer::LARGEST;
 use wire::bus::body;
@@ -28,7 +29,6 @@ use super::failure::{Exit, Failure};
 use super::follow::Follow;
 use super::frame::sights;
 use super::{Context, runs};
-use crate::progress::Stop;
 
 /// How often it is looked whether there is more.
 const LOOKS_EVERY: Duration = Duration::from_millis(50);

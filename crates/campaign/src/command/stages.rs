@@ -2,6 +2,7 @@
 //!
 //! It measures the null attack and prints; no test asserts its numbers.
 
+use parallel::progress::Progress;
 use serde::Serialize;
 
 use super::bring::Bring;
@@ -9,7 +10,6 @@ use super::engine;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, out};
-use crate::progress::Progress;
 use crate::report::{SCHEMA_VERSION, started};
 use crate::stages::{Delays, Quantiles, Row};
 

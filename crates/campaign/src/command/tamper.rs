@@ -10,6 +10,7 @@ use adversary::insider::{InsiderRecorder, Kept};
 use adversary::plan::Tampering;
 use link::instrument::Frame;
 use link::recorder::Recording;
+use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
@@ -22,8 +23,6 @@ use crate::cast::Cast;
 use crate::custody::sweep::{Came, Sweep, is_seal};
 use crate::custody::{Custodian, Held};
 use crate::evidence::{Logged, by_recorder};
-use crate::parallel;
-use crate::progress::Progress;
 use crate::report::SCHEMA_VERSION;
 
 /// Stories that a hostile recorder writes anew, of each kind.

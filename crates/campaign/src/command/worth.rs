@@ -11,12 +11,11 @@ use super::failure::{Exit, Failure};
 use super::ground::{self, stopped_or_unfit};
 use super::plan::Wanted;
 use super::{Context, batch, minima, out};
-use crate::parallel;
-use crate::progress::{Progress, Talk};
 use crate::report::{HuntsRow, SCHEMA_VERSION, WeaknessRow, WorthObject, worth_table};
 use crate::scenario::{Weakness, Weaknesses};
 use crate::search::{Ground, Hunted, Quest, Strategy, ends_in};
-use crate::stats::waiting::Wait;
+use parallel::progress::{Progress, Talk};
+use stats::waiting::Wait;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

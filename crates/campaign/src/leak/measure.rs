@@ -9,12 +9,12 @@ use std::collections::BTreeMap;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
+use stats::paired::Paired;
+use stats::{LEVEL, Share, rate_lower, rate_upper, simultaneous_level};
 use wire::mode::Mode;
 
 use super::guess::{Before, Guess};
 use super::{Run, Sees, Window};
-use crate::stats::paired::Paired;
-use crate::stats::{LEVEL, Share, rate_lower, rate_upper, simultaneous_level};
 
 /// How often seconds of a mode were guessed as which.
 #[derive(Clone, Debug, PartialEq, Serialize)]

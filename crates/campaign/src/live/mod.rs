@@ -26,6 +26,7 @@ use std::time::Duration;
 use link::clock::trace_us;
 use link::loopback::LoopbackAddr;
 use link::spec::Control;
+use parallel::progress;
 use serde_json::Value;
 use wire::audit::{Entry, Head};
 use wire::codec;
@@ -42,7 +43,6 @@ use crate::cue::Watch;
 use crate::custody::{Custody, Held, HeldHead, Stop};
 use crate::evidence::Logged;
 use crate::keep;
-use crate::progress;
 
 use child::{Child, Line, Services};
 use disk::Growth;

@@ -19,8 +19,6 @@ use link::clock::thread_cpu_us;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 
-use crate::parallel;
-
 /// Most stages.
 pub const MAX_LEVELS: usize = 64;
 /// States kept of a stage for the next to begin from, at most. They are those of the first trials that got there: which those
@@ -171,8 +169,8 @@ fn below(rng: &mut ChaCha8Rng, n: u64) -> u64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::stats::mean::Mean;
-    use crate::stats::rate_upper;
+    use stats::mean::Mean;
+    use stats::rate_upper;
 
     /// Messages of which each is lost by itself; the level is how many were lost in a row.
     struct Losses {

@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use stats::paired::{Paired, holm};
+use stats::{LEVEL, rate_upper};
 
 use super::SCHEMA_VERSION;
 use super::run::Summary;
 use super::table::{new_table, outcomes, percent};
 use crate::ablation::Gain;
-use crate::stats::paired::{Paired, holm};
-use crate::stats::{LEVEL, rate_upper};
 use crate::trial::Outcome;
 
 /// The whole ablation.

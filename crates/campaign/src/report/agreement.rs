@@ -6,10 +6,10 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use stats::{LEVEL, rate_lower};
 
 use super::table::new_table;
 use crate::search::Stratum;
-use crate::stats::{LEVEL, rate_lower};
 use crate::trial::Outcome;
 
 /// The object of `bench agreement --json`.

@@ -10,6 +10,7 @@ mod table;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
+use stats::{LEVEL, Share, rate_upper, simultaneous_level};
 
 use super::SCHEMA_VERSION;
 use super::run::LatencySummary;
@@ -17,7 +18,6 @@ use crate::campaign::claim::{Judged, Tally, Verdict};
 use crate::campaign::row::Row;
 use crate::campaign::{Plan, PlanVariation, Terms};
 use crate::scenario::Evidence;
-use crate::stats::{LEVEL, Share, rate_upper, simultaneous_level};
 use crate::trial::Outcome;
 pub use table::campaign_table;
 

@@ -5,12 +5,12 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use stats::{Sample, Share};
 
 use super::SCHEMA_VERSION;
 use super::run::{LatencySummary, Summary};
 use super::table::{new_table, outcomes, sample};
 use crate::scenario::Curve;
-use crate::stats::{Sample, Share};
 use crate::trial::{Outcome, Trial};
 
 /// A whole curve.

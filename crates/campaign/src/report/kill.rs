@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use stats::{LEVEL, Sample, rate_upper};
 use wire::bounds::Bounds;
 use wire::mode::Mode as Driving;
 
 use super::run::Mode;
 use super::table::new_table;
 use crate::oracle::demise::{From, Owed, Response};
-use crate::stats::{LEVEL, Sample, rate_upper};
 use crate::trial::{Outcome, Trial};
 
 /// A time over many trials, ms.

@@ -3,10 +3,10 @@
 use core::fmt::Write;
 
 use serde::Serialize;
+use stats::events_upper;
 
 use super::table::new_table;
 use crate::liveness::{Detector, LEASE_MS, Outcome, Weather};
-use crate::stats::events_upper;
 
 /// Loss and false trips an hour that the platform is made for (`docs/bounds.md`).
 const BUDGET: (f64, f64) = (0.02, 0.1);

@@ -8,13 +8,13 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 
 use super::SCHEMA_VERSION;
 use super::run::{LatencySummary, Mode, Summary};
 use super::table::{host_line, new_table, outcomes, percent, sample};
 use crate::catalogue::Row;
 use crate::scenario::{Evidence, Requirement, Variation};
-use crate::stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 use crate::trial::{Outcome, Trial};
 
 /// The whole matrix.

@@ -5,7 +5,7 @@
 use core::fmt::Write;
 
 use super::curve::{CurveLine, CurveObject, CurvePoint};
-use crate::stats::Share;
+use stats::Share;
 
 const COLUMNS: usize = 3;
 const PANEL: (f64, f64) = (320.0, 220.0);
@@ -148,7 +148,7 @@ mod tests {
             outcomes: BTreeMap::new(),
             latency_ms: LatencySummary::default(),
             claims_accepted: Share::of(hits, 10),
-            believed_m: crate::stats::Sample::default(),
+            believed_m: stats::Sample::default(),
             accepted: 0,
             refused: BTreeMap::new(),
             unexpected: 0,

@@ -1,13 +1,13 @@
 //! What a rare event was estimated at, as an object and as a table; and what plain Monte Carlo would have taken for it.
 
 use serde::Serialize;
+use stats::Share;
+use stats::mean::Mean;
 
 use super::SCHEMA_VERSION;
 use super::table::new_table;
 use crate::rare::{Event, Plan, Question, Repetition, Stage};
 use crate::scenario::Settings;
-use crate::stats::Share;
-use crate::stats::mean::Mean;
 
 /// The normal deviate of a two-sided 95 % interval.
 const Z: f64 = 1.959_964;

@@ -3,11 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
+use stats::{LEVEL, Sample, events_upper, rate_upper};
 
 use super::SCHEMA_VERSION;
 use super::mission::MissionSummary;
 use crate::scenario::Evidence;
-use crate::stats::{LEVEL, Sample, events_upper, rate_upper};
 use crate::trial::{Latency, Outcome, Trial};
 
 /// Which clock a trial ran on.

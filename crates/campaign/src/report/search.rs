@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use stats::{LEVEL, rate_upper};
 
 use super::SCHEMA_VERSION;
 use super::table::new_table;
 use crate::search::{Ground, HuntRow, Hunted, Margin, Strategy};
-use crate::stats::{LEVEL, rate_upper};
 use crate::trial::Outcome;
 
 /// The object of `search --json`.

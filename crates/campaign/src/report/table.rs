@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
+use stats::Sample;
 
 use super::reference::{LiveLatency, Reference, ReferenceRow};
 use super::run::{RunObject, Summary};
 use crate::oracle::FateName;
-use crate::stats::Sample;
 use crate::trial::{Outcome, Trial};
 
 /// What the columns of a table of trials mean.

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use stats::{LEVEL, rate_upper};
 
 use super::table::new_table;
-use crate::stats::{LEVEL, rate_upper};
 use crate::trial::Outcome;
 
 /// One process with one ending, at every change.

@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
+use parallel::progress::Stop;
 use perception::head::Brought;
 use wire::bounds::Bounds;
 use wire::person::Role;
@@ -11,7 +12,6 @@ use wire::policy::Policy;
 
 use super::read::{load_platform, read_text};
 use super::{Name, Platform, Problem, Problems, Scenario};
-use crate::progress::Stop;
 
 /// Every fifth set of frames of a recorded live run stays whole, if nobody asks for others: two a second, 1 GB an hour.
 pub const FRAMES: u32 = 5;

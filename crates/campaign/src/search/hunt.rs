@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use parallel::progress::{Progress, Stop};
 use serde::Serialize;
 
 use super::coverage::Coverage;
@@ -11,8 +12,6 @@ use super::moments::Moments;
 use super::tried::{Cause, Ground, Test, Tried};
 use super::word::Word;
 use crate::oracle::Limit;
-use crate::parallel;
-use crate::progress::{Progress, Stop};
 use crate::scenario::Alphabet;
 use crate::trial::Outcome;
 

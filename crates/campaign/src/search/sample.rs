@@ -4,6 +4,7 @@
 //! Which word a seed gives depends on ground, stratum and seed alone. Every draw is *uniform*: the other strategies look for what
 //! they do not know yet, and would draw one word because of another. Running them live is left to whoever asks for them.
 
+use parallel::progress::{Progress, Stop, Talk};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::{Deserialize, Serialize};
@@ -13,7 +14,6 @@ use super::hunt::Quest;
 use super::moments::Moments;
 use super::tried::{Cause, Ground, Test, Tried};
 use super::word::{Letter, Word, move_of};
-use crate::progress::{Progress, Stop, Talk};
 use crate::scenario::{Scenario, Setup};
 use crate::trial::Outcome;
 

@@ -1,5 +1,7 @@
 //! The same work on many items, on several threads; results in the order of the items whatever thread did what.
 
+pub mod progress;
+
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
