@@ -1,8 +1,8 @@
 //! Campaigns of several hands at once (K1, K3): what holds against each alone has to hold against them together.
 
-use campaign::oracle::{Fate, Mask};
 use campaign::scenario::Settings;
-use campaign::trial::Outcome;
+use evidence::trial::Outcome;
+use evidence::{Fate, Mask};
 use holdsafe_tests::{Ready, shipped};
 use serde_json::{Value, json};
 use wire::event::{Event, Freshness, ShownAs};

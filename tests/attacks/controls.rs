@@ -1,7 +1,8 @@
 //! Controls: nothing done, done and not arrived, said and not done.
 
-use campaign::oracle::{Witnessed, judge};
-use campaign::trial::Outcome;
+use campaign::oracle::judge;
+use evidence::Witnessed;
+use evidence::trial::Outcome;
 use holdsafe_tests::shipped;
 use wire::event::{Account, Event};
 use wire::feed::CommandStage;

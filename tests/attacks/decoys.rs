@@ -1,10 +1,11 @@
 //! What stands in the scene is made to look like a vehicle, to one modality after another.
 
-use campaign::oracle::{Plan, Planned, judge};
+use campaign::oracle::judge;
 use campaign::sabotage::sabotage;
 use campaign::scenario::Settings;
-use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
+use evidence::trial::Outcome;
+use evidence::{Plan, Planned};
 use holdsafe_tests::{shipped, variations};
 use wire::event::Event;
 use wire::id::ObjectId;

@@ -3,14 +3,16 @@
 use std::collections::BTreeSet;
 
 use campaign::cast::is_attacked;
-use campaign::custody::{Custodian, Custody, Held, Life};
-use campaign::evidence::{Logged, by_recorder, heads};
-use campaign::oracle::{Plan, Planned, Witnessed, judge};
+use campaign::oracle::judge;
 use campaign::sabotage::sabotage;
 use campaign::scenario::{self, DisplayedState, Ending, Process, Settings};
 use campaign::stack;
-use campaign::trial::{Outcome, Trial};
 use campaign::twin::trial::Run;
+use evidence::custody::{Custodian, Custody, Held, Life};
+use evidence::log::{Logged, by_recorder};
+use evidence::reading::heads;
+use evidence::trial::{Outcome, Trial};
+use evidence::{Plan, Planned, Witnessed};
 use holdsafe_tests::{root, shipped, variations};
 use wire::audit::Entry;
 use wire::event::Event;

@@ -2,7 +2,7 @@
 
 use campaign::scenario;
 use campaign::stack;
-use campaign::trial::{Outcome, Trial};
+use evidence::trial::{Outcome, Trial};
 use holdsafe_tests::root;
 
 use crate::SEEDS;

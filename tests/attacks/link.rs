@@ -1,7 +1,7 @@
 //! Attacks on the telemetry link by one who holds no key.
 
-use campaign::oracle::Witnessed;
-use campaign::trial::Outcome;
+use evidence::Witnessed;
+use evidence::trial::Outcome;
 use holdsafe_tests::{shipped, under, variations};
 use wire::event::{Account, Event, GuardVerdict, Interface};
 use wire::id::NodeId;

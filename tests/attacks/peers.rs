@@ -1,9 +1,10 @@
 //! Attacks by an admitted teammate.
 
-use campaign::oracle::peers::{Claims, claims};
+use campaign::oracle::peers::claims;
 use campaign::scenario::Scenario;
-use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
+use evidence::claims::Claims;
+use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
 use wire::event::{Event, Inconsistency, Interface};
 use wire::id::{NodeId, PeerId};

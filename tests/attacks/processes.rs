@@ -1,10 +1,10 @@
 //! Processes that end, hang, are slow or find their disk full.
 
 use campaign::cast::Role;
-use campaign::oracle::demise::Fate;
 use campaign::oracle::judge;
 use campaign::scenario::{DisplayedState, Ending, Process, Settings};
-use campaign::trial::Outcome;
+use evidence::demise::Fate;
+use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
 use wire::event::Event;
 use wire::id::NodeId;
@@ -127,7 +127,7 @@ fn a_unit_that_is_started_again_is_idle_and_arms_nothing_by_itself() {
         });
         let (at, boot) = restarted.expect("it is started again");
         assert_eq!(boot, 2);
-        let heard = |w: &campaign::oracle::Witnessed| w.at > at && w.entry.node == NodeId::GATEWAY;
+        let heard = |w: &evidence::Witnessed| w.at > at && w.entry.node == NodeId::GATEWAY;
         let reports = run.evidence.entries.iter().filter(|w| heard(w)).any(|w| match w.entry.event {
             Event::Accepted { record, .. } => record.node == NodeId::UNIT_A && record.boot.0 == 2,
             _ => false,
@@ -246,9 +246,8 @@ fn a_disk_that_has_room_again_loses_nothing_and_the_unit_recovers_and_arms_nothi
         let later: Vec<_> = run.verdict.transitions.iter().filter(|t| t.t_ms > freed as f64 / 1000.0).collect();
         let to: Vec<&str> = later.iter().map(|t| t.to.as_str()).collect();
         assert_eq!(to, ["READY"], "{later:?}");
-        let own = |w: &&campaign::oracle::Witnessed| {
-            campaign::evidence::by_recorder(w.entry.node) && w.entry.node != NodeId::RECORDER
-        };
+        let own =
+            |w: &&evidence::Witnessed| evidence::log::by_recorder(w.entry.node) && w.entry.node != NodeId::RECORDER;
         let sealed = run.evidence.entries.iter().rev().find_map(|w| match w.entry.event {
             Event::Sealed { entries, .. } => Some(entries),
             _ => None,
@@ -262,13 +261,13 @@ fn a_disk_that_is_said_to_be_full_counts_only_while_the_recording_is_seen_to_sta
     for cell in variations("disk_full") {
         let run = cell.run(1);
         let full = disk(&run, true).expect("it is full");
-        let kept = |w: &campaign::oracle::Witnessed| matches!(w.entry.event, Event::Kept { .. });
+        let kept = |w: &evidence::Witnessed| matches!(w.entry.event, Event::Kept { .. });
         let mut unseen = run.evidence.clone();
         unseen.entries.retain(|w| !kept(w));
         assert_eq!(judge(&unseen).outcome, Outcome::Invalid, "nobody looked");
         let mut grows = run.evidence.clone();
         let last = *grows.entries.iter().find(|w| kept(w)).expect("it grew");
-        grows.entries.push(campaign::oracle::Witnessed { at: full + 1_000_000, ..last });
+        grows.entries.push(evidence::Witnessed { at: full + 1_000_000, ..last });
         grows.entries.sort_by_key(|w| w.at);
         assert_eq!(judge(&grows).outcome, Outcome::Invalid, "it went on growing");
     }

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use campaign::oracle::{Fate, Property, judge};
+use campaign::oracle::judge;
 use campaign::scenario::Settings;
-use campaign::trial::Outcome;
 use campaign::twin::trial::Run;
+use evidence::trial::Outcome;
+use evidence::{Fate, Property};
 use holdsafe_tests::{rendered, shipped, variations};
 use wire::bounds::Bounds;
 use wire::event::Event;

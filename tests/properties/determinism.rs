@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::fs::File;
 
 use campaign::cast::{RunSecret, cast};
-use campaign::evidence::hashes;
-use campaign::oracle::Plan;
 use campaign::reproduction::{Again, Reference, References};
 use campaign::scenario::Settings;
+use evidence::Plan;
+use evidence::log::hashes;
 use holdsafe_tests::{Ready, root, shipped, variations};
 
 #[test]

@@ -1,10 +1,10 @@
 //! The probability of what is rare: splitting in the twin agrees with plain Monte Carlo where that can still be measured.
 //! Against an exactly known probability it is held where the splitting is, with a process of a few lines (`campaign::rare`).
 
-use campaign::evidence::read;
 use campaign::rare::{Event, Plan, Question, Repetition};
 use campaign::twin::Twin;
 use campaign::twin::trial::start;
+use evidence::reading::read;
 use holdsafe_tests::shipped;
 use parallel::progress::{Progress, Stop, Talk};
 use stats::Share;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use campaign::cast::needs_rendering;
 use campaign::scenario::{self, Scenario, Setup};
-use campaign::trial::Outcome;
 use campaign::twin::trial::{Run, conclude, start};
+use evidence::trial::Outcome;
 
 /// The workspace.
 pub fn root() -> PathBuf {

@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use campaign::ablation::Switch;
 use campaign::catalogue::Catalogue;
 use campaign::scenario::{self, Scenario};
+use evidence::ablation::Switch;
 use wire::id::{NODES, NodeId};
 use wire::mode::Mode;
 use wire::refusal::Reason;

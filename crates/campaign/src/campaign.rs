@@ -11,13 +11,13 @@ pub mod row;
 
 use std::collections::BTreeMap;
 
+use evidence::log::hex;
+use evidence::trial::Outcome;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use crate::evidence::hex;
 use crate::report::Mode;
 use crate::scenario::Settings;
-use crate::trial::Outcome;
 use claim::{Claim, LOOK, Tally, Verdict};
 use draw::Distribution;
 

@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
+use evidence::claims::Claims;
+use evidence::log::hashes;
+use evidence::trial::{Knowledge, StepRow, Trial};
+use evidence::{Evidence, InjectionRow, Micros, Verdict};
 use wire::event::{Account, Event, GuardVerdict, Interface};
 use wire::id::NodeId;
 
-use crate::evidence::hashes;
-use crate::oracle::peers::{self, Claims};
-use crate::oracle::{Evidence, InjectionRow, Micros, Verdict};
-use crate::scenario::Knowledge;
-use crate::trial::{StepRow, Trial};
+use crate::oracle::peers;
 
 /// The row of one trial, whose adversary had that much `knowledge`. `received`, `accepted` and `dropped` add up the two ends of the telemetry link of the unit
 /// under test: the gateway's uplink and the unit's downlink.

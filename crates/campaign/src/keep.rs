@@ -5,9 +5,13 @@ pub mod whole;
 use std::io::{BufRead, BufReader, BufWriter, Read, Write};
 use std::path::Path;
 
-use console::moment::MAX_MOMENTS;
+use console::moment::{Happened, MAX_MOMENTS};
 use console::process::player::{READING, TRUTH};
 use console::site::Site;
+use evidence::custody::Held;
+use evidence::log::{Logged, by_recorder, hex};
+use evidence::trial::Trial;
+use evidence::{Evidence, Micros, SCHEMA_VERSION, Witnessed, truth};
 use link::files;
 use link::instrument::Frame;
 use link::mouth;
@@ -22,13 +26,7 @@ use wire::id::{Boot, NodeId};
 use wire::time::{Instant, Span};
 
 use crate::cast::Cast;
-use crate::custody::Held;
-use crate::evidence::{Logged, by_recorder, hex};
 use crate::live::{self, mouths::CoreReplay};
-use crate::oracle::{Evidence, Micros, Witnessed};
-use crate::report::SCHEMA_VERSION;
-use crate::trial::Trial;
-use crate::truth;
 
 /// Writes the log of a twin run as a recording, as a live run's recorder would.
 pub fn recording(directory: &Path, log: &[Logged]) -> std::io::Result<()> {
@@ -108,7 +106,9 @@ pub fn read_site(directory: &Path) -> std::io::Result<Site> {
 pub fn console(directory: &Path, cast: &Cast, entries: &[Witnessed]) -> std::io::Result<()> {
     let Some(console) = live::console(cast) else { return Ok(()) };
     std::fs::write(directory.join(READING), serde_json::to_vec(&console.to_read())?)?;
-    std::fs::write(directory.join(TRUTH), serde_json::to_vec(&truth::of(entries))?)
+    let done = truth::of(entries).into_iter().take(MAX_MOMENTS);
+    let done: Vec<Happened> = done.map(|one| Happened { at_us: one.at_us, what: one.what }).collect();
+    std::fs::write(directory.join(TRUTH), serde_json::to_vec(&done)?)
 }
 
 /// Writes what came of replaying the mouth logs.

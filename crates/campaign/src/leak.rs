@@ -8,6 +8,7 @@
 pub mod guess;
 pub mod measure;
 
+use evidence::log::Logged;
 use wire::audit::Entry;
 use wire::core::{Input, Side};
 use wire::event::Event;
@@ -15,7 +16,6 @@ use wire::id::NodeId;
 use wire::mode::Mode;
 
 use crate::cast::Cast;
-use crate::evidence::Logged;
 use crate::twin::Twin;
 use crate::twin::clock::HostClock;
 

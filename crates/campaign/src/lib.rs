@@ -5,15 +5,10 @@
 //! put numbers on many trials, `ablation` on what a check is worth, `explain` says why a mode changed, `story` tells one run, `refeed` feeds its cores again, `diff` sets two side by side, `leak` what an observer sees of the links, `search` looks for what nobody wrote down, `rare` at what almost never happens, `command` is the `holdsafe` program. How a service
 //! decides is none of its business.
 
-pub mod ablation;
 pub mod campaign;
 pub mod cast;
 pub mod catalogue;
 pub mod command;
-pub mod cue;
-pub mod custody;
-pub mod diff;
-pub mod evidence;
 pub mod explain;
 pub mod judged;
 pub mod keep;
@@ -21,7 +16,6 @@ pub mod leak;
 pub mod live;
 pub mod liveness;
 pub mod oracle;
-pub mod passed;
 pub mod rare;
 pub mod refeed;
 pub mod report;
@@ -29,10 +23,7 @@ pub mod reproduction;
 pub mod sabotage;
 pub mod scenario;
 pub mod search;
-pub mod sights;
 pub mod stack;
 pub mod stages;
 pub mod story;
-pub mod trial;
-pub mod truth;
 pub mod twin;

@@ -7,15 +7,15 @@
 
 use std::collections::BTreeMap;
 
+use evidence::Micros;
+use evidence::log::{decision, kind_of};
+use evidence::passed::{Passed, kept};
 use wire::audit::Entry;
 use wire::core::{Core, Output};
 use wire::event::Event;
 use wire::id::NodeId;
 
 use crate::cast::{Cast, Member};
-use crate::evidence::{decision, kind_of};
-use crate::oracle::Micros;
-use crate::passed::{Passed, kept};
 use crate::scenario::{Scenario, Setup};
 use crate::twin::assemble::{AssemblyError, part};
 use crate::twin::clock::HostClock;

@@ -48,9 +48,3 @@ pub(crate) use table::started;
 pub use table::{latency_table, reference_table, run_table};
 pub use transitions::{TransitionCell, TransitionRow, transition_table};
 pub use worth::{HuntsRow, WeaknessRow, WorthObject, worth_table};
-
-#[cfg(test)]
-pub(crate) use run::tests;
-
-/// Version of every JSON object that this build prints.
-pub const SCHEMA_VERSION: u32 = 1;

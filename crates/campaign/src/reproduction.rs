@@ -5,14 +5,13 @@
 
 use std::io::{BufRead, Read, Write};
 
+use evidence::diff::Decided;
+use evidence::log::{Canonical, decision, hashes, hex};
+use evidence::trial::Outcome;
+use evidence::{Evidence, Micros, Verdict, Witnessed};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use wire::codec;
-
-use crate::diff::Decided;
-use crate::evidence::{Canonical, decision, hashes, hex};
-use crate::oracle::{Evidence, Micros, Verdict, Witnessed};
-use crate::trial::Outcome;
 
 /// Version of the file's form.
 pub const VERSION: u32 = 1;

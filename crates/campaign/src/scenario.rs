@@ -42,6 +42,8 @@ mod value;
 mod varies;
 mod weakness;
 
+use evidence::mission::Stage;
+use evidence::trial::{Knowledge, Outcome};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +62,7 @@ pub use fault::{Ending, Fault, FaultKind, Kill, Magnitude, Process, Sensor};
 pub use gateway::{FeedDelay, FeedForge, FeedForgery, FeedReplay, FeedWithhold, IntentDrop};
 pub use insider::{Flaw, Forwarding, Malformed, Role, Teammate, ThirdUnit, Unit};
 pub use labels::{Labels, load_labels, parse_labels};
-pub use operator::{DisplayedState, Operator, Step, Verb};
+pub use operator::{DisplayedState, Operator, Step};
 pub use peer::{Falsehood, ModeConfusion, Motion, Product, SessionReplay};
 pub use perturbation::Perturbation;
 pub use platform::{Bound, BoundsTable, Length, Platform, Tightened};
@@ -72,7 +74,7 @@ pub use scene::{Class, Ground, Object, Point, Pose, Scene, Weather};
 pub use set::Settings;
 pub use setup::{FRAMES, Setup, demo, find_root, load_policy, parse_policy, platforms, rendered, shipped};
 pub use shared::{Alter, Channel, Every, Forge, Holder, Republish, Saying};
-pub use step::{Knowledge, Timing, Trigger, When};
+pub use step::{Timing, Trigger, When};
 pub use stream::{Cut, HalfClose, Reset, Stall, StreamCorrupt, StreamDelay, Throttle};
 pub use tamper::{Tamper, Tampered};
 pub use template::{schema, template};
@@ -84,9 +86,6 @@ pub use value::{
 };
 pub use varies::{Conditions, Models, Varies};
 pub use weakness::{Misset, Weakness, Weaknesses};
-
-use crate::oracle::mission::Stage;
-use crate::trial::Outcome;
 
 /// The version of the scenario format that this build reads.
 pub const SCHEMA_VERSION: i64 = 1;

@@ -7,15 +7,14 @@
 use std::collections::BTreeMap;
 
 use dossier::story::{Lasted, Link, Refusals, Story, Why};
+use evidence::{Micros, Witnessed, truth};
 use wire::bounds::Bounds;
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
 
 use crate::explain::{Explanation, explain};
-use crate::oracle::{Micros, Witnessed};
 use crate::report::stage_name;
-use crate::truth;
 
 /// Refusals that come within this of each other are drawn as one.
 const TOGETHER: Micros = 100_000;

@@ -3,7 +3,7 @@
 //! It knows neither messages nor state machines. What it cannot foretell it leaves open; the oracle judges that.
 
 use campaign::search::Tried;
-use campaign::trial::TransitionRow;
+use evidence::trial::TransitionRow;
 use wire::bounds::Bounds;
 
 /// The mission without any word, and the bounds.

@@ -2,7 +2,7 @@
 
 use campaign::scenario::Name;
 use campaign::search::{Cause, Found, Ground, Hunted, Letter, Moments, Tried, Word};
-use campaign::trial::Outcome;
+use evidence::trial::Outcome;
 use parallel::progress::{Progress, Stop, Talk};
 
 use super::assertions::{self, Assertion, Facts};

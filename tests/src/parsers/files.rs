@@ -2,7 +2,7 @@
 
 use campaign::command::{finished, kept_line};
 use campaign::scenario::{self, Alphabet, MAX_FILE_BYTES, Problems, Weaknesses};
-use campaign::trial::Trial;
+use evidence::trial::Trial;
 use perception::model::{MAX_MODEL, Model, ModelError, hex_digest};
 use perception::onnx::{Inspected, OnnxError};
 use serde::Serialize;

@@ -2,9 +2,9 @@
 
 use std::mem::size_of;
 
-use campaign::custody::{Custodian, Custody, Held, HeldHead};
 use campaign::keep::held_in;
 use campaign::live::child::Line;
+use evidence::custody::{Custodian, Custody, Held, HeldHead};
 use link::instrument::Frame;
 use link::loopback::LoopbackAddr;
 use link::mouth::{self, MouthError};

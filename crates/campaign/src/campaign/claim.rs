@@ -6,10 +6,9 @@
 use core::fmt;
 use core::str::FromStr;
 
+use evidence::trial::Outcome;
 use serde::{Deserialize, Serialize};
 use stats::{rate_lower, rate_upper, sequential, simultaneous_level};
-
-use crate::trial::Outcome;
 
 /// Trials between two looks of a campaign that may stop early.
 pub const LOOK: u64 = 50;

@@ -1,8 +1,7 @@
 //! What is kept of a trial in a campaign: what the oracle said, in numbers that are written and read without loss.
 
+use evidence::trial::{Outcome, Trial};
 use serde::{Deserialize, Serialize};
-
-use crate::trial::{Outcome, Trial};
 
 /// The longest finding that is kept, in characters.
 const MAX_FINDING: usize = 200;
@@ -66,11 +65,10 @@ impl Row {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::tests::trial;
 
     #[test]
     fn a_row_is_read_as_it_was_written() {
-        let mut done = trial(3, Outcome::HoldSafe);
+        let mut done = Trial::example(3, Outcome::HoldSafe);
         done.latency_ms.to_hold_safe = Some(0.1 + 0.2);
         done.findings = vec!["P3 ".repeat(200)];
         let row = Row::of(7, &done);

@@ -9,12 +9,12 @@ use adversary::plan::{
     Content, Damage, DatagramAction, DatagramRelayConfig, Direction, Flaw, Form, Forward, InsiderTeammateConfig,
     Malformed, On, Place, Step, StreamAction, StreamRelayConfig, Tampering, Timed, Wait,
 };
+use evidence::cue::{Cue, Watched};
 use sim::fault::{Disturbance, Fault};
 use wire::event::Sensor;
 use wire::step::StepName;
 
 use super::script::mode;
-use crate::cue::{Cue, Watched};
 use crate::scenario::{self, Forwarding, Magnitude, Scenario, ThirdUnit, Trigger, Windowed};
 
 pub(super) fn start_ms(of: &dyn Windowed, phase_ms: u64) -> u64 {

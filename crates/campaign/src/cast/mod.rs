@@ -20,6 +20,11 @@ use std::collections::BTreeMap;
 
 use adversary::insider::InsiderRecorder;
 use adversary::plan::Tampering;
+use evidence::cue::Cue;
+use evidence::custody::{Held, HeldClock, Life};
+use evidence::log::hex;
+use evidence::mission::Script;
+use evidence::{Plan, Planned};
 use wire::core::Topic;
 use wire::id::{Boot, NodeId};
 use wire::person::Role as Person;
@@ -28,11 +33,6 @@ use wire::setup::{Secret, Setup};
 use wire::sign::Key;
 use wire::trust::Mandate;
 
-use crate::cue::Cue;
-use crate::custody::{Held, HeldClock, Life};
-use crate::evidence::hex;
-use crate::oracle::mission::Script;
-use crate::oracle::{Plan, Planned};
 use crate::scenario::{self, Scenario};
 use company::Company;
 use draw::Draw;

@@ -1,12 +1,12 @@
 //! What befalls processes: they end, hang, run for a share of the time, or find their disk full. The twin and the launcher carry it out.
 
+use evidence::Planned;
 use wire::event::Suspension;
 use wire::id::NodeId;
 use wire::step::StepName;
 use wire::time::Span;
 
 use super::attack::{start_ms, step_name};
-use crate::oracle::Planned;
 use crate::scenario::{Ending, Kill, Process, Scenario};
 
 /// What befalls one process.

@@ -2,14 +2,14 @@
 
 use console::ConsoleConfig;
 use console::operator::{Action, Step, TrackCondition, When};
+use evidence::mission::{Due, Script, Verb};
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 use wire::person::Role;
 use wire::sensor::Class;
 use wire::setup::Secret;
 
-use crate::oracle::mission::{Due, Script};
-use crate::scenario::{self, DisplayedState, Scenario, Seconds, Verb};
+use crate::scenario::{self, DisplayedState, Scenario, Seconds};
 
 /// Confidence from which the operator acts on a displayed track, permille.
 const CONFIDENCE: u16 = 600;

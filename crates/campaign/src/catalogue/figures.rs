@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
+use evidence::trial::Outcome;
 use wire::bounds::Bounds;
 use wire::core::Topic;
 use wire::id::NodeId;
@@ -13,7 +14,6 @@ use wire::id::NodeId;
 use super::{Catalogue, Row};
 use crate::cast::{Cast, Host, Member, Role};
 use crate::scenario::{Platform, Requirement, Scenario};
-use crate::trial::Outcome;
 
 const HEAD: &str = "# The paper's figures, from what runs here
 

@@ -13,10 +13,10 @@ use super::failure::{Exit, Failure};
 use super::kept::{Kept, Shelf};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, catalogue, out};
-use crate::ablation::{Gain, Switch};
 use crate::report::{Ablation, AttackRow, CheckRow, Compared, Mode, Overlap, Quiet, Summary, ablation_table};
 use crate::scenario::{self, Scenario};
-use crate::trial::{Outcome, Trial};
+use evidence::ablation::{Gain, Switch};
+use evidence::trial::{Outcome, Trial};
 use parallel::progress::Progress;
 use stats::paired::Paired;
 

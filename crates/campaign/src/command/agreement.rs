@@ -13,7 +13,7 @@ use super::plan::Planned;
 use super::{Context, out};
 use crate::report::{AgreementObject, Mode, WordRow, agreement_table};
 use crate::search::Stratum;
-use crate::trial::{Outcome, Trial};
+use evidence::trial::{Outcome, Trial};
 use parallel::progress::{Progress, Talk};
 
 #[derive(Debug, clap::Args)]

@@ -4,6 +4,8 @@
 
 use std::path::{Path, PathBuf};
 
+use evidence::FateName;
+use evidence::trial::{Outcome, Trial};
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
 use parallel::progress::{Progress, Stop, Talk};
@@ -14,10 +16,8 @@ use super::kept::Shelf;
 use super::out;
 use super::plan::Planned;
 use super::retry::retried;
-use crate::oracle::FateName;
 use crate::report::Mode;
 use crate::scenario::Setup;
-use crate::trial::{Outcome, Trial};
 
 /// Live trials at a time, at most: each is about a dozen processes.
 const MAX_JOBS: usize = 32;

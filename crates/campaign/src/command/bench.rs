@@ -4,6 +4,7 @@
 
 use std::path::PathBuf;
 
+use evidence::SCHEMA_VERSION;
 use serde::Serialize;
 
 use super::batch::{self, Batch};
@@ -13,7 +14,7 @@ use super::{
     Context, agreement, cost, detector, growth, hold, intervene, judges, kill, leak, liveness, load, out, refeed,
     rendering, run, sensing, stages, tamper, window, worth,
 };
-use crate::report::{LiveLatency, Mode, PAPER, RunObject, SCHEMA_VERSION, latency_table, run_table};
+use crate::report::{LiveLatency, Mode, PAPER, RunObject, latency_table, run_table};
 use crate::scenario::{self, Scenario};
 
 /// Seconds of simulated time in one twin trial of the long null attack.

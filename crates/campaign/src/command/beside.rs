@@ -3,6 +3,8 @@
 use std::sync::Arc;
 
 use console::beside::{Beside, Evidence, Sight};
+use evidence::Micros;
+use evidence::passed::{Passed, recorded};
 use link::mouth::MouthError;
 use perception::stages::Stages;
 use wire::core::Topic;
@@ -14,8 +16,6 @@ use super::failure::{Exit, Failure};
 use super::frame::sights;
 use super::recorded::Recorded;
 use crate::explain::explain;
-use crate::oracle::Micros;
-use crate::passed::{Passed, recorded};
 use crate::report::explained_in_seconds;
 
 /// What a recorded run has beside what was shown.

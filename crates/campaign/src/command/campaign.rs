@@ -9,6 +9,8 @@ pub(super) mod space;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
+use evidence::log::hex;
+use evidence::trial::Outcome;
 use parallel::progress::Progress;
 use sha2::{Digest, Sha256};
 
@@ -21,10 +23,8 @@ use crate::campaign::claim::Claim;
 use crate::campaign::partition::Partition;
 use crate::campaign::row::Row;
 use crate::campaign::{PROGRAM, Plan};
-use crate::evidence::hex;
 use crate::report::{CampaignObject, Fold, TableError, TrialTable, campaign_table};
 use crate::scenario::Variation;
-use crate::trial::Outcome;
 use journal::Journal;
 use space::{Draw, Grid};
 

@@ -1,5 +1,6 @@
 //! `holdsafe catalogue`: docs/threats.md out of docs/catalogue.toml and the scenarios, the rows as JSON, or docs/figures.md.
 
+use evidence::SCHEMA_VERSION;
 use serde::Serialize;
 
 use super::failure::{Exit, Failure};
@@ -7,7 +8,6 @@ use super::plan::{self, Wanted};
 use super::{Context, out};
 use crate::cast::{RunSecret, cast};
 use crate::catalogue::{Catalogue, Row};
-use crate::report::SCHEMA_VERSION;
 use crate::scenario::{self, Scenario};
 
 #[derive(Serialize)]

@@ -8,15 +8,15 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use evidence::log::hex;
+use evidence::trial::Outcome;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::engine::{self, EngineError, Verified};
 use super::failure::{Exit, Failure};
 use super::{Context, out, runs};
-use crate::evidence::hex;
 use crate::keep::{self, VERDICT};
-use crate::trial::Outcome;
 
 /// The most that is read of it.
 const MAX_VERDICT_BYTES: u64 = 1 << 20;

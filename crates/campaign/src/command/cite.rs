@@ -5,6 +5,8 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
+use evidence::SCHEMA_VERSION;
+use evidence::log::hex;
 use perception::model::hex_digest;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -12,8 +14,6 @@ use sha2::{Digest, Sha256};
 use super::checked::{self, Checked, Unverified};
 use super::failure::{Exit, Failure};
 use super::{Context, out};
-use crate::evidence::hex;
-use crate::report::SCHEMA_VERSION;
 
 /// Who and what is cited, as services that read such files have it.
 const CITATION: &str = include_str!("../../../../CITATION.cff");

@@ -8,6 +8,7 @@
 
 use std::hint::black_box;
 
+use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use wire::id::NodeId;
 use wire::sign::{Key, Keyring, Purpose, Signed};
@@ -16,7 +17,7 @@ use super::engine::{self, EngineError};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, batch, out};
-use crate::report::{Mode, SCHEMA_VERSION, Spread, StageCost, TwinCost, cost_table};
+use crate::report::{Mode, Spread, StageCost, TwinCost, cost_table};
 use crate::twin::cost::{Course, Known, Watched, watched};
 use crate::twin::stopwatch::Stage;
 

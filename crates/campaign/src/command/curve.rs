@@ -12,7 +12,7 @@ use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
 use crate::report::{CurveLine, CurveObject, CurvePoint, Mode, curve_table, svg};
 use crate::scenario::Curve;
-use crate::trial::Trial;
+use evidence::trial::Trial;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -9,6 +9,7 @@ use dataset::coco::{Coco, Found};
 use dataset::example::Example;
 use dataset::quality::LEAST;
 use dataset::sheet::{self, Entry};
+use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use perception::detector::{Detector, DetectorError};
 use perception::model::hex_digest;
@@ -17,7 +18,6 @@ use serde::Serialize;
 
 use super::failure::{Exit, Failure};
 use super::{Context, out};
-use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

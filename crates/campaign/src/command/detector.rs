@@ -5,6 +5,7 @@
 
 use dataset::cells::Split;
 use dataset::quality::{Quality, measure};
+use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use perception::corroborate::Limits;
 use perception::runtime;
@@ -14,7 +15,7 @@ use super::bring::Bring;
 use super::dataset::chosen;
 use super::failure::{Exit, Failure};
 use super::{Context, out};
-use crate::report::{SCHEMA_VERSION, started};
+use crate::report::started;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use evidence::diff::{Decided, Difference, diff};
+use evidence::{SCHEMA_VERSION, Witnessed};
 use serde::Serialize;
 
 use super::checked::{self, Checked, Unverified};
@@ -9,9 +11,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::recorded::Recorded;
 use super::{Context, engine, out};
-use crate::diff::{Decided, Difference, diff};
-use crate::oracle::Witnessed;
-use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -3,6 +3,7 @@
 
 use std::path::Path;
 
+use evidence::SCHEMA_VERSION;
 use link::loopback::LoopbackAddr;
 use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::statvfs::statvfs;
@@ -12,7 +13,6 @@ use super::failure::{Exit, Failure};
 use super::scheduling::{self, Scheduling};
 use super::{Context, out};
 use crate::live::leftovers::{self, Leftovers};
-use crate::report::SCHEMA_VERSION;
 use crate::scenario;
 
 /// Shared memory that a live run takes at most, bytes.

@@ -6,6 +6,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use evidence::log::hex;
+use evidence::trial::Outcome;
 use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
@@ -18,10 +20,8 @@ use super::kept::Kept;
 use super::lines::Lines;
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::evidence::hex;
 use crate::scenario::{Name, Weakness};
 use crate::search::{Drawn, Ground, Stratum, ends_in};
-use crate::trial::Outcome;
 
 /// What is a finding where no check is waived: what no platform should show.
 const BROKEN: [Outcome; 2] = [Outcome::Unsafe, Outcome::Late];

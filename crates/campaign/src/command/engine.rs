@@ -2,6 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use evidence::custody::{Custodian, Held};
+use evidence::log::{Logged, by_recorder};
+use evidence::trial::Trial;
+use evidence::{Evidence, Verdict, Witnessed};
 use link::instrument::Frame;
 use parallel::progress::Stop;
 use serde::Serialize;
@@ -10,18 +14,14 @@ use wire::person::{Act, Role};
 use super::checked::Checked;
 use super::plan::Planned;
 use crate::cast::{RunSecret, cast};
-use crate::custody::{Custodian, Held};
-use crate::evidence::{self, Logged, by_recorder};
 use crate::live::child::Services;
 use crate::live::mouths::CoreReplay;
 use crate::live::{self, LiveError};
-use crate::oracle::{Evidence, Verdict, Witnessed};
 use crate::refeed::{Fed, Refed, Same, fed};
 use crate::report::Mode;
 use crate::sabotage::sabotage;
 use crate::scenario::{Scenario, Setup};
 use crate::stages::Delays;
-use crate::trial::Trial;
 use crate::{judged, keep, leak, stack, twin};
 
 /// The longest `replay.json` that is read.
@@ -317,7 +317,7 @@ pub(super) fn recorded(run: &Checked) -> Result<(Vec<Witnessed>, Option<String>)
     let frames = frames(run.path())?;
     let log: Vec<Logged> =
         frames.into_iter().map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect();
-    Ok(evidence::read(&log))
+    Ok(evidence::reading::read(&log))
 }
 
 fn frames(run: &Path) -> Result<Vec<Frame>, EngineError> {

@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
+use evidence::passed::{Passed, recorded};
+use evidence::{SCHEMA_VERSION, Witnessed, passed};
 use perception::stages::Stages;
 use serde::Serialize;
 use sim::scene::Scene;
@@ -16,9 +18,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::recorded::Recorded;
 use super::{Context, engine, out, runs};
-use crate::oracle::Witnessed;
-use crate::passed::{self, Passed, recorded};
-use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

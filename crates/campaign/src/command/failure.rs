@@ -3,11 +3,11 @@
 use std::fmt;
 use std::io::IsTerminal;
 
+use evidence::SCHEMA_VERSION;
 use serde::Serialize;
 
 use super::engine::EngineError;
 use super::out;
-use crate::report::SCHEMA_VERSION;
 use crate::scenario::{ProblemRow, Problems};
 
 /// Exit codes; documented in `--help` and stable.

@@ -4,6 +4,7 @@
 //! With `--cut` the unit's connection to the broker is cut before the first and stays so: then it is how long until the
 //! display says that nobody answers. It measures and prints; no test asserts its numbers.
 
+use evidence::{SCHEMA_VERSION, Witnessed};
 use serde::Serialize;
 use serde_json::json;
 use stats::Sample;
@@ -18,8 +19,7 @@ use wire::person::{Act, Order};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, campaign, engine, out};
-use crate::oracle::Witnessed;
-use crate::report::{SCHEMA_VERSION, started};
+use crate::report::started;
 use crate::scenario::{self, Settings};
 
 /// When the first HOLD is given: by then the script has the unit driving. Microseconds.

@@ -9,6 +9,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use evidence::{Micros, SCHEMA_VERSION};
 use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
@@ -21,8 +22,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, engine, ground, out};
 use crate::explain::{Explanation, Origin, Place, explain};
-use crate::oracle::Micros;
-use crate::report::SCHEMA_VERSION;
 use crate::scenario::{Alphabet, Scenario};
 use crate::search::{Letter, Word};
 

@@ -11,18 +11,17 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::{Mutex, PoisonError};
 
+use evidence::ablation::Switch;
+use evidence::trial::Outcome;
+use evidence::{Evidence, SCHEMA_VERSION, Verdict};
 use parallel::progress::Progress;
 use serde::{Deserialize, Serialize};
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned};
 use super::{Context, engine, out};
-use crate::ablation::Switch;
 use crate::cast::is_attacked;
 use crate::keep;
-use crate::oracle::{Evidence, Verdict};
-use crate::report::SCHEMA_VERSION;
-use crate::trial::Outcome;
 
 /// Disagreements that are told in full.
 const MAX_TOLD: usize = 50;

@@ -8,15 +8,15 @@ use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
+use evidence::log::hex;
+use evidence::trial::Trial;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::failure::Failure;
 use super::lines::{Lines, scan};
 use super::plan::Planned;
-use crate::evidence::hex;
 use crate::report::Mode;
-use crate::trial::Trial;
 
 /// The folder of finished trials.
 pub(super) struct Kept {
@@ -136,25 +136,24 @@ impl Line {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::tests::trial;
-    use crate::trial::Outcome;
+    use evidence::trial::Outcome;
 
     #[test]
     fn what_was_put_is_there_again_and_a_line_cut_short_is_not() {
         let directory = tempfile::tempdir().expect("a folder");
         let path = directory.path().join("a.jsonl");
         let shelf = Shelf::open(&path).expect("a new file");
-        let mut first = trial(1, Outcome::HoldSafe);
+        let mut first = Trial::example(1, Outcome::HoldSafe);
         (first.false_trips, first.cpu_seconds) = (2, 0.25);
         shelf.put(&first).expect("written");
-        shelf.put(&trial(2, Outcome::Rejected)).expect("written");
+        shelf.put(&Trial::example(2, Outcome::Rejected)).expect("written");
         drop(shelf);
         let text = fs::read_to_string(&path).expect("text");
         fs::write(&path, &text[..text.len() - 9]).expect("cut short");
 
         let shelf = Shelf::open(&path).expect("the same file");
         assert_eq!((shelf.get(1), shelf.get(2)), (Some(&first), None));
-        shelf.put(&trial(2, Outcome::Rejected)).expect("written");
+        shelf.put(&Trial::example(2, Outcome::Rejected)).expect("written");
         drop(shelf);
         let shelf = Shelf::open(&path).expect("the same file");
         assert_eq!(shelf.get(2).map(|t| t.outcome), Some(Outcome::Rejected));

@@ -6,6 +6,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use evidence::SCHEMA_VERSION;
+use evidence::demise::Response;
+use evidence::trial::{Outcome, Trial};
 use serde::Serialize;
 use wire::mode::Mode as Driving;
 
@@ -14,10 +17,9 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out, transitions};
 use crate::cast::node_of;
-use crate::oracle::demise::{self, Owed, Response};
-use crate::report::{KillRow, Mode, SCHEMA_VERSION, kill_table};
+use crate::oracle::demise::{self, Owed};
+use crate::report::{KillRow, Mode, kill_table};
 use crate::scenario::{self, Process, Scenario};
-use crate::trial::{Outcome, Trial};
 
 /// The processes in the order in which they are killed, by their names on the command line.
 pub(super) const PROCESSES: [(&str, Process); 8] = [

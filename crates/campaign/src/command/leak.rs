@@ -4,6 +4,7 @@
 //! say, so that IDLE has seconds of its own beside those in which connections are set up, and by a time that differs from run to
 //! run, so that a window does not begin with an order because the script does.
 
+use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
@@ -15,7 +16,7 @@ use super::plan::{self, Wanted};
 use super::{Context, out};
 use crate::leak::measure::{Leak, measure};
 use crate::leak::{Run, Sees};
-use crate::report::{SCHEMA_VERSION, started};
+use crate::report::started;
 
 /// A mission, and missions that end in DEGRADED and in HOLD_SAFE. Nothing is done to the links in any: what the observer sees
 /// is what the platform says, and not the attack.

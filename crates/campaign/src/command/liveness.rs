@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use super::failure::{Exit, Failure};
 use super::{Context, out};
 use crate::liveness::{Detector, Draws, Weather};
-use crate::report::{LivenessObject, SCHEMA_VERSION, liveness_svg, liveness_table};
+use crate::report::{LivenessObject, liveness_svg, liveness_table};
+use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 
 /// Losses and jitters, in milliseconds, that make the weather.

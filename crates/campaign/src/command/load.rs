@@ -1,12 +1,12 @@
 //! `holdsafe bench load`: many sessions, and then a flood of what is no record beside one valid stream, on the real accept
 //! loop over loopback sockets. It measures and prints; only a datagram that is in no account is a failure.
 
+use evidence::SCHEMA_VERSION;
 use link::load::{Asked, Measured, run as load};
 use serde::Serialize;
 
 use super::failure::{Exit, Failure};
 use super::{Context, out};
-use crate::report::SCHEMA_VERSION;
 
 /// Records a second of the valid stream beside the flood.
 const BESIDE: u32 = 50;

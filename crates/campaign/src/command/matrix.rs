@@ -15,7 +15,7 @@ use super::{Context, catalogue, out};
 use crate::catalogue::{Catalogue, Row};
 use crate::report::{Matrix, MatrixRow, MatrixRun, Mode, matrix_table};
 use crate::scenario::Scenario;
-use crate::trial::Trial;
+use evidence::trial::Trial;
 use parallel::progress::Progress;
 
 #[derive(Debug, clap::Args)]

@@ -9,9 +9,10 @@ use super::failure::{Exit, Failure};
 use super::ground::{MOST_WORDS, stopped_or_unfit, unfit};
 use super::out;
 use super::worth::Bench;
-use crate::report::{MinimaObject, MinimaRow, SCHEMA_VERSION, minima_table};
+use crate::report::{MinimaObject, MinimaRow, minima_table};
 use crate::scenario::Weakness;
 use crate::search::{Cause, Found, Ground, Moments, Shrunk, Strategy, Word, ends_in};
+use evidence::SCHEMA_VERSION;
 use parallel::progress::{Progress, Talk};
 
 pub(super) fn run(bench: &Bench<'_>, grounds: &[(Weakness, Ground)], seeds: u64) -> Result<Exit, Failure> {

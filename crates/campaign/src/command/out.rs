@@ -7,6 +7,8 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use evidence::SCHEMA_VERSION;
+use evidence::trial::Trial;
 pub(super) use link::terminal::say;
 use perception::head::Brought;
 use perception::model::hex_digest;
@@ -16,8 +18,6 @@ use wire::bounds::Bounds;
 use super::failure::{Exit, Failure};
 use super::plan::Planned;
 use crate::campaign::PROGRAM;
-use crate::report::SCHEMA_VERSION;
-use crate::trial::Trial;
 
 /// What a run was made of.
 #[derive(Debug, Serialize)]

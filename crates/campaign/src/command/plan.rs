@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use evidence::log::hex;
 use sha2::{Digest, Sha256};
 
 use super::Context;
@@ -9,7 +10,6 @@ use super::bring::Loaded;
 use super::failure::{Exit, Failure};
 use crate::campaign::Content;
 use crate::cast::{is_attacked, needs_rendering};
-use crate::evidence::hex;
 use crate::report::Mode;
 use crate::scenario::{self, Scenario, Setup, Variation};
 

@@ -9,7 +9,7 @@ use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
 use crate::report::{Mode, Reference, ReferenceRow, latency_table, reference_table};
 use crate::scenario::{self, Scenario};
-use crate::trial::Trial;
+use evidence::trial::Trial;
 use parallel::progress::Talk;
 
 /// The paper's findings, which the table begins with; the others follow by name.

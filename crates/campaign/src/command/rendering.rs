@@ -6,6 +6,8 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+use evidence::SCHEMA_VERSION;
+use evidence::trial::Trial;
 use serde::Serialize;
 use stats::Share;
 
@@ -13,8 +15,7 @@ use super::batch::Batch;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::report::{Mode, SCHEMA_VERSION, started};
-use crate::trial::Trial;
+use crate::report::{Mode, started};
 
 /// Where sensing decides: quiet, losses of a modality, and disguises.
 const SCENARIOS: [&str; 8] = [

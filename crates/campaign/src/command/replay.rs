@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use evidence::SCHEMA_VERSION;
 use serde::Serialize;
 use wire::core::Output;
 
@@ -12,7 +13,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
 use crate::refeed::{Parted, Refed, decisions};
-use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

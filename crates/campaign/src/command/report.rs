@@ -8,13 +8,13 @@ use std::path::{Path, PathBuf};
 use dossier::Dossier;
 use dossier::results::{MAX_FILE_BYTES, Manifest, Results};
 use dossier::story::Recording;
+use evidence::SCHEMA_VERSION;
 use serde::Serialize;
 
 use super::checked::{self, Checked, Unverified};
 use super::failure::{Exit, Failure};
 use super::recorded::Recorded;
 use super::{Context, out, runs};
-use crate::report::SCHEMA_VERSION;
 use crate::story;
 
 /// The file in a folder of a command's results that holds the result.

@@ -3,13 +3,14 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
+use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use serde::Serialize;
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, engine, out};
-use crate::report::{Mode, SCHEMA_VERSION};
+use crate::report::Mode;
 use crate::reproduction::{Again, Reference, References};
 use crate::scenario;
 
@@ -140,7 +141,7 @@ fn made<T: Send>(
     context: &Context,
     planned: &[Planned],
     seed: u64,
-    of: impl Fn(&Reference, &crate::oracle::Evidence) -> T + Sync,
+    of: impl Fn(&Reference, &evidence::Evidence) -> T + Sync,
 ) -> Result<Vec<(Reference, T)>, Failure> {
     let progress = Progress::new("runs", planned.len(), context.talk);
     let made = parallel::map(parallel::cores(), planned, |one| {

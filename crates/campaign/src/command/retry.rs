@@ -9,7 +9,7 @@ use std::path::Path;
 use super::failure::Failure;
 use crate::live::OVERSLEPT_US;
 use crate::scenario::Setup;
-use crate::trial::Trial;
+use evidence::trial::Trial;
 
 /// Attempts of one trial that may be repeated, at most.
 pub(super) const MAX_RETRIES: u32 = 10;
@@ -65,16 +65,15 @@ fn put_aside(directory: &Path, number: usize) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::tests::trial;
     use crate::scenario::Setup;
-    use crate::trial::Outcome;
+    use evidence::trial::Outcome;
 
     /// Runs attempts that end like this, with as many retries; gives the trial and how many attempts there were.
     fn attempts(stalls: &[Option<f64>], setup: &Setup) -> (Trial, usize) {
         let mut made = 0;
         let of = |stall: Option<f64>| {
             let outcome = if stall.is_some() { Outcome::Invalid } else { Outcome::HoldSafe };
-            Trial { host_stall_ms: stall, ..trial(7, outcome) }
+            Trial { host_stall_ms: stall, ..Trial::example(7, outcome) }
         };
         let trial = retried(setup, 7, || {
             made += 1;

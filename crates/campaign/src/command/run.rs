@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use evidence::SCHEMA_VERSION;
+use evidence::trial::Trial;
 use serde::Serialize;
 use wire::person::Role;
 
@@ -11,9 +13,8 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::retry::Retries;
 use super::{Context, live, out};
-use crate::report::{Mode, RunObject, SCHEMA_VERSION, run_table};
+use crate::report::{Mode, RunObject, run_table};
 use crate::scenario::{FRAMES, Scenario};
-use crate::trial::Trial;
 
 /// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;

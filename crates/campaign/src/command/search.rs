@@ -9,11 +9,11 @@ use super::failure::{Exit, Failure};
 use super::ground::{Asked, MOST_WORDS, stopped_or_unfit, unfit};
 use super::plan::Wanted;
 use super::{Context, engine, out};
-use crate::ablation::Switch;
 use crate::report::{Confirmed, FindingRow, Mode, SearchObject, search_table};
 use crate::scenario::{Name, Setup};
 use crate::search::{Cause, Found, Ground, Hunted, Moments, Quest, Shrunk, Strategy, Word, ends_in};
-use crate::trial::Outcome;
+use evidence::ablation::Switch;
+use evidence::trial::Outcome;
 use parallel::progress::Progress;
 
 #[derive(Debug, clap::Args)]

@@ -8,6 +8,7 @@ use dataset::example::frames;
 use dataset::likeness::{Found, Given, Likeness, RANGES_M, Stage, bin, departures};
 use dataset::rides::{self, FRAMES};
 use dataset::tracking::{Follower, Tracking};
+use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use perception::corroborate::Limits;
 use perception::stages::Stages;
@@ -23,7 +24,7 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
 use crate::cast::{RunSecret, cast};
-use crate::report::{SCHEMA_VERSION, started};
+use crate::report::started;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -2,6 +2,7 @@
 //!
 //! It measures the null attack and prints; no test asserts its numbers.
 
+use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use serde::Serialize;
 
@@ -10,7 +11,7 @@ use super::engine;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, out};
-use crate::report::{SCHEMA_VERSION, started};
+use crate::report::started;
 use crate::stages::{Delays, Quantiles, Row};
 
 #[derive(Debug, clap::Args)]

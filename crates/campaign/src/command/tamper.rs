@@ -8,6 +8,10 @@ use std::sync::Mutex;
 
 use adversary::insider::{InsiderRecorder, Kept};
 use adversary::plan::Tampering;
+use evidence::SCHEMA_VERSION;
+use evidence::custody::sweep::{Came, Sweep, is_seal};
+use evidence::custody::{Custodian, Held};
+use evidence::log::{Logged, by_recorder};
 use link::instrument::Frame;
 use link::recorder::Recording;
 use parallel::progress::Progress;
@@ -20,10 +24,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, engine, out};
 use crate::cast::Cast;
-use crate::custody::sweep::{Came, Sweep, is_seal};
-use crate::custody::{Custodian, Held};
-use crate::evidence::{Logged, by_recorder};
-use crate::report::SCHEMA_VERSION;
 
 /// Stories that a hostile recorder writes anew, of each kind.
 const STORIES: u64 = 100;

@@ -5,6 +5,8 @@
 
 use std::collections::BTreeMap;
 
+use evidence::SCHEMA_VERSION;
+use evidence::trial::{Outcome, Trial};
 use serde::Serialize;
 
 use super::batch::{self, Batch};
@@ -12,9 +14,8 @@ use super::failure::{Exit, Failure};
 use super::kill::{Args, PROCESSES};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::report::{Mode, SCHEMA_VERSION, TransitionRow, transition_table};
+use crate::report::{Mode, TransitionRow, transition_table};
 use crate::scenario::{self, DisplayedState, Ending};
-use crate::trial::{Outcome, Trial};
 
 const ENDINGS: [(&str, Ending); 3] = [("kill", Ending::Kill), ("hang", Ending::Hang), ("slow", Ending::Slow)];
 

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
+use evidence::SCHEMA_VERSION;
 use serde::Serialize;
 
 use super::engine::{self, Verified};
 use super::failure::{Exit, Failure};
 use super::{Context, out, runs};
-use crate::report::SCHEMA_VERSION;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -10,6 +10,7 @@ use std::sync::mpsc::channel;
 use std::time::Duration;
 
 use console::site::Site;
+use evidence::SCHEMA_VERSION;
 use link::clock::trace_us;
 use link::mouth::{Entry, MouthError};
 use serde::Serialize;
@@ -23,7 +24,6 @@ use super::follow::Follow;
 use super::onlook::{Page, Viewer};
 use super::{Context, out, runs};
 use crate::keep;
-use crate::report::SCHEMA_VERSION;
 
 /// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, what it gave last is not current.
 const CURRENT_US: u64 = 1_000_000;

@@ -4,6 +4,7 @@
 //! once more, and each that was lost as one who had withheld it would release it. Freshness is left out, to see what
 //! order does by itself, and counted beside.
 
+use evidence::SCHEMA_VERSION;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
@@ -13,7 +14,6 @@ use wire::trust::Window;
 
 use super::failure::{Exit, Failure};
 use super::{Context, out};
-use crate::report::SCHEMA_VERSION;
 
 /// Widths, in records; the bitmap holds 64.
 const WIDTHS: [u8; 6] = [1, 4, 8, 16, 32, 64];

@@ -11,9 +11,10 @@ use super::failure::{Exit, Failure};
 use super::ground::{self, stopped_or_unfit};
 use super::plan::Wanted;
 use super::{Context, batch, minima, out};
-use crate::report::{HuntsRow, SCHEMA_VERSION, WeaknessRow, WorthObject, worth_table};
+use crate::report::{HuntsRow, WeaknessRow, WorthObject, worth_table};
 use crate::scenario::{Weakness, Weaknesses};
 use crate::search::{Ground, Hunted, Quest, Strategy, ends_in};
+use evidence::SCHEMA_VERSION;
 use parallel::progress::{Progress, Talk};
 use stats::waiting::Wait;
 

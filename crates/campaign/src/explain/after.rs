@@ -1,11 +1,11 @@
 //! What a change of mode led to: authority, the plant, the display.
 
+use evidence::{Micros, Witnessed};
 use wire::event::Event;
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 
 use super::{Change, Log, Split, Stage, Step};
-use crate::oracle::{Micros, Witnessed};
 
 /// Speed below which the plant counts as standing, mm/s.
 const STANDING: i32 = 50;

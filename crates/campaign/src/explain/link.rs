@@ -4,6 +4,7 @@
 //! end went on accepting: after the uplink fails grants stop *Tf* later, after a HOLD at once, and after the downlink fails
 //! the gateway still hears the unit.
 
+use evidence::Micros;
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Interface};
 use wire::feed::CommandStage;
@@ -12,7 +13,6 @@ use wire::mode::Because;
 
 use super::origin::{from, stages};
 use super::{Change, Log, Origin, Place, Stage};
-use crate::oracle::Micros;
 
 /// What two ends may differ by that fail at once: a period and what a record takes; less than *Tf* by as much.
 const SLACK: Micros = 150_000;

@@ -1,12 +1,12 @@
 //! What is read of a run: the services' own words, in order of time.
 
+use evidence::{Micros, Witnessed};
 use wire::bounds::Bounds;
 use wire::event::{Event, Interface};
 use wire::id::{NodeId, PeerId};
 use wire::time::Instant;
 
 use super::Change;
-use crate::oracle::{Micros, Witnessed};
 
 /// Services of the platform under test and its control. Teammates are others' platforms: of them counts what they said to
 /// these.

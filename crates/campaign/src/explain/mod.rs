@@ -18,13 +18,13 @@ mod origin;
 mod sensing;
 mod why_not;
 
+use evidence::{Micros, Witnessed};
 use serde::Serialize;
 use wire::bounds::Bounds;
 use wire::event::Sensor;
 use wire::id::{NodeId, UnitId};
 use wire::mode::{Because, Cause, Guards, Mode};
 
-use crate::oracle::{Micros, Witnessed};
 pub use log::Log;
 pub use why_not::{WhyNot, why_not};
 

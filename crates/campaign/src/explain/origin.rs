@@ -1,5 +1,6 @@
 //! From the cause that the unit names to the place where it began.
 
+use evidence::Micros;
 use wire::event::{Event, Inconsistency, Interface};
 use wire::feed::CommandStage;
 use wire::id::{CommandId, NodeId, UnitId};
@@ -7,7 +8,6 @@ use wire::mode::{Because, Cause, Guard};
 use wire::refusal::Reason;
 
 use super::{Change, Log, Origin, Place, Stage, Step, link, sensing};
-use crate::oracle::Micros;
 
 /// A running unit writes something at least so often: fixes a few times a second, records ten times.
 const UNIT_SPEAKS: Micros = 450_000;

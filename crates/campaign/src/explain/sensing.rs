@@ -1,5 +1,6 @@
 //! Losses of what the unit perceives: products of stages, its place, the designated track.
 
+use evidence::Micros;
 use wire::core::Topic;
 use wire::event::{Event, Interface, Sensor};
 use wire::id::NodeId;
@@ -9,7 +10,6 @@ use wire::sensor::{Modalities, Modality};
 
 use super::origin::{from, of_unit};
 use super::{Change, Log, Origin, Place, Stage};
-use crate::oracle::Micros;
 
 /// The plant's state is written so often at the least.
 const WORLD_SPEAKS: Micros = 250_000;

@@ -3,6 +3,7 @@
 //! Guards are logged when the mode changes. What fails between two changes is told from the newest sign of each: a missing
 //! modality or fix, a lease without grants, seals without news. A guard without a sign of its own is told as it was last.
 
+use evidence::Micros;
 use serde::Serialize;
 use wire::event::{Event, Interface};
 use wire::id::{NodeId, PeerId};
@@ -10,7 +11,6 @@ use wire::mode::{Cause, Guard, Mode};
 use wire::sensor::Modality;
 
 use super::{Change, Log};
-use crate::oracle::Micros;
 
 /// What stands between the unit and a mode.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -8,12 +8,12 @@ use std::collections::BTreeMap;
 use std::io::{Error, Read, Result};
 use std::path::Path;
 
+use evidence::custody::HeldFile;
+use evidence::log::hex;
 use link::files;
 use sha2::{Digest, Sha256};
 
 use super::HELD;
-use crate::custody::HeldFile;
-use crate::evidence::hex;
 
 /// Most files of a run.
 const MAX_FILES: usize = 4096;

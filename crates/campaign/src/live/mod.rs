@@ -23,6 +23,9 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
+use evidence::cue::Watch;
+use evidence::custody::{Custody, Held, HeldHead, Stop};
+use evidence::log::Logged;
 use link::clock::trace_us;
 use link::loopback::LoopbackAddr;
 use link::spec::Control;
@@ -39,9 +42,6 @@ use wire::step::StepName;
 use wire::time::Span;
 
 use crate::cast::{Cast, RunSecret};
-use crate::cue::Watch;
-use crate::custody::{Custody, Held, HeldHead, Stop};
-use crate::evidence::Logged;
 use crate::keep;
 
 use child::{Child, Line, Services};

@@ -5,11 +5,13 @@ use std::io::Read;
 use super::mouths::{self, CoreReplay};
 use super::{Aftermath, LiveError, Logs, Options, run};
 use crate::cast::{Cast, RunSecret, cast};
-use crate::custody::{Custodian, Custody, Held};
-use crate::evidence::{Logged, read};
-use crate::oracle::{Evidence, Micros, Verdict, judge, stalled};
+use crate::oracle::{judge, stalled};
 use crate::scenario::{Scenario, Setup};
-use crate::trial::Outcome;
+use evidence::custody::{Custodian, Custody, Held};
+use evidence::log::Logged;
+use evidence::reading::read;
+use evidence::trial::Outcome;
+use evidence::{Evidence, Micros, Verdict};
 
 /// A finished live run.
 pub struct Run {
@@ -104,8 +106,8 @@ pub(super) fn custody(recorded: &[Logged], held: &Held) -> Custody {
 mod tests {
     use super::*;
 
-    use crate::custody::Flaw;
     use crate::twin;
+    use evidence::custody::Flaw;
     use std::path::Path;
     use wire::audit::Entry;
     use wire::event::{Account, Event};
@@ -123,7 +125,7 @@ mod tests {
         let (at, event) = (evidence.duration, Event::Stalled { by: Span(by) });
         let entry =
             Entry { node: NodeId::CAMPAIGN, boot: Boot(1), counter: 9_999, at: Instant(at), event, previous: [0; 32] };
-        evidence.entries.push(crate::oracle::Witnessed { at, entry });
+        evidence.entries.push(evidence::Witnessed { at, entry });
         evidence
     }
 

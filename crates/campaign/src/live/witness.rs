@@ -6,6 +6,9 @@ use std::io::BufReader;
 use std::path::Path;
 
 use adversary::insider::{InsiderRecorder, Kept};
+use evidence::custody::HeldHead;
+use evidence::log::Logged;
+use evidence::sights::{Claims, Running};
 use link::instrument::Frame;
 use link::mouth;
 use link::recorded;
@@ -20,9 +23,6 @@ use wire::time::Instant;
 
 use super::LiveError;
 use crate::cast::{Cast, Member};
-use crate::custody::HeldHead;
-use crate::evidence::Logged;
-use crate::sights::{Claims, Running};
 
 /// The recording, in the order and under the times in which it was kept.
 pub(super) fn recording(run_dir: &Path) -> Result<Vec<Logged>, LiveError> {

@@ -6,11 +6,12 @@
 
 use std::collections::BTreeMap;
 
+use evidence::{Evidence, Finding, Property};
 use wire::core::Side;
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 
-use super::{Evidence, Finding, Property, finding};
+use super::finding;
 
 type Accounts = BTreeMap<(NodeId, Account), u64>;
 

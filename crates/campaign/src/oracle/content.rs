@@ -6,13 +6,14 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use evidence::{Evidence, Finding, Micros, Property};
 use wire::command::CommandKind;
 use wire::event::{Event, Freshness};
 use wire::id::{CommandId, NodeId, RecordId};
 
+use super::finding;
 use super::properties::SLACK;
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, finding};
 
 /// A command that a rogue gave: what, and with whose key.
 type Rogue = (CommandKind, NodeId);

@@ -8,7 +8,7 @@
 
 mod owed;
 
-use serde::Serialize;
+use evidence::{Evidence, Finding, Micros, Property, Witnessed};
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::event::{Event, Suspension};
@@ -17,9 +17,10 @@ use wire::mode::{Cause, Mode};
 
 use super::properties::SLACK;
 use super::timeline::{Timeline, Truth};
-use super::{Evidence, Finding, Micros, Property, Witnessed, finding, life};
+use super::{finding, life};
 
-pub use owed::{From, OWED, Owed, owed};
+use evidence::demise::{Fate, From, PlantResponse, Response};
+pub use owed::{OWED, Owed, owed};
 
 /// Speed below which the plant counts as standing, mm/s.
 const STANDING: i32 = 50;
@@ -27,61 +28,6 @@ const STANDING: i32 = 50;
 const RESUME_SLACK: Micros = 50_000;
 /// Between two samples of the plant's truth.
 const TRUTH_PERIOD: Micros = 100_000;
-
-/// What befell the process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Fate {
-    /// It ended.
-    Kill,
-    /// It did not run for a time.
-    Hang,
-    /// It ran for a share of the time.
-    Slow,
-    /// Its disk took nothing more for a time.
-    Full,
-}
-
-/// What came of it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Response {
-    /// The process.
-    pub process: String,
-    /// What befell it.
-    pub fate: Fate,
-    /// When, milliseconds of the run.
-    pub killed_ms: f64,
-    /// The unit's mode at that moment.
-    pub before: Mode,
-    /// The mode at the end of the run; of a dead unit, HOLD_SAFE where its plant stands without a lease.
-    pub after: Mode,
-    /// The unit's own cause for the last change that no operator asked for; `set-point lease` where the plant stopped.
-    pub cause: Option<String>,
-    /// From when the times below count.
-    pub from: From,
-    /// To the first restriction: DEGRADED or HOLD_SAFE, or the end of the plant's lease under a dead unit; ms.
-    pub restricted_ms: Option<f64>,
-    /// To the mode of the end, ms.
-    pub settled_ms: Option<f64>,
-    /// The plant; `None` where its world died with it.
-    pub plant: Option<PlantResponse>,
-    /// Whether anything was owed: no bound ends within a stop that is shorter than it, and a broker without an order owes none.
-    pub owed: bool,
-    /// Whether everything that was owed came, in time.
-    pub kept: bool,
-}
-
-/// What the ground truth shows of the plant.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct PlantResponse {
-    /// True speed at the kill, mm/s.
-    pub speed_mm_s: i32,
-    /// From the kill (or HOLD) until no set-point was leased any more, ms.
-    pub lease_ended_ms: Option<f64>,
-    /// From the kill (or HOLD) until it stood for good, ms; rocking back on its springs is not standing. Only where the
-    /// run ended in HOLD_SAFE: elsewhere it stands because its way has ended.
-    pub standing_ms: Option<f64>,
-}
 
 /// A process's fate under judgement.
 struct Death<'a> {

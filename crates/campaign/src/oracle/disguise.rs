@@ -8,12 +8,12 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use evidence::{Evidence, Micros, Planned, Witnessed};
 use wire::event::{Event, FaultKind};
 use wire::id::{FrameId, NodeId, ObjectId};
 use wire::sensor::{Camera, Class};
 
-use super::plan::Window;
-use super::{Evidence, Micros, Planned, Witnessed};
+use super::window::Window;
 
 /// How far from its object a track may be, millimetres: half of the longest object, and what perception may be off.
 const NEAR_MM: f64 = 3_500.0;

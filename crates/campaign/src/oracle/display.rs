@@ -8,14 +8,15 @@
 
 use std::collections::BTreeMap;
 
+use evidence::{Evidence, Finding, Micros, Property};
 use wire::event::{Event, Freshness};
 use wire::id::{RecordId, UnitId};
 use wire::mode::Mode;
 
+use super::finding;
 use super::place::{BOUNDED, FIX_MM};
 use super::properties::SLACK;
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, finding};
 
 /// How far a shown place may lie off the way that the unit took itself to have gone, millimetres: its pose is written down
 /// a few times a second, and each fix in between may move it by no more than a fix is ever off.

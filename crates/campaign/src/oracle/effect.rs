@@ -7,6 +7,7 @@
 
 use std::collections::BTreeSet;
 
+use evidence::{Evidence, Finding, Micros, Property};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{CommandId, NodeId};
@@ -15,7 +16,7 @@ use wire::mode::{Because, Cause, Mode};
 use super::properties::SLACK;
 use super::speed::{STANDING, braked, followed};
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, finding, life};
+use super::{finding, life};
 
 /// Judges what executions brought about.
 pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {

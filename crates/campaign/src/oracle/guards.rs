@@ -6,6 +6,7 @@
 //! unit's than the one on the act. Teammates, drift, time base and the track's confidence are the unit's word alone, in
 //! `properties`; that the object is of its class is P11.
 
+use evidence::{Evidence, Finding, Micros, Property};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::NodeId;
@@ -14,7 +15,7 @@ use wire::mode::Mode;
 use super::properties::SLACK;
 use super::receipt::Receipt;
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, finding, life, link, place};
+use super::{finding, life, link, place};
 
 /// Time from a decision to the brakes, milliseconds (`docs/bounds.md`).
 const REACTION_MS: u64 = 150;

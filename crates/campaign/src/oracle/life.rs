@@ -3,14 +3,14 @@
 //! Who did it says so; that it was so is seen at the process. What it writes itself, and what the mouth of its core was fed,
 //! are both its marks. The broker has no core and writes next to nothing: it is heard of by the streams that lead to it.
 
+use evidence::log::by_recorder;
+use evidence::{Evidence, Micros, Witnessed};
 use wire::event::{Event, Suspension};
 use wire::feed::CommandStage;
 use wire::id::NodeId;
 use wire::stream::Sight;
 
-use super::plan::Window;
-use super::{Evidence, Micros, Witnessed};
-use crate::evidence::by_recorder;
+use super::window::Window;
 
 /// How long after a process is stopped a mark of it may still be made.
 const UNDER_WAY: Micros = 20_000;

@@ -6,6 +6,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use evidence::{Evidence, Finding, Micros, Property};
 use wire::core::Side;
 use wire::event::{Event, GuardVerdict};
 use wire::id::{NodeId, PeerId};
@@ -13,7 +14,7 @@ use wire::mode::Mode;
 
 use super::receipt::Receipt;
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, demise, finding, life, stale};
+use super::{demise, finding, life, stale};
 
 /// Longer than a link on which a record goes each way every tenth of a second is silent by itself.
 pub(super) const SILENCE: Micros = 350_000;

@@ -4,16 +4,16 @@
 //! to take hold of is told by whoever would have sent it, or by the guards; that a fault was hidden by another, by the other's receipt. Where
 //! none of that holds for the whole time of the plan, it stays without proof.
 
+use evidence::{Evidence, Mask, Micros, Plan, Planned, Takes, Witnessed};
 use wire::core::Side;
 use wire::event::{Action, Event, FaultKind, Interface, Suspension};
 use wire::feed::CommandStage;
 use wire::id::{CommandId, NodeId};
 use wire::stream::Sight;
 
-use super::fate::Mask;
-use super::plan::{Takes, Window};
 use super::receipt::{Befallen, datagram};
-use super::{Evidence, Micros, Plan, Planned, Witnessed, life, link};
+use super::window::Window;
+use super::{life, link};
 
 /// A span of time.
 type Span = (Micros, Micros);

@@ -6,120 +6,21 @@
 //! that it minted, the plant's record of the act and the plant's truth of the way; why a step was not carried out is told from
 //! what the display showed. Whether the mission went well is `properties`' to say.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use evidence::{Evidence, Micros, Planned};
 use wire::command::CommandKind;
 use wire::event::{Event, Freshness};
 use wire::id::{CommandId, NodeId, UnitId};
 use wire::mode::Mode;
-use wire::sensor::Class;
 
+use super::Timeline;
 use super::receipt::Receipt;
-use super::{Evidence, Micros, Planned, Timeline};
-use crate::scenario::Verb;
+use evidence::mission::{Carried, Due, Mission, Stage, Verb};
 
 /// What an order takes from the operator's look at the display until it is executed. An attack that may begin sooner after a
 /// step was due may be meant to prevent it.
 const WAY: Micros = 500_000;
 /// By how much the console's clock may be off the run's.
 const CLOCKS: Micros = 500_000;
-
-/// How far a mission comes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-pub enum Stage {
-    /// Nowhere.
-    #[default]
-    None,
-    /// The unit was enabled: READY.
-    Enabled,
-    /// It held authority: PREPARE_TO_ACT.
-    Armed,
-    /// The plant acted.
-    Acted,
-}
-
-impl Stage {
-    /// Its name in every file and table.
-    pub fn name(self) -> &'static str {
-        match self {
-            Stage::None => "none",
-            Stage::Enabled => "enabled",
-            Stage::Armed => "armed",
-            Stage::Acted => "acted",
-        }
-    }
-
-    /// Where a step leads that is carried out.
-    pub fn of(verb: Verb) -> Stage {
-        match verb {
-            Verb::Enable => Stage::Enabled,
-            Verb::Arm => Stage::Armed,
-            Verb::Confirm => Stage::Acted,
-            Verb::Hold | Verb::Resume | Verb::Disarm | Verb::Configure | Verb::Revoke => Stage::None,
-        }
-    }
-}
-
-/// What the operator was to do.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct Script {
-    /// How far the mission has to come before the attack, where the scenario says so.
-    pub mission: Option<Stage>,
-    /// The steps that are orders, in order.
-    pub steps: Vec<Due>,
-}
-
-/// One step.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Due {
-    /// What is done.
-    #[serde(rename = "do")]
-    pub verb: Verb,
-    /// From when on, at the earliest.
-    pub at_us: Micros,
-    /// For how long its conditions are waited for.
-    pub within_us: Micros,
-    /// The mode that has to be displayed.
-    pub mode: Option<Mode>,
-    /// The class of a track that has to be displayed.
-    pub track: Option<Class>,
-}
-
-/// How far the mission came.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Mission {
-    /// How far it had to come before the attack took hold; without an attack, before the end.
-    pub owed: Stage,
-    /// What was owed and is missing, each in one line. Where there is any, the trial shows nothing.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub missing: Vec<String>,
-    /// When authority was first held, milliseconds of the run.
-    pub armed_ms: Option<f64>,
-    /// When the plant first acted.
-    pub acted_ms: Option<f64>,
-    /// Way that the vehicle went by the plant's truth, metres.
-    pub driven_m: f64,
-    /// Seconds in READY or PREPARE_TO_ACT.
-    pub nominal_s: f64,
-    /// What became of each step of the operator.
-    pub steps: Vec<Carried>,
-}
-
-/// What became of a step.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Carried {
-    /// What was to be done.
-    #[serde(rename = "do")]
-    pub verb: Verb,
-    /// From when on, milliseconds of the run.
-    pub due_ms: f64,
-    /// When the unit carried it out; nothing where it never did.
-    pub done_ms: Option<f64>,
-    /// Why it never did.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub why: Option<String>,
-}
 
 /// How far the mission of a run came, and what of it is missing.
 pub(super) fn of(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Mission {
@@ -171,11 +72,11 @@ fn owed(evidence: &Evidence) -> Stage {
 fn short_of(stage: Stage, until: Micros, steps: &[Carried]) -> String {
     let step = steps.iter().find(|step| Stage::of(step.verb) == stage);
     let told = step.map(|step| match (step.done_ms, &step.why) {
-        (Some(at), _) => format!("; {} at {at:.0} ms", verb(step.verb)),
+        (Some(at), _) => format!("; {} at {at:.0} ms", step.verb.name()),
         (None, why) => {
             format!(
                 "; {}, due at {:.0} ms: never, {}",
-                verb(step.verb),
+                step.verb.name(),
                 step.due_ms,
                 why.as_deref().unwrap_or("unknown")
             )
@@ -192,7 +93,7 @@ fn undone<'a>(evidence: &Evidence, until: Micros, steps: &'a [Carried]) -> impl 
     let others = steps.iter().zip(before).filter(|(step, before)| *before && Stage::of(step.verb) == Stage::None);
     others.filter(move |(step, _)| step.done_ms.is_none_or(|at| at > ms(until))).map(|(step, _)| {
         let why = step.why.as_deref().unwrap_or("too late");
-        format!("{}, due at {:.0} ms before the attack: never, {why}", verb(step.verb), step.due_ms)
+        format!("{}, due at {:.0} ms before the attack: never, {why}", step.verb.name(), step.due_ms)
     })
 }
 
@@ -286,20 +187,6 @@ fn driven(evidence: &Evidence) -> f64 {
     let places: Vec<(f64, f64)> = places.collect();
     let apart = |a: (f64, f64), b: (f64, f64)| ((a.0 - b.0).powi(2) + (a.1 - b.1).powi(2)).sqrt();
     places.windows(2).map(|pair| apart(pair[0], pair[1])).sum::<f64>() / 1000.0
-}
-
-/// The name of a step in files and tables.
-pub(crate) fn verb(verb: Verb) -> &'static str {
-    match verb {
-        Verb::Enable => "enable",
-        Verb::Arm => "arm",
-        Verb::Confirm => "confirm",
-        Verb::Hold => "hold",
-        Verb::Resume => "resume",
-        Verb::Disarm => "disarm",
-        Verb::Configure => "configure",
-        Verb::Revoke => "revoke",
-    }
 }
 
 fn ms(at: Micros) -> f64 {

@@ -1,15 +1,15 @@
 //! Receipts of what an insider sent, or a sensor under a fault: the actor's own entry against what the mouth of the core that it was for
 //! took in.
 //!
-//! The two share the hash of the very bytes (`crate::sights`). That some record of the insider's arrived is none: an honest
+//! The two share the hash of the very bytes (`evidence::sights`). That some record of the insider's arrived is none: an honest
 //! one of its own would do for that.
 
+use evidence::{Evidence, Micros};
 use wire::event::{Account, Action, Event, Interface};
 use wire::id::{Boot, NodeId};
 use wire::refusal::Reason;
 
-use super::plan::Window;
-use super::{Evidence, Micros};
+use super::window::Window;
 
 /// How soon after a message the verdict over it is in the log.
 const VERDICT: Micros = 5_000;

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use evidence::{Evidence, Micros};
 use serde::Serialize;
 use wire::bounds::Bounds;
 use wire::event::{Event, Freshness, Sensor};
@@ -14,7 +15,7 @@ use wire::id::{NodeId, UnitId};
 use wire::mode::{Cause, Mode};
 
 use super::receipt::{self, Receipt};
-use super::{Evidence, Micros, Timeline, link};
+use super::{Timeline, link};
 
 /// A limit that has a way to it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]

@@ -4,12 +4,13 @@
 //! *Th* whatever else is asked for is P3's (`planes`). A rogue's order counts when another process than the rogue judged
 //! that very command.
 
+use evidence::{Evidence, Finding, Micros, Property};
 use wire::command::CommandKind;
 use wire::event::{Event, Interface};
 use wire::id::{CommandId, NodeId, PeerId};
 
-use super::plan::Window;
-use super::{Evidence, Finding, Micros, Property, finding};
+use super::finding;
+use super::window::Window;
 
 /// From a decision to the brakes, milliseconds: what the fence guard has already taken off (`docs/bounds.md`).
 const REACTION_MS: u64 = 150;

@@ -1,14 +1,14 @@
 //! The one class of a trial: the first that matches, from UNSAFE down to NOMINAL.
 
+use evidence::trial::{Latency, Outcome};
+use evidence::{Evidence, Fate, Finding, Injection, Mask, Micros, Property, Verdict};
 use wire::mode::{Cause, Mode};
 use wire::stream::Sight;
 
-use super::fate::{Fate, Injection, Mask};
+use super::finding;
 use super::receipt::Receipt;
 use super::timeline::{Change, Timeline};
-use super::{Evidence, Finding, Micros, Property, Verdict, finding};
 use super::{demise, disguise, mission, mouth};
-use crate::trial::{Latency, Outcome};
 
 /// Puts the verdict together.
 pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mut findings: Vec<Finding>) -> Verdict {

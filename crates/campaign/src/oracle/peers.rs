@@ -6,24 +6,14 @@
 
 use std::collections::BTreeMap;
 
+use evidence::{Evidence, Micros};
 use wire::event::{Event, Interface};
 use wire::id::{PeerId, RecordId};
 
-use super::{Evidence, Micros};
+use evidence::claims::Claims;
 
 /// Longest way of a record from the insider to the gateway's verdict.
 const WAY: Micros = 1_000_000;
-
-/// What a teammate said in bad faith, and what came of it at the gateway.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct Claims {
-    /// Reports that it sent.
-    pub said: u64,
-    /// Of these accepted.
-    pub accepted: u64,
-    /// Farthest from the truth, mm, that an accepted one was before anyone reacted.
-    pub believed_mm: u32,
-}
 
 /// Adds up the claims; `reaction` is when the unit under test first restricted itself.
 pub fn claims(evidence: &Evidence, reaction: Option<Micros>) -> Claims {

@@ -2,13 +2,14 @@
 //!
 //! Two witnesses: the sim's truth, and what autonomy says that it drives by. Sim and autonomy share a host, so their stamps compare.
 
+use evidence::{Evidence, Finding, Micros, Property};
 use wire::event::{Event, Sensor};
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 use wire::time::Instant;
 
+use super::finding;
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, finding};
 
 /// East and north, millimetres.
 type Place = (f64, f64);

@@ -7,6 +7,7 @@
 
 use std::collections::BTreeMap;
 
+use evidence::{Evidence, Finding, Micros, Property, Witnessed};
 use wire::command::CommandKind;
 use wire::core::Side;
 use wire::event::{Action, Event, ShownAs};
@@ -15,10 +16,10 @@ use wire::id::{CommandId, NodeId};
 use wire::mode::Mode;
 use wire::stream::Sight;
 
-use super::plan::Window;
 use super::properties::SLACK;
 use super::timeline::Timeline;
-use super::{Evidence, Finding, Micros, Property, Witnessed, finding, life};
+use super::window::Window;
+use super::{finding, life};
 
 /// The longest that a command may be shown as under way after the operator last did something about it.
 const ANSWER_WITHIN: Micros = 1_000_000;

@@ -3,6 +3,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use evidence::{Evidence, Finding, Micros, Plan, Planned, Property};
 use wire::command::CommandKind;
 use wire::event::{Event, FaultKind, Sensor};
 use wire::id::NodeId;
@@ -12,9 +13,7 @@ use wire::sensor::Class;
 use super::receipt::{Befallen, Receipt};
 use super::speed::{self, STANDING};
 use super::timeline::{Change, Timeline};
-use super::{
-    Evidence, Finding, Micros, Plan, Planned, Property, content, demise, display, effect, finding, guards, link, planes,
-};
+use super::{content, demise, display, effect, finding, guards, link, planes};
 
 /// What one trip through the live host may add between an event and its trace time, and between a command leaving the
 /// operator and reaching the unit.

@@ -9,16 +9,14 @@
 
 use std::collections::BTreeMap;
 
+use evidence::{Evidence, Mask, Micros, Plan, Planned};
 use wire::core::Side;
 use wire::event::{Account, Action, Event, FaultKind, GuardVerdict, Sensor};
 use wire::id::NodeId;
 use wire::step::StepName;
 
-use super::fate::Mask;
-use super::plan::Window;
-use super::{
-    Evidence, Micros, Plan, Planned, disguise, life, link, masked, mouth, orders, planes, stream, takeover, view,
-};
+use super::window::Window;
+use super::{disguise, life, link, masked, mouth, orders, planes, stream, takeover, view};
 
 /// How close together a guard logs the pieces of one datagram, and how long a datagram is on its way.
 const TOGETHER: Micros = 500;

@@ -6,6 +6,7 @@
 //! from that speed. Of set-points the plant tells the one that it holds ten times a second; what it is asked for in between
 //! shows in its true speed alone.
 
+use evidence::{Evidence, Finding, Micros, Property};
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
 use wire::id::NodeId;
@@ -13,7 +14,7 @@ use wire::mode::{Cause, Mode};
 
 use super::properties::SLACK;
 use super::timeline::{Timeline, Truth};
-use super::{Evidence, Finding, Micros, Property, demise, finding};
+use super::{demise, finding};
 
 /// Speed below which the plant counts as standing, mm/s.
 pub(super) const STANDING: i32 = 50;

@@ -6,11 +6,12 @@
 
 use std::collections::BTreeMap;
 
+use evidence::{Evidence, Finding, Micros, Property};
 use wire::event::{Event, GuardVerdict, Interface};
 use wire::id::NodeId;
 
+use super::finding;
 use super::receipt::Receipt;
-use super::{Evidence, Finding, Micros, Property, finding};
 
 /// How long after a datagram was at the guard its record is judged, at the latest; and how long nothing else may be at
 /// the guard for it to have come alone.

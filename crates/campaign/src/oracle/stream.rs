@@ -4,13 +4,13 @@
 //! damaged ones must come in damaged, byte for byte; a direction that was ended must be over at the place where it was
 //! ended, without this end having hung up first. A relay that says so and does otherwise has no receipt.
 
+use evidence::{Evidence, Micros};
 use wire::core::Side;
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::stream::{Deed, Sight};
 
-use super::plan::Window;
-use super::{Evidence, Micros};
+use super::window::Window;
 
 /// By how much of a delay the relay's clock may have run ahead of the trace's, as a divisor: clocks of hosts drift by
 /// 50 ppm at most, so a thousandth leaves room.

@@ -6,11 +6,12 @@
 
 use std::collections::BTreeMap;
 
+use evidence::{Evidence, Finding, Micros, Property};
 use wire::event::{Event, Freshness};
 use wire::id::{NodeId, PeerId, UnitId};
 
-use super::plan::Window;
-use super::{Evidence, Finding, Micros, Property, finding, life};
+use super::window::Window;
+use super::{finding, life};
 
 /// Longest time from the thief's word to the broker's: dialling and a handshake on a loaded host.
 const DIALLED_WITHIN: Micros = 2_000_000;

@@ -1,13 +1,12 @@
 //! The events of a trial, sorted by what they are about. Nothing is judged here.
 
+use evidence::trial::TransitionRow;
+use evidence::{Evidence, Micros};
 use wire::audit::Entry;
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{CommandId, NodeId, RecordId, TrackId, UnitId};
 use wire::mode::{Cause, Guards, Mode};
-
-use super::{Evidence, Micros};
-use crate::trial::TransitionRow;
 
 /// A change of mode of the unit under test.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -3,11 +3,12 @@
 //! What it said has the witness that every insider's bytes have (`mouth`). What it kept back is told by the report or the
 //! command that it was about, against what the honest half accepted and what the display showed.
 
+use evidence::{Evidence, Micros, Witnessed};
 use wire::event::{Action, Event};
 use wire::id::{CommandId, NodeId, RecordId, UnitId};
 
-use super::plan::Window;
-use super::{Evidence, Micros, Witnessed, mouth};
+use super::mouth;
+use super::window::Window;
 
 /// Longest time from the insider's entry to the console's own about the same message.
 const AT_ONCE: Micros = 100_000;

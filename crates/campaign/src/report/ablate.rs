@@ -3,15 +3,15 @@
 
 use std::collections::BTreeMap;
 
+use evidence::SCHEMA_VERSION;
+use evidence::ablation::Gain;
+use evidence::trial::Outcome;
 use serde::Serialize;
 use stats::paired::{Paired, holm};
 use stats::{LEVEL, rate_upper};
 
-use super::SCHEMA_VERSION;
 use super::run::Summary;
 use super::table::{new_table, outcomes, percent};
-use crate::ablation::Gain;
-use crate::trial::Outcome;
 
 /// The whole ablation.
 #[derive(Clone, Debug, Serialize)]

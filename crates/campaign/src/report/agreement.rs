@@ -5,12 +5,12 @@
 
 use std::collections::BTreeMap;
 
+use evidence::trial::Outcome;
 use serde::Serialize;
 use stats::{LEVEL, rate_lower};
 
 use super::table::new_table;
 use crate::search::Stratum;
-use crate::trial::Outcome;
 
 /// The object of `bench agreement --json`.
 #[derive(Clone, Debug, Serialize)]
@@ -122,7 +122,7 @@ impl AgreementObject {
     /// Of these words; in which order they stand does not matter.
     pub fn new(seed: u64, draws: u64, build: String, words: Vec<WordRow>) -> Self {
         let strata = Stratum::ALL.map(|stratum| StratumRow::of(stratum, &words)).to_vec();
-        Self { schema_version: super::SCHEMA_VERSION, seed, draws, build, strata, words }
+        Self { schema_version: evidence::SCHEMA_VERSION, seed, draws, build, strata, words }
     }
 }
 

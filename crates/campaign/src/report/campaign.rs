@@ -9,16 +9,16 @@ mod table;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use evidence::SCHEMA_VERSION;
+use evidence::trial::Outcome;
 use serde::Serialize;
 use stats::{LEVEL, Share, rate_upper, simultaneous_level};
 
-use super::SCHEMA_VERSION;
 use super::run::LatencySummary;
 use crate::campaign::claim::{Judged, Tally, Verdict};
 use crate::campaign::row::Row;
 use crate::campaign::{Plan, PlanVariation, Terms};
 use crate::scenario::Evidence;
-use crate::trial::Outcome;
 pub use table::campaign_table;
 
 /// A campaign's result.
@@ -271,9 +271,9 @@ impl Claims {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::trial;
     use super::*;
     use crate::campaign::tests::plan;
+    use evidence::trial::Trial;
 
     /// The plan's campaign where trial i of both variations comes to `outcome(i)`.
     fn campaign(plan: &Plan, n: u64, outcome: impl Fn(u64) -> Outcome) -> CampaignObject {
@@ -281,7 +281,7 @@ mod tests {
             let (variation, mut fold) = (&plan.variations[v], Fold::default());
             for i in 0..n {
                 let number = plan.number(v, i);
-                fold.take(plan, variation, i, Row::of(number, &trial(plan.seed(i), outcome(i))));
+                fold.take(plan, variation, i, Row::of(number, &Trial::example(plan.seed(i), outcome(i))));
             }
             fold.row(plan, v, variation, plan.terms.trials)
         };

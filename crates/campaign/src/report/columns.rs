@@ -224,21 +224,21 @@ impl Column {
 
 #[cfg(test)]
 mod tests {
+    use evidence::trial::Outcome;
+    use evidence::trial::Trial;
     use parquet::file::reader::{FileReader, SerializedFileReader};
     use parquet::record::Field;
 
-    use super::super::tests::trial;
     use super::*;
     use crate::campaign::draw::Distribution;
     use crate::campaign::tests::plan;
-    use crate::trial::Outcome;
 
     fn written(plan: &Plan, n: u64) -> Vec<u8> {
         let mut bytes = Vec::new();
         let mut table = TrialTable::new(&mut bytes, plan).unwrap();
         for v in 0..plan.variations.len() {
             for i in 0..n {
-                table.put(v, i, Row::of(plan.number(v, i), &trial(plan.seed(i), Outcome::HoldSafe))).unwrap();
+                table.put(v, i, Row::of(plan.number(v, i), &Trial::example(plan.seed(i), Outcome::HoldSafe))).unwrap();
             }
         }
         table.finish().unwrap();

@@ -4,14 +4,14 @@
 
 use std::collections::BTreeMap;
 
+use evidence::SCHEMA_VERSION;
+use evidence::trial::{Outcome, Trial};
 use serde::Serialize;
 use stats::{Sample, Share};
 
-use super::SCHEMA_VERSION;
 use super::run::{LatencySummary, Summary};
 use super::table::{new_table, outcomes, sample};
 use crate::scenario::Curve;
-use crate::trial::{Outcome, Trial};
 
 /// A whole curve.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -251,7 +251,6 @@ fn reading(reading: &Reading, unit: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::run::tests::trial;
     use super::*;
 
     /// A point of ten trials, so many of them detected, so many harmed, the rest unnoticed.
@@ -261,7 +260,7 @@ mod tests {
             s if s < detected + harmed => Outcome::Unsafe,
             _ => Outcome::Undetected,
         };
-        let trials: Vec<Trial> = (0..10).map(|seed| trial(seed, class(seed))).collect();
+        let trials: Vec<Trial> = (0..10).map(|seed| Trial::example(seed, class(seed))).collect();
         let curve: Curve = toml::from_str("title = \"t\"\nset = \"a.b\"\nvalues = [1, 2]\nunit = \"m/s\"\n").unwrap();
         CurvePoint::new(value, &curve, &[Outcome::HoldSafe], &trials.iter().collect::<Vec<_>>())
     }

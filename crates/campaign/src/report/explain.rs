@@ -2,11 +2,10 @@
 
 use std::fmt::Write;
 
+use evidence::{Micros, SCHEMA_VERSION};
 use serde::Serialize;
 
-use super::SCHEMA_VERSION;
 use crate::explain::{Explanation, Stage, WhyNot};
-use crate::oracle::Micros;
 
 /// Explanations of one run, as one object.
 #[derive(Clone, Debug, Serialize)]

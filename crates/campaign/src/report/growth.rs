@@ -1,8 +1,8 @@
 //! What the twin costs as there is more in it: the object that `bench growth` prints, and its table.
 
+use evidence::SCHEMA_VERSION;
 use serde::Serialize;
 
-use super::SCHEMA_VERSION;
 use super::cost::Spread;
 use super::table::new_table;
 

@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use evidence::demise::{From, Response};
+use evidence::trial::{Outcome, Trial};
 use serde::Serialize;
 use stats::{LEVEL, Sample, rate_upper};
 use wire::bounds::Bounds;
@@ -10,8 +12,7 @@ use wire::mode::Mode as Driving;
 
 use super::run::Mode;
 use super::table::new_table;
-use crate::oracle::demise::{From, Owed, Response};
-use crate::trial::{Outcome, Trial};
+use crate::oracle::demise::Owed;
 
 /// A time over many trials, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
@@ -83,7 +84,7 @@ impl KillRow {
         trials: &[&Trial],
         responses: &[&Response],
     ) -> KillRow {
-        let plant = |get: &dyn Fn(&crate::oracle::demise::PlantResponse) -> Option<f64>| {
+        let plant = |get: &dyn Fn(&evidence::demise::PlantResponse) -> Option<f64>| {
             Times::of(responses.iter().map(|r| r.plant.as_ref().and_then(get)))
         };
         let kept = responses.iter().filter(|r| r.kept).count() as u64;

@@ -7,15 +7,15 @@
 
 use std::collections::BTreeMap;
 
+use evidence::SCHEMA_VERSION;
+use evidence::trial::{Outcome, Trial};
 use serde::Serialize;
 use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 
-use super::SCHEMA_VERSION;
 use super::run::{LatencySummary, Mode, Summary};
 use super::table::{host_line, new_table, outcomes, percent, sample};
 use crate::catalogue::Row;
 use crate::scenario::{Evidence, Requirement, Variation};
-use crate::trial::{Outcome, Trial};
 
 /// The whole matrix.
 #[derive(Clone, Debug, Serialize)]
@@ -288,14 +288,13 @@ fn kind_cells(kind: &Kind) -> [String; 5] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::run::tests::trial;
     use super::*;
     use crate::catalogue::Catalogue;
 
     fn run(name: &str, mode: Mode, waived: bool, n: u64) -> MatrixRun {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let scenario = crate::scenario::load(&root.join(format!("scenarios/{name}.toml"))).expect("a shipped scenario");
-        let trials: Vec<Trial> = (0..n).map(|seed| trial(seed, Outcome::Rejected)).collect();
+        let trials: Vec<Trial> = (0..n).map(|seed| Trial::example(seed, Outcome::Rejected)).collect();
         let watermark = waived.then(|| "ABLATION".to_owned());
         let variation = Variation { cell: None, scenario };
         MatrixRun::new(&variation, watermark, mode, &trials.iter().collect::<Vec<_>>())

@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 
+use evidence::mission::Carried;
+use evidence::trial::Trial;
 use serde::Serialize;
-
-use crate::oracle::mission::{Carried, verb};
-use crate::trial::Trial;
 
 /// The missions of all trials that have one.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -73,23 +72,21 @@ impl MissionSummary {
 fn told(step: &Carried) -> Option<String> {
     let why = step.why.as_ref()?;
     let why = why.strip_prefix("given at ").and_then(|rest| Some(rest.split_once(", ")?.1)).unwrap_or(why);
-    Some(format!("{}: never, {why}", verb(step.verb)))
+    Some(format!("{}: never, {why}", step.verb.name()))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::run::tests::trial;
     use super::*;
-    use crate::oracle::mission::Mission;
-    use crate::scenario::Verb;
-    use crate::trial::Outcome;
+    use evidence::mission::{Mission, Verb};
+    use evidence::trial::Outcome;
 
     #[test]
     fn a_step_that_was_never_carried_out_is_told_once_with_its_count() {
         let arm = |why: &str| Carried { verb: Verb::Arm, due_ms: 2500.0, done_ms: None, why: Some(why.to_owned()) };
         let of = |seed, why| Trial {
             mission: Some(Mission { steps: vec![arm(why)], driven_m: 4.0, ..Mission::default() }),
-            ..trial(seed, Outcome::Invalid)
+            ..Trial::example(seed, Outcome::Invalid)
         };
         let trials = [of(1, "no vehicle shown"), of(2, "no vehicle shown"), of(3, "given at 2600 ms, not executed")];
         let summary = MissionSummary::of(&trials);
@@ -100,6 +97,6 @@ mod tests {
             "{lines}"
         );
         assert!(lines.contains("  arm: never, not executed (1 of 3)\n"), "{lines}");
-        assert_eq!(MissionSummary::of(&[trial(1, Outcome::Rejected)]).lines(), "");
+        assert_eq!(MissionSummary::of(&[Trial::example(1, Outcome::Rejected)]).lines(), "");
     }
 }

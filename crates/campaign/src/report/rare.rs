@@ -1,10 +1,10 @@
 //! What a rare event was estimated at, as an object and as a table; and what plain Monte Carlo would have taken for it.
 
+use evidence::SCHEMA_VERSION;
 use serde::Serialize;
 use stats::Share;
 use stats::mean::Mean;
 
-use super::SCHEMA_VERSION;
 use super::table::new_table;
 use crate::rare::{Event, Plan, Question, Repetition, Stage};
 use crate::scenario::Settings;

@@ -1,12 +1,12 @@
 //! The reference evaluation: one row a scenario (or cell) and mode, and live latencies beside the paper's.
 
+use evidence::SCHEMA_VERSION;
+use evidence::trial::{Outcome, Trial};
 use serde::Serialize;
 use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 
-use super::SCHEMA_VERSION;
 use super::run::{LatencySummary, Mode, RunObject, Summary};
 use crate::scenario::{Evidence, Scenario};
-use crate::trial::{Outcome, Trial};
 
 /// What the paper reports, five runs a row, on other hardware and another topology.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -2,13 +2,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use evidence::SCHEMA_VERSION;
+use evidence::trial::{Latency, Outcome, Trial};
 use serde::{Deserialize, Serialize};
 use stats::{LEVEL, Sample, events_upper, rate_upper};
 
-use super::SCHEMA_VERSION;
 use super::mission::MissionSummary;
 use crate::scenario::Evidence;
-use crate::trial::{Latency, Outcome, Trial};
 
 /// Which clock a trial ran on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -247,45 +247,12 @@ impl LatencySummary {
 }
 
 #[cfg(test)]
-pub(crate) mod tests {
+mod tests {
     use super::*;
-
-    /// A trial of ten seconds with this outcome.
-    pub(crate) fn trial(seed: u64, outcome: Outcome) -> Trial {
-        Trial {
-            seed,
-            cell: None,
-            knowledge: crate::scenario::Knowledge::Blind,
-            steps: Vec::new(),
-            outcome,
-            findings: Vec::new(),
-            receipt: true,
-            injections: Vec::new(),
-            log_hash: format!("{seed:064x}"),
-            decision_hash: format!("{:064x}", seed % 3),
-            received: 100,
-            accepted: 90,
-            dropped: BTreeMap::from([("stale".to_owned(), 10)]),
-            guard_refused: BTreeMap::new(),
-            outsiders: BTreeMap::new(),
-            host_stall_ms: None,
-            host_spoilt_ms: Vec::new(),
-            claims: None,
-            mission: None,
-            transitions: Vec::new(),
-            latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },
-            responses: Vec::new(),
-            held: None,
-            sim_seconds: 10.0,
-            false_trips: 0,
-            nominal_seconds: 4.0,
-            cpu_seconds: 0.01,
-        }
-    }
 
     #[test]
     fn the_object_has_the_keys_that_were_promised() {
-        let trials = (0..59).map(|s| trial(s, Outcome::HoldSafe)).collect();
+        let trials = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
         let object = serde_json::to_value(RunObject::new("delay", Mode::Twin, 7, trials, &[])).unwrap();
         let keys = |v: &serde_json::Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
         let has = |v: &serde_json::Value, names: &str| {
@@ -311,9 +278,9 @@ pub(crate) mod tests {
 
     #[test]
     fn an_attempt_that_the_host_spoilt_is_counted_and_never_silent() {
-        let mut repeated = trial(7, Outcome::HoldSafe);
+        let mut repeated = Trial::example(7, Outcome::HoldSafe);
         repeated.host_spoilt_ms = vec![312.0, 140.0];
-        let trials = vec![trial(6, Outcome::HoldSafe), repeated];
+        let trials = vec![Trial::example(6, Outcome::HoldSafe), repeated];
         let run = RunObject::new("delay", Mode::Live, 6, trials, &[]);
         assert_eq!(run.summary.host_spoilt, Some(HostSpoilt { n: 2, seeds: vec![7] }));
         let json = serde_json::to_value(&run).unwrap();
@@ -321,13 +288,13 @@ pub(crate) mod tests {
         assert_eq!(json["trials"][1]["host_spoilt_ms"], serde_json::json!([312.0, 140.0]));
         let text = super::super::run_table(&run);
         assert!(text.contains("repeated because the host overslept: 2 attempts (delay seed 7)"), "{text}");
-        let calm = RunObject::new("delay", Mode::Live, 6, vec![trial(6, Outcome::HoldSafe)], &[]);
+        let calm = RunObject::new("delay", Mode::Live, 6, vec![Trial::example(6, Outcome::HoldSafe)], &[]);
         assert!(!super::super::run_table(&calm).contains("repeated") && calm.summary.host_spoilt.is_none());
     }
 
     #[test]
     fn datagrams_of_outsiders_are_told_with_the_place_they_came_to() {
-        let mut met = trial(7, Outcome::Nominal);
+        let mut met = Trial::example(7, Outcome::Nominal);
         met.outsiders = BTreeMap::from([("relay-telemetry".to_owned(), 12)]);
         let text = super::super::run_table(&RunObject::new("nominal", Mode::Live, 7, vec![met], &[]));
         assert!(text.contains("datagrams from outside of the run, counted apart: relay-telemetry 12"), "{text}");
@@ -335,8 +302,8 @@ pub(crate) mod tests {
 
     #[test]
     fn an_invalid_trial_is_never_dropped() {
-        let mut trials: Vec<Trial> = (0..59).map(|s| trial(s, Outcome::HoldSafe)).collect();
-        trials.push(trial(59, Outcome::Invalid));
+        let mut trials: Vec<Trial> = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
+        trials.push(Trial::example(59, Outcome::Invalid));
         let summary = Summary::of(&trials.iter().collect::<Vec<_>>());
         assert!(summary.unsafe_upper_95 < 0.0496);
         assert!(summary.unsafe_upper_95_invalid_counted > 0.07);
@@ -345,10 +312,11 @@ pub(crate) mod tests {
 
     #[test]
     fn a_cell_has_its_own_row() {
-        let mut own = trial(1, Outcome::Rejected);
+        let mut own = Trial::example(1, Outcome::Rejected);
         own.cell = Some("verbatim/silent/session-bound".to_owned());
         let expected = [(own.cell.clone().unwrap(), vec![Outcome::Rejected])];
-        let object = RunObject::new("teammate", Mode::Twin, 1, vec![own, trial(2, Outcome::HoldSafe)], &expected);
+        let object =
+            RunObject::new("teammate", Mode::Twin, 1, vec![own, Trial::example(2, Outcome::HoldSafe)], &expected);
         assert_eq!(object.cells.len(), 1);
         assert_eq!((object.cells[0].summary.n, object.cells[0].dropped["stale"]), (1, 10));
     }

@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
+use evidence::SCHEMA_VERSION;
+use evidence::trial::Outcome;
 use serde::Serialize;
 use stats::{LEVEL, rate_upper};
 
-use super::SCHEMA_VERSION;
 use super::table::new_table;
 use crate::search::{Ground, HuntRow, Hunted, Margin, Strategy};
-use crate::trial::Outcome;
 
 /// The object of `search --json`.
 #[derive(Clone, Debug, Serialize)]

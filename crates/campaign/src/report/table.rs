@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
+use evidence::FateName;
+use evidence::trial::{Outcome, Trial};
 use stats::Sample;
 
 use super::reference::{LiveLatency, Reference, ReferenceRow};
 use super::run::{RunObject, Summary};
-use crate::oracle::FateName;
-use crate::trial::{Outcome, Trial};
 
 /// What the columns of a table of trials mean.
 const LEGEND: &str = "\
@@ -188,13 +188,12 @@ pub(super) fn sample(sample: &Sample) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::run::tests::trial;
     use super::super::{Mode, RunObject};
     use super::*;
 
     #[test]
     fn a_table_fits_its_width_and_says_what_its_columns_mean() {
-        let mut trials: Vec<_> = (0..59).map(|s| trial(s, Outcome::HoldSafe)).collect();
+        let mut trials: Vec<_> = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
         for reason in ["not-current", "stale", "wrong-origin", "bad-signature"] {
             trials[0].dropped.insert(reason.to_owned(), 100_000);
         }
@@ -206,7 +205,7 @@ mod tests {
 
     #[test]
     fn a_run_shows_its_counts_and_its_bound() {
-        let trials = (0..59).map(|s| trial(s, Outcome::HoldSafe)).collect();
+        let trials = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
         let text = run_table(&RunObject::new("delay", Mode::Twin, 7, trials, &[]));
         assert!(text.contains("HOLD_SAFE 59") && text.contains("4.95 %"), "{text}");
     }

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use evidence::trial::Outcome;
 use serde::Serialize;
 use stats::{LEVEL, rate_upper};
 
 use super::table::new_table;
-use crate::trial::Outcome;
 
 /// One process with one ending, at every change.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -1,5 +1,6 @@
 //! What a search is worth: how soon each strategy found each weakness, as an object and as a table.
 
+use evidence::trial::Outcome;
 use serde::Serialize;
 use stats::LEVEL;
 use stats::waiting::{Known, Median, Ratio, Wait};
@@ -7,7 +8,6 @@ use stats::waiting::{Known, Median, Ratio, Wait};
 use super::table::new_table;
 use crate::scenario::Weakness;
 use crate::search::Strategy;
-use crate::trial::Outcome;
 
 /// A weakness is hard where the median of uniform drawing is at least so many trials.
 const HARD: f64 = 1_000.0;

@@ -274,8 +274,9 @@ fn is_empty(value: &Value) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Verb, find_root, load, parse};
+    use super::super::{find_root, load, parse};
     use super::*;
+    use evidence::mission::Verb;
 
     const TEXT: &str = "name = \"a\"\ntitle = \"t\"\nlongest = 2\nbegins_ms = [500, 8000]\ntick_ms = 10\n\
                         [[move]]\nname = \"cut\"\ntable = \"loss\"\nset = { share = 1.0 }\n\

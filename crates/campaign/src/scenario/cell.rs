@@ -1,15 +1,16 @@
 //! Cells: one scenario, several variations, each with its settings, its policy and its own expected classes.
 
+use evidence::mission::Verb;
+use evidence::trial::Outcome;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::fault::{Ending, Fault, Kill, Process};
-use super::operator::{DisplayedState, Step, Verb};
+use super::operator::{DisplayedState, Step};
 use super::set::Settings;
 use super::step::When;
 use super::value::{Label, List, Located, Name, Real, Whole};
 use super::{Scenario, check};
-use crate::trial::Outcome;
 
 /// When a process is killed at the earliest, seconds: authority is held by then, also where arming took a second try.
 const KILL_AT_S: f64 = 3.6;

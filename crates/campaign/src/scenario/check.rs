@@ -6,6 +6,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use evidence::mission::Stage;
 use wire::id::{NodeId, UnitId};
 
 use super::check_steps;
@@ -13,7 +14,6 @@ use super::scene::{Object, Point};
 use super::stack::{Certificate, Hand, Link};
 use super::timed::Windowed;
 use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
-use crate::oracle::mission::Stage;
 
 /// Something that does not fit.
 pub(super) struct Finding {
@@ -340,14 +340,15 @@ fn operator(s: &Scenario) -> Vec<Finding> {
         if step.verb.leads_away_from_safe() && step.reason.is_none() {
             found.push(finding(&step.verb, "a step away from safe needs a reason", "add `reason`"));
         }
-        if *step.verb == super::Verb::Revoke && step.who.as_ref().and_then(|n| NodeId::from_name(n.as_str())).is_none()
+        if *step.verb == evidence::mission::Verb::Revoke
+            && step.who.as_ref().and_then(|n| NodeId::from_name(n.as_str())).is_none()
         {
             found.push(finding(&step.verb, "nobody is named to be revoked", "add `who`, such as \"operator-2\""));
         }
-        if *step.verb == super::Verb::Configure && step.values.is_none() {
+        if *step.verb == evidence::mission::Verb::Configure && step.values.is_none() {
             found.push(finding(&step.verb, "no values to set", "add `values`"));
         }
-        if *step.verb == super::Verb::Arm && step.when_track.is_none() {
+        if *step.verb == evidence::mission::Verb::Arm && step.when_track.is_none() {
             found.push(finding(&step.verb, "arming needs a track", "add `when_track` with the class"));
         }
         if step.at_s.get() >= s.duration_s.get() {

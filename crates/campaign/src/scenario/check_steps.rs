@@ -1,9 +1,10 @@
 //! What must fit together in the steps of a scenario: names, what waits for what, and the level of knowledge.
 
+use evidence::trial::Knowledge;
 use wire::step::{MAX_STEP_NAME, StepName};
 
 use super::check::{Finding, finding};
-use super::step::{Knowledge, Trigger, When};
+use super::step::{Trigger, When};
 use super::timed::Windowed;
 use super::{Located, Scenario};
 

@@ -3,6 +3,7 @@
 //! The lines of a curve are the scenario's cells, or the scenario itself where it has none. Every point runs on the same
 //! seeds, so that points differ by the value and by nothing else. Running it is `command::curve`'s business.
 
+use evidence::trial::Outcome;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -10,7 +11,6 @@ use super::Scenario;
 use super::cell::{Cell, Variation};
 use super::set::Settings;
 use super::value::{List, Located, Real, Text};
-use crate::trial::Outcome;
 
 /// Most points on a line.
 const MAX_POINTS: usize = 64;

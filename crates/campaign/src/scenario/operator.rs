@@ -7,6 +7,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use evidence::mission::Verb;
+
 use super::rogue::Values;
 use super::scene::Class;
 use super::value::{List, Located, Name, Seconds, Text};
@@ -59,38 +61,6 @@ pub struct Step {
 
 fn patience() -> Seconds {
     Seconds::constant(2.0)
-}
-
-/// What an operator can do.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Verb {
-    /// Idle to ready.
-    Enable,
-    /// Take authority on the track that `when_track` found.
-    Arm,
-    /// Use the authority held: the abstract act.
-    Confirm,
-    /// To hold-safe; one step, from any state.
-    Hold,
-    /// Consent to leave hold-safe.
-    Resume,
-    /// Give authority back.
-    Disarm,
-    /// Set values for the mission; in idle only.
-    Configure,
-    /// Have an identity struck from the roll, by the authority's revocation that the console keeps.
-    Revoke,
-}
-
-impl Verb {
-    /// Whether it leads away from safe, and so needs a reason.
-    pub fn leads_away_from_safe(self) -> bool {
-        match self {
-            Verb::Enable | Verb::Arm | Verb::Confirm | Verb::Resume | Verb::Configure => true,
-            Verb::Hold | Verb::Disarm | Verb::Revoke => false,
-        }
-    }
 }
 
 /// A state as the console shows it.

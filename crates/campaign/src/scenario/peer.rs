@@ -1,9 +1,9 @@
 //! What an admitted teammate says that is old, untrue, or of another kind than it is taken for.
 
+use evidence::trial::Knowledge;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::step::Knowledge;
 use super::timed::Windowed;
 use super::value::{Count, Located, Millis, Radians, Real, Seconds, Whole};
 

@@ -3,11 +3,11 @@
 //! The channel says which host; whose keys the process holds, `holder`. Without one it is an impostor of the same user with
 //! no key; with one it is an insider in that service's place.
 
+use evidence::trial::Knowledge;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::scene::Point;
-use super::step::Knowledge;
 use super::timed::Windowed;
 use super::value::{Located, Millis, Seconds, Whole};
 

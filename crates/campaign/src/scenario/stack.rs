@@ -3,13 +3,13 @@
 //! There is no platform in such a scenario, so none of these has a time; the seed varies what is not written here. What
 //! the tables mean is carried out by `crate::stack`.
 
+use evidence::trial::Outcome;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use wire::policy::Requirement;
 
 use super::Scenario;
 use super::value::{List, Located, Whole};
-use crate::trial::Outcome;
 
 /// Which of the two links.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]

@@ -8,35 +8,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::Scenario;
+use evidence::trial::Knowledge;
+
 use super::operator::DisplayedState;
 use super::value::{Located, Millis, Name, Whole};
-
-/// How much an adversary knows of the run while it is on. Each level includes the ones before it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Knowledge {
-    /// Its own clock and its own steps; it acts on what passes without looking at it.
-    #[default]
-    Blind,
-    /// Lengths, times and directions of what passes, and the bytes as ciphertext.
-    OnPath,
-    /// What its credentials let it receive.
-    Insider,
-    /// The instrument plane: modes and transitions as they are written.
-    WhiteBox,
-}
-
-impl Knowledge {
-    /// Its name in files and reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Knowledge::Blind => "blind",
-            Knowledge::OnPath => "on-path",
-            Knowledge::Insider => "insider",
-            Knowledge::WhiteBox => "white-box",
-        }
-    }
-}
 
 /// What a step waits for: exactly one of `enters`, `begun`, `ended`, `datagrams`, `silence_ms` and `hears`. What comes
 /// before the step's `at_s` does not count, but for a step that has begun or ended by then.

@@ -1,7 +1,8 @@
 //! What every table of a scenario has that happens at a time: its start, its length, its step, and what it takes to do it.
 
-use super::step::{Knowledge, Timing};
+use super::step::Timing;
 use super::value::{Located, Seconds};
+use evidence::trial::Knowledge;
 
 /// Anything with a start on the trial's clock and a length.
 pub trait Windowed {
@@ -48,7 +49,7 @@ macro_rules! timed {
             pub when: Option<$crate::scenario::Located<$crate::scenario::When>>,
             /// What may be known here, where that is less than the scenario's level.
             #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub knowledge: Option<$crate::scenario::Located<$crate::scenario::Knowledge>>,
+            pub knowledge: Option<$crate::scenario::Located<evidence::trial::Knowledge>>,
         }
 
         impl $crate::scenario::Windowed for $name {
@@ -65,11 +66,11 @@ macro_rules! timed {
                     knowledge: self.knowledge.as_ref(),
                 }
             }
-            fn needs(&self) -> $crate::scenario::Knowledge {
-                [$($crate::scenario::Knowledge::$level,)? $crate::scenario::Knowledge::Blind][0]
+            fn needs(&self) -> evidence::trial::Knowledge {
+                [$(evidence::trial::Knowledge::$level,)? evidence::trial::Knowledge::Blind][0]
             }
-            fn sees(&self) -> Option<$crate::scenario::Knowledge> {
-                [$(Some($crate::scenario::Knowledge::$sight),)? None][0]
+            fn sees(&self) -> Option<evidence::trial::Knowledge> {
+                [$(Some(evidence::trial::Knowledge::$sight),)? None][0]
             }
         }
     )+};

@@ -4,14 +4,14 @@
 
 use std::path::Path;
 
+use evidence::ablation::Switch;
+use evidence::trial::Outcome;
 use serde::Deserialize;
 use wire::bounds::Bounds;
 
 use super::read::read_text;
 use super::value::{List, Located, Name};
 use super::{Problem, Problems};
-use crate::ablation::Switch;
-use crate::trial::Outcome;
 
 /// A list of weaknesses.
 #[derive(Clone, Debug, Deserialize)]

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use evidence::trial::Outcome;
 use parallel::progress::{Progress, Stop};
 use serde::Serialize;
 
@@ -13,7 +14,6 @@ use super::tried::{Cause, Ground, Test, Tried};
 use super::word::Word;
 use crate::oracle::Limit;
 use crate::scenario::Alphabet;
-use crate::trial::Outcome;
 
 /// Words drawn at a time.
 const ROUND: u64 = 16;

@@ -4,6 +4,7 @@
 //! Which word a seed gives depends on ground, stratum and seed alone. Every draw is *uniform*: the other strategies look for what
 //! they do not know yet, and would draw one word because of another. Running them live is left to whoever asks for them.
 
+use evidence::trial::Outcome;
 use parallel::progress::{Progress, Stop, Talk};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
@@ -15,7 +16,6 @@ use super::moments::Moments;
 use super::tried::{Cause, Ground, Test, Tried};
 use super::word::{Letter, Word, move_of};
 use crate::scenario::{Scenario, Setup};
-use crate::trial::Outcome;
 
 /// How far from an edge still is next to it, milliseconds.
 const NEXT_MS: i64 = 20;

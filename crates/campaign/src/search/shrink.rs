@@ -233,7 +233,7 @@ mod tests {
     use super::super::tried::Tried;
     use super::*;
     use crate::scenario::{self, Alphabet, Range, Setup, find_root};
-    use crate::trial::Outcome;
+    use evidence::trial::Outcome;
 
     fn ground() -> Ground {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();

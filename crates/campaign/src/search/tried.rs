@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use super::coverage::{self, Coverage};
 use super::word::{Letter, Word};
-use crate::oracle::{Nearness, Property};
+use crate::oracle::Nearness;
 use crate::scenario::{Alphabet, Scenario, Setup};
-use crate::trial::{Outcome, Trial};
 use crate::twin::trial::{conclude, start, start_along, trunk};
 use crate::twin::trunk::Trunk;
 use crate::{judged, oracle};
+use evidence::Property;
+use evidence::trial::{Outcome, Trial};
 
 /// The longest run that is kept as a trunk, seconds: everything that was said in it is in memory, of a rendered one a few
 /// megabytes a second.
@@ -145,7 +146,7 @@ impl Ground {
     }
 }
 
-fn first_broken(verdict: &oracle::Verdict) -> Option<Property> {
+fn first_broken(verdict: &evidence::Verdict) -> Option<Property> {
     // A lack of evidence is not what broke.
     let breaks = |property: &Property| !matches!(property, Property::P6 | Property::P10);
     verdict.findings.iter().map(|finding| finding.property).find(breaks)

@@ -6,12 +6,10 @@
 
 use std::collections::BTreeMap;
 
+use evidence::log::hex;
+use evidence::trial::{Knowledge, Latency, Outcome, Trial};
 use sha2::{Digest, Sha256};
 use wire::event::wire_hash;
-
-use crate::evidence::hex;
-use crate::scenario::Knowledge;
-use crate::trial::{Latency, Outcome, Trial};
 
 /// What one trial showed.
 #[derive(Clone, Debug, Default)]

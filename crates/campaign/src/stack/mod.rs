@@ -16,11 +16,11 @@ mod storm;
 mod words;
 
 use broker::watched::WatchError;
+use evidence::trial::Trial;
 use link::dtls::DtlsError;
 use link::pki::PkiError;
 
 use crate::scenario::Scenario;
-use crate::trial::Trial;
 
 pub use handshake::can_be_lowered;
 
@@ -64,7 +64,7 @@ pub fn trial(cell: &Scenario, seed: u64) -> Result<Trial, StackError> {
 #[cfg(test)]
 mod tests {
     use super::judge::{Showing, judge};
-    use crate::trial::Outcome;
+    use evidence::trial::Outcome;
 
     fn attacked() -> Showing {
         let mut showing = Showing::of(true);

@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use evidence::trial::Trial;
 use sim::fidelity::Fidelity;
 use sim::plant::{Plant, SetPoint};
 use sim::scene::Scene;
@@ -22,7 +23,6 @@ use super::trunk::Trunk;
 use crate::cast::{Cast, Role};
 use crate::judged;
 use crate::scenario::{Scenario, Setup};
-use crate::trial::Trial;
 
 /// A trial that was watched.
 pub struct Watched {

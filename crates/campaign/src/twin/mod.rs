@@ -21,11 +21,15 @@ mod records;
 mod sessions;
 pub mod stopwatch;
 pub mod stream;
+mod tamper;
 pub mod trial;
 pub mod trunk;
 
 use std::collections::{BTreeMap, VecDeque};
 
+use evidence::cue::{Cue, Watch};
+use evidence::log::{Logged, by_recorder};
+use evidence::sights::Claims;
 use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Subject, Topic};
 use wire::event::GuardVerdict;
@@ -49,9 +53,6 @@ use stopwatch::{Stage, Stopwatch};
 pub use guard::STRANGER;
 
 use crate::cast::{Member, Ordeal, Seat, Turn};
-use crate::cue::{Cue, Watch};
-use crate::evidence::{Logged, by_recorder};
-use crate::sights::Claims;
 
 /// From the start of a process to its first dial.
 const OPENS_AT: Micros = 20_000;

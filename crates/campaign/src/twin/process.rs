@@ -7,6 +7,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
+use evidence::sights::Running;
 use wire::core::{Input, Side};
 use wire::event::{Event, Suspension};
 use wire::id::{Boot, NodeId};
@@ -19,7 +20,6 @@ use super::command::Along;
 use super::queue::{Micros, NodeIndex};
 use super::{Happening, OPENS_AT, Twin};
 use crate::cast::{Member, Ordeal, OrdealKind, Turn, next_turn};
-use crate::sights::Running;
 
 /// From an entry on the instrument plane to who is called because of it: the recorder, the launcher, a pipe.
 const CUE: Micros = 500;

@@ -5,9 +5,9 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use campaign::custody::{Held, HeldClock};
-use campaign::evidence::by_recorder;
 use campaign::keep;
+use evidence::custody::{Held, HeldClock};
+use evidence::log::by_recorder;
 use link::instrument::Frame;
 use link::recorded::frames;
 use link::recorder::Recording;

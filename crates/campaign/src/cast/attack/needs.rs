@@ -1,11 +1,11 @@
 //! What has to be there for an injection to arrive: processes that run, and something to take hold of.
 
+use evidence::{Needs, Planned, Takes};
 use sim::fault::is_imaging;
 use wire::core::Side;
 use wire::event::Action;
 use wire::id::NodeId;
 
-use crate::oracle::{Needs, Planned, Takes};
 use crate::scenario::{Direction, Order};
 
 /// Both ends of the telemetry link and what is between them.

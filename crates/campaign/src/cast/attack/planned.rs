@@ -1,12 +1,12 @@
 //! What the oracle has to find receipts for: one plan for each table, with the window in which it is carried out.
 
+use evidence::{Micros, Plan, Planned, Takes};
 use wire::event::{Action, FaultKind};
 use wire::id::{NodeId, ObjectId, PeerId};
 use wire::stream::Deed;
 
 use super::{needs, sensor, start_ms, step_name};
 use crate::cast::{process, scene};
-use crate::oracle::{Micros, Plan, Planned, Takes};
 use crate::scenario::{self, Direction, Order, OrderForgery, Scenario, Way, Windowed};
 
 /// Everything planned of a scenario; the steps last, each once.

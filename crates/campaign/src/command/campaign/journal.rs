@@ -14,7 +14,7 @@ use super::super::lines::{At, Lines, scan};
 use super::super::out;
 use crate::campaign::Plan;
 use crate::campaign::row::Row;
-use crate::trial::Outcome;
+use evidence::trial::Outcome;
 
 /// The longest plan that is read.
 const MAX_PLAN_BYTES: u64 = 64 << 20;
@@ -159,10 +159,10 @@ fn belongs(plan: &Plan, row: &Row) -> Result<(), String> {
 mod tests {
     use super::*;
     use crate::campaign::tests::plan;
-    use crate::report::tests::trial;
+    use evidence::trial::Trial;
 
     fn row(number: u64, outcome: Outcome) -> Row {
-        Row::of(number, &trial(number, outcome))
+        Row::of(number, &Trial::example(number, outcome))
     }
 
     #[test]

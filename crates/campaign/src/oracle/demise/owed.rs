@@ -1,19 +1,10 @@
 //! The table of what is owed, stated before any run.
 
-use serde::Serialize;
 use wire::bounds::Bounds;
 use wire::id::NodeId;
 use wire::mode::Mode;
 
-/// From what moment a bound counts.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum From {
-    /// From the kill.
-    Kill,
-    /// From the operator's next HOLD: the death by itself owes nothing.
-    Hold,
-}
+use evidence::demise::From;
 
 /// What is owed when one process is killed while the platform is READY or holds authority.
 #[derive(Clone, Copy, Debug)]

@@ -1,4 +1,4 @@
-//! From the log of a run to what the oracle sees, and to the two hashes of a trial.
+//! The log of a run as it is kept, and the two hashes of a trial.
 //!
 //! `log_hash`: SHA-256 over the canonical events in (time, node, counter) order; no path, run id or file bytes, no
 //! world, and none of the chain's own links (hashes, signatures, seals), which follow from the events.
@@ -6,19 +6,13 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use std::collections::{BTreeMap, BTreeSet};
-
-use adversary::insider::{InsiderRecorder, Kept};
 use sha2::{Digest, Sha256};
-use wire::audit::{ChainError, Chains, Entry, Head};
 use wire::codec;
 use wire::event::Event;
-use wire::id::{Boot, NodeId, WorldId};
+use wire::id::{NodeId, WorldId};
 use wire::policy::Waived;
-use wire::sign::Verified;
 
-use crate::custody::{Custodian, Custody, Held, HeldHead, Life};
-use crate::oracle::Witnessed;
+use crate::Witnessed;
 
 /// An encoded audit entry with the trace time at which it was written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,70 +28,6 @@ pub struct Logged {
 /// Whether a node's entries go by way of the recorder: everybody's but the guards' and the launcher's.
 pub fn by_recorder(node: NodeId) -> bool {
     node != NodeId::CAMPAIGN && !node.is_mouth()
-}
-
-/// The head of each life's chain, from the log before it was in anybody's hands. The recorder's own is no witness against it.
-pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
-    let (mut last, mut first_life) = (BTreeMap::<Life, &Logged>::new(), BTreeSet::new());
-    // From the end: what comes before the last entry of a node's first life is of no use.
-    for logged in log.iter().rev().filter(|l| l.node != NodeId::RECORDER) {
-        if first_life.contains(&logged.node) {
-            continue;
-        }
-        let Ok(entry) = Entry::decode(&logged.bytes) else { continue };
-        last.entry(Life::of(&entry)).or_insert(logged);
-        if entry.node == logged.node && entry.boot == Boot(1) {
-            first_life.insert(logged.node);
-        }
-    }
-    last.into_values().filter_map(|l| Head::of(&l.bytes)).map(HeldHead::from).collect()
-}
-
-/// Lets `hands` at what went by way of the recorder.
-pub fn tamper(hands: &InsiderRecorder, log: &mut Vec<Logged>) {
-    let (recorded, noted): (Vec<Logged>, Vec<Logged>) = log.drain(..).partition(|l| by_recorder(l.node));
-    let mut kept: Vec<Kept> = recorded.into_iter().map(|Logged { at, node, bytes }| Kept { at, node, bytes }).collect();
-    hands.lay_on(&mut kept);
-    log.extend(kept.into_iter().map(|Kept { at, node, bytes }| Logged { at, node, bytes }));
-    log.extend(noted);
-}
-
-/// Decodes a twin's log and follows its chains; it is set against what is `held` elsewhere, and `verified` are the signatures that its cores know to be good. Gives the entries in (time, node, counter) order, the first
-/// problem found, and what became of the recording.
-pub fn read_against(log: &[Logged], held: &Held, verified: Verified) -> (Vec<Witnessed>, Option<String>, Custody) {
-    let mut custodian = Custodian::new(held).sharing(verified);
-    let (entries, problem) = follow_all(log, |l| custodian.take(l.at, l.node, &l.bytes));
-    (entries, problem, custodian.close())
-}
-
-/// Decodes a log and follows its chains. Gives the entries in (time, node, counter) order and the first problem found.
-pub fn read(log: &[Logged]) -> (Vec<Witnessed>, Option<String>) {
-    let mut chains = Chains::default();
-    follow_all(log, |l| chains.follow(&l.bytes).map(|(entry, _)| entry))
-}
-
-fn follow_all(
-    log: &[Logged],
-    mut follow: impl FnMut(&Logged) -> Result<Entry, ChainError>,
-) -> (Vec<Witnessed>, Option<String>) {
-    let mut entries = Vec::with_capacity(log.len());
-    let mut problem = None;
-    for logged in log {
-        match follow(logged) {
-            Ok(entry) => entries.push(Witnessed { at: logged.at, entry }),
-            Err(error) => {
-                problem.get_or_insert_with(|| error.to_string());
-            }
-        }
-    }
-    let broken = entries.iter().find_map(|w| match w.entry.event {
-        Event::ChainBroken { node, counter } => {
-            Some(format!("the recorder found the chain of {node} broken at {counter}"))
-        }
-        _ => None,
-    });
-    entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));
-    (entries, problem.or(broken))
 }
 
 /// The two hashes of a trial, as hexadecimal.
@@ -122,13 +52,16 @@ pub fn hex(bytes: &[u8]) -> String {
 
 /// What hashes are over.
 #[derive(minicbor::Encode)]
-pub(crate) struct Canonical {
+pub struct Canonical {
+    /// Trace time, microseconds.
     #[n(0)]
-    pub(crate) at: u64,
+    pub at: u64,
+    /// Whose entry it is.
     #[n(1)]
-    pub(crate) node: NodeId,
+    pub node: NodeId,
+    /// The event.
     #[n(2)]
-    pub(crate) event: Event,
+    pub event: Event,
 }
 
 /// The event without its world, or nothing for the chain's own links.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use wire::audit::{Entry, Head};
 use wire::id::{Boot, NodeId};
 
-use crate::evidence::hex;
+use crate::log::hex;
 
 /// How long after the start a service may still come to be, microseconds.
 const MADE_WITHIN_US: i128 = 2_000_000;

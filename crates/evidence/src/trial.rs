@@ -7,11 +7,10 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::oracle::InjectionRow;
-use crate::oracle::demise::Response;
-use crate::oracle::mission::Mission;
-use crate::oracle::peers::Claims;
-use crate::scenario::Knowledge;
+use crate::InjectionRow;
+use crate::claims::Claims;
+use crate::demise::Response;
+use crate::mission::Mission;
 
 /// How a trial ended; the first class that matches, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
@@ -69,6 +68,33 @@ impl Outcome {
             Outcome::Rejected => "REJECTED",
             Outcome::Undetected => "UNDETECTED",
             Outcome::Nominal => "NOMINAL",
+        }
+    }
+}
+
+/// How much an adversary knows of the run while it is on. Each level includes the ones before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Knowledge {
+    /// Its own clock and its own steps; it acts on what passes without looking at it.
+    #[default]
+    Blind,
+    /// Lengths, times and directions of what passes, and the bytes as ciphertext.
+    OnPath,
+    /// What its credentials let it receive.
+    Insider,
+    /// The instrument plane: modes and transitions as they are written.
+    WhiteBox,
+}
+
+impl Knowledge {
+    /// Its name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Knowledge::Blind => "blind",
+            Knowledge::OnPath => "on-path",
+            Knowledge::Insider => "insider",
+            Knowledge::WhiteBox => "white-box",
         }
     }
 }
@@ -180,6 +206,41 @@ pub struct Trial {
     /// CPU time it took, all processes together.
     #[serde(skip)]
     pub cpu_seconds: f64,
+}
+
+impl Trial {
+    /// A trial of ten seconds with this outcome and invented figures, for tests of what is made of trials.
+    pub fn example(seed: u64, outcome: Outcome) -> Trial {
+        Trial {
+            seed,
+            cell: None,
+            knowledge: Knowledge::Blind,
+            steps: Vec::new(),
+            outcome,
+            findings: Vec::new(),
+            receipt: true,
+            injections: Vec::new(),
+            log_hash: format!("{seed:064x}"),
+            decision_hash: format!("{:064x}", seed % 3),
+            received: 100,
+            accepted: 90,
+            dropped: BTreeMap::from([("stale".to_owned(), 10)]),
+            guard_refused: BTreeMap::new(),
+            outsiders: BTreeMap::new(),
+            host_stall_ms: None,
+            host_spoilt_ms: Vec::new(),
+            claims: None,
+            mission: None,
+            transitions: Vec::new(),
+            latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },
+            responses: Vec::new(),
+            held: None,
+            sim_seconds: 10.0,
+            false_trips: 0,
+            nominal_seconds: 4.0,
+            cpu_seconds: 0.01,
+        }
+    }
 }
 
 #[cfg(test)]

@@ -168,7 +168,6 @@ impl Gain {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::tests::trial;
 
     #[test]
     fn each_switch_waives_itself_and_nothing_else() {
@@ -196,7 +195,7 @@ mod tests {
 
     #[test]
     fn what_was_gained_is_counted_over_pairs() {
-        let base: Vec<Trial> = (0..4).map(|seed| trial(seed, Outcome::Rejected)).collect();
+        let base: Vec<Trial> = (0..4).map(|seed| Trial::example(seed, Outcome::Rejected)).collect();
         let mut with = base.clone();
         with[0].outcome = Outcome::Undetected;
         with[1].outcome = Outcome::Invalid;

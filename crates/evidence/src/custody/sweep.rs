@@ -13,7 +13,7 @@ use wire::id::NodeId;
 use wire::sign::Verified;
 
 use super::{Custodian, Custody, Held, Life};
-use crate::evidence::{Logged, by_recorder};
+use crate::log::{Logged, by_recorder};
 
 /// A whole recording, and what is held of it.
 pub struct Sweep<'a> {

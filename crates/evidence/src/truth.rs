@@ -6,12 +6,13 @@
 
 use std::collections::BTreeMap;
 
-use console::moment::{Happened, MAX_MOMENTS};
 use wire::event::{Event, Suspension};
 use wire::id::NodeId;
 
-use crate::oracle::{Micros, Witnessed};
+use crate::{Micros, Witnessed};
 
+/// The most that is told of a run.
+pub const MAX_MOMENTS: usize = 256;
 /// The same said again within this is one thing that goes on.
 const AGAIN: Micros = 1_000_000;
 
@@ -36,6 +37,15 @@ impl Deed {
             Phase::Ends => format!("{} ends", self.what),
         }
     }
+}
+
+/// Something that was done, by the console's clock.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Happened {
+    /// When, microseconds.
+    pub at_us: u64,
+    /// What.
+    pub what: String,
 }
 
 /// Of the log of a run, in order of trace time; at most [`MAX_MOMENTS`]. Nothing without a console in it.

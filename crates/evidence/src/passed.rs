@@ -10,7 +10,7 @@ use wire::core::{Input, Topic};
 use wire::id::NodeId;
 use wire::time::Instant;
 
-use crate::oracle::{Micros, Witnessed};
+use crate::{Micros, Witnessed};
 
 /// Whose mouth is looked at for which topic: frames or what stands in for what is seen in them, and tracks.
 const READERS: [(NodeId, Topic); 3] =
@@ -40,7 +40,7 @@ pub struct Recorded {
 }
 
 /// `input` of `reader`'s, where it is one of those that are kept.
-pub(crate) fn kept(reader: NodeId, at: Micros, input: &Input) -> Option<Passed> {
+pub fn kept(reader: NodeId, at: Micros, input: &Input) -> Option<Passed> {
     let Input::Bus { topic, bytes } = input else { return None };
     READERS.contains(&(reader, *topic)).then(|| Passed { at, topic: *topic, bytes: bytes.clone() })
 }

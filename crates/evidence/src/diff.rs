@@ -12,8 +12,8 @@ use serde::Serialize;
 use wire::event::Event;
 use wire::id::NodeId;
 
-use crate::evidence::{decision, hashes, kind_of};
-use crate::oracle::{Micros, Witnessed};
+use crate::log::{decision, hashes, kind_of};
+use crate::{Micros, Witnessed};
 
 /// How two runs differ.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -24,7 +24,7 @@ use wire::id::NodeId;
 use wire::sign::{Keyring, Purpose, Signed, Verified};
 use wire::time::Instant;
 
-use crate::evidence::{by_recorder, hex};
+use crate::log::{by_recorder, hex};
 
 pub use held::{Fit, Held, HeldClock, HeldFile, HeldHead, Life, Stop};
 
