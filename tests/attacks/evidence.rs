@@ -3,9 +3,7 @@
 use std::collections::BTreeSet;
 
 use campaign::cast::is_attacked;
-use campaign::oracle::judge;
 use campaign::sabotage::sabotage;
-use campaign::scenario::{self, DisplayedState, Ending, Process, Settings};
 use campaign::stack;
 use campaign::twin::trial::Run;
 use evidence::custody::{Custodian, Custody, Held, Life};
@@ -14,6 +12,8 @@ use evidence::reading::heads;
 use evidence::trial::{Outcome, Trial};
 use evidence::{Plan, Planned, Witnessed};
 use holdsafe_tests::{root, shipped, variations};
+use oracle::judge;
+use scenario::{DisplayedState, Ending, Process, Settings};
 use wire::audit::Entry;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};

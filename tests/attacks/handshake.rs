@@ -1,6 +1,5 @@
 //! Handshakes and records on the real stacks in memory, named after the attack.
 
-use campaign::scenario;
 use campaign::stack;
 use evidence::trial::{Outcome, Trial};
 use holdsafe_tests::root;

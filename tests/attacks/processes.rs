@@ -1,11 +1,11 @@
 //! Processes that end, hang, are slow or find their disk full.
 
 use campaign::cast::Role;
-use campaign::oracle::judge;
-use campaign::scenario::{DisplayedState, Ending, Process, Settings};
 use evidence::demise::Fate;
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
+use oracle::judge;
+use scenario::{DisplayedState, Ending, Process, Settings};
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;

@@ -5,9 +5,9 @@ pub mod parsers;
 use std::path::{Path, PathBuf};
 
 use campaign::cast::needs_rendering;
-use campaign::scenario::{self, Scenario, Setup};
 use campaign::twin::trial::{Run, conclude, start};
 use evidence::trial::Outcome;
+use scenario::{Scenario, Setup};
 
 /// The workspace.
 pub fn root() -> PathBuf {

@@ -3,8 +3,8 @@
 use std::fs;
 
 use campaign::catalogue::Catalogue;
-use campaign::scenario::{self, Scenario};
 use evidence::ablation::Switch;
+use scenario::Scenario;
 use wire::id::{NODES, NodeId};
 use wire::mode::Mode;
 use wire::refusal::Reason;

@@ -9,8 +9,8 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use campaign::scenario::{self, Setup, find_root};
 use campaign::twin::trial::start;
+use scenario::{Setup, find_root};
 use wire::id::WorldId;
 
 /// At so many moments, evenly over the run, as a search keeps them.

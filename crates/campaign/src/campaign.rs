@@ -13,11 +13,11 @@ use std::collections::BTreeMap;
 
 use evidence::log::hex;
 use evidence::trial::Outcome;
+use scenario::Settings;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::report::Mode;
-use crate::scenario::Settings;
 use claim::{Claim, LOOK, Tally, Verdict};
 use draw::Distribution;
 

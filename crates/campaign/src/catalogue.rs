@@ -9,10 +9,10 @@ mod page;
 
 use std::collections::BTreeSet;
 
+use scenario::{Evidence, Platform, Problem, Problems, Requirement, Scenario, Stride, TechniqueId, ThreatId};
 use serde::{Deserialize, Serialize};
 
 use crate::cast::Cast;
-use crate::scenario::{Evidence, Platform, Problem, Problems, Requirement, Scenario, Stride, TechniqueId, ThreatId};
 
 /// The file, as it was when this program was built.
 const TEXT: &str = include_str!("../../../docs/catalogue.toml");
@@ -147,7 +147,7 @@ mod tests {
 
     fn nominal() -> Scenario {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        crate::scenario::load(&root.join("scenarios/nominal.toml")).expect("a shipped scenario loads")
+        scenario::load(&root.join("scenarios/nominal.toml")).expect("a shipped scenario loads")
     }
 
     fn catalogue(rows: &str) -> Catalogue {
@@ -173,7 +173,7 @@ mod tests {
     #[test]
     fn a_scenario_has_the_stride_techniques_and_requirement_of_its_rows() {
         let mut scenario = nominal();
-        scenario.stride = crate::scenario::List::of([Stride::Spoofing]);
+        scenario.stride = scenario::List::of([Stride::Spoofing]);
         scenario.requirement = Requirement::PerceptionIntegrity;
         let found = catalogue(&row("N0", "tests = ['a::b']")).disagreements(&[scenario]);
         assert_eq!(found.len(), 2, "{found:?}");

@@ -192,7 +192,7 @@ impl Context {
     pub(crate) fn root(&self) -> Result<PathBuf, Failure> {
         let found = match &self.root {
             Some(root) => Some(root.clone()),
-            None => std::env::current_dir().ok().and_then(|here| crate::scenario::find_root(&here)),
+            None => std::env::current_dir().ok().and_then(|here| ::scenario::find_root(&here)),
         };
         found.ok_or_else(|| {
             Failure::new(

@@ -10,13 +10,13 @@ use std::collections::BTreeMap;
 use evidence::Micros;
 use evidence::log::{decision, kind_of};
 use evidence::passed::{Passed, kept};
+use scenario::{Scenario, Setup};
 use wire::audit::Entry;
 use wire::core::{Core, Output};
 use wire::event::Event;
 use wire::id::NodeId;
 
 use crate::cast::{Cast, Member};
-use crate::scenario::{Scenario, Setup};
 use crate::twin::assemble::{AssemblyError, part};
 use crate::twin::clock::HostClock;
 use crate::twin::trial::{GRACE, start};

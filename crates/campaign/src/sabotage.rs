@@ -7,12 +7,12 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 use evidence::{Evidence, Plan, Planned, Verdict, Witnessed};
+use oracle::judge;
+use scenario::{Scenario, Setup};
 use wire::event::Event;
 use wire::id::NodeId;
 
 use crate::cast::{RunSecret, cast};
-use crate::oracle::judge;
-use crate::scenario::{Scenario, Setup};
 use crate::twin::assemble::AssemblyError;
 use crate::twin::trial::{begin, conclude, start};
 

@@ -8,12 +8,12 @@ use std::collections::BTreeMap;
 
 use dossier::story::{Lasted, Link, Refusals, Story, Why};
 use evidence::{Micros, Witnessed, truth};
+use explain::{Explanation, explain};
 use wire::bounds::Bounds;
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
 
-use crate::explain::{Explanation, explain};
 use crate::report::stage_name;
 
 /// Refusals that come within this of each other are drawn as one.
@@ -54,7 +54,7 @@ impl Clock {
     }
 
     fn why(self, told: &Explanation) -> Why {
-        let link = |step: &crate::explain::Step| Link {
+        let link = |step: &explain::Step| Link {
             stage: stage_name(step.stage).to_owned(),
             at: self.at(step.at_us),
             by: step.by.name().to_owned(),

@@ -2,8 +2,8 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use campaign::oracle::{Nearness, judge, nearness};
 use evidence::{Evidence, Plan, Planned, Property, Verdict, Witnessed};
+use oracle::{Nearness, judge, nearness};
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;

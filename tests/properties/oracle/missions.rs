@@ -2,10 +2,10 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use campaign::oracle::judge;
 use evidence::mission::{Due, Script, Stage, Verb};
 use evidence::trial::Outcome;
 use evidence::{Evidence, Needs, Plan, Planned, Verdict};
+use oracle::judge;
 use wire::command::CommandKind;
 use wire::event::{Event, FaultKind, Sensor};
 use wire::id::TrackId;

@@ -16,9 +16,9 @@ mod plant;
 mod receipts;
 mod trust;
 
-use campaign::oracle::judge;
 use evidence::trial::Outcome;
 use evidence::{Evidence, Property};
+use oracle::judge;
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 use wire::mode::{Cause, Guard, Mode};

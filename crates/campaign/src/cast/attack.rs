@@ -10,12 +10,12 @@ use adversary::plan::{
     Malformed, On, Place, Step, StreamAction, StreamRelayConfig, Tampering, Timed, Wait,
 };
 use evidence::cue::{Cue, Watched};
+use scenario::{Forwarding, Magnitude, Scenario, ThirdUnit, Trigger, Windowed};
 use sim::fault::{Disturbance, Fault};
 use wire::event::Sensor;
 use wire::step::StepName;
 
 use super::script::mode;
-use crate::scenario::{self, Forwarding, Magnitude, Scenario, ThirdUnit, Trigger, Windowed};
 
 pub(super) fn start_ms(of: &dyn Windowed, phase_ms: u64) -> u64 {
     (of.at_s().get() * 1000.0) as u64 + phase_ms

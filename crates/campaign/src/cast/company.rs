@@ -4,6 +4,7 @@ use adversary::plan::AdversaryConfig;
 use autonomy::AutonomyConfig;
 use gateway::GatewayConfig;
 use perception::PerceptionConfig;
+use scenario::Scenario;
 use sim::SimConfig;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
@@ -13,7 +14,6 @@ use super::draw::Draw;
 use super::keys::{self, RunSecret};
 use super::member::{Host, Member, Role, Seat};
 use super::{OPERATORS, attack, rogue, scene, script, station};
-use crate::scenario::{self, Scenario};
 
 /// Members on their way into a cast.
 pub(super) struct Company<'a> {

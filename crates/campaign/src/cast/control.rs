@@ -1,10 +1,10 @@
 //! The same trial with nobody who acts: what a receipt has to tell from the trial in which somebody did.
 
 use adversary::AdversaryConfig;
+use scenario::Scenario;
 use sim::scene::Disguise;
 
 use super::{Cast, Role, attack};
-use crate::scenario::Scenario;
 
 impl Cast {
     /// The same cast with idle hands: relays pass, insiders keep their place and misuse nothing, nothing fails, nobody is

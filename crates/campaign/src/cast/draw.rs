@@ -2,9 +2,9 @@
 
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use scenario::Scenario;
 
 use super::{ClockDraw, Host};
-use crate::scenario::Scenario;
 
 /// What one seed draws.
 pub(super) struct Draw {

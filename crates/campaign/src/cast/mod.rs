@@ -25,6 +25,7 @@ use evidence::custody::{Held, HeldClock, Life};
 use evidence::log::hex;
 use evidence::mission::Script;
 use evidence::{Plan, Planned};
+use scenario::Scenario;
 use wire::core::Topic;
 use wire::id::{Boot, NodeId};
 use wire::person::Role as Person;
@@ -33,7 +34,6 @@ use wire::setup::{Secret, Setup};
 use wire::sign::Key;
 use wire::trust::Mandate;
 
-use crate::scenario::{self, Scenario};
 use company::Company;
 use draw::Draw;
 

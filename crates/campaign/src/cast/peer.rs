@@ -1,9 +1,9 @@
 //! From a scenario's tables to what an admitted teammate says in bad faith.
 
 use adversary::plan::{Confusion, Falsehood, InsiderTeammateConfig, Motion, Product, Resend};
+use scenario::Scenario;
 
 use super::attack::start_ms;
-use crate::scenario::{self, Scenario};
 
 /// Adds it to the insider's plan.
 pub(super) fn plan(s: &Scenario, phase: u64, config: &mut InsiderTeammateConfig) {

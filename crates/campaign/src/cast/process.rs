@@ -1,13 +1,13 @@
 //! What befalls processes: they end, hang, run for a share of the time, or find their disk full. The twin and the launcher carry it out.
 
 use evidence::Planned;
+use scenario::{Ending, Kill, Process, Scenario};
 use wire::event::Suspension;
 use wire::id::NodeId;
 use wire::step::StepName;
 use wire::time::Span;
 
 use super::attack::{start_ms, step_name};
-use crate::scenario::{Ending, Kill, Process, Scenario};
 
 /// What befalls one process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,12 +1,12 @@
 //! From a scenario's tables on shared memory to the rogue that carries them out: on which host, with whose keys, what.
 
 use adversary::plan::{RogueConfig, RogueMove, Says, Spot};
+use scenario::{Channel, Holder, Point, Saying, Scenario, Seconds};
 use wire::core::Topic;
 use wire::id::NodeId;
 
 use super::Host;
 use super::attack::start_ms;
-use crate::scenario::{Channel, Holder, Point, Saying, Scenario, Seconds};
 
 /// A rogue to be put on a host.
 pub(super) struct Casting {

@@ -1,11 +1,10 @@
 //! From a scenario's world to the sim's.
 
+use scenario::Scenario;
 use sim::fidelity::Fidelity;
 use sim::scene::{Disguise, Ground, Object, Scene, SceneError, Start};
 use sim::weather::Weather;
 use wire::sensor::Class;
-
-use crate::scenario::{self, Scenario};
 
 /// The sim's scene, every object shifted by `shift_m`; `start` replaces the platform's own for a teammate, who stays
 /// where it is.

@@ -3,13 +3,12 @@
 use console::ConsoleConfig;
 use console::operator::{Action, Step, TrackCondition, When};
 use evidence::mission::{Due, Script, Verb};
+use scenario::{DisplayedState, Scenario, Seconds};
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
 use wire::person::Role;
 use wire::sensor::Class;
 use wire::setup::Secret;
-
-use crate::scenario::{self, DisplayedState, Scenario, Seconds};
 
 /// Confidence from which the operator acts on a displayed track, permille.
 const CONFIDENCE: u16 = 600;

@@ -2,13 +2,13 @@
 //! roll.
 
 use adversary::plan::{InsiderOperatorConfig, OrderId, OrderTrack, RogueOrders, SessionThiefConfig, Takeover};
+use scenario::{Name, Scenario, Way};
 use wire::id::{NodeId, PeerId, UnitId};
 use wire::trust::Mandate;
 
 use super::RunSecret;
 use super::attack::broker::kind;
 use super::attack::{start_ms, step};
-use crate::scenario::{self, Name, Scenario, Way};
 
 /// The rogue's plan, when the scenario has one. Its key and its way are those of the first table; the loader holds the
 /// others equal to it.

@@ -7,13 +7,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use evidence::trial::Outcome;
+use scenario::{Platform, Requirement, Scenario};
 use wire::bounds::Bounds;
 use wire::core::Topic;
 use wire::id::NodeId;
 
 use super::{Catalogue, Row};
 use crate::cast::{Cast, Host, Member, Role};
-use crate::scenario::{Platform, Requirement, Scenario};
 
 const HEAD: &str = "# The paper's figures, from what runs here
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::{Catalogue, Row};
-use crate::scenario::{Scenario, TechniqueId};
+use scenario::{Scenario, TechniqueId};
 
 pub(super) fn page(catalogue: &Catalogue, scenarios: &[Scenario]) -> String {
     let mut text = catalogue.head.clone();

@@ -14,10 +14,10 @@ use super::kept::{Kept, Shelf};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, catalogue, out};
 use crate::report::{Ablation, AttackRow, CheckRow, Compared, Mode, Overlap, Quiet, Summary, ablation_table};
-use crate::scenario::{self, Scenario};
 use evidence::ablation::{Gain, Switch};
 use evidence::trial::{Outcome, Trial};
 use parallel::progress::Progress;
+use scenario::Scenario;
 use stats::paired::Paired;
 
 /// Seconds of one quiet trial.

@@ -5,6 +5,7 @@
 use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
+use scenario::Scenario;
 use serde::Serialize;
 
 use super::batch::{self, Batch};
@@ -15,7 +16,6 @@ use super::{
     rendering, run, sensing, stages, tamper, window, worth,
 };
 use crate::report::{LiveLatency, Mode, PAPER, RunObject, latency_table, run_table};
-use crate::scenario::{self, Scenario};
 
 /// Seconds of simulated time in one twin trial of the long null attack.
 const SOAK_TRIAL_S: f64 = 3600.0;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use console::beside::{Beside, Evidence, Sight};
 use evidence::Micros;
 use evidence::passed::{Passed, recorded};
+use explain::explain;
 use link::mouth::MouthError;
 use perception::stages::Stages;
 use wire::core::Topic;
@@ -15,7 +16,6 @@ use super::checked::Checked;
 use super::failure::{Exit, Failure};
 use super::frame::sights;
 use super::recorded::Recorded;
-use crate::explain::explain;
 use crate::report::explained_in_seconds;
 
 /// What a recorded run has beside what was shown.

@@ -7,11 +7,11 @@ use perception::detector::Detector;
 use perception::head::Brought;
 use perception::process;
 use perception::stages::Stages;
+use scenario::load_labels;
 
 use super::failure::{Exit, Failure};
 use crate::live::child::Services;
 use crate::live::vet::{Limits, vet};
-use crate::scenario::load_labels;
 
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Bring {

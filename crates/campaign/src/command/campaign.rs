@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use evidence::log::hex;
 use evidence::trial::Outcome;
 use parallel::progress::Progress;
+use scenario::Variation;
 use sha2::{Digest, Sha256};
 
 use super::batch;
@@ -24,7 +25,6 @@ use crate::campaign::partition::Partition;
 use crate::campaign::row::Row;
 use crate::campaign::{PROGRAM, Plan};
 use crate::report::{CampaignObject, Fold, TableError, TrialTable, campaign_table};
-use crate::scenario::Variation;
 use journal::Journal;
 use space::{Draw, Grid};
 

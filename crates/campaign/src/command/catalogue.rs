@@ -1,6 +1,7 @@
 //! `holdsafe catalogue`: docs/threats.md out of docs/catalogue.toml and the scenarios, the rows as JSON, or docs/figures.md.
 
 use evidence::SCHEMA_VERSION;
+use scenario::Scenario;
 use serde::Serialize;
 
 use super::failure::{Exit, Failure};
@@ -8,7 +9,6 @@ use super::plan::{self, Wanted};
 use super::{Context, out};
 use crate::cast::{RunSecret, cast};
 use crate::catalogue::{Catalogue, Row};
-use crate::scenario::{self, Scenario};
 
 #[derive(Serialize)]
 struct Listed<'a> {

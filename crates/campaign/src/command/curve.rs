@@ -11,8 +11,8 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
 use crate::report::{CurveLine, CurveObject, CurvePoint, Mode, curve_table, svg};
-use crate::scenario::Curve;
 use evidence::trial::Trial;
+use scenario::Curve;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -13,7 +13,6 @@ use super::failure::{Exit, Failure};
 use super::scheduling::{self, Scheduling};
 use super::{Context, out};
 use crate::live::leftovers::{self, Leftovers};
-use crate::scenario;
 
 /// Shared memory that a live run takes at most, bytes.
 const SHARED_MEMORY: u64 = 64 * 1024 * 1024;

@@ -11,6 +11,7 @@ use evidence::trial::Outcome;
 use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use scenario::{Name, Weakness};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -20,7 +21,6 @@ use super::kept::Kept;
 use super::lines::Lines;
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::scenario::{Name, Weakness};
 use crate::search::{Drawn, Ground, Stratum, ends_in};
 
 /// What is a finding where no check is waived: what no platform should show.

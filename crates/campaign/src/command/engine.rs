@@ -7,7 +7,9 @@ use evidence::log::{Logged, by_recorder};
 use evidence::trial::Trial;
 use evidence::{Evidence, Verdict, Witnessed};
 use link::instrument::Frame;
+use oracle::judged;
 use parallel::progress::Stop;
+use scenario::{Scenario, Setup};
 use serde::Serialize;
 use wire::person::{Act, Role};
 
@@ -20,9 +22,8 @@ use crate::live::{self, LiveError};
 use crate::refeed::{Fed, Refed, Same, fed};
 use crate::report::Mode;
 use crate::sabotage::sabotage;
-use crate::scenario::{Scenario, Setup};
 use crate::stages::Delays;
-use crate::{judged, keep, leak, stack, twin};
+use crate::{keep, leak, stack, twin};
 
 /// The longest `replay.json` that is read.
 const MAX_REPLAY_BYTES: u64 = 1 << 20;

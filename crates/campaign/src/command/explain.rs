@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use evidence::Micros;
+use explain::{Explanation, Log, explain, why_not};
 use wire::mode::Mode;
 
 use super::checked::{self, Checked, Unverified};
@@ -10,7 +11,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::recorded::Recorded;
 use super::{Context, engine, out};
-use crate::explain::{Explanation, Log, explain, why_not};
 use crate::report::{ExplainObject, diagram, explained, kept_out};
 
 #[derive(Debug, clap::Args)]

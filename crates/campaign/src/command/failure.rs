@@ -4,11 +4,11 @@ use std::fmt;
 use std::io::IsTerminal;
 
 use evidence::SCHEMA_VERSION;
+use scenario::{ProblemRow, Problems};
 use serde::Serialize;
 
 use super::engine::EngineError;
 use super::out;
-use crate::scenario::{ProblemRow, Problems};
 
 /// Exit codes; documented in `--help` and stable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

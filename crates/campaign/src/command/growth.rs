@@ -7,6 +7,7 @@
 //! Platforms abreast take turns of 100 ms on one thread, so that each finds the caches as the others left them.
 
 use parallel::progress::Progress;
+use scenario::{Settings, Variation};
 use serde_json::{Value, json};
 use wire::event::Event;
 
@@ -15,7 +16,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, batch, campaign, out};
 use crate::report::{Grown, Growth, GrowthRow, Mode, Spread, growth_table};
-use crate::scenario::{Settings, Variation};
 use crate::twin::trial::{conclude, start};
 
 /// How many objects stand before the unit.

@@ -10,9 +10,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::{Micros, SCHEMA_VERSION};
+use explain::{Explanation, Origin, Place, explain};
 use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use scenario::{Alphabet, Scenario};
 use serde::Serialize;
 use stats::Share;
 use wire::event::Sensor;
@@ -21,8 +23,6 @@ use wire::id::UnitId;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, engine, ground, out};
-use crate::explain::{Explanation, Origin, Place, explain};
-use crate::scenario::{Alphabet, Scenario};
 use crate::search::{Letter, Word};
 
 /// When faults begin, milliseconds: the unit is under way, and what follows still happens within the run.

@@ -9,6 +9,9 @@ use std::path::PathBuf;
 use evidence::SCHEMA_VERSION;
 use evidence::demise::Response;
 use evidence::trial::{Outcome, Trial};
+use oracle::demise;
+use oracle::demise::Owed;
+use scenario::{Process, Scenario};
 use serde::Serialize;
 use wire::mode::Mode as Driving;
 
@@ -17,9 +20,7 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out, transitions};
 use crate::cast::node_of;
-use crate::oracle::demise::{self, Owed};
 use crate::report::{KillRow, Mode, kill_table};
-use crate::scenario::{self, Process, Scenario};
 
 /// The processes in the order in which they are killed, by their names on the command line.
 pub(super) const PROCESSES: [(&str, Process); 8] = [

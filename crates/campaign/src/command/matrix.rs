@@ -14,9 +14,9 @@ use super::retry::Retries;
 use super::{Context, catalogue, out};
 use crate::catalogue::{Catalogue, Row};
 use crate::report::{Matrix, MatrixRow, MatrixRun, Mode, matrix_table};
-use crate::scenario::Scenario;
 use evidence::trial::Trial;
 use parallel::progress::Progress;
+use scenario::Scenario;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use evidence::log::hex;
+use scenario::{Scenario, Setup, Variation};
 use sha2::{Digest, Sha256};
 
 use super::Context;
@@ -11,7 +12,6 @@ use super::failure::{Exit, Failure};
 use crate::campaign::Content;
 use crate::cast::{is_attacked, needs_rendering};
 use crate::report::Mode;
-use crate::scenario::{self, Scenario, Setup, Variation};
 
 /// One variation of a scenario, ready to run.
 #[derive(Clone, Debug)]

@@ -4,6 +4,7 @@
 use std::path::PathBuf;
 
 use parallel::progress::Progress;
+use scenario::{Settings, Variation};
 use serde_json::Value;
 
 use super::failure::{Exit, Failure};
@@ -12,7 +13,6 @@ use super::{Context, campaign, out};
 use crate::campaign::draw;
 use crate::rare::{Event, MAX_LEVELS, Plan, Question};
 use crate::report::{Asked, RareObject, rare_table};
-use crate::scenario::{Settings, Variation};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -8,9 +8,9 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
 use crate::report::{Mode, Reference, ReferenceRow, latency_table, reference_table};
-use crate::scenario::{self, Scenario};
 use evidence::trial::Trial;
 use parallel::progress::Talk;
+use scenario::Scenario;
 
 /// The paper's findings, which the table begins with; the others follow by name.
 const FIRST: [&str; 5] = ["teammate", "naive_relay", "thermal_loss", "rgb_loss", "track_starvation"];

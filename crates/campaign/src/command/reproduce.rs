@@ -12,7 +12,6 @@ use super::plan::{self, Planned, Wanted};
 use super::{Context, engine, out};
 use crate::report::Mode;
 use crate::reproduction::{Again, Reference, References};
-use crate::scenario;
 
 /// Where references lie below the root, a file for each architecture.
 const FOLDER: &str = "references";

@@ -8,8 +8,8 @@ use std::path::Path;
 
 use super::failure::Failure;
 use crate::live::OVERSLEPT_US;
-use crate::scenario::Setup;
 use evidence::trial::Trial;
+use scenario::Setup;
 
 /// Attempts of one trial that may be repeated, at most.
 pub(super) const MAX_RETRIES: u32 = 10;
@@ -65,8 +65,8 @@ fn put_aside(directory: &Path, number: usize) -> Result<(), Failure> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::Setup;
     use evidence::trial::Outcome;
+    use scenario::Setup;
 
     /// Runs attempts that end like this, with as many retries; gives the trial and how many attempts there were.
     fn attempts(stalls: &[Option<f64>], setup: &Setup) -> (Trial, usize) {
@@ -87,7 +87,7 @@ mod tests {
 
     fn setup(retries: u32) -> Setup {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let scenario = crate::scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
+        let scenario = scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
         Setup { retries, ..Setup::load(&root, &scenario, None, true).unwrap() }
     }
 

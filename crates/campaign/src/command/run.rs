@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
+use scenario::{FRAMES, Scenario};
 use serde::Serialize;
 use wire::person::Role;
 
@@ -14,7 +15,6 @@ use super::plan::{self, Planned, Wanted};
 use super::retry::Retries;
 use super::{Context, live, out};
 use crate::report::{Mode, RunObject, run_table};
-use crate::scenario::{FRAMES, Scenario};
 
 /// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;

@@ -4,13 +4,13 @@ use std::io::Write;
 use std::path::Path;
 
 use evidence::SCHEMA_VERSION;
+use scenario::{Name, Problem, ProblemRow, Problems, Setup};
 use serde::Serialize;
 
 use super::failure::{self, Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, engine, out};
 use crate::cast::needs_rendering;
-use crate::scenario::{self, Name, Problem, ProblemRow, Problems, Setup};
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {

@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Outcome, Trial};
+use scenario::{DisplayedState, Ending};
 use serde::Serialize;
 
 use super::batch::{self, Batch};
@@ -15,7 +16,6 @@ use super::kill::{Args, PROCESSES};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
 use crate::report::{Mode, TransitionRow, transition_table};
-use crate::scenario::{self, DisplayedState, Ending};
 
 const ENDINGS: [(&str, Ending); 3] = [("kill", Ending::Kill), ("hang", Ending::Hang), ("slow", Ending::Slow)];
 

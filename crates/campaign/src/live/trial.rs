@@ -5,13 +5,13 @@ use std::io::Read;
 use super::mouths::{self, CoreReplay};
 use super::{Aftermath, LiveError, Logs, Options, run};
 use crate::cast::{Cast, RunSecret, cast};
-use crate::oracle::{judge, stalled};
-use crate::scenario::{Scenario, Setup};
 use evidence::custody::{Custodian, Custody, Held};
 use evidence::log::Logged;
 use evidence::reading::read;
 use evidence::trial::Outcome;
 use evidence::{Evidence, Micros, Verdict};
+use oracle::{judge, stalled};
+use scenario::{Scenario, Setup};
 
 /// A finished live run.
 pub struct Run {
@@ -117,7 +117,7 @@ mod tests {
     /// What a host that overslept by `by` leaves of a run that is NOMINAL on another.
     fn on_a_host_that_overslept(by: u64) -> Evidence {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let scenario = crate::scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
+        let scenario = scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
         let setup = Setup::load(&root, &scenario, None, false).unwrap();
         let (cast, twin) = twin::trial::start(&scenario, &setup, 1, false).unwrap();
         let mut evidence = twin::trial::conclude(cast, twin, &setup).evidence;

@@ -13,11 +13,11 @@ mod event;
 pub use estimate::{MAX_LEVELS, Plan, Process, Repetition, Stage, split};
 pub use event::Event;
 
-use crate::scenario::{Scenario, Setup};
 use crate::twin::Twin;
 use crate::twin::queue::Micros;
 use crate::twin::trial::start;
 use parallel::progress::{Progress, Stop};
+use scenario::{Scenario, Setup};
 
 /// With what probability a run of this comes to that.
 #[derive(Clone, Debug)]

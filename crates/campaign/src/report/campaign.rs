@@ -11,6 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Outcome;
+use scenario::Evidence;
 use serde::Serialize;
 use stats::{LEVEL, Share, rate_upper, simultaneous_level};
 
@@ -18,7 +19,6 @@ use super::run::LatencySummary;
 use crate::campaign::claim::{Judged, Tally, Verdict};
 use crate::campaign::row::Row;
 use crate::campaign::{Plan, PlanVariation, Terms};
-use crate::scenario::Evidence;
 pub use table::campaign_table;
 
 /// A campaign's result.
@@ -68,7 +68,7 @@ pub struct CampaignRow {
     /// Cell, where it has any.
     pub cell: Option<String>,
     /// What the grid sets.
-    pub set: crate::scenario::Settings,
+    pub set: scenario::Settings,
     /// Policy.
     pub policy: String,
     /// Why this is an ablation, where it is one.

@@ -12,11 +12,11 @@ use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
+use scenario::Settings;
 use serde_json::Value;
 
 use crate::campaign::row::Row;
 use crate::campaign::{Plan, PlanVariation};
-use crate::scenario::Settings;
 
 /// Rows of a row group.
 const GROUP: usize = 32_768;

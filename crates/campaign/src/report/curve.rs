@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Outcome, Trial};
+use scenario::Curve;
 use serde::Serialize;
 use stats::{Sample, Share};
 
 use super::run::{LatencySummary, Summary};
 use super::table::{new_table, outcomes, sample};
-use crate::scenario::Curve;
 
 /// A whole curve.
 #[derive(Clone, Debug, PartialEq, Serialize)]

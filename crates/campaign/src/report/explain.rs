@@ -3,9 +3,8 @@
 use std::fmt::Write;
 
 use evidence::{Micros, SCHEMA_VERSION};
+use explain::{Explanation, Stage, WhyNot};
 use serde::Serialize;
-
-use crate::explain::{Explanation, Stage, WhyNot};
 
 /// Explanations of one run, as one object.
 #[derive(Clone, Debug, Serialize)]

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 use evidence::demise::{From, Response};
 use evidence::trial::{Outcome, Trial};
+use oracle::demise::Owed;
 use serde::Serialize;
 use stats::{LEVEL, Sample, rate_upper};
 use wire::bounds::Bounds;
@@ -12,7 +13,6 @@ use wire::mode::Mode as Driving;
 
 use super::run::Mode;
 use super::table::new_table;
-use crate::oracle::demise::Owed;
 
 /// A time over many trials, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]

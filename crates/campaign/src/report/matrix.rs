@@ -9,13 +9,13 @@ use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Outcome, Trial};
+use scenario::{Evidence, Requirement, Variation};
 use serde::Serialize;
 use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 
 use super::run::{LatencySummary, Mode, Summary};
 use super::table::{host_line, new_table, outcomes, percent, sample};
 use crate::catalogue::Row;
-use crate::scenario::{Evidence, Requirement, Variation};
 
 /// The whole matrix.
 #[derive(Clone, Debug, Serialize)]
@@ -151,7 +151,7 @@ impl MatrixRow {
             let key = (run.watermark.is_some(), !run.counts, run.evidence.name());
             kinds.entry(key).or_default().push(run);
         }
-        let owned = |ids: &[crate::scenario::TechniqueId]| ids.iter().map(|t| t.as_str().to_owned()).collect();
+        let owned = |ids: &[scenario::TechniqueId]| ids.iter().map(|t| t.as_str().to_owned()).collect();
         Self {
             id: row.id.as_str().to_owned(),
             threat: row.threat.clone(),
@@ -293,7 +293,7 @@ mod tests {
 
     fn run(name: &str, mode: Mode, waived: bool, n: u64) -> MatrixRun {
         let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let scenario = crate::scenario::load(&root.join(format!("scenarios/{name}.toml"))).expect("a shipped scenario");
+        let scenario = scenario::load(&root.join(format!("scenarios/{name}.toml"))).expect("a shipped scenario");
         let trials: Vec<Trial> = (0..n).map(|seed| Trial::example(seed, Outcome::Rejected)).collect();
         let watermark = waived.then(|| "ABLATION".to_owned());
         let variation = Variation { cell: None, scenario };

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use scenario::Weakness;
 use serde::Serialize;
 
 use super::cost::Spread;
 use super::table::new_table;
-use crate::scenario::Weakness;
 use crate::search::{Cause, Ground, Shrunk};
 
 /// The object of `bench search --shrink N --json`.

@@ -1,13 +1,13 @@
 //! What a rare event was estimated at, as an object and as a table; and what plain Monte Carlo would have taken for it.
 
 use evidence::SCHEMA_VERSION;
+use scenario::Settings;
 use serde::Serialize;
 use stats::Share;
 use stats::mean::Mean;
 
 use super::table::new_table;
 use crate::rare::{Event, Plan, Question, Repetition, Stage};
-use crate::scenario::Settings;
 
 /// The normal deviate of a two-sided 95 % interval.
 const Z: f64 = 1.959_964;

@@ -2,11 +2,11 @@
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Outcome, Trial};
+use scenario::{Evidence, Scenario};
 use serde::Serialize;
 use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
 
 use super::run::{LatencySummary, Mode, RunObject, Summary};
-use crate::scenario::{Evidence, Scenario};
 
 /// What the paper reports, five runs a row, on other hardware and another topology.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]

@@ -4,11 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Latency, Outcome, Trial};
+use scenario::Evidence;
 use serde::{Deserialize, Serialize};
 use stats::{LEVEL, Sample, events_upper, rate_upper};
 
 use super::mission::MissionSummary;
-use crate::scenario::Evidence;
 
 /// Which clock a trial ran on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]

@@ -1,12 +1,12 @@
 //! What a search is worth: how soon each strategy found each weakness, as an object and as a table.
 
 use evidence::trial::Outcome;
+use scenario::Weakness;
 use serde::Serialize;
 use stats::LEVEL;
 use stats::waiting::{Known, Median, Ratio, Wait};
 
 use super::table::new_table;
-use crate::scenario::Weakness;
 use crate::search::Strategy;
 
 /// A weakness is hard where the median of uniform drawing is at least so many trials.

@@ -10,12 +10,11 @@
 use std::collections::BTreeSet;
 
 use evidence::{Evidence, Witnessed};
+use oracle::{AT_LIMIT, Nearness};
 use sha2::{Digest, Sha256};
 use wire::event::Event;
 use wire::id::{NodeId, UnitId};
 use wire::mode::Mode;
-
-use crate::oracle::{AT_LIMIT, Nearness};
 
 /// Points and steps, by a digest of what they are.
 pub type Coverage = BTreeSet<u64>;

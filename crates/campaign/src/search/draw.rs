@@ -10,16 +10,16 @@
 
 use std::collections::VecDeque;
 
+use oracle::Nearness;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use scenario::{Alphabet, Range};
 use serde::Serialize;
 use wire::bounds::Bounds;
 
 use super::learned::{Known, Learned, Lesson, NEWEST, Near};
 use super::moments::Moments;
 use super::word::{Letter, Word, move_of};
-use crate::oracle::Nearness;
-use crate::scenario::{Alphabet, Range};
 
 /// Out of ten guided words, how many are made from one that showed something new, when none of the newest fresh ones did.
 const FROM_KNOWN: u32 = 7;
@@ -249,8 +249,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::oracle::Limit;
-    use crate::scenario::find_root;
+    use oracle::Limit;
+    use scenario::find_root;
 
     fn alphabet() -> Alphabet {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();

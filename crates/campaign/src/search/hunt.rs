@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use evidence::trial::Outcome;
+use oracle::Limit;
 use parallel::progress::{Progress, Stop};
+use scenario::Alphabet;
 use serde::Serialize;
 
 use super::coverage::Coverage;
@@ -12,8 +14,6 @@ use super::learned::{Known, Lesson};
 use super::moments::Moments;
 use super::tried::{Cause, Ground, Test, Tried};
 use super::word::Word;
-use crate::oracle::Limit;
-use crate::scenario::Alphabet;
 
 /// Words drawn at a time.
 const ROUND: u64 = 16;

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use super::moments::Moments;
 use super::word::Word;
-use crate::oracle::{AT_LIMIT, Limit, Nearness};
+use oracle::{AT_LIMIT, Limit, Nearness};
 
 /// So many of the newest fresh words say how often a fresh word still shows something new.
 pub(super) const NEWEST: usize = 16;

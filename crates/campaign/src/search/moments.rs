@@ -1,9 +1,9 @@
 //! When it may matter: the moments of a run at which something changes, and the edges of the bounds that begin there.
 
+use scenario::Alphabet;
 use wire::bounds::Bounds;
 
 use super::tried::Tried;
-use crate::scenario::Alphabet;
 
 /// The moments of one run, in ticks, in order, within the times at which the alphabet begins anything.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

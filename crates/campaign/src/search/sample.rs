@@ -8,6 +8,7 @@ use evidence::trial::Outcome;
 use parallel::progress::{Progress, Stop, Talk};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use scenario::{Scenario, Setup};
 use serde::{Deserialize, Serialize};
 
 use super::draw::Strategy;
@@ -15,7 +16,6 @@ use super::hunt::Quest;
 use super::moments::Moments;
 use super::tried::{Cause, Ground, Test, Tried};
 use super::word::{Letter, Word, move_of};
-use crate::scenario::{Scenario, Setup};
 
 /// How far from an edge still is next to it, milliseconds.
 const NEXT_MS: i64 = 20;
@@ -209,8 +209,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scenario::{Alphabet, find_root, load};
     use crate::search::ends_in;
+    use scenario::{Alphabet, find_root, load};
 
     fn ground() -> Ground {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();

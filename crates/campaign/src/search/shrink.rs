@@ -232,8 +232,8 @@ mod tests {
 
     use super::super::tried::Tried;
     use super::*;
-    use crate::scenario::{self, Alphabet, Range, Setup, find_root};
     use evidence::trial::Outcome;
+    use scenario::{Alphabet, Range, Setup, find_root};
 
     fn ground() -> Ground {
         let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();

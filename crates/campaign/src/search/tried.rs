@@ -4,13 +4,12 @@ use std::sync::Arc;
 
 use super::coverage::{self, Coverage};
 use super::word::{Letter, Word};
-use crate::oracle::Nearness;
-use crate::scenario::{Alphabet, Scenario, Setup};
 use crate::twin::trial::{conclude, start, start_along, trunk};
 use crate::twin::trunk::Trunk;
-use crate::{judged, oracle};
 use evidence::Property;
 use evidence::trial::{Outcome, Trial};
+use oracle::{Nearness, judged};
+use scenario::{Alphabet, Scenario, Setup};
 
 /// The longest run that is kept as a trunk, seconds: everything that was said in it is in memory, of a rendered one a few
 /// megabytes a second.
@@ -157,7 +156,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scenario::{find_root, load};
+    use scenario::{find_root, load};
 
     #[test]
     fn a_run_too_long_to_keep_has_no_trunk_and_its_words_are_tried_all_the_same() {

@@ -3,7 +3,7 @@
 use super::draw::Drawer;
 use super::learned::{Known, Near};
 use super::word::{Letter, Word, move_of};
-use crate::oracle::AT_LIMIT;
+use oracle::AT_LIMIT;
 
 /// The farthest that a nudge moves a letter, ticks; a number it moves by at most this part of its range.
 const NUDGE: u32 = 32;
@@ -97,11 +97,11 @@ impl Drawer<'_> {
 mod tests {
     use std::path::Path;
 
+    use oracle::{Limit, Nearness};
+    use scenario::{Alphabet, find_root};
     use wire::bounds::Bounds;
 
     use super::*;
-    use crate::oracle::{Limit, Nearness};
-    use crate::scenario::{Alphabet, find_root};
     use crate::search::draw::Strategy;
     use crate::search::moments::Moments;
 

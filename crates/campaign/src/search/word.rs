@@ -2,9 +2,8 @@
 
 use std::fmt::Write;
 
+use scenario::{Alphabet, Move, Scenario};
 use serde::Serialize;
-
-use crate::scenario::{Alphabet, Move, Scenario};
 
 /// One move at one moment.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]

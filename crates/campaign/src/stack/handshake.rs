@@ -15,27 +15,15 @@ use link::memory::{Pair, Party, Tap, clear};
 use link::pki::{Authority, Credential, Role};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use scenario::stack::{Certificate, Downgrade, Hand, Impostor, Link, Lower};
 use wire::core::Side;
 use wire::id::PeerId;
 
 use super::StackError;
 use super::judge::Showing;
-use crate::scenario::stack::{Certificate, Downgrade, Hand, Impostor, Link, Lower};
 
 /// Bytes of a certificate by which the record that carries it is known.
 const MARK: usize = 64;
-
-/// Whether there is such a downgrade: who listens follows who dials, the suite of the telemetry link is one, and TLS 1.3
-/// has neither the old constructions nor keys that were agreed upon before.
-pub fn can_be_lowered(link: Link, by: Hand, to: Lower) -> bool {
-    match (link, by) {
-        (Link::Telemetry, Hand::Dials) => true,
-        (Link::Telemetry, Hand::Relays) => matches!(to, Lower::Version | Lower::Suite | Lower::MasterSecret),
-        (Link::Telemetry, Hand::Listens) => false,
-        (Link::Command, Hand::Dials | Hand::Listens) => to == Lower::Version,
-        (Link::Command, Hand::Relays) => matches!(to, Lower::Version | Lower::Suite),
-    }
-}
 
 /// Somebody with such a certificate, at such an end.
 pub(super) fn impostor(one: &Impostor, seed: u64) -> Result<Showing, StackError> {

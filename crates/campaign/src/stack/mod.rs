@@ -19,10 +19,7 @@ use broker::watched::WatchError;
 use evidence::trial::Trial;
 use link::dtls::DtlsError;
 use link::pki::PkiError;
-
-use crate::scenario::Scenario;
-
-pub use handshake::can_be_lowered;
+use scenario::Scenario;
 
 /// A trial that could not be run.
 #[derive(Debug, thiserror::Error)]

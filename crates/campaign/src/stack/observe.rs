@@ -16,6 +16,7 @@ use link::memory::{Pair, Party, clear};
 use link::pki::{Authority, Credential, Role, dns_name};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use scenario::stack::{Link, Observe, Stand};
 use wire::core::Side;
 use wire::id::{PeerId, UnitId};
 
@@ -23,7 +24,6 @@ use super::StackError;
 use super::judge::Showing;
 use super::search::Search;
 use super::words::{Mark, Speakers};
-use crate::scenario::stack::{Link, Observe, Stand};
 
 /// Bytes of a certificate by which it is known.
 const MARK: usize = 64;

@@ -13,13 +13,13 @@ use link::memory::{Pair, Party, clear};
 use link::pki::{Authority, Role};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use scenario::stack::{Deed, Handle};
 use wire::core::Side;
 use wire::id::PeerId;
 use wire::policy::Requirement;
 
 use super::StackError;
 use super::judge::Showing;
-use crate::scenario::stack::{Deed, Handle};
 
 /// Honest records before and after, each way.
 const HONEST: u32 = 5;

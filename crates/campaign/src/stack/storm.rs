@@ -8,11 +8,11 @@ use link::memory::hall::{Crowd, genuine_hello, storm};
 use link::pki::{Authority, Role};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use scenario::stack::{Flood, Storm};
 use wire::id::PeerId;
 
 use super::StackError;
 use super::judge::Showing;
-use crate::scenario::stack::{Flood, Storm};
 
 /// Where the random of a ClientHello stands in its datagram: behind record and message headers and the version.
 const RANDOM: std::ops::Range<usize> = 27..59;

@@ -5,6 +5,7 @@
 //! that is copied. Nonces go on as they were: no outcome lies in their values.
 
 use autonomy::Autonomy;
+use scenario::Varies;
 use sim::Sim;
 use wire::id::{NodeId, WorldId};
 use wire::time::Instant;
@@ -12,7 +13,6 @@ use wire::time::Instant;
 use super::Twin;
 use super::part::Part;
 use super::queue::Micros;
-use crate::scenario::Varies;
 
 /// Set in the world of every branch: worlds of forks are counted from 1.
 const BRANCHED: u64 = 1 << 63;

@@ -5,6 +5,8 @@
 use std::sync::Arc;
 
 use evidence::trial::Trial;
+use oracle::judged;
+use scenario::{Scenario, Setup};
 use sim::fidelity::Fidelity;
 use sim::plant::{Plant, SetPoint};
 use sim::scene::Scene;
@@ -21,8 +23,6 @@ use super::stopwatch::{Stage, Stopwatch};
 use super::trial::{Run, conclude, start, start_along, trunk};
 use super::trunk::Trunk;
 use crate::cast::{Cast, Role};
-use crate::judged;
-use crate::scenario::{Scenario, Setup};
 
 /// A trial that was watched.
 pub struct Watched {
@@ -155,7 +155,6 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::scenario;
 
     fn nominal() -> (Scenario, Setup) {
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

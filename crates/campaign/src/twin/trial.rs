@@ -8,13 +8,13 @@ use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
 use super::trunk::Trunk;
 use crate::cast::{Cast, RunSecret, cast};
-use crate::oracle::judge;
-use crate::scenario::{Scenario, Setup};
 use crate::twin::tamper::tamper;
 use evidence::custody::Held;
 use evidence::log::Logged;
 use evidence::reading::{heads, read_against};
 use evidence::{Evidence, Verdict};
+use oracle::judge;
+use scenario::{Scenario, Setup};
 use wire::sign::{Asked, Verified};
 
 /// How long what is under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the

@@ -8,12 +8,12 @@ use campaign::live::child::Services;
 use campaign::live::trial::run_live;
 use campaign::live::vet::{Limits, vet};
 use campaign::live::{LiveError, Options};
-use campaign::scenario::{self, Setup, parse_labels};
 use parallel::progress::Stop;
 use perception::head::Brought;
 use perception::process::{load, pin};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use scenario::{Setup, parse_labels};
 
 use super::{holdsafe, root};
 

@@ -1,9 +1,9 @@
 //! The plan of the hostile broker.
 
 use adversary::plan::{AckForgery, BrokerAction, InsiderBrokerConfig, Kind, OrderForgery};
+use scenario::{Direction, Order, Scenario, Windowed};
 
 use super::timed;
-use crate::scenario::{self, Direction, Order, Scenario, Windowed};
 
 /// The plan, when the scenario has one.
 pub(in crate::cast) fn plan(s: &Scenario, phase: u64) -> Option<InsiderBrokerConfig> {

@@ -1,9 +1,9 @@
 //! The plan of the gateway insider.
 
 use adversary::plan::{FeedAction, FeedForgery, InsiderGatewayConfig};
+use scenario::{Direction, Scenario, Windowed};
 
 use super::{broker, mode, timed};
-use crate::scenario::{self, Direction, Scenario, Windowed};
 
 /// The plan, when the scenario has one.
 pub(in crate::cast) fn plan(s: &Scenario, phase: u64) -> Option<InsiderGatewayConfig> {

@@ -1,12 +1,11 @@
 //! What has to be there for an injection to arrive: processes that run, and something to take hold of.
 
 use evidence::{Needs, Planned, Takes};
+use scenario::{Direction, Order};
 use sim::fault::is_imaging;
 use wire::core::Side;
 use wire::event::Action;
 use wire::id::NodeId;
-
-use crate::scenario::{Direction, Order};
 
 /// Both ends of the telemetry link and what is between them.
 const LINK: &[NodeId] = &[NodeId::RELAY_TELEMETRY, NodeId::GATEWAY, NodeId::UNIT_A];

@@ -1,13 +1,13 @@
 //! What the oracle has to find receipts for: one plan for each table, with the window in which it is carried out.
 
 use evidence::{Micros, Plan, Planned, Takes};
+use scenario::{Direction, Order, OrderForgery, Scenario, Way, Windowed};
 use wire::event::{Action, FaultKind};
 use wire::id::{NodeId, ObjectId, PeerId};
 use wire::stream::Deed;
 
 use super::{needs, sensor, start_ms, step_name};
 use crate::cast::{process, scene};
-use crate::scenario::{self, Direction, Order, OrderForgery, Scenario, Way, Windowed};
 
 /// Everything planned of a scenario; the steps last, each once.
 pub(in crate::cast) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use scenario::{Settings, Variation};
 use serde_json::Value;
 
 use super::super::Context;
@@ -11,7 +12,6 @@ use super::super::plan::{self, Planned, Wanted};
 use super::Args;
 use crate::campaign::draw::{self, Distribution};
 use crate::campaign::{MAX_VARIATIONS, PLAN_VERSION, PROGRAM, Plan, PlanVariation, Terms};
-use crate::scenario::{Settings, Variation};
 
 /// Trials of each variation when the user names neither number nor claim: the fewest that bound a 95th percentile.
 const TRIALS: u64 = 59;

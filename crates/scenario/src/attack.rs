@@ -38,14 +38,14 @@ macro_rules! attacks {
     ($(
         $(#[$doc:meta])* $name:ident $(needs $level:ident)? { $( $(#[$field_doc:meta])* $field:ident : $kind:ty ),* $(,)? }
     )+) => {
-        $crate::scenario::timed::timed! {$(
+        crate::timed::timed! {$(
             $(#[$doc])*
             $name lasts duration_s $(needs $level)? sees OnPath {
                 /// Length of the window.
-                duration_s: $crate::scenario::Seconds,
+                duration_s: crate::Seconds,
                 /// Which way.
                 #[serde(default)]
-                direction: $crate::scenario::attack::Direction,
+                direction: crate::attack::Direction,
                 $( $(#[$field_doc])* $field: $kind, )*
             }
         )+}

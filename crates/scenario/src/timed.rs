@@ -39,28 +39,28 @@ macro_rules! timed {
         #[serde(deny_unknown_fields)]
         pub struct $name {
             /// Start on the trial's clock; the trial's phase is added.
-            pub at_s: $crate::scenario::Located<$crate::scenario::Seconds>,
+            pub at_s: crate::Located<crate::Seconds>,
             $( $(#[$field_doc])* pub $field: $kind, )*
             /// Name of the step that this is a part of.
             #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub step: Option<$crate::scenario::Located<$crate::scenario::Name>>,
+            pub step: Option<crate::Located<crate::Name>>,
             /// What it waits for; `at_s` is then the earliest.
             #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub when: Option<$crate::scenario::Located<$crate::scenario::When>>,
+            pub when: Option<crate::Located<crate::When>>,
             /// What may be known here, where that is less than the scenario's level.
             #[serde(default, skip_serializing_if = "Option::is_none")]
-            pub knowledge: Option<$crate::scenario::Located<evidence::trial::Knowledge>>,
+            pub knowledge: Option<crate::Located<evidence::trial::Knowledge>>,
         }
 
-        impl $crate::scenario::Windowed for $name {
-            fn at_s(&self) -> &$crate::scenario::Located<$crate::scenario::Seconds> {
+        impl crate::Windowed for $name {
+            fn at_s(&self) -> &crate::Located<crate::Seconds> {
                 &self.at_s
             }
-            fn duration_s(&self) -> $crate::scenario::Seconds {
-                [$(self.$length,)? $crate::scenario::Seconds::default()][0]
+            fn duration_s(&self) -> crate::Seconds {
+                [$(self.$length,)? crate::Seconds::default()][0]
             }
-            fn timing(&self) -> $crate::scenario::Timing<'_> {
-                $crate::scenario::Timing {
+            fn timing(&self) -> crate::Timing<'_> {
+                crate::Timing {
                     step: self.step.as_ref(),
                     when: self.when.as_ref(),
                     knowledge: self.knowledge.as_ref(),

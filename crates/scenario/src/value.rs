@@ -186,7 +186,7 @@ impl<T, const MAX: usize> Default for List<T, MAX> {
 
 impl<T, const MAX: usize> List<T, MAX> {
     /// The first `MAX` of `values`.
-    pub(crate) fn of(values: impl IntoIterator<Item = T>) -> Self {
+    pub fn of(values: impl IntoIterator<Item = T>) -> Self {
         Self(values.into_iter().take(MAX).collect())
     }
 }

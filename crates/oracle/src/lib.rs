@@ -23,6 +23,7 @@ mod disguise;
 mod display;
 mod effect;
 mod guards;
+pub mod judged;
 mod life;
 mod link;
 mod masked;

@@ -9,7 +9,7 @@ use evidence::{Evidence, InjectionRow, Micros, Verdict};
 use wire::event::{Account, Event, GuardVerdict, Interface};
 use wire::id::NodeId;
 
-use crate::oracle::peers;
+use crate::peers;
 
 /// The row of one trial, whose adversary had that much `knowledge`. `received`, `accepted` and `dropped` add up the two ends of the telemetry link of the unit
 /// under test: the gateway's uplink and the unit's downlink.

@@ -2,7 +2,7 @@
 //!
 //! A *move* is one table with everything but its times and numbers fixed; an *entry* is that table with them. Who has to be
 //! there to do it, an insider with credentials or an operator who strikes one off the roll, is put into the scenario first
-//! (`with`), whatever is done then. Putting entries together, and when, is `crate::search`'s business.
+//! (`with`), whatever is done then. Putting entries together, and when, is `search`'s business.
 
 use std::path::Path;
 

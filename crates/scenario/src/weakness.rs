@@ -178,7 +178,7 @@ impl Weaknesses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::find_root;
+    use crate::find_root;
 
     const TEXT: &str = "[[weakness]]\nname = \"a\"\nscenario = \"nominal\"\nalphabet = \"path\"\n\
                         waive = \"boundary.freshness\"\nfind = [\"UNSAFE\"]\n\

@@ -1,7 +1,7 @@
 //! What is done to the real stacks in memory: each table is a cell of its scenario, with its own expected classes.
 //!
 //! There is no platform in such a scenario, so none of these has a time; the seed varies what is not written here. What
-//! the tables mean is carried out by `crate::stack`.
+//! the tables mean is carried out by `stacks`.
 
 use evidence::trial::Outcome;
 use schemars::JsonSchema;
@@ -215,6 +215,18 @@ impl Link {
 /// A word as the file writes it.
 fn word(value: impl Serialize) -> String {
     serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+/// Whether there is such a downgrade: who listens follows who dials, the suite of the telemetry link is one, and TLS 1.3
+/// has neither the old constructions nor keys that were agreed upon before.
+pub fn can_be_lowered(link: Link, by: Hand, to: Lower) -> bool {
+    match (link, by) {
+        (Link::Telemetry, Hand::Dials) => true,
+        (Link::Telemetry, Hand::Relays) => matches!(to, Lower::Version | Lower::Suite | Lower::MasterSecret),
+        (Link::Telemetry, Hand::Listens) => false,
+        (Link::Command, Hand::Dials | Hand::Listens) => to == Lower::Version,
+        (Link::Command, Hand::Relays) => matches!(to, Lower::Version | Lower::Suite),
+    }
 }
 
 impl Scenario {
