@@ -1,6 +1,5 @@
 //! Handshakes and records on the real stacks in memory, named after the attack.
 
-use campaign::stack;
 use evidence::trial::{Outcome, Trial};
 use holdsafe_tests::root;
 
@@ -13,7 +12,7 @@ fn expected(name: &str) -> Vec<(String, Trial)> {
     for variation in scenario.variations(None) {
         let cell = variation.cell.expect("each is a cell");
         for seed in SEEDS {
-            let trial = stack::trial(&variation.scenario, seed).expect("it runs");
+            let trial = stacks::trial(&variation.scenario, seed).expect("it runs");
             let classes = &variation.scenario.expected;
             assert!(classes.contains(&trial.outcome), "{cell} seed {seed}: {:?} {:?}", trial.outcome, trial.findings);
             trials.push((cell.clone(), trial));

@@ -1,10 +1,10 @@
 //! Attacks by those who hold somebody's key or certificate: rights, roles, standing, counters, rates, values.
 
-use campaign::twin::trial::Run;
 use evidence::Property;
 use evidence::trial::Outcome;
 use holdsafe_tests::{shipped, under, variations};
 use scenario::Settings;
+use twin::trial::Run;
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Interface};
 use wire::id::{CommandId, NodeId};

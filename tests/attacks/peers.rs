@@ -1,11 +1,11 @@
 //! Attacks by an admitted teammate.
 
-use campaign::twin::trial::Run;
 use evidence::claims::Claims;
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
 use oracle::peers::claims;
 use scenario::Scenario;
+use twin::trial::Run;
 use wire::event::{Event, Inconsistency, Interface};
 use wire::id::{NodeId, PeerId};
 use wire::mode::Guard;

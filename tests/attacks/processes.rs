@@ -1,11 +1,11 @@
 //! Processes that end, hang, are slow or find their disk full.
 
-use campaign::cast::Role;
 use evidence::demise::Fate;
 use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
 use oracle::judge;
 use scenario::{DisplayedState, Ending, Process, Settings};
+use topology::Role;
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
@@ -141,8 +141,8 @@ fn a_unit_that_is_started_again_is_idle_and_arms_nothing_by_itself() {
 #[test]
 fn a_judge_that_is_started_again_goes_on_with_what_is_left_of_a_mandate() {
     let ready = shipped("expired_operator");
-    let (cast, _) = campaign::twin::trial::start(&ready.scenario, &ready.setup, 1, false).expect("it starts");
-    let mandate = |member: &campaign::cast::Member| match &member.role {
+    let (cast, _) = twin::trial::start(&ready.scenario, &ready.setup, 1, false).expect("it starts");
+    let mandate = |member: &topology::Member| match &member.role {
         Role::Autonomy(config) => config.mandates.first().copied(),
         Role::Gateway(config) => config.mandates.first().copied(),
         _ => None,
@@ -201,7 +201,7 @@ fn a_process_that_is_said_to_hang_and_goes_on_writing_is_no_evidence() {
 }
 
 /// Times at which the gateway accepted a report of the unit's.
-fn reported(run: &campaign::twin::trial::Run) -> Vec<u64> {
+fn reported(run: &twin::trial::Run) -> Vec<u64> {
     let mine = run.evidence.entries.iter().filter(|w| match w.entry.event {
         Event::Accepted { record, .. } => w.entry.node == NodeId::GATEWAY && record.node == NodeId::UNIT_A,
         _ => false,
@@ -214,7 +214,7 @@ fn longest_pause(times: &[u64]) -> u64 {
 }
 
 /// When the recorder's disk was said to be full, or to have room again.
-fn disk(run: &campaign::twin::trial::Run, full: bool) -> Option<u64> {
+fn disk(run: &twin::trial::Run, full: bool) -> Option<u64> {
     let told = |on: bool| Event::DiskFull { node: NodeId::RECORDER, on };
     run.evidence.entries.iter().find(|w| w.entry.event == told(full)).map(|w| w.at)
 }

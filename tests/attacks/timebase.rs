@@ -1,10 +1,10 @@
 //! Time and delay: a receiver's time that is steered, delays that hover, creep or were always there, contact by turns.
 
-use campaign::twin::trial::Run;
 use evidence::Property;
 use evidence::trial::Outcome;
 use holdsafe_tests::shipped;
 use oracle::judge;
+use twin::trial::Run;
 use wire::event::{Action, Event};
 use wire::id::Nonce;
 use wire::mode::Guard;

@@ -11,8 +11,7 @@ use std::collections::BTreeSet;
 
 use scenario::{Evidence, Platform, Problem, Problems, Requirement, Scenario, Stride, TechniqueId, ThreatId};
 use serde::{Deserialize, Serialize};
-
-use crate::cast::Cast;
+use topology::Cast;
 
 /// The file, as it was when this program was built.
 const TEXT: &str = include_str!("../../../docs/catalogue.toml");

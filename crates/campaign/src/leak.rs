@@ -9,15 +9,14 @@ pub mod guess;
 pub mod measure;
 
 use evidence::log::Logged;
+use topology::Cast;
+use twin::Twin;
+use twin::clock::HostClock;
 use wire::audit::Entry;
 use wire::core::{Input, Side};
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
-
-use crate::cast::Cast;
-use crate::twin::Twin;
-use crate::twin::clock::HostClock;
 
 /// Length of a window, microseconds.
 const WINDOW_US: u64 = 1_000_000;

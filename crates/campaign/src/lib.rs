@@ -6,20 +6,11 @@
 //! decides is none of its business.
 
 pub mod campaign;
-pub mod cast;
 pub mod catalogue;
 pub mod command;
-pub mod keep;
 pub mod leak;
-pub mod live;
 pub mod liveness;
-pub mod rare;
-pub mod refeed;
 pub mod report;
 pub mod reproduction;
-pub mod sabotage;
-pub mod search;
-pub mod stack;
 pub mod stages;
 pub mod story;
-pub mod twin;

@@ -10,7 +10,7 @@ fn main() -> ExitCode {
         && let Some(name) = arguments.next()
     {
         let name = name.to_string_lossy();
-        return campaign::live::service::main(&name).unwrap_or_else(|| {
+        return live::service::main(&name).unwrap_or_else(|| {
             link::note!("holdsafe: no service `{name}`");
             ExitCode::from(2)
         });

@@ -11,13 +11,11 @@ use std::path::Path;
 use link::clock::HostClock;
 use link::mouth::{self, Entry};
 use serde::Serialize;
+use topology::Cast;
+use twin::{Twin, clock};
 use wire::core::{Input, Output, Topic};
 use wire::event::wire_hash;
 use wire::id::NodeId;
-
-use crate::cast::Cast;
-use crate::twin::Twin;
-use crate::twin::clock;
 
 /// How a message travels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

@@ -8,12 +8,12 @@ use std::fmt::Write as _;
 
 use evidence::trial::Outcome;
 use scenario::{Platform, Requirement, Scenario};
+use topology::{Cast, Host, Member, Role};
 use wire::bounds::Bounds;
 use wire::core::Topic;
 use wire::id::NodeId;
 
 use super::{Catalogue, Row};
-use crate::cast::{Cast, Host, Member, Role};
 
 const HEAD: &str = "# The paper's figures, from what runs here
 

@@ -12,9 +12,9 @@ use super::kept::Kept;
 use super::plan::Planned;
 use super::{Context, out};
 use crate::report::{AgreementObject, Mode, WordRow, agreement_table};
-use crate::search::Stratum;
 use evidence::trial::{Outcome, Trial};
 use parallel::progress::{Progress, Talk};
+use search::Stratum;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use live::child::Services;
+use live::vet::{Limits, vet};
 use perception::detector::Detector;
 use perception::head::Brought;
 use perception::process;
@@ -10,8 +12,6 @@ use perception::stages::Stages;
 use scenario::load_labels;
 
 use super::failure::{Exit, Failure};
-use crate::live::child::Services;
-use crate::live::vet::{Limits, vet};
 
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Bring {

@@ -3,11 +3,11 @@
 use evidence::SCHEMA_VERSION;
 use scenario::Scenario;
 use serde::Serialize;
+use topology::{RunSecret, cast};
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, out};
-use crate::cast::{RunSecret, cast};
 use crate::catalogue::{Catalogue, Row};
 
 #[derive(Serialize)]

@@ -10,13 +10,14 @@ use std::path::{Path, PathBuf};
 
 use evidence::log::hex;
 use evidence::trial::Outcome;
+use live::keep;
+use live::keep::VERDICT;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::engine::{self, EngineError, Verified};
 use super::failure::{Exit, Failure};
 use super::{Context, out, runs};
-use crate::keep::{self, VERDICT};
 
 /// The most that is read of it.
 const MAX_VERDICT_BYTES: u64 = 1 << 20;

@@ -10,6 +10,8 @@ use std::hint::black_box;
 
 use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
+use twin::cost::{Course, Known, Watched, watched};
+use twin::stopwatch::Stage;
 use wire::id::NodeId;
 use wire::sign::{Key, Keyring, Purpose, Signed};
 
@@ -18,8 +20,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, batch, out};
 use crate::report::{Mode, Spread, StageCost, TwinCost, cost_table};
-use crate::twin::cost::{Course, Known, Watched, watched};
-use crate::twin::stopwatch::Stage;
 
 /// Signatures made and verified in one round to learn what one costs.
 const CALIBRATION: u32 = 200;

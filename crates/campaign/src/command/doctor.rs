@@ -5,6 +5,8 @@ use std::path::Path;
 
 use evidence::SCHEMA_VERSION;
 use link::loopback::LoopbackAddr;
+use live::leftovers;
+use live::leftovers::Leftovers;
 use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::statvfs::statvfs;
 use serde::Serialize;
@@ -12,7 +14,6 @@ use serde::Serialize;
 use super::failure::{Exit, Failure};
 use super::scheduling::{self, Scheduling};
 use super::{Context, out};
-use crate::live::leftovers::{self, Leftovers};
 
 /// Shared memory that a live run takes at most, bytes.
 const SHARED_MEMORY: u64 = 64 * 1024 * 1024;

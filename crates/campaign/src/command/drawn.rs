@@ -12,6 +12,7 @@ use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use scenario::{Name, Weakness};
+use search::{Drawn, Ground, Stratum, ends_in};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -21,7 +22,6 @@ use super::kept::Kept;
 use super::lines::Lines;
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::search::{Drawn, Ground, Stratum, ends_in};
 
 /// What is a finding where no check is waived: what no platform should show.
 const BROKEN: [Outcome; 2] = [Outcome::Unsafe, Outcome::Late];

@@ -7,23 +7,23 @@ use evidence::log::{Logged, by_recorder};
 use evidence::trial::Trial;
 use evidence::{Evidence, Verdict, Witnessed};
 use link::instrument::Frame;
+use live::child::Services;
+use live::mouths::CoreReplay;
+use live::{LiveError, keep};
 use oracle::judged;
 use parallel::progress::Stop;
 use scenario::{Scenario, Setup};
 use serde::Serialize;
+use topology::{RunSecret, cast};
+use twin::refeed::{Fed, Refed, Same, fed};
+use twin::sabotage::sabotage;
 use wire::person::{Act, Role};
 
 use super::checked::Checked;
 use super::plan::Planned;
-use crate::cast::{RunSecret, cast};
-use crate::live::child::Services;
-use crate::live::mouths::CoreReplay;
-use crate::live::{self, LiveError};
-use crate::refeed::{Fed, Refed, Same, fed};
+use crate::leak;
 use crate::report::Mode;
-use crate::sabotage::sabotage;
 use crate::stages::Delays;
-use crate::{keep, leak, stack, twin};
 
 /// The longest `replay.json` that is read.
 const MAX_REPLAY_BYTES: u64 = 1 << 20;
@@ -105,7 +105,7 @@ pub(super) fn trial(
             keep::events(directory, &run.evidence).map_err(failed)?;
             held(directory, &run.held, trial)
         }
-        Mode::Stack => stack::trial(scenario, seed).map_err(failed),
+        Mode::Stack => stacks::trial(scenario, seed).map_err(failed),
         Mode::Live => live_trial(scenario, setup, seed, stop, View::of(setup, &mut |_| {})),
     }
 }

@@ -5,9 +5,9 @@ use std::path::Path;
 use super::Context;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
-use crate::search::Ground;
 use evidence::ablation::Switch;
 use scenario::{Alphabet, Misset, Weakness, Weaknesses};
+use search::Ground;
 
 /// Most words of one length that are tried exhaustively.
 pub(super) const MOST_WORDS: usize = 1_000_000;

@@ -9,6 +9,7 @@
 use parallel::progress::Progress;
 use scenario::{Settings, Variation};
 use serde_json::{Value, json};
+use twin::trial::{conclude, start};
 use wire::event::Event;
 
 use super::engine::EngineError;
@@ -16,7 +17,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, batch, campaign, out};
 use crate::report::{Grown, Growth, GrowthRow, Mode, Spread, growth_table};
-use crate::twin::trial::{conclude, start};
 
 /// How many objects stand before the unit.
 const OBJECTS: [usize; 7] = [1, 2, 4, 8, 16, 32, 64];

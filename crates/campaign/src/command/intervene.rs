@@ -15,6 +15,7 @@ use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use scenario::{Alphabet, Scenario};
+use search::{Letter, Word};
 use serde::Serialize;
 use stats::Share;
 use wire::event::Sensor;
@@ -23,7 +24,6 @@ use wire::id::UnitId;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, engine, ground, out};
-use crate::search::{Letter, Word};
 
 /// When faults begin, milliseconds: the unit is under way, and what follows still happens within the run.
 const BEGINS_MS: (u64, u64) = (3_000, 6_000);

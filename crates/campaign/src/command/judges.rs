@@ -14,14 +14,14 @@ use std::sync::{Mutex, PoisonError};
 use evidence::ablation::Switch;
 use evidence::trial::Outcome;
 use evidence::{Evidence, SCHEMA_VERSION, Verdict};
+use live::keep;
 use parallel::progress::Progress;
 use serde::{Deserialize, Serialize};
+use topology::is_attacked;
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned};
 use super::{Context, engine, out};
-use crate::cast::is_attacked;
-use crate::keep;
 
 /// Disagreements that are told in full.
 const MAX_TOLD: usize = 50;

@@ -13,13 +13,13 @@ use oracle::demise;
 use oracle::demise::Owed;
 use scenario::{Process, Scenario};
 use serde::Serialize;
+use topology::node_of;
 use wire::mode::Mode as Driving;
 
 use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out, transitions};
-use crate::cast::node_of;
 use crate::report::{KillRow, Mode, kill_table};
 
 /// The processes in the order in which they are killed, by their names on the command line.

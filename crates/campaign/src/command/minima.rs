@@ -10,10 +10,10 @@ use super::ground::{MOST_WORDS, stopped_or_unfit, unfit};
 use super::out;
 use super::worth::Bench;
 use crate::report::{MinimaObject, MinimaRow, minima_table};
-use crate::search::{Cause, Found, Ground, Moments, Shrunk, Strategy, Word, ends_in};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::{Progress, Talk};
 use scenario::Weakness;
+use search::{Cause, Found, Ground, Moments, Shrunk, Strategy, Word, ends_in};
 
 pub(super) fn run(bench: &Bench<'_>, grounds: &[(Weakness, Ground)], seeds: u64) -> Result<Exit, Failure> {
     let progress = Progress::new("findings shrunk", grounds.len() * seeds as usize, bench.context.talk);

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use evidence::log::hex;
 use scenario::{Scenario, Setup, Variation};
 use sha2::{Digest, Sha256};
+use topology::{is_attacked, needs_rendering};
 
 use super::Context;
 use super::bring::Loaded;
 use super::failure::{Exit, Failure};
 use crate::campaign::Content;
-use crate::cast::{is_attacked, needs_rendering};
 use crate::report::Mode;
 
 /// One variation of a scenario, ready to run.

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 
 use parallel::progress::Progress;
 use scenario::{Settings, Variation};
+use search::rare::{Event, MAX_LEVELS, Plan, Question};
 use serde_json::Value;
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, campaign, out};
 use crate::campaign::draw;
-use crate::rare::{Event, MAX_LEVELS, Plan, Question};
 use crate::report::{Asked, RareObject, rare_table};
 
 #[derive(Debug, clap::Args)]

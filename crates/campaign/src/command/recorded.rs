@@ -1,12 +1,12 @@
 //! The log of a run, at times of that run: read back from its directory, or of a run in the twin.
 
 use evidence::{Evidence, Witnessed};
+use live::keep;
 use wire::bounds::Bounds;
 use wire::id::NodeId;
 
 use super::checked::Checked;
 use super::engine::{self, EngineError};
-use crate::keep;
 
 /// What is taken of a recording without `events.jsonl`.
 const ASSUMED: &str = "no events.jsonl tells of the bounds and of when the run began: the ground platform's are taken, and times \

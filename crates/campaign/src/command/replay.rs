@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use evidence::SCHEMA_VERSION;
 use serde::Serialize;
+use twin::refeed::{Parted, Refed, decisions};
 use wire::core::Output;
 
 use super::checked::{self, Checked, Unverified};
@@ -12,7 +13,6 @@ use super::engine::{self, MouthReplay};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::refeed::{Parted, Refed, decisions};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

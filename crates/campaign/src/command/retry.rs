@@ -7,8 +7,8 @@ use std::fs;
 use std::path::Path;
 
 use super::failure::Failure;
-use crate::live::OVERSLEPT_US;
 use evidence::trial::Trial;
+use live::OVERSLEPT_US;
 use scenario::Setup;
 
 /// Attempts of one trial that may be repeated, at most.

@@ -6,11 +6,11 @@ use std::path::Path;
 use evidence::SCHEMA_VERSION;
 use scenario::{Name, Problem, ProblemRow, Problems, Setup};
 use serde::Serialize;
+use topology::needs_rendering;
 
 use super::failure::{self, Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, engine, out};
-use crate::cast::needs_rendering;
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {

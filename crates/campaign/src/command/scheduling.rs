@@ -5,9 +5,8 @@
 use std::time::Duration;
 
 use link::clock::trace_us;
+use live::OVERSLEPT_US;
 use serde::Serialize;
-
-use crate::live::OVERSLEPT_US;
 
 /// How long each sleep is asked for.
 const NAP: Duration = Duration::from_millis(5);

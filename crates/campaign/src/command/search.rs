@@ -10,11 +10,11 @@ use super::ground::{Asked, MOST_WORDS, stopped_or_unfit, unfit};
 use super::plan::Wanted;
 use super::{Context, engine, out};
 use crate::report::{Confirmed, FindingRow, Mode, SearchObject, search_table};
-use crate::search::{Cause, Found, Ground, Hunted, Moments, Quest, Shrunk, Strategy, Word, ends_in};
 use evidence::ablation::Switch;
 use evidence::trial::Outcome;
 use parallel::progress::Progress;
 use scenario::{Name, Setup};
+use search::{Cause, Found, Ground, Hunted, Moments, Quest, Shrunk, Strategy, Word, ends_in};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -17,13 +17,13 @@ use sim::NoiseModel;
 use sim::ride::Ride;
 use sim::scene::Scene;
 use stats::mean::Mean;
+use topology::{RunSecret, cast};
 
 use super::bring::Bring;
 use super::dataset::chosen;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::cast::{RunSecret, cast};
 use crate::report::started;
 
 #[derive(Debug, clap::Args)]

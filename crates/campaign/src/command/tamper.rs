@@ -18,12 +18,12 @@ use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
+use topology::Cast;
 use wire::id::NodeId;
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, engine, out};
-use crate::cast::Cast;
 
 /// Stories that a hostile recorder writes anew, of each kind.
 const STORIES: u64 = 100;

@@ -13,6 +13,7 @@ use console::site::Site;
 use evidence::SCHEMA_VERSION;
 use link::clock::trace_us;
 use link::mouth::{Entry, MouthError};
+use live::keep;
 use serde::Serialize;
 use serde_json::json;
 use wire::core::{Input, Output};
@@ -23,7 +24,6 @@ use super::failure::{Exit, Failure};
 use super::follow::Follow;
 use super::onlook::{Page, Viewer};
 use super::{Context, out, runs};
-use crate::keep;
 
 /// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, what it gave last is not current.
 const CURRENT_US: u64 = 1_000_000;

@@ -12,10 +12,10 @@ use super::ground::{self, stopped_or_unfit};
 use super::plan::Wanted;
 use super::{Context, batch, minima, out};
 use crate::report::{HuntsRow, WeaknessRow, WorthObject, worth_table};
-use crate::search::{Ground, Hunted, Quest, Strategy, ends_in};
 use evidence::SCHEMA_VERSION;
 use parallel::progress::{Progress, Talk};
 use scenario::{Weakness, Weaknesses};
+use search::{Ground, Hunted, Quest, Strategy, ends_in};
 use stats::waiting::Wait;
 
 #[derive(Debug, clap::Args)]

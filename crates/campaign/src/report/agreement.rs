@@ -6,11 +6,11 @@
 use std::collections::BTreeMap;
 
 use evidence::trial::Outcome;
+use search::Stratum;
 use serde::Serialize;
 use stats::{LEVEL, rate_lower};
 
 use super::table::new_table;
-use crate::search::Stratum;
 
 /// The object of `bench agreement --json`.
 #[derive(Clone, Debug, Serialize)]

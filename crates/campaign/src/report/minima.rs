@@ -3,11 +3,11 @@
 use std::collections::BTreeMap;
 
 use scenario::Weakness;
+use search::{Cause, Ground, Shrunk};
 use serde::Serialize;
 
 use super::cost::Spread;
 use super::table::new_table;
-use crate::search::{Cause, Ground, Shrunk};
 
 /// The object of `bench search --shrink N --json`.
 #[derive(Clone, Debug, Serialize)]

@@ -2,12 +2,12 @@
 
 use evidence::SCHEMA_VERSION;
 use scenario::Settings;
+use search::rare::{Event, Plan, Question, Repetition, Stage};
 use serde::Serialize;
 use stats::Share;
 use stats::mean::Mean;
 
 use super::table::new_table;
-use crate::rare::{Event, Plan, Question, Repetition, Stage};
 
 /// The normal deviate of a two-sided 95 % interval.
 const Z: f64 = 1.959_964;

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Outcome;
+use search::{Ground, HuntRow, Hunted, Margin, Strategy};
 use serde::Serialize;
 use stats::{LEVEL, rate_upper};
 
 use super::table::new_table;
-use crate::search::{Ground, HuntRow, Hunted, Margin, Strategy};
 
 /// The object of `search --json`.
 #[derive(Clone, Debug, Serialize)]

@@ -2,12 +2,12 @@
 
 use evidence::trial::Outcome;
 use scenario::Weakness;
+use search::Strategy;
 use serde::Serialize;
 use stats::LEVEL;
 use stats::waiting::{Known, Median, Ratio, Wait};
 
 use super::table::new_table;
-use crate::search::Strategy;
 
 /// A weakness is hard where the median of uniform drawing is at least so many trials.
 const HARD: f64 = 1_000.0;

@@ -5,12 +5,12 @@ use std::os::unix::fs::symlink;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use campaign::keep;
 use evidence::custody::{Held, HeldClock};
 use evidence::log::by_recorder;
 use link::instrument::Frame;
 use link::recorded::frames;
 use link::recorder::Recording;
+use live::keep;
 use wire::id::NodeId;
 
 use super::evidence::recorded;

@@ -4,10 +4,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use campaign::live::child::Services;
-use campaign::live::trial::run_live;
-use campaign::live::vet::{Limits, vet};
-use campaign::live::{LiveError, Options};
+use live::child::Services;
+use live::trial::run_live;
+use live::vet::{Limits, vet};
+use live::{LiveError, Options};
 use parallel::progress::Stop;
 use perception::head::Brought;
 use perception::process::{load, pin};
