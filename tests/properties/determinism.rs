@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 use std::fs::File;
 
-use campaign::reproduction::{Again, Reference, References};
 use evidence::Plan;
 use evidence::log::hashes;
 use holdsafe_tests::{Ready, root, shipped, variations};
+use results::reproduction::{Again, Reference, References};
 use scenario::Settings;
 use topology::{RunSecret, cast};
 

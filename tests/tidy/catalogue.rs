@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use campaign::catalogue::Catalogue;
 use evidence::ablation::Switch;
+use results::catalogue::Catalogue;
 use scenario::Scenario;
 use wire::id::{NODES, NodeId};
 use wire::mode::Mode;

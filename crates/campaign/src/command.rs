@@ -80,6 +80,9 @@ pub use engine::{EngineError, MouthReplay, Verified};
 pub use failure::{Exit, Failure};
 pub use kept::{finished, kept_line};
 
+/// SHA-256 over the sources that this program was built from, whatever the build.
+pub(crate) const PROGRAM: &str = env!("HOLDSAFE_PROGRAM");
+
 const EXIT_CODES: &str = "Exit codes:
   0    every trial within its expected classes
   1    internal error

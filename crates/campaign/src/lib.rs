@@ -5,12 +5,4 @@
 //! put numbers on many trials, `ablation` on what a check is worth, `explain` says why a mode changed, `story` tells one run, `refeed` feeds its cores again, `diff` sets two side by side, `leak` what an observer sees of the links, `search` looks for what nobody wrote down, `rare` at what almost never happens, `command` is the `holdsafe` program. How a service
 //! decides is none of its business.
 
-pub mod campaign;
-pub mod catalogue;
 pub mod command;
-pub mod leak;
-pub mod liveness;
-pub mod report;
-pub mod reproduction;
-pub mod stages;
-pub mod story;

@@ -13,10 +13,11 @@ use super::failure::{Exit, Failure};
 use super::kept::{Kept, Shelf};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, catalogue, out};
-use crate::report::{Ablation, AttackRow, CheckRow, Compared, Mode, Overlap, Quiet, Summary, ablation_table};
 use evidence::ablation::{Gain, Switch};
 use evidence::trial::{Outcome, Trial};
 use parallel::progress::Progress;
+use results::mode::Mode;
+use results::report::{Ablation, AttackRow, CheckRow, Compared, Overlap, Quiet, Summary, ablation_table};
 use scenario::Scenario;
 use stats::paired::Paired;
 

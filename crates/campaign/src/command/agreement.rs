@@ -11,9 +11,10 @@ use super::failure::{Exit, Failure};
 use super::kept::Kept;
 use super::plan::Planned;
 use super::{Context, out};
-use crate::report::{AgreementObject, Mode, WordRow, agreement_table};
 use evidence::trial::{Outcome, Trial};
+use lab::report::{AgreementObject, WordRow, agreement_table};
 use parallel::progress::{Progress, Talk};
+use results::mode::Mode;
 use search::Stratum;
 
 #[derive(Debug, clap::Args)]

@@ -9,6 +9,7 @@ use evidence::trial::{Outcome, Trial};
 use nix::sys::resource::{UsageWho, getrusage};
 use nix::sys::time::TimeVal;
 use parallel::progress::{Progress, Stop, Talk};
+use results::mode::Mode;
 use scenario::Setup;
 
 use super::engine::{self, EngineError};
@@ -17,7 +18,6 @@ use super::kept::Shelf;
 use super::out;
 use super::plan::Planned;
 use super::retry::retried;
-use crate::report::Mode;
 
 /// Live trials at a time, at most: each is about a dozen processes.
 const MAX_JOBS: usize = 32;

@@ -5,6 +5,8 @@
 use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
+use results::mode::Mode;
+use results::report::{LiveLatency, PAPER, RunObject, latency_table, run_table};
 use scenario::Scenario;
 use serde::Serialize;
 
@@ -15,7 +17,6 @@ use super::{
     Context, agreement, cost, detector, growth, hold, intervene, judges, kill, leak, liveness, load, out, refeed,
     rendering, run, sensing, stages, tamper, window, worth,
 };
-use crate::report::{LiveLatency, Mode, PAPER, RunObject, latency_table, run_table};
 
 /// Seconds of simulated time in one twin trial of the long null attack.
 const SOAK_TRIAL_S: f64 = 3600.0;

@@ -8,6 +8,7 @@ use evidence::passed::{Passed, recorded};
 use explain::explain;
 use link::mouth::MouthError;
 use perception::stages::Stages;
+use results::report::explained_in_seconds;
 use wire::core::Topic;
 use wire::id::NodeId;
 use wire::time::{Instant, Span};
@@ -16,7 +17,6 @@ use super::checked::Checked;
 use super::failure::{Exit, Failure};
 use super::frame::sights;
 use super::recorded::Recorded;
-use crate::report::explained_in_seconds;
 
 /// What a recorded run has beside what was shown.
 pub(super) struct Beheld {

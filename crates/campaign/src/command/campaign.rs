@@ -12,6 +12,11 @@ use std::path::{Path, PathBuf};
 use evidence::log::hex;
 use evidence::trial::Outcome;
 use parallel::progress::Progress;
+use results::campaign::Plan;
+use results::campaign::claim::Claim;
+use results::campaign::partition::Partition;
+use results::campaign::row::Row;
+use results::report::{CampaignObject, Fold, TableError, TrialTable, campaign_table};
 use scenario::Variation;
 use sha2::{Digest, Sha256};
 
@@ -20,11 +25,7 @@ use super::bring::Bring;
 use super::failure::{Exit, Failure};
 use super::plan::Planned;
 use super::{Context, out};
-use crate::campaign::claim::Claim;
-use crate::campaign::partition::Partition;
-use crate::campaign::row::Row;
-use crate::campaign::{PROGRAM, Plan};
-use crate::report::{CampaignObject, Fold, TableError, TrialTable, campaign_table};
+use crate::command::PROGRAM;
 use journal::Journal;
 use space::{Draw, Grid};
 
@@ -34,7 +35,7 @@ pub(super) struct Args {
     #[arg(required = true, value_name = "SCENARIO")]
     scenarios: Vec<String>,
     /// Trials of each variation, or at most so many if --sequential [default: what the claim takes, else 59].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=crate::campaign::MAX_TRIALS))]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=results::campaign::MAX_TRIALS))]
     trials: Option<u64>,
     /// What is claimed of each variation, such as unsafe<0.1%@95 or unsafe+late<1%@99.
     #[arg(long, value_name = "CLAIM")]
@@ -198,7 +199,7 @@ pub(super) fn exit(campaign: &CampaignObject, whole: bool) -> Exit {
     }
     let unexpected = campaign.rows.iter().filter(|row| row.unexpected > 0);
     let invalid =
-        |row: &crate::report::CampaignRow| row.outcomes.get(&Outcome::Invalid).is_some_and(|n| *n == row.unexpected);
+        |row: &results::report::CampaignRow| row.outcomes.get(&Outcome::Invalid).is_some_and(|n| *n == row.unexpected);
     let only_invalid = unexpected.clone().all(invalid);
     match (unexpected.count(), only_invalid) {
         (0, _) => Exit::Fine,

@@ -1,6 +1,7 @@
 //! `holdsafe catalogue`: docs/threats.md out of docs/catalogue.toml and the scenarios, the rows as JSON, or docs/figures.md.
 
 use evidence::SCHEMA_VERSION;
+use results::catalogue::{Catalogue, Row};
 use scenario::Scenario;
 use serde::Serialize;
 use topology::{RunSecret, cast};
@@ -8,7 +9,6 @@ use topology::{RunSecret, cast};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, out};
-use crate::catalogue::{Catalogue, Row};
 
 #[derive(Serialize)]
 struct Listed<'a> {

@@ -9,7 +9,9 @@
 use std::hint::black_box;
 
 use evidence::SCHEMA_VERSION;
+use lab::report::{Spread, StageCost, TwinCost, cost_table};
 use parallel::progress::Progress;
+use results::mode::Mode;
 use twin::cost::{Course, Known, Watched, watched};
 use twin::stopwatch::Stage;
 use wire::id::NodeId;
@@ -19,7 +21,6 @@ use super::engine::{self, EngineError};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, batch, out};
-use crate::report::{Mode, Spread, StageCost, TwinCost, cost_table};
 
 /// Signatures made and verified in one round to learn what one costs.
 const CALIBRATION: u32 = 200;

@@ -10,8 +10,9 @@ use super::bring::Bring;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::report::{CurveLine, CurveObject, CurvePoint, Mode, curve_table, svg};
 use evidence::trial::Trial;
+use results::mode::Mode;
+use results::report::{CurveLine, CurveObject, CurvePoint, curve_table, svg};
 use scenario::Curve;
 
 #[derive(Debug, clap::Args)]

@@ -9,13 +9,13 @@ use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use perception::corroborate::Limits;
 use perception::runtime;
+use results::report::started;
 use serde::Serialize;
 
 use super::bring::Bring;
 use super::dataset::chosen;
 use super::failure::{Exit, Failure};
 use super::{Context, out};
-use crate::report::started;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

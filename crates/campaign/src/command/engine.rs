@@ -6,12 +6,15 @@ use evidence::custody::{Custodian, Held};
 use evidence::log::{Logged, by_recorder};
 use evidence::trial::Trial;
 use evidence::{Evidence, Verdict, Witnessed};
+use lab::leak;
+use lab::stages::Delays;
 use link::instrument::Frame;
 use live::child::Services;
 use live::mouths::CoreReplay;
 use live::{LiveError, keep};
 use oracle::judged;
 use parallel::progress::Stop;
+use results::mode::Mode;
 use scenario::{Scenario, Setup};
 use serde::Serialize;
 use topology::{RunSecret, cast};
@@ -21,9 +24,6 @@ use wire::person::{Act, Role};
 
 use super::checked::Checked;
 use super::plan::Planned;
-use crate::leak;
-use crate::report::Mode;
-use crate::stages::Delays;
 
 /// The longest `replay.json` that is read.
 const MAX_REPLAY_BYTES: u64 = 1 << 20;

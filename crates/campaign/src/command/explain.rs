@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use evidence::Micros;
 use explain::{Explanation, Log, explain, why_not};
+use results::report::{ExplainObject, diagram, explained, kept_out};
 use wire::mode::Mode;
 
 use super::checked::{self, Checked, Unverified};
@@ -11,7 +12,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::recorded::Recorded;
 use super::{Context, engine, out};
-use crate::report::{ExplainObject, diagram, explained, kept_out};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -6,7 +6,9 @@
 //! perception keeps 16 tracks, a report carries 8, a gateway has two whole platforms (`ARCHITECTURE.md`, *What the twin costs*).
 //! Platforms abreast take turns of 100 ms on one thread, so that each finds the caches as the others left them.
 
+use lab::report::{Grown, Growth, GrowthRow, Spread, growth_table};
 use parallel::progress::Progress;
+use results::mode::Mode;
 use scenario::{Settings, Variation};
 use serde_json::{Value, json};
 use twin::trial::{conclude, start};
@@ -16,7 +18,6 @@ use super::engine::EngineError;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, batch, campaign, out};
-use crate::report::{Grown, Growth, GrowthRow, Mode, Spread, growth_table};
 
 /// How many objects stand before the unit.
 const OBJECTS: [usize; 7] = [1, 2, 4, 8, 16, 32, 64];

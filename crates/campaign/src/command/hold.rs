@@ -5,6 +5,7 @@
 //! display says that nobody answers. It measures and prints; no test asserts its numbers.
 
 use evidence::{SCHEMA_VERSION, Witnessed};
+use results::report::started;
 use scenario::Settings;
 use serde::Serialize;
 use serde_json::json;
@@ -20,7 +21,6 @@ use wire::person::{Act, Order};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, campaign, engine, out};
-use crate::report::started;
 
 /// When the first HOLD is given: by then the script has the unit driving. Microseconds.
 const FIRST_US: u64 = 8_000_000;

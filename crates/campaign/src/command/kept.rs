@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 
 use evidence::log::hex;
 use evidence::trial::Trial;
+use results::mode::Mode;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::failure::Failure;
 use super::lines::{Lines, scan};
 use super::plan::Planned;
-use crate::report::Mode;
 
 /// The folder of finished trials.
 pub(super) struct Kept {

@@ -9,8 +9,10 @@ use std::path::PathBuf;
 use evidence::SCHEMA_VERSION;
 use evidence::demise::Response;
 use evidence::trial::{Outcome, Trial};
+use lab::report::{KillRow, kill_table};
 use oracle::demise;
 use oracle::demise::Owed;
+use results::mode::Mode;
 use scenario::{Process, Scenario};
 use serde::Serialize;
 use topology::node_of;
@@ -20,7 +22,6 @@ use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out, transitions};
-use crate::report::{KillRow, Mode, kill_table};
 
 /// The processes in the order in which they are killed, by their names on the command line.
 pub(super) const PROCESSES: [(&str, Process); 8] = [

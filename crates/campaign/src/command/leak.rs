@@ -5,18 +5,18 @@
 //! run, so that a window does not begin with an order because the script does.
 
 use evidence::SCHEMA_VERSION;
+use lab::leak::measure::{Leak, measure};
+use lab::leak::{Run, Sees};
 use parallel::progress::Progress;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
+use results::report::started;
 use serde::Serialize;
 
 use super::engine;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, out};
-use crate::leak::measure::{Leak, measure};
-use crate::leak::{Run, Sees};
-use crate::report::started;
 
 /// A mission, and missions that end in DEGRADED and in HOLD_SAFE. Nothing is done to the links in any: what the observer sees
 /// is what the platform says, and not the attack.

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use link::clock::trace_us;
+use results::mode::Mode;
 use scenario::FRAMES;
 use wire::person::Role;
 
@@ -13,7 +14,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::retry::{Retries, retried};
 use super::{Context, out};
-use crate::report::Mode;
 
 /// Least time between two of the operator's views on a terminal, microseconds.
 const APART_US: u64 = 200_000;

@@ -6,9 +6,9 @@ use std::path::PathBuf;
 
 use super::failure::{Exit, Failure};
 use super::{Context, out};
-use crate::liveness::{Detector, Draws, Weather};
-use crate::report::{LivenessObject, liveness_svg, liveness_table};
 use evidence::SCHEMA_VERSION;
+use lab::liveness::{Detector, Draws, Weather};
+use lab::report::{LivenessObject, liveness_svg, liveness_table};
 use parallel::progress::Progress;
 
 /// Losses and jitters, in milliseconds, that make the weather.

@@ -12,10 +12,11 @@ use super::kept::{Kept, Shelf};
 use super::plan::{self, Planned, Wanted};
 use super::retry::Retries;
 use super::{Context, catalogue, out};
-use crate::catalogue::{Catalogue, Row};
-use crate::report::{Matrix, MatrixRow, MatrixRun, Mode, matrix_table};
 use evidence::trial::Trial;
 use parallel::progress::Progress;
+use results::catalogue::{Catalogue, Row};
+use results::mode::Mode;
+use results::report::{Matrix, MatrixRow, MatrixRun, matrix_table};
 use scenario::Scenario;
 
 #[derive(Debug, clap::Args)]

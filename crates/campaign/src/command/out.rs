@@ -17,7 +17,7 @@ use wire::bounds::Bounds;
 
 use super::failure::{Exit, Failure};
 use super::plan::Planned;
-use crate::campaign::PROGRAM;
+use crate::command::PROGRAM;
 
 /// What a run was made of.
 #[derive(Debug, Serialize)]

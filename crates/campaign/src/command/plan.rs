@@ -3,6 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use evidence::log::hex;
+use results::campaign::Content;
+use results::mode::Mode;
 use scenario::{Scenario, Setup, Variation};
 use sha2::{Digest, Sha256};
 use topology::{is_attacked, needs_rendering};
@@ -10,8 +12,6 @@ use topology::{is_attacked, needs_rendering};
 use super::Context;
 use super::bring::Loaded;
 use super::failure::{Exit, Failure};
-use crate::campaign::Content;
-use crate::report::Mode;
 
 /// One variation of a scenario, ready to run.
 #[derive(Clone, Debug)]

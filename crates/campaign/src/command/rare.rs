@@ -4,6 +4,8 @@
 use std::path::PathBuf;
 
 use parallel::progress::Progress;
+use results::campaign::draw;
+use results::report::{Asked, RareObject, rare_table};
 use scenario::{Settings, Variation};
 use search::rare::{Event, MAX_LEVELS, Plan, Question};
 use serde_json::Value;
@@ -11,8 +13,6 @@ use serde_json::Value;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, campaign, out};
-use crate::campaign::draw;
-use crate::report::{Asked, RareObject, rare_table};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use evidence::SCHEMA_VERSION;
+use lab::report::Spread;
 use link::clock::{thread_cpu_us, trace_us};
 use link::load::resident_kib;
 use parallel::progress::Progress;
@@ -14,7 +15,6 @@ use wire::id::NodeId;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, engine, out, replay};
-use crate::report::Spread;
 
 /// The scenario in which nothing is done to the platform.
 const NULL_ATTACK: &str = "nominal";

@@ -7,9 +7,10 @@ use super::batch::{self, Batch};
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::report::{Mode, Reference, ReferenceRow, latency_table, reference_table};
 use evidence::trial::Trial;
 use parallel::progress::Talk;
+use results::mode::Mode;
+use results::report::{Reference, ReferenceRow, latency_table, reference_table};
 use scenario::Scenario;
 
 /// The paper's findings, which the table begins with; the others follow by name.

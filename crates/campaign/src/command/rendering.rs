@@ -8,6 +8,8 @@ use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
+use results::mode::Mode;
+use results::report::started;
 use serde::Serialize;
 use stats::Share;
 
@@ -15,7 +17,6 @@ use super::batch::Batch;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::report::{Mode, started};
 
 /// Where sensing decides: quiet, losses of a modality, and disguises.
 const SCENARIOS: [&str; 8] = [

@@ -9,13 +9,13 @@ use dossier::Dossier;
 use dossier::results::{MAX_FILE_BYTES, Manifest, Results};
 use dossier::story::Recording;
 use evidence::SCHEMA_VERSION;
+use results::story;
 use serde::Serialize;
 
 use super::checked::{self, Checked, Unverified};
 use super::failure::{Exit, Failure};
 use super::recorded::Recorded;
 use super::{Context, out, runs};
-use crate::story;
 
 /// The file in a folder of a command's results that holds the result.
 const RESULTS: [&str; 5] = ["matrix.json", "reference.json", "campaign.json", "ablation.json", "result.json"];

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
+use results::mode::Mode;
+use results::reproduction::{Again, Reference, References};
 use serde::Serialize;
 
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, engine, out};
-use crate::report::Mode;
-use crate::reproduction::{Again, Reference, References};
 
 /// Where references lie below the root, a file for each architecture.
 const FOLDER: &str = "references";

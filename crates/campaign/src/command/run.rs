@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
+use results::mode::Mode;
+use results::report::{RunObject, run_table};
 use scenario::{FRAMES, Scenario};
 use serde::Serialize;
 use wire::person::Role;
@@ -14,7 +16,6 @@ use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::retry::Retries;
 use super::{Context, live, out};
-use crate::report::{Mode, RunObject, run_table};
 
 /// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;

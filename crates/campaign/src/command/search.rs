@@ -9,10 +9,11 @@ use super::failure::{Exit, Failure};
 use super::ground::{Asked, MOST_WORDS, stopped_or_unfit, unfit};
 use super::plan::Wanted;
 use super::{Context, engine, out};
-use crate::report::{Confirmed, FindingRow, Mode, SearchObject, search_table};
 use evidence::ablation::Switch;
 use evidence::trial::Outcome;
 use parallel::progress::Progress;
+use results::mode::Mode;
+use results::report::{Confirmed, FindingRow, SearchObject, search_table};
 use scenario::{Name, Setup};
 use search::{Cause, Found, Ground, Hunted, Moments, Quest, Shrunk, Strategy, Word, ends_in};
 

@@ -12,6 +12,7 @@ use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use perception::corroborate::Limits;
 use perception::stages::Stages;
+use results::report::started;
 use serde::Serialize;
 use sim::NoiseModel;
 use sim::ride::Ride;
@@ -24,7 +25,6 @@ use super::dataset::chosen;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::report::started;
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -3,7 +3,9 @@
 //! It measures the null attack and prints; no test asserts its numbers.
 
 use evidence::SCHEMA_VERSION;
+use lab::stages::{Delays, Quantiles, Row};
 use parallel::progress::Progress;
+use results::report::started;
 use serde::Serialize;
 
 use super::bring::Bring;
@@ -11,8 +13,6 @@ use super::engine;
 use super::failure::{Exit, Failure};
 use super::plan::{self, Wanted};
 use super::{Context, out};
-use crate::report::started;
-use crate::stages::{Delays, Quantiles, Row};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 
 use evidence::SCHEMA_VERSION;
 use evidence::trial::{Outcome, Trial};
+use lab::report::{TransitionRow, transition_table};
+use results::mode::Mode;
 use scenario::{DisplayedState, Ending};
 use serde::Serialize;
 
@@ -15,7 +17,6 @@ use super::failure::{Exit, Failure};
 use super::kill::{Args, PROCESSES};
 use super::plan::{self, Planned, Wanted};
 use super::{Context, out};
-use crate::report::{Mode, TransitionRow, transition_table};
 
 const ENDINGS: [(&str, Ending); 3] = [("kill", Ending::Kill), ("hang", Ending::Hang), ("slow", Ending::Slow)];
 

@@ -12,9 +12,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use super::super::failure::{Exit, Failure};
 use super::super::lines::{At, Lines, scan};
 use super::super::out;
-use crate::campaign::Plan;
-use crate::campaign::row::Row;
 use evidence::trial::Outcome;
+use results::campaign::Plan;
+use results::campaign::row::Row;
 
 /// The longest plan that is read.
 const MAX_PLAN_BYTES: u64 = 64 << 20;
@@ -158,8 +158,8 @@ fn belongs(plan: &Plan, row: &Row) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::campaign::tests::plan;
     use evidence::trial::Trial;
+    use results::campaign::example::plan;
 
     fn row(number: u64, outcome: Outcome) -> Row {
         Row::of(number, &Trial::example(number, outcome))

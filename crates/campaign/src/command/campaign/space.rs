@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use results::campaign::draw::Distribution;
+use results::campaign::{MAX_VARIATIONS, PLAN_VERSION, Plan, PlanVariation, Terms, draw};
 use scenario::{Settings, Variation};
 use serde_json::Value;
 
@@ -10,8 +12,7 @@ use super::super::Context;
 use super::super::failure::{Exit, Failure};
 use super::super::plan::{self, Planned, Wanted};
 use super::Args;
-use crate::campaign::draw::{self, Distribution};
-use crate::campaign::{MAX_VARIATIONS, PLAN_VERSION, PROGRAM, Plan, PlanVariation, Terms};
+use crate::command::PROGRAM;
 
 /// Trials of each variation when the user names neither number nor claim: the fewest that bound a 95th percentile.
 const TRIALS: u64 = 59;
