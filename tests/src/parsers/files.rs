@@ -1,7 +1,7 @@
 //! Files that a person or another machine wrote: scenarios, scenes, settings, finished trials, models.
 
-use campaign::command::{finished, kept_line};
 use evidence::trial::Trial;
+use holdsafe::command::{finished, kept_line};
 use perception::model::{MAX_MODEL, Model, ModelError, hex_digest};
 use perception::onnx::{Inspected, OnnxError};
 use scenario::{Alphabet, MAX_FILE_BYTES, Problems, Weaknesses};

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 /// What a trial in the twin or on the stacks is made of, below the workspace.
-const MADE_OF: [&str; 14] = [
+const MADE_OF: [&str; 27] = [
     "Cargo.toml",
     "Cargo.lock",
     "rust-toolchain.toml",
@@ -22,7 +22,20 @@ const MADE_OF: [&str; 14] = [
     "crates/broker/src",
     "crates/adversary/src",
     "crates/console/src",
-    "crates/campaign/src",
+    "crates/parallel/src",
+    "crates/stats/src",
+    "crates/evidence/src",
+    "crates/scenario/src",
+    "crates/oracle/src",
+    "crates/explain/src",
+    "crates/topology/src",
+    "crates/twin/src",
+    "crates/live/src",
+    "crates/stacks/src",
+    "crates/search/src",
+    "crates/results/src",
+    "crates/lab/src",
+    "crates/holdsafe/src",
 ];
 
 fn main() -> std::io::Result<()> {

@@ -1,4 +1,4 @@
-//! The `holdsafe` command; what it does is in `campaign::command`. It can also start itself again as each service.
+//! The `holdsafe` command; what it does is in `holdsafe::command`. It can also start itself again as each service.
 
 use std::ffi::OsStr;
 use std::process::ExitCode;
@@ -15,5 +15,5 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         });
     }
-    ExitCode::from(campaign::command::main(std::env::args_os()).code())
+    ExitCode::from(holdsafe::command::main(std::env::args_os()).code())
 }
