@@ -1,8 +1,8 @@
 //! Every core, fed again what its mouth was fed, gives the same bytes: nothing else reaches a result.
 
 use holdsafe_tests::variations;
-use twin::assemble::part;
 use twin::clock::HostClock;
+use twin::part::make::part;
 use twin::trial::start;
 use wire::core::Core;
 

@@ -6,8 +6,8 @@ use holdsafe_tests::{Ready, shipped};
 use scenario::{Alphabet, Scenario};
 use search::{Ground, Moments, Word};
 use twin::part::Part;
+use twin::part::trunk::Trunk;
 use twin::trial::{start, start_along, trunk};
-use twin::trunk::Trunk;
 
 use crate::forks::finish;
 

@@ -12,6 +12,7 @@
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
 mod after;
+mod chain;
 mod link;
 mod log;
 mod origin;

@@ -11,7 +11,8 @@ use wire::feed::CommandStage;
 use wire::id::{CommandId, NodeId, PeerId, RecordId};
 use wire::mode::Because;
 
-use super::origin::{from, stages};
+use super::chain::from;
+use super::log::stages;
 use super::{Change, Log, Origin, Place, Stage};
 
 /// What two ends may differ by that fail at once: a period and what a record takes; less than *Tf* by as much.

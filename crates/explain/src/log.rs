@@ -3,7 +3,8 @@
 use evidence::{Micros, Witnessed};
 use wire::bounds::Bounds;
 use wire::event::{Event, Interface};
-use wire::id::{NodeId, PeerId};
+use wire::feed::CommandStage;
+use wire::id::{CommandId, NodeId, PeerId};
 use wire::time::Instant;
 
 use super::Change;
@@ -127,4 +128,15 @@ impl Change {
 fn is_of_a_service(w: &Witnessed) -> bool {
     let plant = matches!(w.entry.event, Event::Truth { .. } | Event::PlantAct { .. } | Event::Refused { .. });
     SERVICES.contains(&w.entry.node) && (w.entry.node != NodeId::SIM || plant)
+}
+
+/// How far the gateway moved a command along, up to `until`.
+pub(super) fn stages(log: &Log, id: CommandId, until: Micros) -> Vec<(Micros, CommandStage)> {
+    log.by(NodeId::GATEWAY)
+        .filter(|w| w.at <= until)
+        .filter_map(|w| match w.entry.event {
+            Event::Staged { command, stage } if command == id => Some((w.at, stage)),
+            _ => None,
+        })
+        .collect()
 }

@@ -3,10 +3,12 @@
 use evidence::Micros;
 use wire::event::{Event, Inconsistency, Interface};
 use wire::feed::CommandStage;
-use wire::id::{CommandId, NodeId, UnitId};
+use wire::id::{NodeId, UnitId};
 use wire::mode::{Because, Cause, Guard};
 use wire::refusal::Reason;
 
+use super::chain::{from, of_unit};
+use super::log::stages;
 use super::{Change, Log, Origin, Place, Stage, Step, link, sensing};
 
 /// A running unit writes something at least so often: fixes a few times a second, records ten times.
@@ -52,42 +54,6 @@ fn lost(log: &Log, change: &Change, guard: Guard) -> Origin {
     }
 }
 
-/// A cause with its first link, by the unit's own word.
-pub(super) fn of_unit(place: Place, since: Micros, what: impl Into<String>) -> Origin {
-    from(NodeId::UNIT_A, place, since, what)
-}
-
-/// The same by the word of `by`.
-pub(super) fn from(by: NodeId, place: Place, since: Micros, what: impl Into<String>) -> Origin {
-    let what = what.into();
-    let first = Step { stage: Stage::Cause, at_us: since, by, what: what.clone() };
-    Origin { place, or: Vec::new(), since_us: since, what, steps: vec![first] }
-}
-
-impl Origin {
-    /// One that the log cannot tell from `place`.
-    pub(super) fn or(mut self, place: Place) -> Origin {
-        self.or.push(place);
-        self
-    }
-
-    /// With another link.
-    pub(super) fn with(mut self, stage: Stage, at_us: Micros, by: NodeId, what: impl Into<String>) -> Origin {
-        self.steps.push(Step { stage, at_us, by, what: what.into() });
-        self
-    }
-
-    /// With what was refused, as one link: how often, since when, and the first in its own words.
-    pub(super) fn refusing(self, by: NodeId, refused: &[(Micros, String)]) -> Origin {
-        let Some((since, first)) = refused.first() else { return self };
-        let what = match refused.len() {
-            1 => format!("refused one: {first}"),
-            n => format!("refused {n}, the first: {first}"),
-        };
-        self.with(Stage::Refusals, *since, by, what)
-    }
-}
-
 fn itself(change: &Change, what: &str) -> Origin {
     of_unit(Place::Machine, change.at, what)
 }
@@ -112,17 +78,6 @@ fn ordered(log: &Log, change: &Change) -> Origin {
         origin = origin.with(Stage::Health, at_us, NodeId::GATEWAY, what);
     }
     origin
-}
-
-/// How far the gateway moved a command along, up to `until`.
-pub(super) fn stages(log: &Log, id: CommandId, until: Micros) -> Vec<(Micros, CommandStage)> {
-    log.by(NodeId::GATEWAY)
-        .filter(|w| w.at <= until)
-        .filter_map(|w| match w.entry.event {
-            Event::Staged { command, stage } if command == id => Some((w.at, stage)),
-            _ => None,
-        })
-        .collect()
 }
 
 fn stage_name(stage: CommandStage) -> &'static str {

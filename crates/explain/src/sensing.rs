@@ -8,7 +8,7 @@ use wire::mode::{Because, Cause, Guard};
 use wire::refusal::Reason;
 use wire::sensor::{Modalities, Modality};
 
-use super::origin::{from, of_unit};
+use super::chain::{from, of_unit};
 use super::{Change, Log, Origin, Place, Stage};
 
 /// The plant's state is written so often at the least.

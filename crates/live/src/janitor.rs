@@ -5,70 +5,18 @@
 //! end themselves (they see the same end of their own pipes), and sweeps.
 
 use std::io::{BufRead, Read};
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use serde::{Deserialize, Serialize};
-
-use super::leftovers::Mark;
+use super::leftovers::{Mark, sweep};
+use super::remains::Remains;
 
 /// How long services get to end themselves, in steps.
 const STEP: Duration = Duration::from_millis(50);
 const STEPS: u32 = 20;
 
-/// What there is to remove.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Remains {
-    /// How every shared-memory name of the run begins.
-    pub prefix: String,
-    /// Shared-memory domains: (prefix, root).
-    pub domains: Vec<(String, PathBuf)>,
-    /// The run's folder for sockets.
-    pub folder: PathBuf,
-    /// The run's logs, where they are nobody's to keep: removed when the launcher was killed and so nobody reads them.
-    pub scratch: Option<PathBuf>,
-}
-
 /// The line by which a launcher says that it ends in its own time: its logs, and then the mark, it takes away itself.
 pub const DONE: &str = "done\n";
-/// How the folder of logs that nobody keeps begins.
-pub const SCRATCH: &str = "holdsafe-run-";
-
-impl Remains {
-    /// Removes everything; to be called when no service is left.
-    pub fn remove(&self) {
-        for (prefix, root) in &self.domains {
-            if let Err(error) = link::bus::sweep::sweep(prefix, root) {
-                tracing::warn!(%error, prefix, "shared memory not swept");
-            }
-        }
-        remove(&self.folder);
-    }
-
-    /// Removes everything and the logs that nobody keeps.
-    pub fn remove_all(&self) {
-        self.remove();
-        self.scratch.iter().for_each(|scratch| remove(scratch));
-    }
-}
-
-fn remove(folder: &Path) {
-    if is_ours(folder)
-        && folder.exists()
-        && let Err(error) = std::fs::remove_dir_all(folder)
-    {
-        tracing::warn!(%error, "run folder not removed");
-    }
-}
-
-/// A folder of a run and nothing else.
-fn is_ours(folder: &Path) -> bool {
-    let name = folder.file_name().and_then(|n| n.to_str()).unwrap_or_default();
-    name.starts_with("holdsafe-") && folder.parent() == Some(&std::env::temp_dir())
-}
-
 /// The process. Standard input: one line of JSON ([`Remains`]), then process ids and perhaps [`DONE`],
 /// one a line, until the end.
 pub fn main() -> ExitCode {
@@ -97,15 +45,6 @@ pub fn main() -> ExitCode {
     pause(STEP);
     sweep(&remains, mark.ok(), done);
     ExitCode::SUCCESS
-}
-
-/// Removes what a run left; of a launcher that is `done` neither logs nor mark, which are there until it has read the logs.
-pub(super) fn sweep(remains: &Remains, mark: Option<Mark>, done: bool) {
-    if done {
-        return remains.remove();
-    }
-    remains.remove_all();
-    mark.iter().for_each(Mark::clear);
 }
 
 /// Whether the process still runs and is a service of ours (a recycled id is not).

@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use link::bus::sweep::{SHARED_MEMORY, mapped};
 use nix::fcntl::OFlag;
 
-use super::janitor::Remains;
+use super::remains::Remains;
 
 /// How the name of a mark ends, behind the run's prefix.
 const MARK: &str = "mark";
@@ -149,10 +149,19 @@ fn path(prefix: &str) -> PathBuf {
     Path::new(SHARED_MEMORY).join(format!("{prefix}{MARK}"))
 }
 
+/// Removes what a run left; of a launcher that is `done` neither logs nor mark, which are there until it has read the logs.
+pub(super) fn sweep(remains: &Remains, mark: Option<Mark>, done: bool) {
+    if done {
+        return remains.remove();
+    }
+    remains.remove_all();
+    mark.iter().for_each(Mark::clear);
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::janitor::{SCRATCH, sweep};
+    use crate::remains::SCRATCH;
 
     /// A run with a file in shared memory and a folder.
     fn run(name: &str) -> (Remains, PathBuf) {

@@ -11,6 +11,7 @@ pub mod keep;
 pub mod leftovers;
 pub mod mouths;
 mod process;
+pub mod remains;
 pub mod service;
 mod spec;
 pub mod trial;
@@ -45,9 +46,9 @@ use wire::time::Span;
 
 use child::{Child, Line, Services};
 use disk::Growth;
-use janitor::Remains;
 use leftovers::Marked;
 use process::Ordeals;
+use remains::Remains;
 use spec::{Places, Specs, service};
 pub(crate) use spec::{console, site};
 pub use witness::own_logs;

@@ -23,7 +23,7 @@ use wire::core::{Subject, Topic};
 use wire::id::{Boot, NodeId, PeerId, UnitId};
 use wire::policy::Requirement;
 
-use super::janitor::{Remains, SCRATCH};
+use super::remains::{Remains, SCRATCH};
 
 /// Where a run keeps its things.
 #[derive(Clone, Debug)]

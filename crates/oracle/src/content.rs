@@ -11,8 +11,8 @@ use wire::command::CommandKind;
 use wire::event::{Event, Freshness};
 use wire::id::{CommandId, NodeId, RecordId};
 
+use super::SLACK;
 use super::finding;
-use super::properties::SLACK;
 use super::timeline::Timeline;
 
 /// A command that a rogue gave: what, and with whose key.

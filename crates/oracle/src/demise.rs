@@ -15,7 +15,7 @@ use wire::event::{Event, Suspension};
 use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 
-use super::properties::SLACK;
+use super::SLACK;
 use super::timeline::{Timeline, Truth};
 use super::{finding, life};
 

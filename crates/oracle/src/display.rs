@@ -13,9 +13,9 @@ use wire::event::{Event, Freshness};
 use wire::id::{RecordId, UnitId};
 use wire::mode::Mode;
 
+use super::SLACK;
 use super::finding;
 use super::place::{BOUNDED, FIX_MM};
-use super::properties::SLACK;
 use super::timeline::Timeline;
 
 /// How far a shown place may lie off the way that the unit took itself to have gone, millimetres: its pose is written down

@@ -13,7 +13,7 @@ use wire::event::Event;
 use wire::id::{CommandId, NodeId};
 use wire::mode::{Because, Cause, Mode};
 
-use super::properties::SLACK;
+use super::SLACK;
 use super::speed::{STANDING, braked, followed};
 use super::timeline::Timeline;
 use super::{finding, life};

@@ -12,8 +12,8 @@ use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
 
-use super::properties::SLACK;
-use super::receipt::Receipt;
+use super::SLACK;
+use super::arrived::Receipt;
 use super::timeline::Timeline;
 use super::{finding, life, link, place};
 

@@ -6,8 +6,8 @@
 //! showed. The unit's mode, its authority and what it executed are its own word, held against these. `ARCHITECTURE.md`
 //! says of each property which witness judges it and what is the unit's word alone.
 //!
-//! `timeline` sorts the events by what they are about, `plan` is what was set out to be done and when, `receipt`, `stream`,
-//! `planes`, `view`, `mouth`, `life` and `disguise` decide whether the fault provably arrived, `masked` what else kept it from arriving, `fate` says what became of each, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `guards` for what others than the unit know of P1's guards, `speed` for the speeds of
+//! `timeline` sorts the events by what they are about, `window` is when something planned may have been done, `receipt`, `datagram`, `stream`,
+//! `planes`, `view`, `mouth`, `life` and `disguise` decide whether the fault provably arrived, `masked` what else kept it from arriving, `arrived` is what is then established, `conservation` adds up the accounts, `properties` holds P1 to P11 (with `guards` for what others than the unit know of P1's guards, `speed` for the speeds of
 //! every mode, `effect` for what executions bring about, `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
 //! where the unit takes itself to be, `takeover` for sessions that somebody else took, `stale` for the age of what was accepted, `orders` for the values that a unit was set to
 //! and what a rogue sent), `demise` what is owed when a process is killed, `outcome` picks the one class. `mission` is whether
@@ -16,8 +16,10 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
+mod arrived;
 mod conservation;
 mod content;
+mod datagram;
 pub mod demise;
 mod disguise;
 mod display;
@@ -27,12 +29,12 @@ pub mod judged;
 mod life;
 mod link;
 mod masked;
-pub mod mission;
+mod mission;
 mod mouth;
 mod nearness;
 mod orders;
 mod outcome;
-pub mod peers;
+mod peers;
 mod place;
 mod planes;
 mod properties;
@@ -50,6 +52,10 @@ use evidence::{Evidence, Finding, Micros, Property, Verdict};
 pub use nearness::{AT_LIMIT, Limit, Nearness, nearness};
 pub use outcome::stalled;
 pub use timeline::Timeline;
+
+/// What one trip through the live host may add between an event and its trace time, and between a command leaving the
+/// operator and reaching the unit.
+const SLACK: Micros = 50_000;
 
 /// Judges a trial.
 pub fn judge(evidence: &Evidence) -> Verdict {

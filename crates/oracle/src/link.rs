@@ -12,7 +12,7 @@ use wire::event::{Event, GuardVerdict};
 use wire::id::{NodeId, PeerId};
 use wire::mode::Mode;
 
-use super::receipt::Receipt;
+use super::arrived::Receipt;
 use super::timeline::Timeline;
 use super::{demise, finding, life, stale};
 

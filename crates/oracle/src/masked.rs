@@ -11,7 +11,8 @@ use wire::feed::CommandStage;
 use wire::id::{CommandId, NodeId};
 use wire::stream::Sight;
 
-use super::receipt::{Befallen, datagram};
+use super::arrived::Befallen;
+use super::datagram;
 use super::window::Window;
 use super::{life, link};
 
@@ -191,7 +192,7 @@ fn no_records(evidence: &Evidence, to: Option<Side>, span: Span) -> Option<Mask>
     let ends = [NodeId::GATEWAY, NodeId::UNIT_A, NodeId::RELAY_TELEMETRY];
     let left =
         ends.into_iter().find(|node| away(evidence, *node).iter().any(|s| within(began, s.0) || covers(*s, began)));
-    let dropped = || datagram(evidence, Action::Drop, Window::between(began)).map(|_| Mask::Dropped);
+    let dropped = || datagram::receipt(evidence, Action::Drop, Window::between(began)).map(|_| Mask::Dropped);
     left.map(Mask::Gone).or_else(dropped)
 }
 

@@ -13,7 +13,7 @@ use wire::id::{CommandId, NodeId, UnitId};
 use wire::mode::Mode;
 
 use super::Timeline;
-use super::receipt::Receipt;
+use super::arrived::Receipt;
 use evidence::mission::{Carried, Due, Mission, Stage, Verb};
 
 /// What an order takes from the operator's look at the display until it is executed. An attack that may begin sooner after a

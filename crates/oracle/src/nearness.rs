@@ -14,7 +14,8 @@ use wire::event::{Event, Freshness, Sensor};
 use wire::id::{NodeId, UnitId};
 use wire::mode::{Cause, Mode};
 
-use super::receipt::{self, Receipt};
+use super::arrived::Receipt;
+use super::receipt;
 use super::{Timeline, link};
 
 /// A limit that has a way to it.

@@ -5,8 +5,8 @@ use evidence::{Evidence, Fate, Finding, Injection, Mask, Micros, Property, Verdi
 use wire::mode::{Cause, Mode};
 use wire::stream::Sight;
 
+use super::arrived::Receipt;
 use super::finding;
-use super::receipt::Receipt;
 use super::timeline::{Change, Timeline};
 use super::{demise, disguise, mission, mouth};
 

@@ -16,7 +16,7 @@ use wire::id::{CommandId, NodeId};
 use wire::mode::Mode;
 use wire::stream::Sight;
 
-use super::properties::SLACK;
+use super::SLACK;
 use super::timeline::Timeline;
 use super::window::Window;
 use super::{finding, life};

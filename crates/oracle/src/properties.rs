@@ -10,14 +10,10 @@ use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 use wire::sensor::Class;
 
-use super::receipt::{Befallen, Receipt};
+use super::arrived::{Befallen, Receipt};
 use super::speed::{self, STANDING};
 use super::timeline::{Change, Timeline};
-use super::{content, demise, display, effect, finding, guards, link, planes};
-
-/// What one trip through the live host may add between an event and its trace time, and between a command leaving the
-/// operator and reaching the unit.
-pub(super) const SLACK: Micros = 50_000;
+use super::{SLACK, content, demise, display, effect, finding, guards, link, planes};
 
 /// Checks every property but conservation.
 pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {

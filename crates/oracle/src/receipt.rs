@@ -7,65 +7,14 @@
 //! made anything of it is not asked here. What is missing and provably could not arrive is `masked`'s. What was done to a byte stream is `stream`'s, to publications `planes`', what insiders sent
 //! `mouth`'s, what stands there in disguise `disguise`'s, what befell processes `life`'s.
 
-use std::collections::BTreeMap;
-
-use evidence::{Evidence, Mask, Micros, Plan, Planned};
-use wire::core::Side;
-use wire::event::{Account, Action, Event, FaultKind, GuardVerdict, Sensor};
+use evidence::{Evidence, Micros, Planned};
+use wire::event::{Action, Event, Sensor};
 use wire::id::NodeId;
 use wire::step::StepName;
 
+use super::arrived::{Befallen, Receipt};
 use super::window::Window;
-use super::{disguise, life, link, masked, mouth, orders, planes, stream, takeover, view};
-
-/// How close together a guard logs the pieces of one datagram, and how long a datagram is on its way.
-const TOGETHER: Micros = 500;
-const ON_THE_WAY: Micros = 200_000;
-/// What a link takes by itself; so short a delay shows nothing.
-const LEAST_DELAY: Micros = 10_000;
-
-/// What was established about the injections.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Receipt {
-    /// One planned injection at least has both witnesses, and of each other it is known what kept it from arriving.
-    pub whole: bool,
-    /// When each planned injection arrived, or what kept it from arriving; nothing where neither is proven.
-    pub plans: Vec<(Plan, Option<Result<Micros, Mask>>)>,
-    /// The actor's first entry that has a second witness.
-    pub zero: Option<Micros>,
-    /// Sensor faults with receipts.
-    pub faults: Vec<Befallen>,
-    /// When the relay took a datagram off its way, by its hash: to send it later, or never.
-    pub taken: BTreeMap<u64, Micros>,
-    /// Hashes that the adversary made or changed: never timely traffic.
-    pub forged: BTreeMap<u64, Micros>,
-}
-
-/// A sensor fault that provably arrived.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Befallen {
-    /// Which sensor.
-    pub sensor: Sensor,
-    /// What befell it.
-    pub kind: FaultKind,
-    /// From.
-    pub start: Micros,
-    /// To.
-    pub end: Micros,
-}
-
-impl Befallen {
-    /// Whether the unit is without the sensor: it gives nothing, or shows the past under fresh stamps. Nothing rests on
-    /// odometry alone while fixes come, and what a frozen fix comes to is `place`'s.
-    pub(super) fn is_loss(&self) -> bool {
-        match self.kind {
-            FaultKind::Dropout => self.sensor != Sensor::Odometry,
-            FaultKind::Freeze | FaultKind::Skew => !matches!(self.sensor, Sensor::Odometry | Sensor::Localisation),
-            FaultKind::Noise | FaultKind::Occlusion | FaultKind::Drift | FaultKind::Jump => false,
-            FaultKind::TimeStep | FaultKind::TimeDrift | FaultKind::Chaff | FaultKind::Perturbation => false,
-        }
-    }
-}
+use super::{datagram, disguise, life, masked, mouth, orders, planes, stream, takeover, view};
 
 /// Looks for the receipts of everything planned.
 pub(super) fn find(evidence: &Evidence) -> Receipt {
@@ -102,7 +51,7 @@ fn of(evidence: &Evidence, planned: Planned, window: Window, faults: &[Befallen]
             mouth::receipt(evidence, action, window, &[NodeId::INSIDER_PERCEPTION, NodeId::IMPOSTOR])
         }
         Planned::Malformed => mouth::receipt(evidence, Action::Inject, window, &[NodeId::INSIDER_B]),
-        Planned::Action(action) => datagram(evidence, action, window),
+        Planned::Action(action) => datagram::receipt(evidence, action, window),
         Planned::Kill(node) => life::killed(evidence, node, window),
         Planned::Suspend(node) => life::suspended(evidence, node, window),
         Planned::Fill(node) => life::filled(evidence, node, window),
@@ -147,57 +96,6 @@ fn note_datagrams(evidence: &Evidence, receipt: &mut Receipt) {
             | Action::Confuse => {}
         }
     }
-}
-
-/// Times at which any guard saw these bytes.
-fn seen(evidence: &Evidence, wanted: u64) -> impl Iterator<Item = Micros> {
-    evidence.entries.iter().filter_map(move |w| match w.entry.event {
-        Event::GuardSaw { hash, .. } if hash == wanted => Some(w.at),
-        _ => None,
-    })
-}
-
-/// The relay's first entry of `action` within `window` whose bytes the target's guard confirms.
-pub(super) fn datagram(evidence: &Evidence, action: Action, window: Window) -> Option<Micros> {
-    let entries = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::Attack { action: a, side, length, hash, delay }
-            if a == action && w.entry.node == NodeId::RELAY_TELEMETRY && window.has(w.at) =>
-        {
-            Some((w.at, side, length, hash, delay.0))
-        }
-        _ => None,
-    });
-    // Only a guard that kept a log and closed its account is a witness of an absence.
-    let wrote = |test: &dyn Fn(&Event) -> bool| evidence.entries.iter().any(|w| test(&w.entry.event));
-    let guarded = wrote(&|e| matches!(e, Event::GuardSaw { .. }))
-        && wrote(&|e| matches!(e, Event::Count { account: Account::GuardIn, .. }));
-    let confirmed = |(at, side, length, hash, delay): (Micros, Side, u16, u64, Micros)| match action {
-        Action::Drop => guarded && seen(evidence, hash).next().is_none() && link::missed(evidence, side, at),
-        Action::Delay | Action::Reorder => delay >= LEAST_DELAY && seen(evidence, hash).any(|s| s >= at + delay),
-        Action::Duplicate | Action::Replay => seen(evidence, hash).any(|s| s >= at) && seen(evidence, hash).count() > 1,
-        Action::Corrupt => seen(evidence, hash).any(|s| s >= at) || in_pieces(evidence, at, side, length),
-        Action::Inject | Action::Reoriginate => seen(evidence, hash).any(|s| s >= at),
-        Action::Forward | Action::Kill | Action::Forge | Action::Republish => false,
-        Action::Resend | Action::Lie | Action::Confuse => false,
-    };
-    entries.into_iter().find(|claim| confirmed(*claim)).map(|(at, ..)| at)
-}
-
-/// Whether a guard took a datagram of this length apart, just after `at`, and refused a piece of it: it logs records, and
-/// what was made longer or put together of two is no longer one.
-fn in_pieces(evidence: &Evidence, at: Micros, side: Side, length: u16) -> bool {
-    let target = if side == Side::Server { NodeId::GATEWAY } else { NodeId::UNIT_A };
-    let pieces = evidence.entries.iter().filter_map(|w| match w.entry.event {
-        Event::GuardSaw { length, verdict, .. } if Some(w.entry.node) == target.guard() && w.at >= at => {
-            Some((w.at, u32::from(length), verdict != GuardVerdict::Passed))
-        }
-        _ => None,
-    });
-    let pieces: Vec<(Micros, u32, bool)> = pieces.take_while(|(seen, ..)| *seen <= at + ON_THE_WAY).collect();
-    pieces.chunk_by(|a, b| b.0 - a.0 <= TOGETHER).any(|datagram| {
-        let whole: u32 = datagram.iter().map(|(_, length, _)| length).sum();
-        datagram.len() > 1 && whole == u32::from(length) && datagram.iter().any(|(.., refused)| *refused)
-    })
 }
 
 /// Whether the actor of `wanted` says that it began.

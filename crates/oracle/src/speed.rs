@@ -12,7 +12,7 @@ use wire::command::CommandKind;
 use wire::id::NodeId;
 use wire::mode::{Cause, Mode};
 
-use super::properties::SLACK;
+use super::SLACK;
 use super::timeline::{Timeline, Truth};
 use super::{demise, finding};
 

@@ -10,8 +10,8 @@ use evidence::{Evidence, Finding, Micros, Property};
 use wire::event::{Event, GuardVerdict, Interface};
 use wire::id::NodeId;
 
+use super::arrived::Receipt;
 use super::finding;
-use super::receipt::Receipt;
 
 /// How long after a datagram was at the guard its record is judged, at the latest; and how long nothing else may be at
 /// the guard for it to have come alone.

@@ -4,30 +4,16 @@
 //! finding names its place and its remedy.
 
 use std::collections::BTreeSet;
-use std::ops::Range;
 
 use evidence::mission::Stage;
 use wire::id::{NodeId, UnitId};
 
 use super::check_steps;
+use super::finding::{Finding, finding};
 use super::scene::{Object, Point};
 use super::stack::{Certificate, Hand, Link};
 use super::timed::Windowed;
 use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
-
-/// Something that does not fit.
-pub(super) struct Finding {
-    /// Where.
-    pub(super) bytes: Range<usize>,
-    /// What.
-    pub(super) message: String,
-    /// What to do.
-    pub(super) remedy: String,
-}
-
-pub(super) fn finding<T>(at: &Located<T>, message: impl Into<String>, remedy: impl Into<String>) -> Finding {
-    Finding { bytes: at.bytes(), message: message.into(), remedy: remedy.into() }
-}
 
 /// Everything that does not fit in a scenario whose file is named `stem`; its scene is looked at by [`scene`].
 pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {

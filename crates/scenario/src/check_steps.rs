@@ -3,7 +3,7 @@
 use evidence::trial::Knowledge;
 use wire::step::{MAX_STEP_NAME, StepName};
 
-use super::check::{Finding, finding};
+use super::finding::{Finding, finding};
 use super::step::{Trigger, When};
 use super::timed::Windowed;
 use super::{Located, Scenario};

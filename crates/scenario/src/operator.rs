@@ -8,10 +8,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use evidence::mission::Verb;
+use wire::settings::Settings;
 
-use super::rogue::Values;
-use super::scene::Class;
-use super::value::{List, Located, Name, Seconds, Text};
+use super::terms::Class;
+use super::value::{List, Located, Name, Seconds, Text, Whole};
 
 /// The operator and the script.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -61,6 +61,32 @@ pub struct Step {
 
 fn patience() -> Seconds {
     Seconds::constant(2.0)
+}
+
+/// What an operator sets before a mission, each value within its range (`wire::settings`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Values {
+    /// Largest speed.
+    pub speed_mm_s: Whole<500, 3_000>,
+    /// Distance that is kept to the fence beyond the stopping distance.
+    pub margin_mm: Whole<300, 5_000>,
+    /// Confidence from which a track can be designated.
+    pub arm_permille: Whole<500, 950>,
+    /// Confidence below which a designated track is given up.
+    pub keep_permille: Whole<300, 900>,
+}
+
+impl Values {
+    /// As a command carries them.
+    pub fn settings(self) -> Settings {
+        Settings {
+            speed_mm_s: self.speed_mm_s.unsigned() as u16,
+            margin_mm: self.margin_mm.unsigned() as u16,
+            arm_permille: self.arm_permille.unsigned() as u16,
+            keep_permille: self.keep_permille.unsigned() as u16,
+        }
+    }
 }
 
 /// A state as the console shows it.

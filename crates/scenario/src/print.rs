@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::hex::Hex;
-use super::scene::Class;
+use super::terms::Class;
 use super::value::Whole;
 
 /// Fields in a row, as many as the sim prints.

@@ -9,7 +9,8 @@ use std::path::{Component, Path};
 
 use serde::de::DeserializeOwned;
 
-use super::check::{self, Finding};
+use super::check;
+use super::finding::Finding;
 use super::{Located, Platform, Problem, Problems, RelativePath, Scenario, Scene};
 
 /// The largest file that is read.

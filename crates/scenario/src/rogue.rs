@@ -6,8 +6,8 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use wire::settings::Settings;
 
+use super::operator::Values;
 use super::timed::timed;
 use super::value::{Count, Located, Millis, Name, Seconds, Whole};
 
@@ -53,32 +53,6 @@ timed! {
         duration_s: Seconds,
         /// Whose certificate it holds: the unit under test or the gateway.
         certificate: Located<Name>,
-    }
-}
-
-/// What an operator sets before a mission, each value within its range (`wire::settings`).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Values {
-    /// Largest speed.
-    pub speed_mm_s: Whole<500, 3_000>,
-    /// Distance that is kept to the fence beyond the stopping distance.
-    pub margin_mm: Whole<300, 5_000>,
-    /// Confidence from which a track can be designated.
-    pub arm_permille: Whole<500, 950>,
-    /// Confidence below which a designated track is given up.
-    pub keep_permille: Whole<300, 900>,
-}
-
-impl Values {
-    /// As a command carries them.
-    pub fn settings(self) -> Settings {
-        Settings {
-            speed_mm_s: self.speed_mm_s.unsigned() as u16,
-            margin_mm: self.margin_mm.unsigned() as u16,
-            arm_permille: self.arm_permille.unsigned() as u16,
-            keep_permille: self.keep_permille.unsigned() as u16,
-        }
     }
 }
 

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::perturbation::Perturbation;
 use super::print::Print;
+use super::terms::Class;
 use super::value::{Extent, List, Located, Name, Radians, Real, Seconds};
 
 /// A point on the ground: east, north.
@@ -92,20 +93,6 @@ impl Default for Weather {
     fn default() -> Self {
         Self { light: Real::constant(1.0), visibility_m: None, rain_mm_h: Real::constant(0.0), smear_px: 0 }
     }
-}
-
-/// What an object is in truth.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Class {
-    /// A vehicle.
-    Vehicle,
-    /// A person.
-    Person,
-    /// Something made to look like a vehicle.
-    Decoy,
-    /// Anything else in the way.
-    Obstacle,
 }
 
 /// One object.

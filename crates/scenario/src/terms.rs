@@ -1,4 +1,4 @@
-//! The closed sets in which a scenario says what it is about: threats, interfaces, evidence, requirements.
+//! The closed sets in which a scenario says what it is about: threats, interfaces, evidence, requirements, classes of objects.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -107,4 +107,18 @@ impl Requirement {
             Requirement::RuntimeAssurance => "runtime assurance",
         }
     }
+}
+
+/// What an object is in truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Class {
+    /// A vehicle.
+    Vehicle,
+    /// A person.
+    Person,
+    /// Something made to look like a vehicle.
+    Decoy,
+    /// Anything else in the way.
+    Obstacle,
 }

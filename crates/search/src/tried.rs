@@ -8,8 +8,8 @@ use evidence::Property;
 use evidence::trial::{Outcome, Trial};
 use oracle::{Nearness, judged};
 use scenario::{Alphabet, Scenario, Setup};
+use twin::part::trunk::Trunk;
 use twin::trial::{conclude, start, start_along, trunk};
-use twin::trunk::Trunk;
 
 /// The longest run that is kept as a trunk, seconds: everything that was said in it is in memory, of a rendered one a few
 /// megabytes a second.

@@ -16,10 +16,7 @@ use wire::event::Sensor;
 use wire::step::StepName;
 
 use super::script::mode;
-
-pub(super) fn start_ms(of: &dyn Windowed, phase_ms: u64) -> u64 {
-    (of.at_s().get() * 1000.0) as u64 + phase_ms
-}
+use super::start::{start_ms, step_name};
 
 fn timed<A>(of: &dyn Windowed, direction: scenario::Direction, phase_ms: u64, action: A) -> Timed<A> {
     Timed {
@@ -47,11 +44,6 @@ pub(super) fn step(of: &dyn Windowed) -> Option<Step> {
         Some(Wait { on, after_ms: when.after_ms.unsigned() })
     });
     Some(Step { name: step_name(of)?, wait })
-}
-
-/// The name of a table's step.
-pub(super) fn step_name(of: &dyn Windowed) -> Option<StepName> {
-    of.timing().step.and_then(|name| StepName::new(name.as_str()))
 }
 
 /// What the instrument plane is watched for, and which step is then called.

@@ -14,6 +14,7 @@ mod process;
 mod rogue;
 mod scene;
 mod script;
+mod start;
 mod station;
 
 use std::collections::BTreeMap;

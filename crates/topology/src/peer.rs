@@ -3,7 +3,7 @@
 use adversary::plan::{Confusion, Falsehood, InsiderTeammateConfig, Motion, Product, Resend};
 use scenario::Scenario;
 
-use super::attack::start_ms;
+use super::start::start_ms;
 
 /// Adds it to the insider's plan.
 pub(super) fn plan(s: &Scenario, phase: u64, config: &mut InsiderTeammateConfig) {

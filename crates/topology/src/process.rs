@@ -7,7 +7,7 @@ use wire::id::NodeId;
 use wire::step::StepName;
 use wire::time::Span;
 
-use super::attack::{start_ms, step_name};
+use super::start::{start_ms, step_name};
 
 /// What befalls one process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

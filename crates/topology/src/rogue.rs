@@ -6,7 +6,7 @@ use wire::core::Topic;
 use wire::id::NodeId;
 
 use super::Host;
-use super::attack::start_ms;
+use super::start::start_ms;
 
 /// A rogue to be put on a host.
 pub(super) struct Casting {

@@ -8,7 +8,8 @@ use wire::trust::Mandate;
 
 use super::RunSecret;
 use super::attack::broker::kind;
-use super::attack::{start_ms, step};
+use super::attack::step;
+use super::start::start_ms;
 
 /// The rogue's plan, when the scenario has one. Its key and its way are those of the first table; the loader holds the
 /// others equal to it.

@@ -2,36 +2,21 @@
 
 use std::sync::Arc;
 
-use adversary::Adversary;
-use autonomy::Autonomy;
-use console::Console;
-use gateway::Gateway;
-use perception::Perception;
-use sim::Sim;
-use topology::{Cast, Member, Ordeal, OrdealKind, Role, sim_keys};
-use wire::audit::Recorder;
+use topology::{Cast, Member, Ordeal, OrdealKind};
 use wire::id::{NodeId, SessionId, WorldId};
 use wire::policy::Requirement;
 use wire::setup::{Secret, Setup};
 use wire::sign::{Key, Verified};
-use wire::time::Instant;
 
 use super::clock::HostClock;
 use super::delay::Delays;
 use super::holder::Client;
 use super::net::Association;
 use super::part::Part;
+use super::part::make::{AssemblyError, core};
+use super::part::trunk::Trunk;
 use super::queue::NodeIndex;
-use super::trunk::Trunk;
 use super::{Assembly, Node};
-
-/// A core could not be made from its setup.
-#[derive(Debug, thiserror::Error)]
-#[error("{node}: {why}")]
-pub struct AssemblyError {
-    node: NodeId,
-    why: String,
-}
 
 /// Makes every core of `cast`, but for those that go along with `trunk`. `seed` drives the delays.
 pub fn assemble(
@@ -104,44 +89,8 @@ fn node(member: &Member, core: Part) -> Node {
     node
 }
 
-/// One core, as it starts at `now` on its host's clock. It shares nothing with another and verifies for itself.
-pub fn part(member: &Member, now: Instant) -> Result<Part, AssemblyError> {
-    core(&member.role, member.setup.clone(), now)
-}
-
 /// Whether a killed `node` is started again.
 fn restarts(cast: &Cast, node: NodeId) -> bool {
     let again = |o: &Ordeal| o.node == node && matches!(o.kind, OrdealKind::Kill { restart: Some(_) });
     cast.ordeals.iter().any(again)
-}
-
-pub(super) fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, AssemblyError> {
-    let node = setup.node;
-    let failed = |why: String| AssemblyError { node, why };
-    Ok(match role {
-        Role::Sim(config) => {
-            let keys = sim_keys(&setup);
-            Part::Sim(Box::new(Sim::new(config, keys, Some(setup.key()), now).map_err(|e| failed(e.to_string()))?))
-        }
-        Role::Perception(config) => {
-            let core = Perception::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?;
-            Part::Perception { core: Box::new(core), rendered: config.rendered }
-        }
-        Role::Autonomy(config) => {
-            Part::Autonomy(Box::new(Autonomy::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
-        }
-        Role::Gateway(config) => {
-            Part::Gateway(Box::new(Gateway::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
-        }
-        Role::Console(config) => {
-            Part::Console(Box::new(Console::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
-        }
-        Role::Recorder => {
-            let seals = setup.channels.first().ok_or_else(|| failed("no channel for seals".into()))?.key.clone();
-            Part::Recorder(Box::new(Recorder::new(setup.boot, setup.key(), seals, now)))
-        }
-        Role::Adversary(config) => {
-            Part::Adversary(Adversary::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?)
-        }
-    })
 }

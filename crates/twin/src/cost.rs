@@ -17,12 +17,12 @@ use wire::sign::Asked;
 use wire::time::Instant;
 
 use super::Twin;
-use super::assemble::AssemblyError;
 use super::part::Part;
+use super::part::make::AssemblyError;
+use super::part::trunk::Trunk;
 use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
 use super::trial::{Run, conclude, start, start_along, trunk};
-use super::trunk::Trunk;
 
 /// A trial that was watched.
 pub struct Watched {

@@ -25,7 +25,6 @@ pub mod stopwatch;
 pub mod stream;
 mod tamper;
 pub mod trial;
-pub mod trunk;
 
 use std::collections::{BTreeMap, VecDeque};
 

@@ -1,6 +1,9 @@
 //! The cores that a twin can hold: exactly those of the live services, behind their common verbs, by themselves or along
 //! with a run that is known.
 
+pub mod make;
+pub mod trunk;
+
 use adversary::Adversary;
 use autonomy::Autonomy;
 use console::Console;
@@ -12,7 +15,7 @@ use wire::core::{Core, Input, Output};
 use wire::id::WorldId;
 use wire::time::Instant;
 
-use super::trunk::Along;
+use trunk::Along;
 
 /// One core.
 pub enum Part {

@@ -16,8 +16,8 @@ use wire::setup::Setup;
 use wire::step::StepName;
 use wire::time::Instant;
 
-use super::assemble::core;
 use super::command::Along;
+use super::part::make::core;
 use super::queue::{Micros, NodeIndex};
 use super::{Happening, OPENS_AT, Twin};
 

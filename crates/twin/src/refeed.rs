@@ -17,8 +17,8 @@ use wire::core::{Core, Output};
 use wire::event::Event;
 use wire::id::NodeId;
 
-use crate::assemble::{AssemblyError, part};
 use crate::clock::HostClock;
+use crate::part::make::{AssemblyError, part};
 use crate::trial::{GRACE, start};
 use crate::{Mouthful, Twin};
 

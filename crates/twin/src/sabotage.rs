@@ -13,7 +13,7 @@ use topology::{RunSecret, cast};
 use wire::event::Event;
 use wire::id::NodeId;
 
-use crate::assemble::AssemblyError;
+use crate::part::make::AssemblyError;
 use crate::trial::{begin, conclude, start};
 
 /// A sabotaged trial, judged.

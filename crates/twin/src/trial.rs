@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use super::Twin;
-use super::assemble::{AssemblyError, assemble};
+use super::assemble::assemble;
+use super::part::make::AssemblyError;
+use super::part::trunk::Trunk;
 use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
-use super::trunk::Trunk;
 use crate::tamper::tamper;
 use evidence::custody::Held;
 use evidence::log::Logged;

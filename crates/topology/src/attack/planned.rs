@@ -6,7 +6,8 @@ use wire::event::{Action, FaultKind};
 use wire::id::{NodeId, ObjectId, PeerId};
 use wire::stream::Deed;
 
-use super::{needs, sensor, start_ms, step_name};
+use super::{needs, sensor};
+use crate::start::{start_ms, step_name};
 use crate::{process, scene};
 
 /// Everything planned of a scenario; the steps last, each once.

@@ -14,9 +14,9 @@ use wire::id::WorldId;
 use wire::sign::Verified;
 use wire::time::Instant;
 
-use super::assemble::{AssemblyError, part};
-use super::part::Part;
-use super::{Mouthful, Twin};
+use super::Part;
+use super::make::{AssemblyError, part};
+use crate::{Mouthful, Twin};
 
 /// Snapshots of each core, evenly over the run: what is computed again when a core leaves the trunk is less than one part.
 const SNAPSHOTS: u64 = 64;
