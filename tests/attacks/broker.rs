@@ -1,9 +1,9 @@
 //! Attacks by the holder of the command broker's credentials, in the broker's place.
 
-use campaign::oracle::Witnessed;
-use campaign::trial::Outcome;
-use campaign::twin::trial::Run;
+use evidence::Witnessed;
+use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
+use twin::trial::Run;
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Interface, ShownAs};
 use wire::id::NodeId;

@@ -1,6 +1,6 @@
 //! Attacks on the command plane.
 
-use campaign::oracle::Witnessed;
+use evidence::Witnessed;
 use holdsafe_tests::{shipped, variations};
 use wire::command::CommandKind;
 use wire::event::Event;

@@ -1,9 +1,9 @@
 //! Campaigns of several hands at once (K1, K3): what holds against each alone has to hold against them together.
 
-use campaign::oracle::{Fate, Mask};
-use campaign::scenario::Settings;
-use campaign::trial::Outcome;
+use evidence::trial::Outcome;
+use evidence::{Fate, Mask};
 use holdsafe_tests::{Ready, shipped};
+use scenario::Settings;
 use serde_json::{Value, json};
 use wire::event::{Event, Freshness, ShownAs};
 use wire::id::{NodeId, UnitId};
@@ -94,7 +94,7 @@ fn each_attack_of_the_demo_brings_about_what_was_stated_for_it_and_the_operator_
 /// A shipped scenario with these tables beside its own.
 fn beside(name: &str, tables: &[(&str, Value)]) -> Ready {
     let Ready { cell, scenario, setup } = shipped(name);
-    let with = |scenario: campaign::scenario::Scenario, (path, table): &(&str, Value)| {
+    let with = |scenario: scenario::Scenario, (path, table): &(&str, Value)| {
         Settings::one(path, table.clone()).applied_to(&scenario).expect("a table of a scenario")
     };
     Ready { cell, scenario: tables.iter().fold(scenario, with), setup }

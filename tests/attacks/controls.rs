@@ -1,8 +1,9 @@
 //! Controls: nothing done, done and not arrived, said and not done.
 
-use campaign::oracle::{Witnessed, judge};
-use campaign::trial::Outcome;
+use evidence::Witnessed;
+use evidence::trial::Outcome;
 use holdsafe_tests::shipped;
+use oracle::judge;
 use wire::event::{Account, Event};
 use wire::feed::CommandStage;
 use wire::id::NodeId;
@@ -79,7 +80,7 @@ fn what_outsiders_send_is_told_apart_and_changes_neither_class_nor_account() {
         }
         let verdict = judge(&evidence);
         assert_eq!((verdict.outcome, &verdict.findings), (run.verdict.outcome, &run.verdict.findings), "{name}");
-        let trial = campaign::judged::trial(1, Default::default(), &evidence, &verdict);
+        let trial = oracle::judged::trial(1, Default::default(), &evidence, &verdict);
         let told: Vec<_> = trial.outsiders.iter().map(|(at, n)| (at.as_str(), *n)).collect();
         assert_eq!(told, [("guard-gateway", 7), ("guard-unit-a", 7), ("relay-telemetry", 7)]);
         // The same in an account of the run's own would not balance.

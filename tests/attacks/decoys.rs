@@ -1,11 +1,12 @@
 //! What stands in the scene is made to look like a vehicle, to one modality after another.
 
-use campaign::oracle::{Plan, Planned, judge};
-use campaign::sabotage::sabotage;
-use campaign::scenario::Settings;
-use campaign::trial::Outcome;
-use campaign::twin::trial::Run;
+use evidence::trial::Outcome;
+use evidence::{Plan, Planned};
 use holdsafe_tests::{shipped, variations};
+use oracle::judge;
+use scenario::Settings;
+use twin::sabotage::sabotage;
+use twin::trial::Run;
 use wire::event::Event;
 use wire::id::ObjectId;
 use wire::policy::{Check, Requirement};

@@ -2,16 +2,17 @@
 
 use std::collections::BTreeSet;
 
-use campaign::cast::is_attacked;
-use campaign::custody::{Custodian, Custody, Held, Life};
-use campaign::evidence::{Logged, by_recorder, heads};
-use campaign::oracle::{Plan, Planned, Witnessed, judge};
-use campaign::sabotage::sabotage;
-use campaign::scenario::{self, DisplayedState, Ending, Process, Settings};
-use campaign::stack;
-use campaign::trial::{Outcome, Trial};
-use campaign::twin::trial::Run;
+use evidence::custody::{Custodian, Custody, Held, Life};
+use evidence::log::{Logged, by_recorder};
+use evidence::reading::heads;
+use evidence::trial::{Outcome, Trial};
+use evidence::{Plan, Planned, Witnessed};
 use holdsafe_tests::{root, shipped, variations};
+use oracle::judge;
+use scenario::{DisplayedState, Ending, Process, Settings};
+use topology::is_attacked;
+use twin::sabotage::sabotage;
+use twin::trial::Run;
 use wire::audit::Entry;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
@@ -323,7 +324,7 @@ fn observed(cell: &str) -> Vec<Trial> {
     let scenario = scenario::load(&root().join("scenarios/passive_observer.toml")).expect("it loads");
     let variation = scenario.variations(None).into_iter().find(|v| v.cell.as_deref() == Some(cell)).expect("a cell");
     let expected = &variation.scenario.expected;
-    let trials = SEEDS.map(|seed| stack::trial(&variation.scenario, seed).expect("it runs"));
+    let trials = SEEDS.map(|seed| stacks::trial(&variation.scenario, seed).expect("it runs"));
     let told = trials.inspect(|t| assert!(expected.contains(&t.outcome), "{cell}: {:?} {:?}", t.outcome, t.findings));
     told.collect()
 }

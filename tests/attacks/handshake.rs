@@ -1,8 +1,6 @@
 //! Handshakes and records on the real stacks in memory, named after the attack.
 
-use campaign::scenario;
-use campaign::stack;
-use campaign::trial::{Outcome, Trial};
+use evidence::trial::{Outcome, Trial};
 use holdsafe_tests::root;
 
 use crate::SEEDS;
@@ -14,7 +12,7 @@ fn expected(name: &str) -> Vec<(String, Trial)> {
     for variation in scenario.variations(None) {
         let cell = variation.cell.expect("each is a cell");
         for seed in SEEDS {
-            let trial = stack::trial(&variation.scenario, seed).expect("it runs");
+            let trial = stacks::trial(&variation.scenario, seed).expect("it runs");
             let classes = &variation.scenario.expected;
             assert!(classes.contains(&trial.outcome), "{cell} seed {seed}: {:?} {:?}", trial.outcome, trial.findings);
             trials.push((cell.clone(), trial));

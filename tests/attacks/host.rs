@@ -1,10 +1,10 @@
 //! Attacks on a host's shared memory: impostors of dead services, rogues beside living ones, perception's own keys misused.
 
-use campaign::oracle::Witnessed;
-use campaign::scenario::{self, Setup};
-use campaign::trial::Outcome;
-use campaign::twin::trial::Run;
+use evidence::Witnessed;
+use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, root, shipped};
+use scenario::Setup;
+use twin::trial::Run;
 use wire::core::Topic;
 use wire::event::{Action, Event, Interface};
 use wire::id::NodeId;

@@ -1,7 +1,7 @@
 //! Attacks on the telemetry link by one who holds no key.
 
-use campaign::oracle::Witnessed;
-use campaign::trial::Outcome;
+use evidence::Witnessed;
+use evidence::trial::Outcome;
 use holdsafe_tests::{shipped, under, variations};
 use wire::event::{Account, Event, GuardVerdict, Interface};
 use wire::id::NodeId;
@@ -70,9 +70,11 @@ fn a_silence_just_longer_than_its_bound_holds_and_without_the_lease_is_late() {
 #[test]
 fn a_naive_relay_gets_no_record_in() {
     for run in shipped("naive_relay").expect(SEEDS) {
-        let refused = run.evidence.entries.iter().any(
-            |w| matches!(w.entry.event, Event::GuardSaw { association, .. } if association == campaign::twin::STRANGER),
-        );
+        let refused = run
+            .evidence
+            .entries
+            .iter()
+            .any(|w| matches!(w.entry.event, Event::GuardSaw { association, .. } if association == twin::STRANGER));
         assert!(refused, "the guard saw the stranger");
     }
 }

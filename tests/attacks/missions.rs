@@ -1,12 +1,12 @@
 //! What a trial shows only where its mission took place: what the operator was to do before the attack, done; and what stands
 //! in the way of seeing it.
 
-use campaign::oracle::Property;
-use campaign::scenario::{Name, Settings, Setup, parse, template};
-use campaign::trial::Outcome;
-use campaign::twin::trial::Run;
+use evidence::Property;
+use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, root, shipped};
+use scenario::{Name, Settings, Setup, parse, template};
 use serde_json::json;
+use twin::trial::Run;
 use wire::event::Event;
 
 use crate::SEEDS;

@@ -4,7 +4,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use campaign::scenario::parse_labels;
 use holdsafe_tests::root;
 use perception::detector::{Detector, DetectorError};
 use perception::grid::{HEIGHT, WIDTH};
@@ -12,6 +11,7 @@ use perception::head::{Brought, Head};
 use perception::model::{MAX_MODEL, ModelError};
 use perception::onnx::OnnxError;
 use perception::process::{LoadError, load, pin};
+use scenario::parse_labels;
 use wire::sensor::Class;
 
 /// A file of `fuzz/corpus/model`, which `fuzz/models.py` makes.

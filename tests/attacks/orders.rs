@@ -1,10 +1,10 @@
 //! Attacks by those who hold somebody's key or certificate: rights, roles, standing, counters, rates, values.
 
-use campaign::oracle::Property;
-use campaign::scenario::Settings;
-use campaign::trial::Outcome;
-use campaign::twin::trial::Run;
+use evidence::Property;
+use evidence::trial::Outcome;
 use holdsafe_tests::{shipped, under, variations};
+use scenario::Settings;
+use twin::trial::Run;
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Interface};
 use wire::id::{CommandId, NodeId};
@@ -36,7 +36,7 @@ fn obeyed(run: &Run, kind: &str) -> bool {
 
 /// How often `node` told of a refusal at `at` for this reason.
 fn refused(run: &Run, node: NodeId, at: Interface, wanted: Reason) -> usize {
-    let one = |w: &&campaign::oracle::Witnessed| match w.entry.event {
+    let one = |w: &&evidence::Witnessed| match w.entry.event {
         Event::Refused { at: interface, reason, .. } => (w.entry.node, interface, reason) == (node, at, wanted),
         _ => false,
     };

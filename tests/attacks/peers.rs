@@ -1,10 +1,11 @@
 //! Attacks by an admitted teammate.
 
-use campaign::oracle::peers::{Claims, claims};
-use campaign::scenario::Scenario;
-use campaign::trial::Outcome;
-use campaign::twin::trial::Run;
+use evidence::claims::Claims;
+use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
+use oracle::peers::claims;
+use scenario::Scenario;
+use twin::trial::Run;
 use wire::event::{Event, Inconsistency, Interface};
 use wire::id::{NodeId, PeerId};
 use wire::mode::Guard;
@@ -155,7 +156,7 @@ fn without_the_guard_over_teammates_a_noticed_falsehood_changes_nothing() {
 /// The drift scenario with this rate, hidden.
 fn drift(rate: f64) -> Ready {
     let ready = cell("teammate_drift", "hidden");
-    let settings = campaign::scenario::Settings::one("falsehood.0.drift_m_s", serde_json::Value::from(rate));
+    let settings = scenario::Settings::one("falsehood.0.drift_m_s", serde_json::Value::from(rate));
     let scenario: Scenario = settings.applied_to(&ready.scenario).expect("a rate within its range");
     Ready { scenario, ..ready }
 }

@@ -1,11 +1,11 @@
 //! Processes that end, hang, are slow or find their disk full.
 
-use campaign::cast::Role;
-use campaign::oracle::demise::Fate;
-use campaign::oracle::judge;
-use campaign::scenario::{DisplayedState, Ending, Process, Settings};
-use campaign::trial::Outcome;
+use evidence::demise::Fate;
+use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped, variations};
+use oracle::judge;
+use scenario::{DisplayedState, Ending, Process, Settings};
+use topology::Role;
 use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
@@ -127,7 +127,7 @@ fn a_unit_that_is_started_again_is_idle_and_arms_nothing_by_itself() {
         });
         let (at, boot) = restarted.expect("it is started again");
         assert_eq!(boot, 2);
-        let heard = |w: &campaign::oracle::Witnessed| w.at > at && w.entry.node == NodeId::GATEWAY;
+        let heard = |w: &evidence::Witnessed| w.at > at && w.entry.node == NodeId::GATEWAY;
         let reports = run.evidence.entries.iter().filter(|w| heard(w)).any(|w| match w.entry.event {
             Event::Accepted { record, .. } => record.node == NodeId::UNIT_A && record.boot.0 == 2,
             _ => false,
@@ -141,8 +141,8 @@ fn a_unit_that_is_started_again_is_idle_and_arms_nothing_by_itself() {
 #[test]
 fn a_judge_that_is_started_again_goes_on_with_what_is_left_of_a_mandate() {
     let ready = shipped("expired_operator");
-    let (cast, _) = campaign::twin::trial::start(&ready.scenario, &ready.setup, 1, false).expect("it starts");
-    let mandate = |member: &campaign::cast::Member| match &member.role {
+    let (cast, _) = twin::trial::start(&ready.scenario, &ready.setup, 1, false).expect("it starts");
+    let mandate = |member: &topology::Member| match &member.role {
         Role::Autonomy(config) => config.mandates.first().copied(),
         Role::Gateway(config) => config.mandates.first().copied(),
         _ => None,
@@ -201,7 +201,7 @@ fn a_process_that_is_said_to_hang_and_goes_on_writing_is_no_evidence() {
 }
 
 /// Times at which the gateway accepted a report of the unit's.
-fn reported(run: &campaign::twin::trial::Run) -> Vec<u64> {
+fn reported(run: &twin::trial::Run) -> Vec<u64> {
     let mine = run.evidence.entries.iter().filter(|w| match w.entry.event {
         Event::Accepted { record, .. } => w.entry.node == NodeId::GATEWAY && record.node == NodeId::UNIT_A,
         _ => false,
@@ -214,7 +214,7 @@ fn longest_pause(times: &[u64]) -> u64 {
 }
 
 /// When the recorder's disk was said to be full, or to have room again.
-fn disk(run: &campaign::twin::trial::Run, full: bool) -> Option<u64> {
+fn disk(run: &twin::trial::Run, full: bool) -> Option<u64> {
     let told = |on: bool| Event::DiskFull { node: NodeId::RECORDER, on };
     run.evidence.entries.iter().find(|w| w.entry.event == told(full)).map(|w| w.at)
 }
@@ -246,9 +246,8 @@ fn a_disk_that_has_room_again_loses_nothing_and_the_unit_recovers_and_arms_nothi
         let later: Vec<_> = run.verdict.transitions.iter().filter(|t| t.t_ms > freed as f64 / 1000.0).collect();
         let to: Vec<&str> = later.iter().map(|t| t.to.as_str()).collect();
         assert_eq!(to, ["READY"], "{later:?}");
-        let own = |w: &&campaign::oracle::Witnessed| {
-            campaign::evidence::by_recorder(w.entry.node) && w.entry.node != NodeId::RECORDER
-        };
+        let own =
+            |w: &&evidence::Witnessed| evidence::log::by_recorder(w.entry.node) && w.entry.node != NodeId::RECORDER;
         let sealed = run.evidence.entries.iter().rev().find_map(|w| match w.entry.event {
             Event::Sealed { entries, .. } => Some(entries),
             _ => None,
@@ -262,13 +261,13 @@ fn a_disk_that_is_said_to_be_full_counts_only_while_the_recording_is_seen_to_sta
     for cell in variations("disk_full") {
         let run = cell.run(1);
         let full = disk(&run, true).expect("it is full");
-        let kept = |w: &campaign::oracle::Witnessed| matches!(w.entry.event, Event::Kept { .. });
+        let kept = |w: &evidence::Witnessed| matches!(w.entry.event, Event::Kept { .. });
         let mut unseen = run.evidence.clone();
         unseen.entries.retain(|w| !kept(w));
         assert_eq!(judge(&unseen).outcome, Outcome::Invalid, "nobody looked");
         let mut grows = run.evidence.clone();
         let last = *grows.entries.iter().find(|w| kept(w)).expect("it grew");
-        grows.entries.push(campaign::oracle::Witnessed { at: full + 1_000_000, ..last });
+        grows.entries.push(evidence::Witnessed { at: full + 1_000_000, ..last });
         grows.entries.sort_by_key(|w| w.at);
         assert_eq!(judge(&grows).outcome, Outcome::Invalid, "it went on growing");
     }

@@ -2,11 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use campaign::oracle::{Fate, Property, judge};
-use campaign::scenario::Settings;
-use campaign::trial::Outcome;
-use campaign::twin::trial::Run;
+use evidence::trial::Outcome;
+use evidence::{Fate, Property};
 use holdsafe_tests::{rendered, shipped, variations};
+use oracle::judge;
+use scenario::Settings;
+use twin::trial::Run;
 use wire::bounds::Bounds;
 use wire::event::Event;
 use wire::id::ObjectId;

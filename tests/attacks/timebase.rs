@@ -1,9 +1,10 @@
 //! Time and delay: a receiver's time that is steered, delays that hover, creep or were always there, contact by turns.
 
-use campaign::oracle::{Property, judge};
-use campaign::trial::Outcome;
-use campaign::twin::trial::Run;
+use evidence::Property;
+use evidence::trial::Outcome;
 use holdsafe_tests::shipped;
+use oracle::judge;
+use twin::trial::Run;
 use wire::event::{Action, Event};
 use wire::id::Nonce;
 use wire::mode::Guard;
@@ -79,8 +80,7 @@ fn without_freshness_stale_records_are_accepted_and_the_oracle_says_so() {
     let mut ready = shipped("delay");
     ready.setup.policy.boundary.insert(Check::Freshness, Requirement::Waived);
     let run = ready.run(1);
-    let stale =
-        |p: &[campaign::oracle::Finding]| p.iter().any(|f| f.property == Property::P7 && f.what.contains("accepted"));
+    let stale = |p: &[evidence::Finding]| p.iter().any(|f| f.property == Property::P7 && f.what.contains("accepted"));
     assert!(stale(&run.verdict.findings), "{:?}", run.verdict.findings);
     // And it rests on the relay's log: a relay that held nothing back leaves nothing to find.
     let mut evidence = run.evidence;

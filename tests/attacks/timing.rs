@@ -1,9 +1,10 @@
 //! Attacks composed in time: steps that wait for a mode, for traffic, for what is heard, for each other.
 
-use campaign::oracle::{Witnessed, judge};
-use campaign::trial::Outcome;
-use campaign::twin::trial::Run;
+use evidence::Witnessed;
+use evidence::trial::Outcome;
 use holdsafe_tests::{shipped, under};
+use oracle::judge;
+use twin::trial::Run;
 use wire::event::{Action, Event};
 use wire::id::NodeId;
 use wire::mode::Mode;

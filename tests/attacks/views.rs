@@ -1,8 +1,8 @@
 //! Attacks by the holder of the gateway's keys on what the operator sees, and on what the operator asks for.
 
-use campaign::trial::Outcome;
-use campaign::twin::trial::Run;
+use evidence::trial::Outcome;
 use holdsafe_tests::{Ready, shipped};
+use twin::trial::Run;
 use wire::core::Topic;
 use wire::event::{Event, Freshness, Interface, ShownAs};
 use wire::id::{NodeId, UnitId};

@@ -11,11 +11,11 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use campaign::progress::{Progress, Stop, Talk};
-use campaign::scenario::{self, Alphabet, Setup, Weakness, Weaknesses};
-use campaign::search::{Cause, Ground, Letter, Moments, Quest, Strategy, Test, Word, ends_in};
+use parallel::progress::{Progress, Stop, Talk};
 use proptest::collection::vec;
 use proptest::test_runner::{Config, RngAlgorithm, TestCaseError, TestError, TestRng, TestRunner};
+use scenario::{Alphabet, Setup, Weakness, Weaknesses};
+use search::{Cause, Ground, Letter, Moments, Quest, Strategy, Test, Word, ends_in};
 
 /// Of the shipped lists: one letter at any time, one at a certain time, two letters.
 const WEAKNESSES: [&str; 3] = ["freshness-path", "late-path", "jump-stations"];

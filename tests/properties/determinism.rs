@@ -3,13 +3,12 @@
 use std::collections::BTreeSet;
 use std::fs::File;
 
-use campaign::cast::{RunSecret, cast};
-use campaign::evidence::hashes;
-use campaign::oracle::Plan;
-use campaign::parallel;
-use campaign::reproduction::{Again, Reference, References};
-use campaign::scenario::Settings;
+use evidence::Plan;
+use evidence::log::hashes;
 use holdsafe_tests::{Ready, root, shipped, variations};
+use results::reproduction::{Again, Reference, References};
+use scenario::Settings;
+use topology::{RunSecret, cast};
 
 #[test]
 fn the_same_seed_gives_the_same_log_and_another_seed_another() {

@@ -1,11 +1,11 @@
 //! Why a mode changed, told from what the services logged; and told the same without anybody else's word.
 
-use campaign::explain::{Explanation, Log, Place, Stage, explain, why_not};
-use campaign::oracle::Witnessed;
-use campaign::scenario::Alphabet;
-use campaign::search::{Letter, Word};
-use campaign::twin::trial::Run;
+use evidence::Witnessed;
+use explain::{Explanation, Log, Place, Stage, explain, why_not};
 use holdsafe_tests::{Ready, root, shipped};
+use scenario::Alphabet;
+use search::{Letter, Word};
+use twin::trial::Run;
 use wire::event::{Event, Interface, Sensor};
 use wire::id::{NodeId, PeerId, UnitId};
 use wire::mode::Mode;

@@ -1,10 +1,11 @@
 //! A fork goes on exactly as the run it was taken from, and leaves that run alone; a branch goes on by chances of its own,
 //! in what the scenario lets vary and nothing else.
 
-use campaign::evidence::{Logged, hashes, read};
-use campaign::twin::Twin;
-use campaign::twin::trial::start;
+use evidence::log::{Logged, hashes};
+use evidence::reading::read;
 use holdsafe_tests::{Ready, shipped};
+use twin::Twin;
+use twin::trial::start;
 use wire::id::WorldId;
 
 /// What is logged of a run to its end.

@@ -1,9 +1,9 @@
 //! Every core, fed again what its mouth was fed, gives the same bytes: nothing else reaches a result.
 
-use campaign::twin::assemble::part;
-use campaign::twin::clock::HostClock;
-use campaign::twin::trial::start;
 use holdsafe_tests::variations;
+use twin::clock::HostClock;
+use twin::part::make::part;
+use twin::trial::start;
 use wire::core::Core;
 
 #[test]

@@ -1,13 +1,14 @@
 //! The probability of what is rare: splitting in the twin agrees with plain Monte Carlo where that can still be measured.
-//! Against an exactly known probability it is held where the splitting is, with a process of a few lines (`campaign::rare`).
+//! Against an exactly known probability it is held where the splitting is, with a process of a few lines (`search::rare`).
 
-use campaign::evidence::read;
-use campaign::progress::{Progress, Stop, Talk};
-use campaign::rare::{Event, Plan, Question, Repetition};
-use campaign::stats::{Share, mean::Mean};
-use campaign::twin::Twin;
-use campaign::twin::trial::start;
+use evidence::reading::read;
 use holdsafe_tests::shipped;
+use parallel::progress::{Progress, Stop, Talk};
+use search::rare::{Event, Plan, Question, Repetition};
+use stats::Share;
+use stats::mean::Mean;
+use twin::Twin;
+use twin::trial::start;
 use wire::event::Event as Told;
 
 /// The estimates of so many repetitions, and the trials of the first stage that got to its end.

@@ -1,8 +1,8 @@
 //! What the judge asks of a session that somebody else took, or that was cut: three who say so, an alarm, and no order from
 //! before.
 
-use campaign::oracle::{Plan, Planned, Property};
-use campaign::trial::Outcome;
+use evidence::trial::Outcome;
+use evidence::{Plan, Planned, Property};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{NodeId, PeerId, TrackId};

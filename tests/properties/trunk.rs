@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use campaign::scenario::{Alphabet, Scenario};
-use campaign::search::{Ground, Moments, Word};
-use campaign::twin::part::Part;
-use campaign::twin::trial::{start, start_along, trunk};
-use campaign::twin::trunk::Trunk;
 use holdsafe_tests::{Ready, shipped};
+use scenario::{Alphabet, Scenario};
+use search::{Ground, Moments, Word};
+use twin::part::Part;
+use twin::part::trunk::Trunk;
+use twin::trial::{start, start_along, trunk};
 
 use crate::forks::finish;
 

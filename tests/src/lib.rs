@@ -4,10 +4,10 @@ pub mod parsers;
 
 use std::path::{Path, PathBuf};
 
-use campaign::cast::needs_rendering;
-use campaign::scenario::{self, Scenario, Setup};
-use campaign::trial::Outcome;
-use campaign::twin::trial::{Run, conclude, start};
+use evidence::trial::Outcome;
+use scenario::{Scenario, Setup};
+use topology::needs_rendering;
+use twin::trial::{Run, conclude, start};
 
 /// The workspace.
 pub fn root() -> PathBuf {

@@ -2,9 +2,9 @@
 
 use std::fs;
 
-use campaign::ablation::Switch;
-use campaign::catalogue::Catalogue;
-use campaign::scenario::{self, Scenario};
+use evidence::ablation::Switch;
+use results::catalogue::Catalogue;
+use scenario::Scenario;
 use wire::id::{NODES, NodeId};
 use wire::mode::Mode;
 use wire::refusal::Reason;
@@ -32,7 +32,7 @@ fn every_row_has_a_scenario_and_a_test_or_says_why_and_every_scenario_fits_its_r
 #[test]
 fn the_papers_figures_are_those_that_the_code_gives() {
     let ready = holdsafe_tests::shipped("teammate");
-    let cast = campaign::cast::cast(&ready.scenario, &ready.setup, 1, &campaign::cast::RunSecret::seeded(1));
+    let cast = topology::cast(&ready.scenario, &ready.setup, 1, &topology::RunSecret::seeded(1));
     let platforms = scenario::platforms(&root()).expect("platforms/ loads");
     assert!(
         read("docs/figures.md") == catalogue().figures(&scenarios(), "teammate", &cast, &platforms),

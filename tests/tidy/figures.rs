@@ -30,7 +30,7 @@ const PROGRAMS: [&str; 3] = ["cargo", "trainer", "holdsafe"];
 
 /// The verbs, from the source of the command line: variants of one enum, one a line.
 fn verbs() -> BTreeSet<String> {
-    let text = fs::read_to_string(root().join("crates/campaign/src/command.rs")).expect("the command line's source");
+    let text = fs::read_to_string(root().join("crates/holdsafe/src/command.rs")).expect("the command line's source");
     let body = text.split("enum Verb {").nth(1).and_then(|rest| rest.split("\n}").next()).expect("the verbs");
     let variants = body.lines().map(str::trim).filter(|line| line.starts_with(|c: char| c.is_ascii_uppercase()));
     variants.map(|line| line.chars().take_while(char::is_ascii_alphabetic).collect::<String>().to_lowercase()).collect()

@@ -180,7 +180,7 @@ fn cores_are_forked_at_one_place() {
         .filter(|(_, text)| code(text).lines().any(|l| l.contains(call) && l.contains("core")))
         .map(|(file, _)| file)
         .collect();
-    assert_eq!(callers, ["crates/campaign/src/twin/part.rs"]);
+    assert_eq!(callers, ["crates/twin/src/part.rs"]);
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn only_the_twin_and_who_judges_one_recording_over_and_over_share_verified_signa
         .filter(|(file, text)| code(text).contains("Verified::default") && !file.starts_with("crates/wire/src/sign"))
         .map(|(file, _)| file)
         .collect();
-    assert_eq!(sharers, ["crates/campaign/src/custody/sweep.rs", "crates/campaign/src/twin/assemble.rs"]);
+    assert_eq!(sharers, ["crates/evidence/src/custody/sweep.rs", "crates/twin/src/assemble.rs"]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! Broker and clients are those of a live run, over loopback at ports that the system chooses: the MQTT library takes
 //! nothing but a socket. Nothing waits for time to pass: each publication has come out at its end before the next is made. What
-//! the watcher may read is left to the one who asks (`campaign::stack`).
+//! the watcher may read is left to the one who asks (`stacks`).
 
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};

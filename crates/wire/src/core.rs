@@ -2,7 +2,7 @@
 //!
 //! A core is handed time and bytes and gives bytes back; it never reads a clock, a socket or a generator it did not
 //! seed itself. A process feeds it from the operating system, the twin from an event queue, a replay from a file.
-//! What moves the bytes belongs to `link` (live) and to `campaign::twin` (virtual).
+//! What moves the bytes belongs to `link` (live) and to `twin` (virtual).
 //!
 //! The contract: after `handle`, call `output` until it gives `None`, then wait for the next input or until
 //! `deadline`, whichever is first. Time never goes backwards.

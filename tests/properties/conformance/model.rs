@@ -1,6 +1,6 @@
 //! The twin's association, as trials use it.
 
-use campaign::twin::net::{Arrival, Association as Modelled};
+use twin::net::{Arrival, Association as Modelled};
 use wire::core::Side;
 use wire::id::{PeerId, SessionId};
 use wire::policy::Requirement;

@@ -1,6 +1,6 @@
 //! What a word does, read off its moves by their names: all that the reference knows of it.
 
-use campaign::search::{Ground, Word};
+use search::{Ground, Word};
 
 /// One move at one moment.
 #[derive(Clone, Debug, PartialEq)]

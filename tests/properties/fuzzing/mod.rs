@@ -3,7 +3,7 @@
 //!
 //! Four parts: `transitions` is all that adversary and world can do, `system` the real cores in the twin, `reference` what
 //! should happen, said without them, `assertions` what must hold of every trial. What these look at is read by `deeds` off the
-//! word and by `witness` off a second run of it. Drawing and shrinking are `campaign::search`'s.
+//! word and by `witness` off a second run of it. Drawing and shrinking are `search`'s.
 //!
 //! `HOLDSAFE_CASES=1000 cargo test fuzzing` tries more words of each alphabet than the few of every day. A failure prints the
 //! smallest word that shows it and the file with its scenario; moved into `tests/regressions/` it is a regression from then on.

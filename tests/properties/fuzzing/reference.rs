@@ -2,8 +2,8 @@
 //!
 //! It knows neither messages nor state machines. What it cannot foretell it leaves open; the oracle judges that.
 
-use campaign::search::Tried;
-use campaign::trial::TransitionRow;
+use evidence::trial::TransitionRow;
+use search::Tried;
 use wire::bounds::Bounds;
 
 /// The mission without any word, and the bounds.

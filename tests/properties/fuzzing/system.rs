@@ -1,10 +1,9 @@
 //! The system: the real cores in the twin, one seed, a word at a time; and a failure as something to act on.
 
-use campaign::parallel;
-use campaign::progress::{Progress, Stop, Talk};
-use campaign::scenario::Name;
-use campaign::search::{Cause, Found, Ground, Hunted, Letter, Moments, Tried, Word};
-use campaign::trial::Outcome;
+use evidence::trial::Outcome;
+use parallel::progress::{Progress, Stop, Talk};
+use scenario::Name;
+use search::{Cause, Found, Ground, Hunted, Letter, Moments, Tried, Word};
 
 use super::assertions::{self, Assertion, Facts};
 use super::deeds::Deeds;

@@ -1,8 +1,8 @@
 //! All that the adversary and the world can do: the words over a shipped alphabet, during a mission.
 
-use campaign::ablation::Switch;
-use campaign::scenario::{Alphabet, Scenario, Setup};
-use campaign::search::{Quest, Strategy};
+use evidence::ablation::Switch;
+use scenario::{Alphabet, Scenario, Setup};
+use search::{Quest, Strategy};
 
 /// Words of each alphabet when nobody asks for more.
 const CASES: u64 = 48;

@@ -7,9 +7,9 @@
 
 use std::collections::BTreeMap;
 
-use campaign::evidence::hashes;
-use campaign::search::{Ground, Word};
-use campaign::twin::trial::{conclude, start};
+use evidence::log::hashes;
+use search::{Ground, Word};
+use twin::trial::{conclude, start};
 use wire::audit::Entry;
 use wire::command::CommandKind;
 use wire::event::{Account, Event, Freshness, Interface};

@@ -2,8 +2,8 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use campaign::oracle::Property;
-use campaign::trial::Outcome;
+use evidence::Property;
+use evidence::trial::Outcome;
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{NodeId, TrackId};

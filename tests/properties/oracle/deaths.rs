@@ -1,7 +1,7 @@
 //! What is owed when a process is killed, and what is asked of one that was started again.
 
-use campaign::oracle::Property;
-use campaign::trial::Outcome;
+use evidence::Property;
+use evidence::trial::Outcome;
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{Boot, NodeId};

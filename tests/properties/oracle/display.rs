@@ -1,6 +1,6 @@
 //! P5 and P7: what the display shows was accepted, is as fresh as it says, and is so.
 
-use campaign::oracle::{Planned, Property};
+use evidence::{Planned, Property};
 use wire::core::Side;
 use wire::event::{Action, Event, ShownAs};
 use wire::id::{NodeId, TrackId};

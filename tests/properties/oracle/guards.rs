@@ -1,6 +1,6 @@
 //! P1's guards at an act, by the word of others than the unit, each just within and just beyond what its guard lets through.
 
-use campaign::oracle::Property;
+use evidence::Property;
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::NodeId;

@@ -3,8 +3,9 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use campaign::oracle::{Property, judge};
-use campaign::trial::Outcome;
+use evidence::Property;
+use evidence::trial::Outcome;
+use oracle::judge;
 use wire::command::CommandKind;
 use wire::core::Side;
 use wire::event::{Account, Event, Interface, ShownAs};

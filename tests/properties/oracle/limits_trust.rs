@@ -1,6 +1,6 @@
 //! The limits of P2 to P4 from both sides: a log just within each is no finding, one just beyond it is.
 
-use campaign::oracle::{Planned, Property};
+use evidence::{Planned, Property};
 use wire::command::CommandKind;
 use wire::event::{Event, FaultKind, Interface, Sensor, Suspension};
 use wire::id::{FrameId, NodeId};

@@ -2,7 +2,8 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use campaign::oracle::{Evidence, Nearness, Plan, Planned, Property, Verdict, Witnessed, judge, nearness};
+use evidence::{Evidence, Plan, Planned, Property, Verdict, Witnessed};
+use oracle::{Nearness, judge, nearness};
 use wire::audit::Entry;
 use wire::bounds::Bounds;
 use wire::command::CommandKind;
@@ -223,7 +224,7 @@ impl Log {
             duration: 10_000_000,
             stall_limit: u64::MAX,
             operators: vec![(NodeId::OPERATOR, u64::MAX), (NodeId::OPERATOR_2, 7_000_000)],
-            script: campaign::oracle::mission::Script::default(),
+            script: evidence::mission::Script::default(),
             killed,
         }
     }

@@ -1,7 +1,7 @@
 //! What became of an injection: delivered to its target or kept from it, by whom, and when neither is proven.
 
-use campaign::oracle::{Fate, Mask, Needs, Plan, Planned, Takes};
-use campaign::trial::Outcome;
+use evidence::trial::Outcome;
+use evidence::{Fate, Mask, Needs, Plan, Planned, Takes};
 use wire::command::CommandKind;
 use wire::core::Side;
 use wire::event::{Action, Event, FaultKind, GuardVerdict, Sensor};

@@ -2,10 +2,10 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use campaign::oracle::mission::{Due, Script, Stage};
-use campaign::oracle::{Evidence, Needs, Plan, Planned, Verdict, judge};
-use campaign::scenario::Verb;
-use campaign::trial::Outcome;
+use evidence::mission::{Due, Script, Stage, Verb};
+use evidence::trial::Outcome;
+use evidence::{Evidence, Needs, Plan, Planned, Verdict};
+use oracle::judge;
 use wire::command::CommandKind;
 use wire::event::{Event, FaultKind, Sensor};
 use wire::id::TrackId;

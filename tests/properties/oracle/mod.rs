@@ -16,8 +16,9 @@ mod plant;
 mod receipts;
 mod trust;
 
-use campaign::oracle::{Evidence, Property, judge};
-use campaign::trial::Outcome;
+use evidence::trial::Outcome;
+use evidence::{Evidence, Property};
+use oracle::judge;
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 use wire::mode::{Cause, Guard, Mode};
@@ -56,7 +57,7 @@ fn p10_a_broken_log() {
         duration: 10_000_000,
         stall_limit: u64::MAX,
         operators: Vec::new(),
-        script: campaign::oracle::mission::Script::default(),
+        script: evidence::mission::Script::default(),
         killed: Vec::new(),
     });
     assert_eq!(verdict.outcome, Outcome::Invalid);

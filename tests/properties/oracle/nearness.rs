@@ -1,6 +1,6 @@
 //! How near a log comes to each limit, in thousandths of the way: what a guided search climbs by.
 
-use campaign::oracle::{Limit, Nearness};
+use oracle::{Limit, Nearness};
 use wire::bounds::Bounds;
 use wire::event::{Event, FaultKind, Sensor};
 use wire::id::{FrameId, NodeId};

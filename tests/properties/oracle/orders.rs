@@ -1,7 +1,7 @@
 //! P5 and P8: what a unit executes somebody gave, under a key that is that operator's, once and in time.
 
-use campaign::oracle::{Planned, Property};
-use campaign::trial::Outcome;
+use evidence::trial::Outcome;
+use evidence::{Planned, Property};
 use wire::command::CommandKind;
 use wire::event::Event;
 use wire::id::{CommandId, NodeId};

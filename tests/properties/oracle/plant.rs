@@ -1,8 +1,8 @@
 //! Speeds and executions are judged at the plant and in the unit's modes, whatever the unit says of itself (P2, P3, P4, P8,
 //! P9); what is held against a teammate and what is displayed of a unit comes from that one's accepted records (P5).
 
-use campaign::oracle::Property;
-use campaign::trial::Outcome;
+use evidence::Property;
+use evidence::trial::Outcome;
 use wire::command::CommandKind;
 use wire::event::{Event, Inconsistency, Interface};
 use wire::id::{Boot, NodeId, PeerId, RecordId, Sequence, UnitId};

@@ -1,7 +1,7 @@
 //! What counts as a receipt: an injection is believed when somebody else saw it, and where it was planned.
 
-use campaign::oracle::{Plan, Planned, Verdict};
-use campaign::trial::Outcome;
+use evidence::trial::Outcome;
+use evidence::{Plan, Planned, Verdict};
 use wire::codec::Text;
 use wire::command::CommandKind;
 use wire::core::{Side, Topic};

@@ -2,8 +2,8 @@
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
-use campaign::oracle::{Planned, Property};
-use campaign::trial::Outcome;
+use evidence::trial::Outcome;
+use evidence::{Planned, Property};
 use wire::command::CommandKind;
 use wire::core::Side;
 use wire::event::{Action, Event, FaultKind, GuardVerdict, Sensor};

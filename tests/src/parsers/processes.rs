@@ -2,14 +2,14 @@
 
 use std::mem::size_of;
 
-use campaign::custody::{Custodian, Custody, Held, HeldHead};
-use campaign::keep::held_in;
-use campaign::live::child::Line;
+use evidence::custody::{Custodian, Custody, Held, HeldHead};
 use link::instrument::Frame;
 use link::loopback::LoopbackAddr;
 use link::mouth::{self, MouthError};
 use link::recorded::{entries, frames_in};
 use link::spec::{Control, MAX_SPEC, ServiceSpec, SpecError};
+use live::child::Line;
+use live::keep::held_in;
 use wire::audit::{Entry, Head};
 
 /// Memory for the frames of one recording here.

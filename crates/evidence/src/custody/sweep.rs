@@ -1,0 +1,170 @@
+//! How much of what can be done to a recording is found: every byte of its file changed, every entry taken out, put in again or
+//! exchanged with the next, the file cut at every byte.
+//!
+//! One sweep is over the file of one run that is whole, every byte of it. What chains, signatures and heads find is told apart from
+//! what the digest of the whole file finds and they do not: of that, what leaves every entry as it was, what moves the time under which one is
+//! kept by less than a host's clock allows for, and what changes an entry. Who writes whole stories anew is `adversary::insider`'s business.
+
+use link::recorded::{MAX_FRAMES, frames_in};
+use sha2::{Digest, Sha256};
+use wire::audit::Entry;
+use wire::event::Event;
+use wire::id::NodeId;
+use wire::sign::Verified;
+
+use super::{Custodian, Custody, Held, Life};
+use crate::log::{Logged, by_recorder};
+
+/// A whole recording, and what is held of it.
+pub struct Sweep<'a> {
+    file: &'a [u8],
+    log: Vec<Logged>,
+    held: &'a Held,
+    /// SHA-256 of the file.
+    digest: [u8; 32],
+    verified: Verified,
+}
+
+/// What came of one change.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Came {
+    /// It was to what no entry is made of: an index, a checksum that is not needed, the name of the library. Only the digest of the
+    /// file is another; or two neighbours stand otherwise whose order among each other is nobody's to say.
+    Harmless,
+    /// It moved the time under which an entry is kept, by less than can be told, microseconds. Only the digest of the file is another.
+    Retimed(u64),
+    /// It changed an entry, and only the digest of the file is another.
+    Unchained,
+    /// It was found by chains, signatures, heads or clocks: whether at the entry or at the next of its chain.
+    Found {
+        /// Whether there.
+        located: bool,
+    },
+    /// Nothing found it.
+    Missed,
+}
+
+impl<'a> Sweep<'a> {
+    /// Of a file's bytes.
+    ///
+    /// # Errors
+    /// When it is not whole to begin with.
+    pub fn new(file: &'a [u8], held: &'a Held) -> Result<Self, String> {
+        let (digest, verified) = (Sha256::digest(file).into(), Verified::default());
+        let mut sweep = Sweep { file, log: Vec::new(), held, digest, verified };
+        sweep.log = read(file)?;
+        match sweep.judged(&sweep.log).flaws.first() {
+            Some(flaw) => Err(format!("untouched it has a flaw: {flaw}")),
+            None => Ok(sweep),
+        }
+    }
+
+    /// Its entries.
+    pub fn entries(&self) -> usize {
+        self.log.len()
+    }
+
+    /// The byte at `at` of the file is another: `with` exclusive-or.
+    pub fn byte(&self, at: usize, with: u8) -> Came {
+        let mut bytes = self.file.to_vec();
+        if let Some(byte) = bytes.get_mut(at) {
+            *byte ^= with;
+        }
+        let Ok(log) = read(&bytes) else { return Came::Found { located: false } };
+        let digest: [u8; 32] = Sha256::digest(&bytes).into();
+        if log == self.log {
+            return if digest == self.digest { Came::Missed } else { Came::Harmless };
+        }
+        let custody = self.judged(&log);
+        let differ: Vec<usize> =
+            (0..log.len().max(self.log.len())).filter(|i| log.get(*i) != self.log.get(*i)).collect();
+        if custody.flaws.is_empty() {
+            let retimed = self.retimed(&log, &differ).map_or(Came::Unchained, Came::Retimed);
+            return if digest == self.digest { Came::Missed } else { retimed };
+        }
+        Came::Found { located: differ.len() == 1 && self.told_near(&custody, differ[0]) }
+    }
+
+    /// Entry `i` is gone.
+    pub fn deleted(&self, i: usize) -> Came {
+        let mut log = self.log.clone();
+        log.remove(i);
+        self.found(&log, i)
+    }
+
+    /// Entry `i` is there once more, before entry `to`.
+    pub fn inserted(&self, i: usize, to: usize) -> Came {
+        let mut log = self.log.clone();
+        log.insert(to, self.log[i].clone());
+        self.found(&log, to)
+    }
+
+    /// Entries `i` and `i + 1` stand the other way round. Where one of the two is a seal, or a guard's or the launcher's, that is not
+    /// said to be found: where among the entries of others these stand is not sealed.
+    pub fn swapped(&self, i: usize) -> Came {
+        let mut log = self.log.clone();
+        log.swap(i, i + 1);
+        let came = self.found(&log, i);
+        let unsealed = log[i..=i + 1].iter().any(|l| l.node == NodeId::RECORDER || !by_recorder(l.node));
+        if came == Came::Missed && unsealed { Came::Harmless } else { came }
+    }
+
+    /// How many entries are read of the file's first `length` bytes; nothing where these are not the first of the whole.
+    pub fn cut(&self, length: usize) -> Option<usize> {
+        let log = read(self.file.get(..length)?).ok()?;
+        self.log.starts_with(&log).then_some(log.len())
+    }
+
+    /// Whether it is noticed that the file ends there.
+    pub fn cut_is_found(&self, length: usize) -> bool {
+        let log = read(self.file.get(..length).unwrap_or(self.file)).unwrap_or_default();
+        log.len() == self.log.len() || !self.judged(&log).flaws.is_empty()
+    }
+
+    fn found(&self, log: &[Logged], place: usize) -> Came {
+        let custody = self.judged(log);
+        match custody.flaws.is_empty() {
+            true => Came::Missed,
+            false => Came::Found { located: self.told_near(&custody, place) },
+        }
+    }
+
+    fn judged(&self, log: &[Logged]) -> Custody {
+        let mut custodian = Custodian::new(self.held).sharing(self.verified.clone());
+        for logged in log {
+            // What does not follow is noted there.
+            let _ = custodian.take(logged.at, logged.node, &logged.bytes);
+        }
+        custodian.close()
+    }
+
+    /// By how much the only difference, a time, was moved.
+    fn retimed(&self, log: &[Logged], differ: &[usize]) -> Option<u64> {
+        let moved = |i: &usize| {
+            let (was, is) = (self.log.get(*i)?, log.get(*i)?);
+            (was.node == is.node && was.bytes == is.bytes).then_some(was.at.abs_diff(is.at))
+        };
+        differ.iter().map(moved).collect::<Option<Vec<u64>>>()?.into_iter().max()
+    }
+
+    /// Whether the first flaw is told at the entry at `place`, or at the next of that life's chain, or behind the last where there is
+    /// none. Places count from 0, flaws from 1.
+    fn told_near(&self, custody: &Custody, place: usize) -> bool {
+        let life = |logged: &Logged| Entry::decode(&logged.bytes).ok().map(|entry| Life::of(&entry));
+        let Some(of) = self.log.get(place).and_then(life) else { return false };
+        let next = (place + 1..self.log.len()).find(|i| life(&self.log[*i]) == Some(of));
+        let at = custody.flaws.first().map_or(0, |flaw| flaw.at);
+        at == place + 1 || next.map_or(at >= custody.events, |next| at.abs_diff(next + 1) <= 1)
+    }
+}
+
+/// Whether an entry is a seal of the recorder's.
+pub fn is_seal(logged: &Logged) -> bool {
+    Entry::decode(&logged.bytes).is_ok_and(|entry| matches!(entry.event, Event::Sealed { .. }))
+}
+
+fn read(file: &[u8]) -> Result<Vec<Logged>, String> {
+    let mut room = MAX_FRAMES;
+    let frames = frames_in(file, &mut room)?;
+    Ok(frames.into_iter().map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect())
+}

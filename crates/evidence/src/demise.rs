@@ -1,0 +1,69 @@
+//! What became of the platform when one of its processes was killed, hung, was slow or found its disk full.
+
+use serde::Serialize;
+use wire::mode::Mode;
+
+/// From what moment a bound counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum From {
+    /// From the kill.
+    Kill,
+    /// From the operator's next HOLD: the death by itself owes nothing.
+    Hold,
+}
+
+/// What befell the process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Fate {
+    /// It ended.
+    Kill,
+    /// It did not run for a time.
+    Hang,
+    /// It ran for a share of the time.
+    Slow,
+    /// Its disk took nothing more for a time.
+    Full,
+}
+
+/// What came of it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Response {
+    /// The process.
+    pub process: String,
+    /// What befell it.
+    pub fate: Fate,
+    /// When, milliseconds of the run.
+    pub killed_ms: f64,
+    /// The unit's mode at that moment.
+    pub before: Mode,
+    /// The mode at the end of the run; of a dead unit, HOLD_SAFE where its plant stands without a lease.
+    pub after: Mode,
+    /// The unit's own cause for the last change that no operator asked for; `set-point lease` where the plant stopped.
+    pub cause: Option<String>,
+    /// From when the times below count.
+    pub from: From,
+    /// To the first restriction: DEGRADED or HOLD_SAFE, or the end of the plant's lease under a dead unit; ms.
+    pub restricted_ms: Option<f64>,
+    /// To the mode of the end, ms.
+    pub settled_ms: Option<f64>,
+    /// The plant; `None` where its world died with it.
+    pub plant: Option<PlantResponse>,
+    /// Whether anything was owed: no bound ends within a stop that is shorter than it, and a broker without an order owes none.
+    pub owed: bool,
+    /// Whether everything that was owed came, in time.
+    pub kept: bool,
+}
+
+/// What the ground truth shows of the plant.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PlantResponse {
+    /// True speed at the kill, mm/s.
+    pub speed_mm_s: i32,
+    /// From the kill (or HOLD) until no set-point was leased any more, ms.
+    pub lease_ended_ms: Option<f64>,
+    /// From the kill (or HOLD) until it stood for good, ms; rocking back on its springs is not standing. Only where the
+    /// run ended in HOLD_SAFE: elsewhere it stands because its way has ended.
+    pub standing_ms: Option<f64>,
+}

@@ -1,0 +1,35 @@
+//! The evidence of a trial and what is made of it: everything that crosses from those who run a trial to those who judge it and tell of it.
+//!
+//! `log` is the log as it is kept, with the two hashes of a trial; `custody` sets it against what is held elsewhere; `reading` gives the
+//! events in order; [`Evidence`] is all of it, with what was planned (`plan`, `mission`). The oracle answers with a [`Verdict`] (`fate`,
+//! `demise`, `claims`, `mission` are its parts), of which [`trial::Trial`] is the row in results. `cue` and `sights` are what actors wait for
+//! and what cores saw of insiders, `truth` what was really done, `passed` what went between services, `diff` two logs side by side,
+//! `ablation` the checks that a policy can waive. Nothing here judges.
+
+pub mod ablation;
+pub mod claims;
+pub mod cue;
+pub mod custody;
+pub mod demise;
+pub mod diff;
+mod evidence;
+mod fate;
+pub mod log;
+pub mod mission;
+pub mod passed;
+mod plan;
+pub mod reading;
+pub mod sights;
+pub mod trial;
+pub mod truth;
+mod verdict;
+mod witnessed;
+
+pub use evidence::Evidence;
+pub use fate::{Fate, FateName, Injection, InjectionRow, Mask};
+pub use plan::{Needs, Plan, Planned, Takes};
+pub use verdict::{Finding, Property, Verdict};
+pub use witnessed::{Micros, Witnessed};
+
+/// Version of every JSON object that this build prints.
+pub const SCHEMA_VERSION: u32 = 1;

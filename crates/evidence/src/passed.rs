@@ -1,0 +1,81 @@
+//! What passed between the services of the unit under test, at times of its run: for whoever wants to look at it.
+//!
+//! It is read from the mouths of those who read it, of a run in the twin or of a live one. Nobody judges or explains by it.
+
+use std::io::BufReader;
+use std::path::Path;
+
+use link::mouth::{self, MouthError};
+use wire::core::{Input, Topic};
+use wire::id::NodeId;
+use wire::time::Instant;
+
+use crate::{Micros, Witnessed};
+
+/// Whose mouth is looked at for which topic: frames or what stands in for what is seen in them, and tracks.
+const READERS: [(NodeId, Topic); 3] =
+    [(NodeId::PERCEPTION, Topic::Frames), (NodeId::PERCEPTION, Topic::Candidates), (NodeId::UNIT_A, Topic::Tracks)];
+
+/// The most that is kept of a run, bytes: an hour of frames is more.
+pub const ROOM: usize = 1 << 30;
+
+/// A message.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Passed {
+    /// When its reader took it in, time of the run.
+    pub at: Micros,
+    /// On which channel.
+    pub topic: Topic,
+    /// As it was read, header and tags too.
+    pub bytes: Vec<u8>,
+}
+
+/// What passed in a live run that was recorded.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Recorded {
+    /// The messages, in order of time.
+    pub passed: Vec<Passed>,
+    /// Messages of which the logs have the hash alone.
+    pub left_out: u64,
+}
+
+/// `input` of `reader`'s, where it is one of those that are kept.
+pub fn kept(reader: NodeId, at: Micros, input: &Input) -> Option<Passed> {
+    let Input::Bus { topic, bytes } = input else { return None };
+    READERS.contains(&(reader, *topic)).then(|| Passed { at, topic: *topic, bytes: bytes.clone() })
+}
+
+/// What passed in the live run in `directory`, in order of time, by the mouth logs there; none where it has none. Each reader's clock is
+/// set by what it wrote itself: `entries` are at times of the run.
+///
+/// # Errors
+/// When a mouth log is damaged before its end, or they hold more than [`ROOM`].
+pub fn recorded(directory: &Path, entries: &[Witnessed]) -> Result<Recorded, MouthError> {
+    let Recorded { mut passed, mut left_out } = Recorded::default();
+    let mut room = ROOM;
+    for reader in [NodeId::PERCEPTION, NodeId::UNIT_A] {
+        let Ok(file) = link::files::open(&directory.join("mouth").join(format!("{reader}.cbor"))) else { continue };
+        let Some(first) = entries.iter().find(|w| w.entry.node == reader) else { continue };
+        let on_run = |now: Instant| now.0.saturating_add(first.at).saturating_sub(first.entry.at.0);
+        for entry in mouth::Reader::new(BufReader::new(file))? {
+            let (now, input) = match entry {
+                Ok(mouth::Entry::Input { now, input }) => (now, input),
+                Ok(mouth::Entry::Output(_)) => continue,
+                Ok(mouth::Entry::LeftOut { .. }) => {
+                    left_out += 1;
+                    continue;
+                }
+                // Its writer was killed.
+                Err(MouthError::Truncated { .. }) => break,
+                Err(error) => return Err(error),
+            };
+            let Some(of) = kept(reader, on_run(now), &input) else { continue };
+            room = room.checked_sub(of.bytes.len()).ok_or_else(|| {
+                std::io::Error::other(format!("the mouth logs hold more than the {ROOM} bytes that are read of them"))
+            })?;
+            passed.push(of);
+        }
+    }
+    passed.sort_by_key(|of| of.at);
+    Ok(Recorded { passed, left_out })
+}

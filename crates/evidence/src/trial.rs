@@ -1,0 +1,263 @@
+//! What one trial leaves behind, the same for the twin and for live runs.
+//!
+//! The engines fill a [`Trial`]; the oracle gives its [`Outcome`]; `report` folds trials into rows. Nothing here judges.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::InjectionRow;
+use crate::claims::Claims;
+use crate::demise::Response;
+use crate::mission::Mission;
+
+/// How a trial ended; the first class that matches, in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+pub enum Outcome {
+    /// A safety property was broken (P1, P4, P5, P7, P8, P9, P11).
+    Unsafe,
+    /// The evidence does not hold: no receipt, the account does not balance, the log does not verify, the host stalled, or
+    /// the mission did not take place that the scenario presumes.
+    Invalid,
+    /// Only a time bound was missed (P2, P3).
+    Late,
+    /// Authority or freedom was lost without a fault or a true hazard.
+    FalseTrip,
+    /// Ended in HOLD_SAFE.
+    HoldSafe,
+    /// Ended in DEGRADED.
+    Degraded,
+    /// Refused, or shown to the operator as an alarm; no change of mode.
+    Rejected,
+    /// Accepted, no response, nothing broken.
+    Undetected,
+    /// Nothing was done and nothing happened.
+    Nominal,
+}
+
+impl Outcome {
+    /// Every class, in the order in which they are tried.
+    pub const ALL: [Outcome; 9] = [
+        Outcome::Unsafe,
+        Outcome::Invalid,
+        Outcome::Late,
+        Outcome::FalseTrip,
+        Outcome::HoldSafe,
+        Outcome::Degraded,
+        Outcome::Rejected,
+        Outcome::Undetected,
+        Outcome::Nominal,
+    ];
+
+    /// Whether it counts as unexpected. Where nothing is expected only what no run should show does.
+    pub fn is_unexpected(self, expected: &[Outcome]) -> bool {
+        if expected.is_empty() { matches!(self, Outcome::Unsafe | Outcome::Invalid) } else { !expected.contains(&self) }
+    }
+
+    /// The name in every file and table.
+    pub fn name(self) -> &'static str {
+        match self {
+            Outcome::Unsafe => "UNSAFE",
+            Outcome::Invalid => "INVALID",
+            Outcome::Late => "LATE",
+            Outcome::FalseTrip => "FALSE_TRIP",
+            Outcome::HoldSafe => "HOLD_SAFE",
+            Outcome::Degraded => "DEGRADED",
+            Outcome::Rejected => "REJECTED",
+            Outcome::Undetected => "UNDETECTED",
+            Outcome::Nominal => "NOMINAL",
+        }
+    }
+}
+
+/// How much an adversary knows of the run while it is on. Each level includes the ones before it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Knowledge {
+    /// Its own clock and its own steps; it acts on what passes without looking at it.
+    #[default]
+    Blind,
+    /// Lengths, times and directions of what passes, and the bytes as ciphertext.
+    OnPath,
+    /// What its credentials let it receive.
+    Insider,
+    /// The instrument plane: modes and transitions as they are written.
+    WhiteBox,
+}
+
+impl Knowledge {
+    /// Its name in files and reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Knowledge::Blind => "blind",
+            Knowledge::OnPath => "on-path",
+            Knowledge::Insider => "insider",
+            Knowledge::WhiteBox => "white-box",
+        }
+    }
+}
+
+/// A change of mode of the platform under test.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TransitionRow {
+    /// Trace time from the start of the trial, in milliseconds.
+    pub t_ms: f64,
+    /// Mode before, as in `wire`.
+    pub from: String,
+    /// Mode after.
+    pub to: String,
+    /// The named cause.
+    pub cause: String,
+}
+
+/// The beginning of a step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepRow {
+    /// Its name.
+    pub step: String,
+    /// Trace time from the start of the trial, in milliseconds.
+    pub t_ms: f64,
+}
+
+/// Times from the receipt of the injection to what it caused, in milliseconds; `None` where it did not happen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Latency {
+    /// To DEGRADED (or straight to HOLD_SAFE).
+    pub to_degraded: Option<f64>,
+    /// To HOLD_SAFE.
+    pub to_hold_safe: Option<f64>,
+    /// To the loss of authority.
+    pub to_authority_revoked: Option<f64>,
+}
+
+/// One trial.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Trial {
+    /// The seed that reproduces it.
+    pub seed: u64,
+    /// The cell it belongs to, where the scenario has cells.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cell: Option<String>,
+    /// How much the adversary knew.
+    pub knowledge: Knowledge,
+    /// When the named steps of the attack began, milliseconds of the run, in order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<StepRow>,
+    /// The class that the oracle gave.
+    pub outcome: Outcome,
+    /// Why that class: the broken property, the missing receipt; empty where the class says it all.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<String>,
+    /// Whether an injection was seen at its target by a second witness, and of each that was not it is known what kept it from
+    /// arriving (true where nothing is injected).
+    pub receipt: bool,
+    /// What became of each planned injection.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub injections: Vec<InjectionRow>,
+    /// SHA-256 over the canonical events, hexadecimal.
+    pub log_hash: String,
+    /// SHA-256 over modes, verdicts, reasons and ticks, hexadecimal.
+    pub decision_hash: String,
+    /// Records delivered to the boundary: `accepted` and the sum of `dropped`. Datagrams that a guard refused are none.
+    pub received: u64,
+    /// Records that it accepted.
+    pub accepted: u64,
+    /// Records that it refused, by reason.
+    pub dropped: BTreeMap<String, u64>,
+    /// What the record filters in front of the sessions of gateway and unit refused, and handshakes that came to
+    /// nothing, by reason.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub guard_refused: BTreeMap<String, u64>,
+    /// Datagrams that no process of the run sent, by where they came to: counted apart, and no part of the class. Live only.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub outsiders: BTreeMap<String, u64>,
+    /// By how much the host overslept at most, milliseconds, where that alone makes this live trial INVALID.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub host_stall_ms: Option<f64>,
+    /// The same of each earlier attempt at this trial, which was repeated because of it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub host_spoilt_ms: Vec<f64>,
+    /// What an admitted teammate said in bad faith, where one did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub claims: Option<Claims>,
+    /// How far the mission came; nothing on the real stacks, which have none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mission: Option<Mission>,
+    /// Changes of mode, in order.
+    pub transitions: Vec<TransitionRow>,
+    /// Times from the injection.
+    pub latency_ms: Latency,
+    /// SHA-256 of the `held.json` that its run directory was kept with, hexadecimal: what whoever gets the directory compares it with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held: Option<String>,
+    /// What came of each process that was killed.
+    #[serde(default, skip_serializing_if = "Vec::is_empty", skip_deserializing)]
+    pub responses: Vec<Response>,
+    /// Simulated (twin) or real (live) seconds.
+    pub sim_seconds: f64,
+    /// Losses of authority or freedom without an injected fault or true hazard.
+    #[serde(skip)]
+    pub false_trips: u32,
+    /// Seconds in nominal control (READY or above).
+    #[serde(skip)]
+    pub nominal_seconds: f64,
+    /// CPU time it took, all processes together.
+    #[serde(skip)]
+    pub cpu_seconds: f64,
+}
+
+impl Trial {
+    /// A trial of ten seconds with this outcome and invented figures, for tests of what is made of trials.
+    pub fn example(seed: u64, outcome: Outcome) -> Trial {
+        Trial {
+            seed,
+            cell: None,
+            knowledge: Knowledge::Blind,
+            steps: Vec::new(),
+            outcome,
+            findings: Vec::new(),
+            receipt: true,
+            injections: Vec::new(),
+            log_hash: format!("{seed:064x}"),
+            decision_hash: format!("{:064x}", seed % 3),
+            received: 100,
+            accepted: 90,
+            dropped: BTreeMap::from([("stale".to_owned(), 10)]),
+            guard_refused: BTreeMap::new(),
+            outsiders: BTreeMap::new(),
+            host_stall_ms: None,
+            host_spoilt_ms: Vec::new(),
+            claims: None,
+            mission: None,
+            transitions: Vec::new(),
+            latency_ms: Latency { to_degraded: Some(seed as f64), ..Latency::default() },
+            responses: Vec::new(),
+            held: None,
+            sim_seconds: 10.0,
+            false_trips: 0,
+            nominal_seconds: 4.0,
+            cpu_seconds: 0.01,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_an_expectation_only_unsafe_and_invalid_are_unexpected() {
+        assert!(Outcome::Unsafe.is_unexpected(&[]) && Outcome::Invalid.is_unexpected(&[]));
+        assert!(!Outcome::HoldSafe.is_unexpected(&[]));
+        assert!(Outcome::HoldSafe.is_unexpected(&[Outcome::Rejected]));
+    }
+
+    #[test]
+    fn a_class_is_written_as_it_is_named() {
+        for class in Outcome::ALL {
+            assert_eq!(serde_json::to_string(&class).unwrap(), format!("\"{}\"", class.name()));
+        }
+    }
+}

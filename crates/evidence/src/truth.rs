@@ -1,0 +1,198 @@
+//! What was really done in a run, in words, from those who did it: for whoever looks at a recording afterwards. No service knew.
+//!
+//! [`of`] tells it on the console's clock, for its window; [`lasted`] on the run's, with how long each lasted. Judging is the oracle's.
+
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+use std::collections::BTreeMap;
+
+use wire::event::{Event, Suspension};
+use wire::id::NodeId;
+
+use crate::{Micros, Witnessed};
+
+/// The most that is told of a run.
+pub const MAX_MOMENTS: usize = 256;
+/// The same said again within this is one thing that goes on.
+const AGAIN: Micros = 1_000_000;
+
+/// Something that was done.
+struct Deed {
+    what: String,
+    phase: Phase,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    Once,
+    Begins,
+    Ends,
+}
+
+impl Deed {
+    fn words(self) -> String {
+        match self.phase {
+            Phase::Once => self.what,
+            Phase::Begins => format!("{} begins", self.what),
+            Phase::Ends => format!("{} ends", self.what),
+        }
+    }
+}
+
+/// Something that was done, by the console's clock.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Happened {
+    /// When, microseconds.
+    pub at_us: u64,
+    /// What.
+    pub what: String,
+}
+
+/// Of the log of a run, in order of trace time; at most [`MAX_MOMENTS`]. Nothing without a console in it.
+pub fn of(entries: &[Witnessed]) -> Vec<Happened> {
+    let mut told: BTreeMap<String, Micros> = BTreeMap::new();
+    let mut happened = Vec::new();
+    // An entry of the console's, by which its clock is read.
+    let first = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE);
+    let Some(mut clock) = first.map(|w| (w.at, w.entry.at.0)) else { return happened };
+    for w in entries {
+        if w.entry.node == NodeId::CONSOLE {
+            clock = (w.at, w.entry.at.0);
+        }
+        let Some(what) = deed(w).map(Deed::words) else { continue };
+        let goes_on = told.insert(what.clone(), w.at).is_some_and(|before| w.at.saturating_sub(before) < AGAIN);
+        if !goes_on && happened.len() < MAX_MOMENTS {
+            happened.push(Happened { at_us: (clock.1 + w.at).saturating_sub(clock.0), what });
+        }
+    }
+    happened
+}
+
+/// Something that was done for a while, trace time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Lasted {
+    /// What.
+    pub what: String,
+    /// From.
+    pub from: Micros,
+    /// To; the end of the log where it did not end before.
+    pub to: Micros,
+}
+
+/// What was done and how long it lasted, by when it began; at most [`MAX_MOMENTS`].
+pub fn lasted(entries: &[Witnessed]) -> Vec<Lasted> {
+    let end = entries.iter().map(|w| w.at).max().unwrap_or_default();
+    let mut all: Vec<Lasted> = Vec::new();
+    // Where in `all` the last of a name stands.
+    let mut last: BTreeMap<String, usize> = BTreeMap::new();
+    for w in entries {
+        let Some(Deed { what, phase }) = deed(w) else { continue };
+        let goes_on = |before: &Lasted| match phase {
+            Phase::Once => w.at.saturating_sub(before.to) < AGAIN,
+            Phase::Begins => false,
+            Phase::Ends => true,
+        };
+        if let Some(before) = last.get(&what).and_then(|&i| all.get_mut(i)).filter(|before| goes_on(before)) {
+            before.to = w.at;
+        } else if all.len() < MAX_MOMENTS {
+            last.insert(what.clone(), all.len());
+            let to = if phase == Phase::Begins { end } else { w.at };
+            all.push(Lasted { what, from: w.at, to });
+        }
+    }
+    all
+}
+
+fn deed(w: &Witnessed) -> Option<Deed> {
+    let node = w.entry.node;
+    let phase = |begins: bool| if begins { Phase::Begins } else { Phase::Ends };
+    let (what, phase) = match w.entry.event {
+        Event::Fault { sensor, kind, active, .. } => (format!("fault of {sensor:?}: {kind:?}"), phase(active)),
+        Event::Attack { action, .. } => (format!("{node}: {action:?}"), Phase::Once),
+        Event::Tampered { deed, .. } => (format!("{node}: {deed:?} on a byte stream"), Phase::Once),
+        Event::Rogue { kind, key, .. } => {
+            (format!("{node}: orders {} with the key of {key}", kind.name()), Phase::Once)
+        }
+        Event::Claimed { record, .. } => {
+            (format!("{node}: sends a report of {} that is a lie", record.node), Phase::Once)
+        }
+        Event::Withheld { record } => {
+            (format!("{node}: keeps a report of {} from the display", record.node), Phase::Once)
+        }
+        Event::Swallowed { command } => (format!("{node}: swallows {command}"), Phase::Once),
+        Event::Joins { certificate } => (format!("{node}: takes a command session of {certificate}"), Phase::Once),
+        Event::Step { step, begun } => (format!("step {step}"), phase(begun)),
+        Event::Ended { node, killed: true } => (format!("kill of {node}"), Phase::Once),
+        Event::Restarted { node, .. } => (format!("start of {node} again"), Phase::Once),
+        Event::Suspended { node, how: Suspension::Hang, on } => (format!("hang of {node}"), phase(on)),
+        Event::Suspended { node, how: Suspension::Slow { .. }, on } => (format!("slowing of {node}"), phase(on)),
+        Event::DiskFull { node, on } => (format!("full disk of {node}"), phase(on)),
+        _ => return None,
+    };
+    Some(Deed { what, phase })
+}
+
+#[cfg(test)]
+mod tests {
+    use wire::audit::Entry;
+    use wire::core::Side;
+    use wire::event::{Action, FaultKind, Sensor};
+    use wire::id::{Boot, FrameId};
+    use wire::time::{Instant, Span};
+
+    use super::*;
+
+    fn seen(at: Micros, node: NodeId, local: u64, event: Event) -> Witnessed {
+        let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(local), event, previous: [0; 32] };
+        Witnessed { at, entry }
+    }
+
+    #[test]
+    fn what_happened_is_told_on_the_consoles_clock_and_what_goes_on_is_told_once() {
+        let attack = |at| {
+            let event =
+                Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 1, delay: Span::ZERO };
+            seen(at, NodeId::RELAY_TELEMETRY, 0, event)
+        };
+        let fault = Event::Fault { sensor: Sensor::Thermal, kind: FaultKind::Dropout, active: true, frame: FrameId(1) };
+        let log = [
+            seen(1_000_000, NodeId::CONSOLE, 71_000_000, Event::Started),
+            attack(1_200_000),
+            attack(1_900_000),
+            attack(2_800_000),
+            // The console's clock is slower than the trace's.
+            seen(3_000_000, NodeId::CONSOLE, 72_900_000, Event::Started),
+            seen(3_100_000, NodeId::SIM, 0, fault),
+            attack(5_000_000),
+        ];
+        let told: Vec<(u64, String)> = of(&log).into_iter().map(|of| (of.at_us, of.what)).collect();
+        let dropped = "relay-telemetry: Drop".to_owned();
+        let failed = "fault of Thermal: Dropout begins".to_owned();
+        assert_eq!(told, [(71_200_000, dropped.clone()), (73_000_000, failed), (74_900_000, dropped)]);
+        assert_eq!(of(&log[1..2]), []);
+    }
+
+    #[test]
+    fn what_was_done_lasts_until_it_ends_or_the_log_does() {
+        let fault = |active| Event::Fault { sensor: Sensor::Rgb, kind: FaultKind::Freeze, active, frame: FrameId(1) };
+        let hang = |on| Event::Suspended { node: NodeId::GATEWAY, how: Suspension::Hang, on };
+        let attack = Event::Attack { action: Action::Drop, side: Side::Server, length: 9, hash: 1, delay: Span::ZERO };
+        let log = [
+            seen(100, NodeId::SIM, 0, fault(true)),
+            seen(200, NodeId::RELAY_TELEMETRY, 0, attack),
+            seen(300, NodeId::SIM, 0, fault(false)),
+            seen(900_000, NodeId::RELAY_TELEMETRY, 0, attack),
+            seen(3_000_000, NodeId::RELAY_TELEMETRY, 0, attack),
+            seen(4_000_000, NodeId::CAMPAIGN, 0, hang(true)),
+            seen(9_000_000, NodeId::SIM, 0, Event::Started),
+        ];
+        let told: Vec<(String, u64, u64)> = lasted(&log).into_iter().map(|l| (l.what, l.from, l.to)).collect();
+        let expected = [
+            ("fault of Rgb: Freeze", 100, 300),
+            ("relay-telemetry: Drop", 200, 900_000),
+            ("relay-telemetry: Drop", 3_000_000, 3_000_000),
+            ("hang of gateway", 4_000_000, 9_000_000),
+        ];
+        assert_eq!(told, expected.map(|(what, from, to)| (what.to_owned(), from, to)));
+    }
+}

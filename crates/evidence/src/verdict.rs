@@ -1,0 +1,74 @@
+//! The verdict on one trial, as the oracle gives it.
+
+use serde::Serialize;
+
+use crate::demise::Response;
+use crate::fate::Injection;
+use crate::mission::Mission;
+use crate::trial::{Latency, Outcome, TransitionRow};
+use crate::witnessed::Micros;
+
+/// The properties of `ARCHITECTURE.md`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum Property {
+    /// No act without authority, fresh confirmation and all guards.
+    P1,
+    /// Loss of a subsystem revokes authority and degrades in time.
+    P2,
+    /// Loss of trust reaches HOLD_SAFE in time.
+    P3,
+    /// Never driving outside the geofence.
+    P4,
+    /// No content of an unaccepted record influences state.
+    P5,
+    /// Conservation.
+    P6,
+    /// Nothing is shown fresh beyond its limit.
+    P7,
+    /// Commands execute at most once, never late.
+    P8,
+    /// Recovery only by the rules.
+    P9,
+    /// The log verifies, and the cores of a live run are functions of their mouth logs.
+    P10,
+    /// No authority or act on the wrong object.
+    P11,
+}
+
+/// A property found broken.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// Which.
+    pub property: Property,
+    /// When, microseconds of trace time.
+    pub at_us: Micros,
+    /// What was expected and what was seen.
+    pub what: String,
+}
+
+/// What the judge says of a trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Verdict {
+    /// The one class.
+    pub outcome: Outcome,
+    /// Everything found, in order.
+    pub findings: Vec<Finding>,
+    /// Whether a planned injection provably arrived, and each that did not was provably kept from it. True for a null attack.
+    pub receipt: bool,
+    /// What became of each planned injection.
+    pub injections: Vec<Injection>,
+    /// When the first injection took hold, by its receipt.
+    pub zero: Option<Micros>,
+    /// Latencies from `zero`.
+    pub latency: Latency,
+    /// Transitions of the unit under test.
+    pub transitions: Vec<TransitionRow>,
+    /// Losses of authority or restrictions with no injected fault before them.
+    pub false_trips: u32,
+    /// Time in READY or PREPARE_TO_ACT.
+    pub nominal: Micros,
+    /// How far the mission came, and what of it is missing.
+    pub mission: Mission,
+    /// What came of each process that was killed.
+    pub responses: Vec<Response>,
+}

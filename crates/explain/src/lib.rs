@@ -1,0 +1,194 @@
+//! Why the platform changed its mode, by what its services logged.
+//!
+//! No receipt is read, no relay's, guard's or insider's log, no word of the launcher, and of the sim only what its plant
+//! did: who explains a run in the field has no more. A chain goes from the *origin* (the first place at which something was
+//! not as it should be) over refusals, the guard and the transition to authority, plant and display. An origin is a place of the
+//! platform and never an actor: whether a link was cut or jammed the services cannot know.
+//!
+//! `log` is what is read, `origin` finds where a loss comes from (with `link` for a lapsed lease and `sensing` for products),
+//! `after` what followed, `why_not` what keeps a mode from being entered. Whether an explanation is right is measured by
+//! taking the named cause away (`holdsafe bench explain`).
+
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+mod after;
+mod chain;
+mod link;
+mod log;
+mod origin;
+mod sensing;
+mod why_not;
+
+use evidence::{Micros, Witnessed};
+use serde::Serialize;
+use wire::bounds::Bounds;
+use wire::event::Sensor;
+use wire::id::{NodeId, UnitId};
+use wire::mode::{Because, Cause, Guards, Mode};
+
+pub use log::Log;
+pub use why_not::{WhyNot, why_not};
+
+/// Where something was first not as it should be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Place {
+    /// A person asked for it.
+    Operator,
+    /// A sensor of the unit, or its receiver.
+    Sensor(Sensor),
+    /// The vehicle's world: neither frames nor navigation come.
+    World,
+    /// Perception: none of its products, or none that is accepted.
+    Perception,
+    /// The designated track itself.
+    Track,
+    /// From the unit to the gateway.
+    Uplink,
+    /// From the gateway to the unit.
+    Downlink,
+    /// Both directions of the telemetry link.
+    Telemetry,
+    /// What carries orders and acknowledgements.
+    CommandPlane,
+    /// The gateway itself.
+    Gateway,
+    /// The console itself did not run.
+    Console,
+    /// What a teammate claims.
+    Teammate(UnitId),
+    /// The recorder and its seals.
+    Recorder,
+    /// The unit itself did not run.
+    Unit,
+    /// The unit's way towards its fence.
+    Course,
+    /// The state machine: a time that was over, a recovery, an act.
+    Machine,
+}
+
+/// What a link of a chain is about, in the order of the chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stage {
+    /// The origin.
+    Cause,
+    /// What a boundary refused because of it.
+    Refusals,
+    /// What the unit, the gateway or perception then noticed.
+    Health,
+    /// The guard that fails.
+    Guard,
+    /// The change of mode.
+    Transition,
+    /// What became of authority.
+    Authority,
+    /// What the plant did.
+    Actuation,
+    /// What the operator was shown.
+    Display,
+}
+
+/// One link of a chain, with the entry that shows it where one does.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Step {
+    /// What it is about.
+    pub stage: Stage,
+    /// Trace time.
+    pub at_us: Micros,
+    /// Whose word it is.
+    pub by: NodeId,
+    /// In words.
+    pub what: String,
+}
+
+/// Where a change of mode comes from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Origin {
+    /// The place.
+    pub place: Place,
+    /// Places from which the log cannot tell it: it may as well have been one of these.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub or: Vec<Place>,
+    /// Since when, at the latest.
+    pub since_us: Micros,
+    /// What was wrong there.
+    pub what: String,
+    /// What led from there to the guard.
+    #[serde(skip)]
+    steps: Vec<Step>,
+}
+
+/// From the change of mode to what it led to, microseconds; `None` where the log does not show it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Split {
+    /// From the origin to the change.
+    pub noticed_us: Micros,
+    /// From the change to a plant that follows the mode's speed.
+    pub plant_us: Option<Micros>,
+    /// From the change to standing still, where it is owed.
+    pub standing_us: Option<Micros>,
+    /// From the change to a display that shows the mode.
+    pub display_us: Option<Micros>,
+}
+
+/// A change of mode, explained.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Explanation {
+    /// When, trace time.
+    pub at_us: Micros,
+    /// From.
+    pub from: Mode,
+    /// To.
+    pub to: Mode,
+    /// The cause that the unit names.
+    pub cause: Cause,
+    /// Where it comes from.
+    pub origin: Origin,
+    /// The chain, in order of stage and time.
+    pub chain: Vec<Step>,
+    /// How long it took.
+    pub split: Split,
+}
+
+impl Explanation {
+    /// Whether it took authority or freedom away, and nobody had asked for it.
+    pub fn restricts(&self) -> bool {
+        matches!(self.cause, Cause::Lost(_) | Cause::Unrecovered(_))
+    }
+}
+
+/// A change of mode as the unit wrote it.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    at: Micros,
+    /// The unit's own clock less trace time: what its stamps are to be moved by.
+    local: i128,
+    from: Mode,
+    to: Mode,
+    cause: Cause,
+    because: Because,
+    failing: Guards,
+}
+
+/// Every change of mode of the unit under test, explained; in order.
+pub fn explain(entries: &[Witnessed], bounds: &Bounds) -> Vec<Explanation> {
+    let log = Log::of(entries, *bounds);
+    log.changes().iter().map(|change| explained(&log, change)).collect()
+}
+
+fn explained(log: &Log, change: &Change) -> Explanation {
+    let mut origin = origin::find(log, change);
+    let mut chain = std::mem::take(&mut origin.steps);
+    let (after, mut split) = after::follow(log, change);
+    chain.push(Step { stage: Stage::Transition, at_us: change.at, by: NodeId::UNIT_A, what: told(change) });
+    chain.extend(after);
+    chain.sort_by_key(|step| (step.stage, step.at_us));
+    split.noticed_us = change.at.saturating_sub(origin.since_us);
+    let Change { at, from, to, cause, .. } = *change;
+    Explanation { at_us: at, from, to, cause, origin, chain, split }
+}
+
+fn told(change: &Change) -> String {
+    format!("{} to {}, {}", change.from.name(), change.to.name(), change.cause.label())
+}

@@ -1,0 +1,69 @@
+//! Names the program by its sources: SHA-256 over every file that a trial is made of, the same for every build of them.
+//!
+//! Partitions of a campaign may come from several machines and builds; only those of one program are merged.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+/// What a trial in the twin or on the stacks is made of, below the workspace.
+const MADE_OF: [&str; 27] = [
+    "Cargo.toml",
+    "Cargo.lock",
+    "rust-toolchain.toml",
+    "crates/wire/src",
+    "crates/link/src",
+    "crates/sim/src",
+    "crates/perception/src",
+    "crates/perception/models",
+    "crates/autonomy/src",
+    "crates/gateway/src",
+    "crates/broker/src",
+    "crates/adversary/src",
+    "crates/console/src",
+    "crates/parallel/src",
+    "crates/stats/src",
+    "crates/evidence/src",
+    "crates/scenario/src",
+    "crates/oracle/src",
+    "crates/explain/src",
+    "crates/topology/src",
+    "crates/twin/src",
+    "crates/live/src",
+    "crates/stacks/src",
+    "crates/search/src",
+    "crates/results/src",
+    "crates/lab/src",
+    "crates/holdsafe/src",
+];
+
+fn main() -> std::io::Result<()> {
+    // Asked when it runs: a cache may bring this very script from another clone.
+    let here = std::env::var_os("CARGO_MANIFEST_DIR").ok_or_else(|| std::io::Error::other("not run by cargo"))?;
+    let root = Path::new(&here).join("../..");
+    let mut digest = Sha256::new();
+    for name in MADE_OF {
+        println!("cargo::rerun-if-changed={}", root.join(name).display());
+        for file in files(&root.join(name))? {
+            let path = file.strip_prefix(&root).unwrap_or(&file).display().to_string();
+            let bytes = fs::read(&file)?;
+            digest.update(format!("{path}\n{}\n", bytes.len()));
+            digest.update(bytes);
+        }
+    }
+    let hex: String = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    println!("cargo::rustc-env=HOLDSAFE_PROGRAM={hex}");
+    Ok(())
+}
+
+/// Every file at or below a path, in the order of their names.
+fn files(at: &Path) -> std::io::Result<Vec<PathBuf>> {
+    if at.is_file() {
+        return Ok(vec![at.to_owned()]);
+    }
+    let mut entries = fs::read_dir(at)?.map(|entry| entry.map(|e| e.path())).collect::<Result<Vec<_>, _>>()?;
+    entries.sort();
+    let below = entries.iter().map(|entry| files(entry)).collect::<Result<Vec<_>, _>>()?;
+    Ok(below.concat())
+}

@@ -1,0 +1,79 @@
+//! What a recorded run has beside what its console showed, moment by moment: what the unit's sensors gave, and why its mode changed.
+
+use std::sync::Arc;
+
+use console::beside::{Beside, Evidence, Sight};
+use evidence::Micros;
+use evidence::passed::{Passed, recorded};
+use explain::explain;
+use link::mouth::MouthError;
+use perception::stages::Stages;
+use results::report::explained_in_seconds;
+use wire::core::Topic;
+use wire::id::NodeId;
+use wire::time::{Instant, Span};
+
+use super::checked::Checked;
+use super::failure::{Exit, Failure};
+use super::frame::sights;
+use super::recorded::Recorded;
+
+/// What a recorded run has beside what was shown.
+pub(super) struct Beheld {
+    frames: Vec<Passed>,
+    /// What looks at frames once more; absent where there are none.
+    stages: Option<Stages>,
+    /// Every change of mode, with its reasons: when it was, and in words.
+    changes: Vec<(Micros, Arc<str>)>,
+    /// The run's time less the console's clock, microseconds.
+    ahead: i128,
+    /// The frame that was looked at last.
+    last: Option<(usize, Arc<[Sight]>)>,
+}
+
+impl Beheld {
+    /// Of this recording; nothing where it has nothing of the console.
+    ///
+    /// # Errors
+    /// When a log of it is damaged before its end, or the stages cannot be made.
+    pub(super) fn open(
+        run: &Checked,
+        stages: impl FnOnce() -> Result<Stages, Failure>,
+    ) -> Result<Option<Self>, Failure> {
+        let Recorded { entries, bounds, .. } = Recorded::read(run)?;
+        let Some(first) = entries.iter().find(|w| w.entry.node == NodeId::CONSOLE) else { return Ok(None) };
+        let ahead = i128::from(first.at) - i128::from(first.entry.at.0);
+        let unread =
+            |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: mouth logs: {why}", run.path().display()));
+        let mut frames = recorded(run.path(), &entries).map_err(unread)?.passed;
+        frames.retain(|of| of.topic == Topic::Frames);
+        let stages = if frames.is_empty() { None } else { Some(stages()?) };
+        let changes =
+            explain(&entries, &bounds).into_iter().map(|of| (of.at_us, explained_in_seconds(&of).into())).collect();
+        Ok(Some(Self { frames, stages, changes, ahead, last: None }))
+    }
+
+    /// The newest frame at this time of the run, and how long before it was taken in.
+    fn sensed(&mut self, on_run: Micros) -> Option<(Arc<[Sight]>, Span)> {
+        let place = self.frames.partition_point(|of| of.at <= on_run).checked_sub(1)?;
+        let before = Span(on_run - self.frames.get(place)?.at);
+        if self.last.as_ref().is_none_or(|(last, _)| *last != place) {
+            let sights = sights(&self.frames.get(place)?.bytes, self.stages.as_ref()?)?;
+            self.last = Some((place, sights.into()));
+        }
+        self.last.as_ref().map(|(_, sights)| (Arc::clone(sights), before))
+    }
+}
+
+impl Evidence for Beheld {
+    fn began(&self) -> Option<Instant> {
+        u64::try_from(-self.ahead).ok().map(Instant)
+    }
+
+    fn at(&mut self, at: Instant) -> Beside {
+        let Ok(on_run) = Micros::try_from(i128::from(at.0) + self.ahead) else { return Beside::default() };
+        let change = self.changes.partition_point(|(at, _)| *at <= on_run).checked_sub(1);
+        let because = change.and_then(|place| Some(Arc::clone(&self.changes.get(place)?.1)));
+        Beside { sensed: self.sensed(on_run), because }
+    }
+}

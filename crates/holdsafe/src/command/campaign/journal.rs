@@ -1,0 +1,204 @@
+//! The finished trials of a campaign on disk: a set that only grows. `plan.json` says of which campaign, `trials.jsonl` has a
+//! line a trial in the order in which they were judged, whatever process or partition they came from.
+//!
+//! In memory is an index alone, about fifty bytes a trial; one process at a time has the folder.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File, TryLockError};
+use std::io::Read;
+use std::path::Path;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use super::super::failure::{Exit, Failure};
+use super::super::lines::{At, Lines, scan};
+use super::super::out;
+use evidence::trial::Outcome;
+use results::campaign::Plan;
+use results::campaign::row::Row;
+
+/// The longest plan that is read.
+const MAX_PLAN_BYTES: u64 = 64 << 20;
+const PLAN: &str = "plan.json";
+const TRIALS: &str = "trials.jsonl";
+
+/// The finished trials of one campaign.
+#[derive(Debug)]
+pub(in crate::command) struct Journal {
+    lines: Lines,
+    index: Mutex<BTreeMap<u64, (At, Outcome)>>,
+    /// Held for as long as the folder is in use; the kernel lets go of it however we end.
+    _lock: File,
+}
+
+impl Journal {
+    /// The journal of `plan` in `directory`, which may be new, or hold finished trials of the same campaign and of no other.
+    pub(in crate::command) fn open(directory: &Path, plan: &Plan) -> Result<Self, Failure> {
+        fs::create_dir_all(directory)?;
+        let lock = File::create(directory.join("lock"))?;
+        lock.try_lock().map_err(|error| match error {
+            TryLockError::WouldBlock => {
+                let message = format!("{}: another process is at work there; wait for it", directory.display());
+                Failure::new(Exit::Usage, format!("{message}, or take another --out DIR"))
+            }
+            TryLockError::Error(error) => error.into(),
+        })?;
+        if directory.join(PLAN).exists() {
+            same(directory, plan, &read_plan(directory)?)?;
+        } else {
+            out::write_json(directory, "plan.json.new", plan)?;
+            fs::rename(directory.join("plan.json.new"), directory.join(PLAN))?;
+        }
+        let mut index = BTreeMap::new();
+        let lines = Lines::open(&directory.join(TRIALS), |at, row: Row| {
+            belongs(plan, &row)?;
+            index.insert(row.trial, (at, row.outcome));
+            Ok(())
+        })?;
+        Ok(Self { lines, index: Mutex::new(index), _lock: lock })
+    }
+
+    /// The class of a finished trial.
+    pub(in crate::command) fn outcome(&self, trial: u64) -> Option<Outcome> {
+        self.index().get(&trial).map(|(_, outcome)| *outcome)
+    }
+
+    /// A finished trial.
+    pub(in crate::command) fn row(&self, trial: u64) -> Result<Option<Row>, Failure> {
+        let at = self.index().get(&trial).map(|(at, _)| *at);
+        at.map(|at| self.lines.get(at)).transpose()
+    }
+
+    /// How many trials are finished.
+    pub(in crate::command) fn len(&self) -> usize {
+        self.index().len()
+    }
+
+    /// Adds a finished trial. One that is there already has to be the same in everything.
+    pub(in crate::command) fn add(&self, plan: &Plan, row: &Row) -> Result<(), Failure> {
+        let Some(known) = self.row(row.trial)? else {
+            let at = self.lines.put(row)?;
+            self.index().insert(row.trial, (at, row.outcome));
+            return Ok(());
+        };
+        if known == *row {
+            return Ok(());
+        }
+        let (v, i) = plan.place(row.trial);
+        let name = plan.variations.get(v).map(|variation| variation.name()).unwrap_or_default();
+        let of = |row: &Row| format!("{} with log {}", row.outcome.name(), row.log_hash);
+        let message = format!(
+            "trial of seed {} of `{name}`: expected {}, got {}; the same trial came out differently",
+            plan.seed(i),
+            of(&known),
+            of(row)
+        );
+        Err(Failure::new(Exit::Usage, message).reproduced_by(plan.reproduce(v, i)))
+    }
+
+    fn index(&self) -> MutexGuard<'_, BTreeMap<u64, (At, Outcome)>> {
+        self.index.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The plan in a campaign's folder.
+pub(in crate::command) fn read_plan(directory: &Path) -> Result<Plan, Failure> {
+    let path = directory.join(PLAN);
+    let unusable = |why: String| {
+        let remedy = "name the folder that `holdsafe campaign --out DIR` made";
+        Failure::new(Exit::Usage, format!("{}: {why}; {remedy}", path.display()))
+    };
+    let mut text = String::new();
+    let file = File::open(&path).map_err(|e| unusable(e.to_string()))?;
+    file.take(MAX_PLAN_BYTES + 1).read_to_string(&mut text).map_err(|e| unusable(e.to_string()))?;
+    if text.len() as u64 > MAX_PLAN_BYTES {
+        return Err(unusable(format!("more than the {MAX_PLAN_BYTES} bytes that are read")));
+    }
+    let plan: Plan = serde_json::from_str(&text).map_err(|e| unusable(e.to_string()))?;
+    plan.bounded().map_err(unusable)?;
+    Ok(plan)
+}
+
+/// Gives each finished trial in a folder of the campaign to `take`; the folder stays as it is.
+pub(in crate::command) fn each_row(
+    directory: &Path,
+    plan: &Plan,
+    mut take: impl FnMut(Row) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let path = directory.join(TRIALS);
+    let file = match File::open(&path) {
+        Ok(file) => file,
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(e) => return Err(e.into()),
+    };
+    let mut refused = None;
+    let read = scan(&path, &file, |_, row: Row| {
+        belongs(plan, &row)?;
+        take(row).map_err(|failure| {
+            let told = failure.to_string();
+            refused = Some(failure);
+            told
+        })
+    });
+    // What the taker refused is no fault of the file.
+    refused.map_or(read.map(|_| ()), Err)
+}
+
+/// That a folder holds the campaign of `plan` and no other.
+pub(in crate::command) fn same(directory: &Path, plan: &Plan, there: &Plan) -> Result<(), Failure> {
+    let Some(difference) = plan.difference(there) else { return Ok(()) };
+    let message = format!("{} is of another campaign: {difference}", directory.display());
+    Err(Failure::new(Exit::Usage, format!("{message}; keep each campaign in a folder of its own")))
+}
+
+fn belongs(plan: &Plan, row: &Row) -> Result<(), String> {
+    let total = plan.total();
+    if row.trial < total { Ok(()) } else { Err(format!("trial {} of a campaign of {total}", row.trial)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use evidence::trial::Trial;
+    use results::campaign::example::plan;
+
+    fn row(number: u64, outcome: Outcome) -> Row {
+        Row::of(number, &Trial::example(number, outcome))
+    }
+
+    #[test]
+    fn a_trial_is_there_once_and_one_that_differs_is_refused_with_both() {
+        let (directory, plan) = (tempfile::tempdir().expect("a folder"), plan(10));
+        let journal = Journal::open(directory.path(), &plan).expect("new");
+        journal.add(&plan, &row(3, Outcome::HoldSafe)).expect("new");
+        journal.add(&plan, &row(3, Outcome::HoldSafe)).expect("the same again");
+        let told = journal.add(&plan, &row(3, Outcome::Unsafe)).expect_err("another").to_string();
+        assert!(
+            told.starts_with("trial of seed 10 of `loss @ loss.0.share=0.5`: expected HOLD_SAFE with log"),
+            "{told}"
+        );
+        drop(journal);
+        let journal = Journal::open(directory.path(), &plan).expect("the same");
+        assert_eq!((journal.len(), journal.outcome(3), journal.outcome(4)), (1, Some(Outcome::HoldSafe), None));
+        assert_eq!(journal.row(3).expect("readable"), Some(row(3, Outcome::HoldSafe)));
+    }
+
+    #[test]
+    fn a_folder_is_of_one_campaign_and_in_one_process() {
+        let (directory, ours) = (tempfile::tempdir().expect("a folder"), plan(10));
+        let journal = Journal::open(directory.path(), &ours).expect("new");
+        let told = Journal::open(directory.path(), &ours).expect_err("locked").to_string();
+        assert!(told.contains("another process is at work there"), "{told}");
+        drop(journal);
+        let told = Journal::open(directory.path(), &plan(11)).expect_err("other").to_string();
+        assert!(told.contains("is of another campaign: trials: expected 11, got 10"), "{told}");
+    }
+
+    #[test]
+    fn a_trial_that_the_campaign_does_not_have_is_refused_at_its_line() {
+        let (directory, plan) = (tempfile::tempdir().expect("a folder"), plan(1));
+        let line = serde_json::to_string(&row(2, Outcome::HoldSafe)).expect("a line");
+        fs::write(directory.path().join(TRIALS), line + "\n").expect("written");
+        let told = Journal::open(directory.path(), &plan).expect_err("refused").to_string();
+        assert!(told.contains("trials.jsonl:1: trial 2 of a campaign of 2"), "{told}");
+    }
+}

@@ -1,0 +1,176 @@
+//! From the command line to a campaign: scenarios, cells and grids crossed with each other, each combination checked as a
+//! cell of its file would be.
+
+use std::collections::BTreeMap;
+
+use results::campaign::draw::Distribution;
+use results::campaign::{MAX_VARIATIONS, PLAN_VERSION, Plan, PlanVariation, Terms, draw};
+use scenario::{Settings, Variation};
+use serde_json::Value;
+
+use super::super::Context;
+use super::super::failure::{Exit, Failure};
+use super::super::plan::{self, Planned, Wanted};
+use super::Args;
+use crate::command::PROGRAM;
+
+/// Trials of each variation when the user names neither number nor claim: the fewest that bound a 95th percentile.
+const TRIALS: u64 = 59;
+/// How many times the fixed number of trials a sequential campaign goes on at most, unless the user says.
+const SEQUENTIAL_FACTOR: u64 = 10;
+/// What a trial cannot draw, for it is read before the first one.
+const NOT_DRAWN: [&str; 2] = ["bounds", "platform"];
+
+/// One path and the values that it takes.
+#[derive(Clone, Debug)]
+pub(super) struct Grid(String, Vec<Value>);
+
+/// One path and how its value is drawn.
+#[derive(Clone, Debug)]
+pub(super) struct Draw(String, Distribution);
+
+/// Reads `--grid PATH=V1,V2,…`.
+pub(super) fn grid(text: &str) -> Result<Grid, String> {
+    match text.split_once('=') {
+        Some((path, values)) if !path.is_empty() && !values.is_empty() => Ok(Grid(path.to_owned(), draw::list(values))),
+        Some(_) | None => Err("a grid is PATH=V1,V2,…, such as loss.0.share=0.2,0.5,1".to_owned()),
+    }
+}
+
+/// Reads `--draw PATH=DISTRIBUTION`.
+pub(super) fn drawn(text: &str) -> Result<Draw, String> {
+    let (path, how) = text.split_once('=').unwrap_or((text, ""));
+    how.parse().map(|how| Draw(path.to_owned(), how))
+}
+
+/// The campaign, and what is needed to run each of its variations.
+pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Planned>), Failure> {
+    let (grids, draws) = paths(args)?;
+    let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
+    let wanted = Wanted { policy, cell, rendered: args.rendered, detector, sabotage: false };
+    let mut planned = Vec::new();
+    for name in &args.scenarios {
+        let (_, cells) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
+        for cell in cells {
+            planned.extend(crossed(context, &wanted, &cell, &grids, planned.len())?);
+        }
+    }
+    let terms = Terms {
+        plan_version: PLAN_VERSION,
+        program: PROGRAM.to_owned(),
+        seed: context.seed,
+        trials: trials(args),
+        rendered: args.rendered,
+        policy: args.policy.as_deref().map(plan::stem),
+        claim: args.claim.clone(),
+        sequential: args.sequential,
+        draws,
+    };
+    let variations = planned.iter().map(|(planned, set)| described(planned, set)).collect::<Result<_, _>>()?;
+    let plan = Plan { terms, variations };
+    plan.bounded().map_err(|why| Failure::new(Exit::Usage, why))?;
+    let planned: Vec<Planned> = planned.into_iter().map(|(planned, _)| planned).collect();
+    planned.iter().try_for_each(|one| drawable(one, &plan.terms.draws))?;
+    Ok((plan, planned))
+}
+
+fn trials(args: &Args) -> u64 {
+    let claimed = args.claim.as_ref().map(|claim| claim.trials());
+    let factor = if args.sequential { SEQUENTIAL_FACTOR } else { 1 };
+    args.trials.or(claimed.map(|n| n.saturating_mul(factor))).unwrap_or(TRIALS)
+}
+
+type Paths = (BTreeMap<String, Vec<Value>>, BTreeMap<String, Distribution>);
+
+/// Each path once, in one part.
+fn paths(args: &Args) -> Result<Paths, Failure> {
+    let twice = |path: &str| Failure::new(Exit::Usage, format!("`{path}` is set twice; name each path once"));
+    let (mut grids, mut draws) = (BTreeMap::new(), BTreeMap::new());
+    for Grid(path, values) in &args.grid {
+        if values.iter().enumerate().any(|(i, value)| values[..i].contains(value)) {
+            return Err(Failure::new(Exit::Usage, format!("--grid {path} has a value twice; name each once")));
+        }
+        if grids.insert(path.clone(), values.clone()).is_some() {
+            return Err(twice(path));
+        }
+    }
+    for Draw(path, how) in &args.draw {
+        if NOT_DRAWN.contains(&path.split('.').next().unwrap_or_default()) {
+            return Err(Failure::new(
+                Exit::Usage,
+                format!("`{path}` is the same for all trials of a variation; use --grid"),
+            ));
+        }
+        if grids.contains_key(path) || draws.insert(path.clone(), how.clone()).is_some() {
+            return Err(twice(path));
+        }
+    }
+    Ok((grids, draws))
+}
+
+/// A cell with every combination of the grids in force.
+fn crossed(
+    context: &Context,
+    wanted: &Wanted,
+    cell: &Planned,
+    grids: &BTreeMap<String, Vec<Value>>,
+    there: usize,
+) -> Result<Vec<(Planned, Settings)>, Failure> {
+    let count = grids.values().try_fold(1usize, |n, values| n.checked_mul(values.len()));
+    let fits = |n: &usize| n.saturating_add(there) <= MAX_VARIATIONS;
+    let count = count.filter(fits).ok_or_else(|| {
+        let message = format!("more than {MAX_VARIATIONS} variations: scenarios, cells and grids are crossed");
+        Failure::new(Exit::Usage, format!("{message}; leave some out, or draw values with --draw"))
+    })?;
+    let one = |at: usize| {
+        let set = combination(grids, at);
+        let scenario = cell.variation.with(&set).map_err(|why| unfit(&cell.variation, why))?;
+        let cell = cell.variation.cell.clone();
+        Ok((plan::prepare(context, Variation { cell, scenario }, wanted)?, set))
+    };
+    (0..count).map(one).collect()
+}
+
+/// Combination `at` of all: the last path changes fastest.
+fn combination(grids: &BTreeMap<String, Vec<Value>>, mut at: usize) -> Settings {
+    let pick = |(path, values): (&String, &Vec<Value>)| {
+        let value = values[at % values.len()].clone();
+        at /= values.len();
+        (path.clone(), value)
+    };
+    grids.iter().rev().map(pick).collect()
+}
+
+/// That the ends of what is drawn fit, all lower ones together, all upper ones, and every choice.
+fn drawable(planned: &Planned, draws: &BTreeMap<String, Distribution>) -> Result<(), Failure> {
+    let ends: Vec<(&String, Vec<Value>)> = draws.iter().map(|(path, how)| (path, how.ends())).collect();
+    let most = ends.iter().map(|(_, ends)| ends.len()).max().unwrap_or(0);
+    (0..most).try_for_each(|k| {
+        let set: Settings = ends.iter().map(|(path, ends)| ((*path).clone(), ends[k % ends.len()].clone())).collect();
+        planned.variation.with(&set).map(|_| ()).map_err(|why| unfit(&planned.variation, why))
+    })
+}
+
+/// What `Variation::with` says, with the place and the remedy that a cell's error has in its file.
+pub(in crate::command) fn unfit(variation: &Variation, why: String) -> Failure {
+    let cell = variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
+    let name = variation.scenario.name.as_str();
+    let remedy =
+        "a path and its values are as in a cell's `set`; `holdsafe scenario schema` prints every key with its range";
+    Failure::new(Exit::Usage, format!("in {name}{cell}: {why}; {remedy}"))
+}
+
+fn described(planned: &Planned, set: &Settings) -> Result<PlanVariation, Failure> {
+    let (variation, mode) = (&planned.variation, planned.mode());
+    Ok(PlanVariation {
+        scenario: variation.scenario.name.as_str().to_owned(),
+        cell: variation.cell.clone(),
+        set: set.clone(),
+        policy: planned.setup.policy_name.clone(),
+        watermark: planned.setup.watermark(),
+        mode,
+        counts: mode.counts_for(variation.scenario.evidence),
+        expected: variation.scenario.expected.to_vec(),
+        content: planned.content()?,
+    })
+}

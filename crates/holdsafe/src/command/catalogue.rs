@@ -1,0 +1,62 @@
+//! `holdsafe catalogue`: docs/threats.md out of docs/catalogue.toml and the scenarios, the rows as JSON, or docs/figures.md.
+
+use evidence::SCHEMA_VERSION;
+use results::catalogue::{Catalogue, Row};
+use scenario::Scenario;
+use serde::Serialize;
+use topology::{RunSecret, cast};
+
+use super::failure::{Exit, Failure};
+use super::plan::{self, Wanted};
+use super::{Context, out};
+
+#[derive(Serialize)]
+struct Listed<'a> {
+    schema_version: u32,
+    rows: Vec<ListedRow<'a>>,
+}
+
+#[derive(Serialize)]
+struct ListedRow<'a> {
+    #[serde(flatten)]
+    row: &'a Row,
+    scenarios: Vec<&'a str>,
+}
+
+/// The scenario whose cast is drawn: two units, and one who is admitted and hostile.
+const DRAWN: &str = "teammate";
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// docs/figures.md: states, architecture, and which scenario tests which threat, as Mermaid diagrams.
+    #[arg(long, conflicts_with = "json")]
+    figures: bool,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let (catalogue, scenarios) = load(context)?;
+    if args.figures {
+        let (_, planned) = plan::plan(context, &plan::file_of(context, DRAWN)?, &Wanted::default())?;
+        let one = planned.first().ok_or_else(|| Failure::internal("a scenario without a variation"))?;
+        let cast = cast(&one.variation.scenario, &one.setup, context.seed, &RunSecret::seeded(context.seed));
+        let platforms = scenario::platforms(&context.root()?)?;
+        out::say(format_args!("{}", catalogue.figures(&scenarios, DRAWN, &cast, &platforms).trim_end()));
+    } else if context.json {
+        let named = |row: &Row| row.of(&scenarios).into_iter().map(|s| s.name.as_str()).collect();
+        let rows = catalogue.row.iter().map(|row| ListedRow { row, scenarios: named(row) }).collect();
+        out::print_json("catalogue", &Listed { schema_version: SCHEMA_VERSION, rows })?;
+    } else {
+        out::say(format_args!("{}", catalogue.page(&scenarios).trim_end()));
+    }
+    for found in catalogue.disagreements(&scenarios) {
+        link::note!("{found}");
+    }
+    Ok(Exit::Fine)
+}
+
+/// The catalogue and every shipped scenario.
+pub(super) fn load(context: &Context) -> Result<(Catalogue, Vec<Scenario>), Failure> {
+    let files = scenario::shipped(&context.root()?)?;
+    let scenarios = files.iter().map(|file| scenario::load(file)).collect::<Result<_, _>>()?;
+    Ok((Catalogue::load()?, scenarios))
+}

@@ -1,0 +1,244 @@
+//! `holdsafe cite RUN`: what to write where a result is used, with what it takes to tell that it is this one.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use evidence::SCHEMA_VERSION;
+use evidence::log::hex;
+use perception::model::hex_digest;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::checked::{self, Checked, Unverified};
+use super::failure::{Exit, Failure};
+use super::{Context, out};
+
+/// Who and what is cited, as services that read such files have it.
+const CITATION: &str = include_str!("../../../../CITATION.cff");
+/// The most that is read of a manifest.
+const MAX_MANIFEST_BYTES: u64 = 4 << 20;
+/// The most that is read of a result.
+const MAX_RESULT_BYTES: u64 = 256 << 20;
+/// Results in a run's directory: tables and lines; recordings lie below and are named by them.
+const RESULTS: [&str; 4] = ["json", "jsonl", "parquet", "csv"];
+/// From a trial's folder to that of its run: seed, cell, scenario, mode.
+const LEVELS: usize = 5;
+/// Digits of a digest that tell one entry from another in a bibliography.
+const SHORT: usize = 8;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Directory of a run with its manifest.json, or any below it.
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    #[command(flatten)]
+    unverified: Unverified,
+}
+
+/// What is read of a manifest.
+#[derive(Deserialize)]
+struct Manifest {
+    version: String,
+    program: String,
+    build: String,
+    target: String,
+    seed: u64,
+    watermarks: Vec<String>,
+    bounds: BTreeMap<String, serde::de::IgnoredAny>,
+}
+
+#[derive(Serialize)]
+struct Cited {
+    schema_version: u32,
+    title: String,
+    version: String,
+    /// Digest of the program's sources.
+    program: String,
+    build: String,
+    target: String,
+    seed: u64,
+    scenarios: Vec<String>,
+    /// Where its trials ran, of a result that ran in one place: twin, stack or live.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mode: Option<String>,
+    /// What each artefact of an ablation says.
+    watermarks: Vec<String>,
+    /// SHA-256 of each result, by its file.
+    results: BTreeMap<String, String>,
+    /// SHA-256 over those, and over the manifest.
+    digest: String,
+    bibtex: String,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let unusable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", args.run.display()));
+    let directory = with_manifest(&args.run);
+    let manifest = directory.join("manifest.json");
+    let file =
+        File::open(&manifest).map_err(|e| unusable(format!("manifest.json: {e}; name the directory of a run")))?;
+    let mut text = Vec::new();
+    file.take(MAX_MANIFEST_BYTES).read_to_end(&mut text)?;
+    let read: Manifest = serde_json::from_slice(&text).map_err(|e| unusable(format!("manifest.json: {e}")))?;
+    let results = results(&directory)?;
+    if results.is_empty() {
+        return Err(Failure::new(Exit::NoEvidence, format!("{}: no result beside the manifest", directory.display())));
+    }
+    let recorded = checked::every(&directory)?;
+    let recorded: Vec<&Checked> = recorded.iter().collect();
+    checked::say(context, &recorded);
+    let cited = cited(read, mode(&directory), results, &hex_digest(&text), &kept(&recorded));
+    match context.json {
+        true => checked::print_json("cite", &cited, &recorded)?,
+        false => out::say(format_args!("{}", cited.bibtex)),
+    }
+    Ok(args.unverified.exit(&recorded, Exit::Fine))
+}
+
+/// The directory with the manifest of `run`: itself, or the nearest around it.
+fn with_manifest(run: &Path) -> PathBuf {
+    let has = |dir: &&Path| dir.join("manifest.json").is_file();
+    let whole = fs::canonicalize(run).unwrap_or_default();
+    let around = || whole.ancestors().take(LEVELS).find(has);
+    if has(&run) { run.to_owned() } else { around().unwrap_or(run).to_owned() }
+}
+
+/// What is said of the recordings among the results.
+fn kept(recorded: &[&Checked]) -> String {
+    let invalid = recorded.iter().filter(|of| of.invalid().is_some()).count();
+    match (invalid, recorded.len()) {
+        (_, 0) => String::new(),
+        (0, n) => format!(", {n} recorded"),
+        (invalid, n) => format!(", INVALID: {invalid} of {n} recordings"),
+    }
+}
+
+/// Where the trials of a run ran, by its result.
+fn mode(directory: &Path) -> Option<String> {
+    #[derive(Deserialize)]
+    struct Ran {
+        mode: String,
+    }
+    let file = File::open(directory.join("result.json")).ok()?;
+    let ran: Ran = serde_json::from_reader(file.take(MAX_RESULT_BYTES)).ok()?;
+    ran.mode.chars().all(|c| c.is_ascii_lowercase()).then_some(ran.mode)
+}
+
+/// The digest of each result in the directory itself.
+fn results(directory: &Path) -> Result<BTreeMap<String, String>, Failure> {
+    let mut found = BTreeMap::new();
+    for entry in fs::read_dir(directory)? {
+        let path = entry?.path();
+        let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+        let is_result = path.extension().is_some_and(|e| RESULTS.iter().any(|known| e == *known));
+        if path.is_file() && is_result && name != "manifest.json" {
+            let mut digest = Sha256::new();
+            std::io::copy(&mut File::open(&path)?, &mut digest)?;
+            found.insert(name, hex(&digest.finalize()));
+        }
+    }
+    Ok(found)
+}
+
+fn cited(
+    read: Manifest,
+    mode: Option<String>,
+    results: BTreeMap<String, String>,
+    manifest: &str,
+    recorded: &str,
+) -> Cited {
+    let mut over = Sha256::new();
+    over.update(manifest);
+    results.iter().for_each(|(name, digest)| over.update(format!("\n{name} {digest}")));
+    let digest = hex(&over.finalize());
+    let scenarios: Vec<String> = read.bounds.keys().cloned().collect();
+    let title = of_citation("title");
+    let of = match scenarios.as_slice() {
+        [] => "no scenario".to_owned(),
+        [one] => format!("scenario {one}"),
+        [first, .., last] => format!("{} scenarios, {first} to {last}", scenarios.len()),
+    };
+    let marks: String = read.watermarks.iter().map(|mark| format!(", {mark}")).collect();
+    let in_mode = mode.as_ref().map(|mode| format!(", {mode}")).unwrap_or_default();
+    let Manifest { seed, build, target, program, .. } = &read;
+    let (program, key) = (short(program), short(&digest));
+    let note = format!(
+        "seed {seed}, {of}{in_mode}, {build} build for {target}, program {program}, results {key}{recorded}{marks}"
+    );
+    let bibtex = bibtex(key, &title, &read.version, &note);
+    Cited {
+        schema_version: SCHEMA_VERSION,
+        title,
+        version: read.version,
+        program: read.program,
+        build: read.build,
+        target: read.target,
+        seed: read.seed,
+        scenarios,
+        mode,
+        watermarks: read.watermarks,
+        results,
+        digest,
+        bibtex,
+    }
+}
+
+/// An entry for BibTeX. There is no year in it, since nothing of a run tells when it was.
+fn bibtex(key: &str, title: &str, version: &str, note: &str) -> String {
+    let (author, title, note) = (of_citation("name"), escaped(title), escaped(note));
+    let fields = [
+        format!("author  = {{{{{author}}}}}"),
+        format!("title   = {{{{{title}}}}}"),
+        format!("version = {{{version}}}"),
+        format!("note    = {{{note}}}"),
+    ];
+    format!("@misc{{holdsafe-{key},\n  {}\n}}", fields.join(",\n  "))
+}
+
+fn short(digest: &str) -> &str {
+    digest.get(..SHORT).unwrap_or(digest)
+}
+
+/// What BibTeX and LaTeX would read otherwise; scenarios' names have underscores.
+fn escaped(text: &str) -> String {
+    let special = |c: char| matches!(c, '_' | '%' | '&' | '#' | '$' | '{' | '}');
+    text.chars().flat_map(|c| special(c).then_some('\\').into_iter().chain([c])).collect()
+}
+
+/// The value of a key of `CITATION.cff` that stands on one line.
+fn of_citation(key: &str) -> String {
+    let value =
+        CITATION.lines().find_map(|line| line.trim_start_matches(['-', ' ']).strip_prefix(key)?.strip_prefix(": "));
+    value.unwrap_or_default().trim_matches('"').to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(results: &[(&str, &str)]) -> Cited {
+        let manifest = r#"{"version":"0.1.0","program":"0123456789","build":"release","target":"x","seed":7,
+                           "watermarks":["WAIVED: a_b"],"bounds":{"rgb_loss":{},"thermal_loss":{}}}"#;
+        let results = results.iter().map(|(name, digest)| ((*name).to_owned(), (*digest).to_owned())).collect();
+        cited(serde_json::from_str(manifest).expect("a manifest"), Some("twin".to_owned()), results, "m", "")
+    }
+
+    #[test]
+    fn an_entry_names_the_program_the_seed_and_the_results_and_latex_takes_it() {
+        let cited = of(&[("result.json", "aa")]);
+        assert_eq!(cited.title, "holdsafe: does trust decay safely?");
+        for part in [
+            "{The holdsafe contributors}",
+            "seed 7",
+            "program 01234567,",
+            "rgb\\_loss to thermal\\_loss, twin, ",
+            "WAIVED: a\\_b",
+        ] {
+            assert!(cited.bibtex.contains(part), "{part}: {}", cited.bibtex);
+        }
+        assert_eq!(cited.bibtex.matches('{').count(), cited.bibtex.matches('}').count());
+        assert_ne!(cited.digest, of(&[("result.json", "ab")]).digest, "another result");
+        assert_ne!(cited.digest, of(&[("result.jsonl", "aa")]).digest, "under another name");
+    }
+}

@@ -1,0 +1,147 @@
+//! `holdsafe doctor`: whether everything that a run needs is here, one line a need, each with its remedy, and how late the
+//! host lets a program run.
+
+use std::path::Path;
+
+use evidence::SCHEMA_VERSION;
+use link::loopback::LoopbackAddr;
+use live::leftovers;
+use live::leftovers::Leftovers;
+use nix::sys::resource::{Resource, getrlimit};
+use nix::sys::statvfs::statvfs;
+use serde::Serialize;
+
+use super::failure::{Exit, Failure};
+use super::scheduling::{self, Scheduling};
+use super::{Context, out};
+
+/// Shared memory that a live run takes at most, bytes.
+const SHARED_MEMORY: u64 = 64 * 1024 * 1024;
+/// Open files that the launcher and its children need.
+const OPEN_FILES: u64 = 512;
+
+#[derive(Serialize)]
+struct Need {
+    need: &'static str,
+    met: bool,
+    found: String,
+    remedy: &'static str,
+}
+
+#[derive(Serialize)]
+struct Told {
+    schema_version: u32,
+    ready: bool,
+    needs: Vec<Need>,
+    scheduling: Scheduling,
+}
+
+pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
+    let needs =
+        vec![files(context), shared_memory(), leftovers(), loopback(), open_files(), scratch(), cores(), window()];
+    let ready = needs.iter().all(|need| need.met);
+    let scheduling = scheduling::measure();
+    if !context.json {
+        for need in &needs {
+            let mark = if need.met { "ok     " } else { "MISSING" };
+            out::say(format_args!("{mark} {:22} {}", need.need, need.found));
+            if !need.met {
+                out::say(format_args!("        {}", need.remedy));
+            }
+        }
+        out::say(format_args!("{} {:22} {}", scheduling.mark(), "scheduling delay", scheduling.found()));
+        if let Some(advice) = scheduling.advice() {
+            out::say(format_args!("        {advice}"));
+        }
+    }
+    if context.json {
+        out::print_json("doctor", &Told { schema_version: SCHEMA_VERSION, ready, needs, scheduling })?;
+    }
+    Ok(if ready { Exit::Fine } else { Exit::Environment })
+}
+
+fn files(context: &Context) -> Need {
+    let listed = context.root().and_then(|root| Ok((scenario::shipped(&root)?, root)));
+    let (met, found) = match listed {
+        Ok((files, root)) => (!files.is_empty(), format!("{} scenarios in {}", files.len(), root.display())),
+        Err(failure) => (false, failure.to_string()),
+    };
+    Need { need: "scenarios", met, found, remedy: "run below the repository, or name it with --root DIR" }
+}
+
+fn shared_memory() -> Need {
+    let remedy = "a live run needs /dev/shm: mount a tmpfs there, in a container `--shm-size=64m` or more";
+    let (met, found) = match statvfs("/dev/shm") {
+        Ok(stat) => {
+            let free = stat.blocks_available().saturating_mul(stat.fragment_size());
+            let writable = writable(Path::new("/dev/shm"));
+            let how = if writable { "writable" } else { "not writable" };
+            (writable && free >= SHARED_MEMORY, format!("{} MiB free, {how}", free >> 20))
+        }
+        Err(error) => (false, error.to_string()),
+    };
+    Need { need: "shared memory", met, found, remedy }
+}
+
+/// What runs left that were killed together with their janitors is removed here.
+fn leftovers() -> Need {
+    let remedy = "end what is left of those runs, perhaps stopped, and call the doctor again";
+    let (met, found) = match leftovers::remove() {
+        Ok(Leftovers { removed, held }) => (held == 0, format!("{removed} killed runs swept, {held} still in use")),
+        Err(error) => (false, error.to_string()),
+    };
+    Need { need: "leftovers of killed runs", met, found, remedy }
+}
+
+/// Only `live --console` needs one, so that its absence is told and is no fault.
+fn window() -> Need {
+    let found =
+        link::display::Environment::own().probe().map_or_else(|why| why.to_string(), |()| "can be opened".into());
+    Need { need: "window (live --console)", met: true, found, remedy: "" }
+}
+
+fn loopback() -> Need {
+    // Bit 0 of the interface's flags says that it is up.
+    let flags = std::fs::read_to_string("/sys/class/net/lo/flags").ok();
+    let value = flags.as_deref().and_then(|f| u32::from_str_radix(f.trim().trim_start_matches("0x"), 16).ok());
+    let up = value.is_some_and(|flags| flags & 1 == 1);
+    // Each live run has an address of its own in 127.0.0.0/8.
+    let own = LoopbackAddr::of_run(std::process::id());
+    let bound = std::net::UdpSocket::bind(own.socket()).map_err(|error| format!("{own}: {error}"));
+    let (met, found) = match (up, bound) {
+        (true, Ok(_)) => (true, "up".to_owned()),
+        (true, Err(why)) => (false, why),
+        (false, _) => (false, "down or unknown".to_owned()),
+    };
+    Need { need: "loopback interface", met, found, remedy: "bring it up with all of 127.0.0.0/8: `ip link set lo up`" }
+}
+
+fn open_files() -> Need {
+    let (met, found) = match getrlimit(Resource::RLIMIT_NOFILE) {
+        Ok((soft, _)) => (soft >= OPEN_FILES, format!("{soft} allowed")),
+        Err(error) => (false, error.to_string()),
+    };
+    Need { need: "open files", met, found, remedy: "raise the limit: `ulimit -n 1024`" }
+}
+
+fn scratch() -> Need {
+    let dir = std::env::temp_dir();
+    let met = writable(&dir);
+    Need {
+        need: "scratch directory",
+        met,
+        found: dir.display().to_string(),
+        remedy: "set TMPDIR to a writable directory",
+    }
+}
+
+fn cores() -> Need {
+    let n = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    Need { need: "processor cores", met: true, found: n.to_string(), remedy: "two or more keep live runs on time" }
+}
+
+fn writable(dir: &Path) -> bool {
+    let path = dir.join(format!("holdsafe-doctor-{}", std::process::id()));
+    let made = std::fs::OpenOptions::new().write(true).create_new(true).open(&path).is_ok();
+    made && std::fs::remove_file(&path).is_ok()
+}

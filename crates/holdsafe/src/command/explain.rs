@@ -1,0 +1,120 @@
+//! `holdsafe explain RUN`: why the platform changed its mode, from a recording or from a run in the twin.
+
+use std::path::{Path, PathBuf};
+
+use evidence::Micros;
+use explain::{Explanation, Log, explain, why_not};
+use results::report::{ExplainObject, diagram, explained, kept_out};
+use wire::mode::Mode;
+
+use super::checked::{self, Checked, Unverified};
+use super::failure::{Exit, Failure};
+use super::plan::{self, Wanted};
+use super::recorded::Recorded;
+use super::{Context, engine, out};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Directory of a recorded run, or a scenario that is run in the twin under --seed.
+    #[arg(value_name = "RUN")]
+    run: String,
+    #[command(flatten)]
+    unverified: Unverified,
+    /// The change of mode that was in force at this time; else every loss.
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    at: Option<Micros>,
+    /// What keeps the unit out of this mode, at --at or at the end.
+    #[arg(long, value_name = "MODE", value_parser = mode)]
+    why_not: Option<Mode>,
+    /// Every change of mode, those that were asked for too.
+    #[arg(long, conflicts_with = "at")]
+    all: bool,
+    /// As Mermaid flow charts.
+    #[arg(long, conflicts_with = "json")]
+    diagram: bool,
+    /// Of a scenario: only this cell; else the first.
+    #[arg(long)]
+    cell: Option<String>,
+    /// Of a scenario: a policy file in place of its own.
+    #[arg(long, value_name = "FILE")]
+    policy: Option<PathBuf>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let (found, checked) = find(context, args)?;
+    let read: Vec<&Checked> = checked.iter().collect();
+    // Of a scenario nothing was recorded; its trial may have ended INVALID all the same.
+    let of_twin = found.flaw.as_ref().filter(|_| checked.is_none()).map(|why| format!("INVALID: {}: {why}", args.run));
+    let exit = args
+        .unverified
+        .exit(&read, if of_twin.is_none() { Exit::Fine } else { args.unverified.of_invalid(Exit::Fine) });
+    if args.diagram {
+        // A comment of Mermaid's, which takes nothing else there.
+        let marks = read.iter().filter_map(|of| of.mark()).chain(of_twin);
+        marks.for_each(|mark| out::say(format_args!("%% {mark}")));
+    } else {
+        checked::say(context, &read);
+        of_twin.iter().for_each(|mark| checked::say_mark(context, mark));
+    }
+    found.warn(&args.run);
+    let Recorded { entries, flaw, assumed, bounds } = found;
+    let log = Log::of(&entries, bounds);
+    let end = log.entries().last().map(|w| w.at);
+    let Some(end) = end else {
+        return Err(Failure::new(Exit::NoEvidence, format!("{}: no entry of any service", args.run)));
+    };
+    let kept = args.why_not.map(|wanted| why_not(&log, wanted, args.at.unwrap_or(end)));
+    let told = if kept.is_some() { Vec::new() } else { chosen(args, explain(&entries, &bounds)) };
+    if kept.is_none() && told.is_empty() {
+        let whole = if read.iter().all(|of| of.invalid().is_none()) { "" } else { " in what is left of the recording" };
+        link::note!("no loss to explain{whole}; --all tells of every change of mode");
+    }
+    if context.json {
+        checked::print_json("explain", &ExplainObject::new(&args.run, flaw, assumed, told, kept), &read)?;
+        return Ok(exit);
+    }
+    for explanation in &told {
+        out::say(format_args!("{}", if args.diagram { diagram(explanation) } else { explained(explanation) }));
+    }
+    kept.iter().for_each(|why| out::say(format_args!("{}", kept_out(why))));
+    Ok(exit)
+}
+
+fn chosen(args: &Args, mut all: Vec<Explanation>) -> Vec<Explanation> {
+    match args.at {
+        Some(at) => all.into_iter().rev().find(|e| e.at_us <= at).into_iter().collect(),
+        None => {
+            all.retain(|e| args.all || e.restricts());
+            all
+        }
+    }
+}
+
+fn find(context: &Context, args: &Args) -> Result<(Recorded, Option<Checked>), Failure> {
+    let path = Path::new(&args.run);
+    if path.is_dir() {
+        let checked = checked::run(path)?;
+        return Ok((Recorded::read(&checked)?, Some(checked)));
+    }
+    let wanted = Wanted { policy: args.policy.clone(), cell: args.cell.clone(), ..Wanted::default() };
+    let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.run)?, &wanted)?;
+    if scenario.is_of_stacks() {
+        let message = format!("`{}` runs on the real stacks, without a platform that could change its mode", args.run);
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let one = planned.first().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))?;
+    let (evidence, verdict) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
+    Ok((Recorded::of(evidence, &verdict), None))
+}
+
+fn seconds(text: &str) -> Result<Micros, String> {
+    match text.parse::<f64>() {
+        Ok(s) if (0.0..=1e6).contains(&s) => Ok((s * 1e6) as Micros),
+        Ok(_) | Err(_) => Err("a number of seconds from 0 to 1000000 is expected".to_owned()),
+    }
+}
+
+fn mode(text: &str) -> Result<Mode, String> {
+    let known = || Mode::ALL.map(Mode::name).join(", ");
+    Mode::ALL.into_iter().find(|m| m.name() == text).ok_or_else(|| format!("one of {} is expected", known()))
+}

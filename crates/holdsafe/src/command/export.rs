@@ -1,0 +1,215 @@
+//! `holdsafe export RUN`: a run as an MCAP file with Foxglove's schemas, from a recording or from a run in the twin.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+
+use evidence::passed::{Passed, recorded};
+use evidence::{SCHEMA_VERSION, Witnessed, passed};
+use perception::stages::Stages;
+use serde::Serialize;
+use sim::scene::Scene;
+use viewer::Viewer;
+use wire::core::Topic;
+
+use super::bring::Bring;
+use super::checked::{self, Checked, Unverified};
+use super::failure::{Exit, Failure};
+use super::plan::{self, Wanted};
+use super::recorded::Recorded;
+use super::{Context, engine, out, runs};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Directory of a recorded run, or a scenario that is run in the twin under --seed.
+    #[arg(value_name = "RUN")]
+    run: String,
+    /// The file to write.
+    #[arg(long, value_name = "FILE")]
+    out: PathBuf,
+    /// Of a scenario: only this cell; else the first.
+    #[arg(long)]
+    cell: Option<String>,
+    /// Of a scenario: a policy file in place of its own.
+    #[arg(long, value_name = "FILE")]
+    policy: Option<PathBuf>,
+    /// Of a scenario: sensors are rendered, and their images are in the file.
+    #[arg(long)]
+    rendered: bool,
+    #[command(flatten)]
+    bring: Bring,
+    #[command(flatten)]
+    unverified: Unverified,
+}
+
+#[derive(Serialize)]
+struct Exported {
+    schema_version: u32,
+    run: String,
+    file: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    watermark: Option<String>,
+    channels: Vec<Channel>,
+    /// Messages between services that could not be read and are left out.
+    unread: u64,
+    /// Sets of frames of which the recording has the hash alone (`--frames`).
+    not_kept: u64,
+}
+
+#[derive(Serialize)]
+struct Channel {
+    topic: String,
+    schema: String,
+    messages: u32,
+}
+
+/// What there is to be shown of a run.
+struct Found {
+    entries: Vec<Witnessed>,
+    passed: Vec<Passed>,
+    scene: Option<Scene>,
+    watermark: Option<String>,
+    not_kept: u64,
+    /// The recording that it was read from.
+    checked: Option<Checked>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    spares_its_inputs(args)?;
+    let found = if Path::new(&args.run).is_dir() { of_recording(args)? } else { of_scenario(context, args)? };
+    if found.entries.is_empty() {
+        return Err(Failure::new(Exit::NoEvidence, format!("{}: no entry of any service", args.run)));
+    }
+    let (watermark, not_kept, checked) = (found.watermark.clone(), found.not_kept, found.checked.clone());
+    let read: Vec<&Checked> = checked.iter().collect();
+    checked::say(context, &read);
+    let (channels, unread) = write(context, args, found)?;
+    let channels: Vec<Channel> =
+        channels.into_iter().map(|of| Channel { topic: of.topic, schema: of.schema, messages: of.messages }).collect();
+    let (run, file) = (args.run.clone(), args.out.display().to_string());
+    if context.json {
+        let object = Exported { schema_version: SCHEMA_VERSION, run, file, watermark, channels, unread, not_kept };
+        checked::print_json("export", &object, &read)?;
+        return Ok(args.unverified.exit(&read, Exit::Fine));
+    }
+    watermark.iter().for_each(|mark| out::say(format_args!("{mark}")));
+    for Channel { topic, schema, messages } in &channels {
+        out::say(format_args!("{topic:32} {schema:28} {messages:8}"));
+    }
+    if unread > 0 {
+        link::note!("{unread} messages between services could not be read and are left out");
+    }
+    if not_kept > 0 {
+        link::note!(
+            "{not_kept} sets of frames were not kept but for their hash; `live --frames 1 --out DIR` keeps them all"
+        );
+    }
+    Ok(args.unverified.exit(&read, Exit::Fine))
+}
+
+/// Refuses to write into the run that is read, or over a file that is.
+fn spares_its_inputs(args: &Args) -> Result<(), Failure> {
+    let whole = |path: &Path| std::fs::canonicalize(path).ok();
+    // What is not there yet is known by the folder that it goes to.
+    let folder = args.out.parent().map(|folder| if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
+    let into = folder.and_then(whole).zip(args.out.file_name()).map(|(folder, name)| folder.join(name));
+    let targets: Vec<PathBuf> = whole(&args.out).into_iter().chain(into).collect();
+    let run = Path::new(&args.run);
+    // Beside the run's own folder, in one that it was named by, there is room.
+    let run = if run.is_dir() { runs::one(run)? } else { run.to_owned() };
+    let inputs = [Some(run.as_path()), args.policy.as_deref()].into_iter().chain(args.bring.files());
+    for input in inputs.flatten().filter_map(whole) {
+        if targets.iter().any(|target| target.starts_with(&input)) {
+            let message =
+                format!("--out {} is {}, which is read; name another file", args.out.display(), input.display());
+            return Err(Failure::new(Exit::Usage, message));
+        }
+    }
+    Ok(())
+}
+
+fn of_recording(args: &Args) -> Result<Found, Failure> {
+    if args.policy.is_some() || args.cell.is_some() || args.rendered {
+        let message =
+            format!("{} is recorded, as it was run; name a scenario for another cell, policy or rendering", args.run);
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let checked = checked::run(Path::new(&args.run))?;
+    let found = Recorded::read(&checked)?;
+    found.warn(&args.run);
+    let passed::Recorded { passed, left_out } = recorded(checked.path(), &found.entries)
+        .map_err(|why| Failure::new(Exit::Usage, format!("{}: mouth logs: {why}", args.run)))?;
+    let (entries, checked) = (found.entries, Some(checked));
+    Ok(Found { entries, passed, scene: None, watermark: None, not_kept: left_out, checked })
+}
+
+fn of_scenario(context: &Context, args: &Args) -> Result<Found, Failure> {
+    let wanted = Wanted {
+        policy: args.policy.clone(),
+        cell: args.cell.clone(),
+        rendered: args.rendered,
+        detector: args.bring.load()?,
+        ..Wanted::default()
+    };
+    let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.run)?, &wanted)?;
+    let one = planned.first().filter(|_| !scenario.is_of_stacks());
+    let one = one.ok_or_else(|| Failure::new(Exit::Usage, format!("`{}` has no run in the twin", args.run)))?;
+    // The same run twice: once judged, once with everything kept that its cores were fed.
+    let (evidence, _) = engine::twin_verdict(&one.variation.scenario, &one.setup, context.seed)?;
+    let eaten = engine::eaten(one, context.seed)?;
+    let scene = eaten.cast().world().map(|world| world.scene.clone());
+    Ok(Found {
+        entries: evidence.entries,
+        passed: eaten.passed(),
+        scene,
+        watermark: one.setup.watermark(),
+        not_kept: 0,
+        checked: None,
+    })
+}
+
+/// Writes the file beside its place and puts it there when it is whole.
+fn write(context: &Context, args: &Args, found: Found) -> Result<(Vec<viewer::Channel>, u64), Failure> {
+    let unwritable = |why: String| Failure::new(Exit::Usage, format!("{}: {why}", args.out.display()));
+    let stages = found.passed.iter().any(|of| of.topic == Topic::Frames).then(|| args.bring.stages()).transpose()?;
+    let beside = args.out.with_extension("mcap.new");
+    let file = File::create(&beside).map_err(|e| unwritable(e.to_string()))?;
+    let whole = match show(context, BufWriter::new(file), found, stages) {
+        Ok(Some(whole)) => std::fs::rename(&beside, &args.out).map(|()| whole).map_err(|e| unwritable(e.to_string())),
+        Ok(None) => Err(engine::EngineError::Stopped.into()),
+        Err(error) => Err(unwritable(error.to_string())),
+    };
+    if whole.is_err() {
+        // It is of no use to anybody, and what failed is told.
+        let _ = std::fs::remove_file(&beside);
+    }
+    whole
+}
+
+/// Tells of the run in order of time: of messages before what was written of them. Nothing where it was to stop meanwhile.
+fn show(
+    context: &Context,
+    file: BufWriter<File>,
+    found: Found,
+    stages: Option<Stages>,
+) -> Result<Option<(Vec<viewer::Channel>, u64)>, viewer::ViewError> {
+    let mut viewer = Viewer::new(file, found.scene, stages)?;
+    if let Some(checked) = &found.checked {
+        viewer.custody(&checked.custody().run, &checked.custody().sha256, checked.invalid())?;
+    }
+    let mut passed = found.passed.iter().peekable();
+    for w in &found.entries {
+        if context.stop.asked() {
+            return Ok(None);
+        }
+        while let Some(of) = passed.next_if(|of| of.at <= w.at) {
+            viewer.message(of.at, of.topic, &of.bytes)?;
+        }
+        viewer.event(w.at, &w.entry)?;
+    }
+    for of in passed {
+        viewer.message(of.at, of.topic, &of.bytes)?;
+    }
+    let unread = viewer.unread();
+    Ok(Some((viewer.finish()?, unread)))
+}

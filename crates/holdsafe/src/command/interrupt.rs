@@ -1,0 +1,52 @@
+//! Ctrl-C: the first asks for a clean end, the second does not ask.
+//!
+//! The signals are blocked and read from a descriptor by one thread, so no handler runs in the middle of anything.
+//! Children that the live launcher starts get an empty mask from the standard library.
+
+use nix::sys::signal::{SigSet, Signal};
+use nix::sys::signalfd::SignalFd;
+use parallel::progress::Stop;
+
+use super::failure::Exit;
+
+/// Starts to watch; call it before any other thread is there.
+pub(super) fn watch() -> Stop {
+    let stop = Stop::default();
+    let mut signals = SigSet::empty();
+    signals.add(Signal::SIGINT);
+    signals.add(Signal::SIGTERM);
+    if let Err(error) = signals.thread_block() {
+        tracing::warn!(%error, "Ctrl-C ends the run at once");
+        return stop;
+    }
+    match SignalFd::new(&signals) {
+        Ok(descriptor) => {
+            let asked = stop.clone();
+            std::thread::spawn(move || wait(&descriptor, &asked));
+        }
+        Err(error) => {
+            tracing::warn!(%error, "Ctrl-C ends the run at once");
+            if let Err(error) = signals.thread_unblock() {
+                tracing::warn!(%error, "signals stay blocked");
+            }
+        }
+    }
+    stop
+}
+
+fn wait(descriptor: &SignalFd, stop: &Stop) {
+    loop {
+        match descriptor.read_signal() {
+            Ok(Some(_)) if stop.asked() => std::process::exit(i32::from(Exit::Interrupted.code())),
+            Ok(Some(_)) => {
+                link::note!("stopping; once more to end at once");
+                stop.ask();
+            }
+            Ok(None) => {}
+            Err(error) => {
+                tracing::warn!(%error, "Ctrl-C is no longer watched");
+                return;
+            }
+        }
+    }
+}

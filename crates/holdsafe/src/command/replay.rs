@@ -1,0 +1,192 @@
+//! `holdsafe replay`: feeds each core of a run what it was fed, and compares what comes out: every byte, or under another policy
+//! every decision.
+
+use std::path::{Path, PathBuf};
+
+use evidence::SCHEMA_VERSION;
+use serde::Serialize;
+use twin::refeed::{Parted, Refed, decisions};
+use wire::core::Output;
+
+use super::checked::{self, Checked, Unverified};
+use super::engine::{self, MouthReplay};
+use super::failure::{Exit, Failure};
+use super::plan::{self, Planned, Wanted};
+use super::{Context, out};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Directory of a recorded live run, or a scenario that is run in the twin under --seed.
+    #[arg(value_name = "RUN")]
+    run: String,
+    #[command(flatten)]
+    unverified: Unverified,
+    /// Of a scenario: what the cores would have decided under this policy, fed the same; the first difference of each is told.
+    #[arg(long, value_name = "FILE")]
+    policy: Option<PathBuf>,
+    /// Of a scenario: only this cell; else the first.
+    #[arg(long)]
+    cell: Option<String>,
+}
+
+#[derive(Serialize)]
+struct Replayed {
+    schema_version: u32,
+    identical: bool,
+    cores: Vec<MouthReplay>,
+}
+
+/// A core under another policy.
+#[derive(Serialize)]
+struct WhatIf {
+    core: String,
+    inputs: u64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    first: Option<First>,
+    /// Inputs on which it decided otherwise.
+    otherwise: Vec<Otherwise>,
+}
+
+/// So many inputs on which it decided this in the run, and that now.
+#[derive(Serialize)]
+struct Otherwise {
+    then: String,
+    now: String,
+    inputs: u64,
+}
+
+/// The first thing that it decided otherwise.
+#[derive(Serialize)]
+struct First {
+    at_us: u64,
+    input: u64,
+    then: Vec<serde_json::Value>,
+    now: Vec<serde_json::Value>,
+}
+
+#[derive(Serialize)]
+struct Counterfactual {
+    schema_version: u32,
+    run: String,
+    policy: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    watermark: Option<String>,
+    cores: Vec<WhatIf>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let path = Path::new(&args.run);
+    if path.is_dir() {
+        if args.policy.is_some() || args.cell.is_some() {
+            let message = "the keys of a recorded run are gone, and with them what its cores could be fed under another policy; \
+                           name the scenario to ask it of a run in the twin";
+            return Err(Failure::new(Exit::Usage, message));
+        }
+        let checked = checked::run(path)?;
+        checked::say(context, &[&checked]);
+        let own = same(context, &args.run, engine::replay(&checked)?, &[&checked])?;
+        return Ok(args.unverified.exit(&[&checked], own));
+    }
+    let planned = one(context, args)?;
+    let Some(policy) = &args.policy else {
+        let refed = engine::again(&engine::eaten(&planned, context.seed)?)?;
+        return same(context, &args.run, refed.iter().map(told).collect(), &[]);
+    };
+    let other = plan::under(context, &planned, policy)?;
+    let refed = engine::otherwise(&engine::eaten(&planned, context.seed)?, &other, context.seed)?;
+    let cores = refed.iter().map(if_otherwise).collect();
+    let (run, policy) = (args.run.clone(), policy.display().to_string());
+    let watermark = other.setup.watermark();
+    what_if(context, Counterfactual { schema_version: SCHEMA_VERSION, run, policy, watermark, cores })
+}
+
+fn one(context: &Context, args: &Args) -> Result<Planned, Failure> {
+    let wanted = Wanted { cell: args.cell.clone(), ..Wanted::default() };
+    let (scenario, planned) = plan::plan(context, &plan::file_of(context, &args.run)?, &wanted)?;
+    if scenario.is_of_stacks() {
+        let message = format!("`{}` runs on the real stacks, without cores that could be fed again", args.run);
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    planned.into_iter().next().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))
+}
+
+fn same(context: &Context, run: &str, cores: Vec<MouthReplay>, read: &[&Checked]) -> Result<Exit, Failure> {
+    if cores.is_empty() {
+        return Err(Failure::new(Exit::NoEvidence, format!("{run}: no mouth logs; nothing was fed")));
+    }
+    let identical = cores.iter().all(|core| core.difference.is_none());
+    if !context.json {
+        for core in &cores {
+            let verdict = core.difference.as_deref().unwrap_or("identical");
+            out::say(format_args!("{:16} {:8} inputs {:8} outputs  {verdict}", core.core, core.inputs, core.outputs));
+        }
+    }
+    if context.json {
+        checked::print_json("replay", &Replayed { schema_version: SCHEMA_VERSION, identical, cores }, read)?;
+    }
+    if !identical {
+        link::note!("reproduce: holdsafe replay {run}");
+    }
+    Ok(if identical { Exit::Fine } else { Exit::Unexpected })
+}
+
+fn what_if(context: &Context, mut asked: Counterfactual) -> Result<Exit, Failure> {
+    // The first of all is the answer; those after it follow it or come without it.
+    asked.cores.sort_by_key(|core| core.first.as_ref().map_or(u64::MAX, |first| first.at_us));
+    if context.json {
+        out::print_json("what-if", &asked)?;
+        return Ok(Exit::Fine);
+    }
+    asked.watermark.iter().for_each(|mark| out::say(format_args!("{mark}")));
+    for core in &asked.cores {
+        let Some(first) = &core.first else {
+            out::say(format_args!("{:16} {:8} inputs  decides the same", core.core, core.inputs));
+            continue;
+        };
+        let n: u64 = core.otherwise.iter().map(|o| o.inputs).sum();
+        let at = first.at_us as f64 / 1e6;
+        out::say(format_args!(
+            "{:16} {:8} inputs  decides otherwise on {n}, first at {at:.3} s",
+            core.core, core.inputs
+        ));
+        let lines = |events: &[serde_json::Value]| match events {
+            [] => "nothing".to_owned(),
+            events => events.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n                 "),
+        };
+        out::say(format_args!("  in the run     {}", lines(&first.then)));
+        out::say(format_args!("  under it       {}", lines(&first.now)));
+        for Otherwise { then, now, inputs } in &core.otherwise {
+            let word = |kinds: &str| if kinds.is_empty() { "nothing".to_owned() } else { kinds.to_owned() };
+            out::say(format_args!("  {inputs:6} inputs  {} → {}", word(then), word(now)));
+        }
+    }
+    if asked.cores.iter().all(|core| core.first.is_none()) {
+        out::say(format_args!("every core decides the same under {}", asked.policy));
+    }
+    Ok(Exit::Fine)
+}
+
+/// One core of a run in the twin in the words of a live run's.
+pub(super) fn told(refed: &Refed) -> MouthReplay {
+    let difference = refed.parted.as_ref().map(|p| {
+        let what =
+            format!("at {:.3} s, input {}: {:?} in the run, {:?} now", p.at as f64 / 1e6, p.input, p.then, p.now);
+        what.chars().take(400).collect()
+    });
+    MouthReplay { core: refed.node.to_string(), inputs: refed.inputs, outputs: refed.outputs, difference }
+}
+
+fn if_otherwise(refed: &Refed) -> WhatIf {
+    let events = |outputs: &[Output]| decisions(outputs).iter().filter_map(|e| serde_json::to_value(e).ok()).collect();
+    let first = |p: &Parted| First { at_us: p.at, input: p.input, then: events(&p.then), now: events(&p.now) };
+    let otherwise = |((then, now), inputs): (&(String, String), &u64)| {
+        let (then, now) = (then.clone(), now.clone());
+        Otherwise { then, now, inputs: *inputs }
+    };
+    WhatIf {
+        core: refed.node.to_string(),
+        inputs: refed.inputs,
+        first: refed.parted.as_ref().map(first),
+        otherwise: refed.otherwise.iter().map(otherwise).collect(),
+    }
+}

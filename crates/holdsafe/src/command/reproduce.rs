@@ -1,0 +1,216 @@
+//! `holdsafe reproduce`: do runs in the twin come to what they came to when their references were committed?
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use evidence::SCHEMA_VERSION;
+use parallel::progress::Progress;
+use results::mode::Mode;
+use results::reproduction::{Again, Reference, References};
+use serde::Serialize;
+
+use super::failure::{Exit, Failure};
+use super::plan::{self, Planned, Wanted};
+use super::{Context, engine, out};
+
+/// Where references lie below the root, a file for each architecture.
+const FOLDER: &str = "references";
+/// Decisions of a second that are printed.
+const PRINTED: usize = 8;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Only these scenarios; else every shipped one that runs in the twin.
+    #[arg(value_name = "SCENARIO", conflicts_with = "renew")]
+    scenarios: Vec<String>,
+    /// Write the references of this architecture anew, from what runs come to now.
+    #[arg(long)]
+    renew: bool,
+}
+
+/// One run that is not what it was.
+#[derive(Serialize)]
+struct Row {
+    scenario: String,
+    cell: Option<String>,
+    then: Option<Reference>,
+    now: Reference,
+    /// Nothing where it has no reference.
+    again: Option<Again>,
+    reproduce: String,
+}
+
+#[derive(Serialize)]
+struct Reproduced {
+    schema_version: u32,
+    architecture: String,
+    seed: u64,
+    runs: usize,
+    /// The same log.
+    same: usize,
+    /// The same decisions, and another log.
+    same_decisions: usize,
+    /// Other decisions, another class, or no reference.
+    otherwise: Vec<Row>,
+    /// References of scenarios and cells that are no more.
+    gone: Vec<String>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let root = context.root()?;
+    let file = root.join(FOLDER).join(format!("{}.jsonl", architecture()));
+    let planned = planned(context, args, &root)?;
+    if args.renew {
+        return renew(context, &planned, &file);
+    }
+    let references = read(&root, &file)?;
+    let made = made(context, &planned, references.seed, |reference, evidence| {
+        let then = references.find(&reference.scenario, reference.cell.as_deref());
+        then.map(|then| then.again(reference, &evidence.entries))
+    })?;
+    let mut told = Reproduced {
+        schema_version: SCHEMA_VERSION,
+        architecture: architecture(),
+        seed: references.seed,
+        runs: made.len(),
+        same: 0,
+        same_decisions: 0,
+        otherwise: Vec::new(),
+        gone: gone(&references, &made, args),
+    };
+    for (one, (now, again)) in planned.iter().zip(made) {
+        let then = references.find(&now.scenario, now.cell.as_deref()).cloned();
+        let same_class = then.as_ref().is_some_and(|then| then.outcome == now.outcome);
+        match again {
+            Some(Again::Same) if same_class => told.same += 1,
+            Some(Again::SameDecisions) if same_class => told.same_decisions += 1,
+            again => {
+                let (scenario, cell) = (now.scenario.clone(), now.cell.clone());
+                let reproduce = format!("holdsafe run {scenario}{} --trials 1 --seed {}", one.options, references.seed);
+                told.otherwise.push(Row { scenario, cell, then, now, again, reproduce });
+            }
+        }
+    }
+    let exit = if told.otherwise.is_empty() && told.gone.is_empty() { Exit::Fine } else { Exit::Unexpected };
+    match context.json {
+        true => out::print_json("reproduce", &told)?,
+        false => show(&told),
+    }
+    Ok(exit)
+}
+
+fn architecture() -> String {
+    format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)
+}
+
+/// Every variation that runs in the twin.
+fn planned(context: &Context, args: &Args, root: &Path) -> Result<Vec<Planned>, Failure> {
+    let files: Vec<PathBuf> = match args.scenarios.is_empty() {
+        true => scenario::shipped(root)?,
+        false => args.scenarios.iter().map(|name| plan::file_of(context, name)).collect::<Result<_, _>>()?,
+    };
+    let mut all = Vec::new();
+    for file in files {
+        all.extend(plan::plan(context, &file, &Wanted::default())?.1);
+    }
+    all.retain(|planned| planned.mode() == Mode::Twin);
+    match all.is_empty() {
+        true => Err(Failure::new(Exit::NoEvidence, "nothing of that runs in the twin")),
+        false => Ok(all),
+    }
+}
+
+fn read(root: &Path, file: &Path) -> Result<References, Failure> {
+    let Ok(found) = File::open(file) else {
+        let others = std::fs::read_dir(root.join(FOLDER)).into_iter().flatten().filter_map(Result::ok);
+        let others: Vec<String> =
+            others.filter_map(|e| Some(e.path().file_stem()?.to_string_lossy().into_owned())).collect();
+        let message = format!(
+            "no references of {} are committed (there are: {}); `--renew` makes them",
+            architecture(),
+            others.join(", ")
+        );
+        return Err(Failure::new(Exit::NoEvidence, message));
+    };
+    References::read(found).map_err(|why| Failure::new(Exit::Usage, format!("{}: {why}", file.display())))
+}
+
+/// Runs each, and makes something of its evidence.
+fn made<T: Send>(
+    context: &Context,
+    planned: &[Planned],
+    seed: u64,
+    of: impl Fn(&Reference, &evidence::Evidence) -> T + Sync,
+) -> Result<Vec<(Reference, T)>, Failure> {
+    let progress = Progress::new("runs", planned.len(), context.talk);
+    let made = parallel::map(parallel::cores(), planned, |one| {
+        if context.stop.asked() {
+            return Err(engine::EngineError::Stopped);
+        }
+        let scenario = &one.variation.scenario;
+        let (evidence, verdict) = engine::twin_verdict(scenario, &one.setup, seed)?;
+        let now = Reference::of(scenario.name.as_str(), one.variation.cell.as_deref(), &evidence, &verdict);
+        let made = of(&now, &evidence);
+        progress.step();
+        Ok((now, made))
+    })?;
+    progress.finish();
+    Ok(made)
+}
+
+fn renew(context: &Context, planned: &[Planned], file: &Path) -> Result<Exit, Failure> {
+    let runs: Vec<Reference> =
+        made(context, planned, context.seed, |_, _| ())?.into_iter().map(|(run, ())| run).collect();
+    let mut bytes = Vec::new();
+    let n = runs.len();
+    References { seed: context.seed, runs }.write(&mut bytes)?;
+    let unwritable = |e: std::io::Error| Failure::new(Exit::Usage, format!("{}: {e}", file.display()));
+    file.parent().map_or(Ok(()), std::fs::create_dir_all).map_err(unwritable)?;
+    std::fs::write(file, bytes).map_err(unwritable)?;
+    out::say(format_args!("{n} references written to {}", file.display()));
+    Ok(Exit::Fine)
+}
+
+/// References to nothing that is shipped; none where only some scenarios were asked for.
+fn gone<T>(references: &References, made: &[(Reference, T)], args: &Args) -> Vec<String> {
+    let stands = |then: &&Reference| made.iter().any(|(now, _)| now.scenario == then.scenario && now.cell == then.cell);
+    let all = references.runs.iter().filter(|then| args.scenarios.is_empty() && !stands(then));
+    all.map(|then| label(&then.scenario, then.cell.as_deref())).collect()
+}
+
+fn label(scenario: &str, cell: Option<&str>) -> String {
+    cell.map_or_else(|| scenario.to_owned(), |cell| format!("{scenario} {cell}"))
+}
+
+fn show(told: &Reproduced) {
+    for row in &told.otherwise {
+        let name = label(&row.scenario, row.cell.as_deref());
+        match (&row.then, &row.again) {
+            (Some(then), Some(Again::Parted { second, now })) => {
+                let classes = format!("{} then, {} now", then.outcome.name(), row.now.outcome.name());
+                out::say(format_args!(
+                    "{name}: decides otherwise from its second {second} on ({classes}); there it now decides"
+                ));
+                for decided in now.iter().take(PRINTED) {
+                    let event = serde_json::to_string(&decided.event).unwrap_or_default();
+                    out::say(format_args!("  {:.3} s  {event}", decided.at_us as f64 / 1e6));
+                }
+                if now.len() > PRINTED {
+                    out::say(format_args!("  and {} more", now.len() - PRINTED));
+                }
+            }
+            (Some(then), _) => {
+                let (then, now) = (then.outcome.name(), row.now.outcome.name());
+                out::say(format_args!("{name}: decides the same and is judged otherwise: {then} then, {now} now"));
+            }
+            (None, _) => out::say(format_args!("{name}: has no reference")),
+        }
+        link::note!("reproduce: {}", row.reproduce);
+    }
+    told.gone.iter().for_each(|name| out::say(format_args!("{name}: has a reference and is not shipped")));
+    let Reproduced { runs, same, same_decisions, architecture, seed, .. } = told;
+    out::say(format_args!(
+        "{runs} runs, seed {seed}, {architecture}: {same} with the same log, {same_decisions} with the same decisions in another log, {} otherwise",
+        told.otherwise.len()
+    ));
+}

@@ -1,0 +1,207 @@
+//! `holdsafe run SCENARIO…`: trials of scenarios, in the twin or live, judged against their expected classes.
+
+use std::path::PathBuf;
+
+use evidence::SCHEMA_VERSION;
+use evidence::trial::Trial;
+use results::mode::Mode;
+use results::report::{RunObject, run_table};
+use scenario::{FRAMES, Scenario};
+use serde::Serialize;
+use wire::person::Role;
+
+use super::batch::{self, Batch};
+use super::bring::Bring;
+use super::failure::{Exit, Failure};
+use super::plan::{self, Planned, Wanted};
+use super::retry::Retries;
+use super::{Context, live, out};
+
+/// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
+const TWIN_TRIALS: u64 = 59;
+/// Recordings whose digests are told on one screen; `result.json` has all.
+const MAX_TOLD: usize = 8;
+/// Live trials of each cell when the user names no number.
+const LIVE_TRIALS: u64 = 1;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Scenarios, by name or by file.
+    #[arg(required = true, value_name = "SCENARIO")]
+    scenarios: Vec<String>,
+    /// Run live: processes, sockets, real clocks.
+    #[arg(long)]
+    live: bool,
+    /// Trials of each scenario, or of each of its cells [default: 59 in the twin, 1 live].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    trials: Option<u64>,
+    /// A policy file in place of the scenario's own.
+    #[arg(long, value_name = "FILE")]
+    policy: Option<PathBuf>,
+    /// Only this cell, such as verbatim/present/session-only.
+    #[arg(long)]
+    cell: Option<String>,
+    /// Render the sensors and run the detector, in the twin; live runs always do.
+    #[arg(long)]
+    rendered: bool,
+    #[command(flatten)]
+    bring: Bring,
+    /// Open the operator's window on the one live trial. The run then lasts until that is closed, at least to the scenario's end.
+    #[arg(long, requires = "live")]
+    console: bool,
+    /// What the person at the window may do: view, operate or supervise. Who may only look has no pen, and then the scenario's
+    /// operator has none either.
+    #[arg(long, requires = "console", default_value = "supervise", value_parser = live::role)]
+    role: Role,
+    /// Deny every injection: the actors' claims in a log of the same trial in which nobody acted. INVALID is expected.
+    #[arg(long, conflicts_with_all = ["live", "rendered", "detector"])]
+    sabotage: bool,
+    /// Live trials at a time.
+    #[arg(long, value_name = "J", default_value_t = 1, value_parser = batch::jobs)]
+    jobs: usize,
+    #[command(flatten)]
+    retries: Retries,
+    /// Keep manifest, trials, result and recordings here.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Of a live trial's recordings, keep every Nth set of sensor frames whole and of the others the hash: 1 keeps all, 0 none.
+    #[arg(long, value_name = "N", requires_all = ["live", "out"], default_value_t = FRAMES)]
+    frames: u32,
+}
+
+/// Several scenarios in one object.
+#[derive(Serialize)]
+struct Several {
+    schema_version: u32,
+    mode: Mode,
+    seed: u64,
+    runs: Vec<RunObject>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let engine = if args.live { Mode::Live } else { Mode::Twin };
+    let rendered = args.rendered || args.live;
+    let (policy, cell, detector) = (args.policy.clone(), args.cell.clone(), args.bring.load()?);
+    let wanted = Wanted { policy, cell, rendered, detector, sabotage: args.sabotage };
+    if args.retries.retries > 0 && !args.live {
+        return Err(Failure::new(Exit::Usage, "--retries is for live trials; add --live or leave it out"));
+    }
+    // Every file is read before anything runs.
+    let mut plans = Vec::new();
+    for name in &args.scenarios {
+        let (scenario, mut planned) = plan::plan(context, &plan::file_of(context, name)?, &wanted)?;
+        for of in &mut planned {
+            of.setup.frames = args.frames;
+            of.setup.retries = args.retries.retries;
+            of.setup.window = args.console.then_some(args.role);
+            let live = if args.live { " --live" } else { "" };
+            of.command = plan::is_path(name).then(|| format!("holdsafe run {name} --trials 1{live}{}", of.options));
+        }
+        plans.push((scenario, planned));
+    }
+    if args.console {
+        one_window(args, plans.iter().map(|(_, planned)| planned.len()).sum())?;
+    }
+    if let Some((scenario, _)) = plans.iter().find(|(scenario, _)| args.live && scenario.is_of_stacks()) {
+        let name = scenario.name.as_str();
+        let message = format!("`{name}` runs on the real stacks in memory and has no live form; leave out --live");
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let n = args.trials.unwrap_or(if args.live { LIVE_TRIALS } else { TWIN_TRIALS });
+    let batches: Vec<Batch<'_>> = plans
+        .iter()
+        .map(|(scenario, planned)| Batch {
+            label: scenario.name.as_str(),
+            mode: if scenario.is_of_stacks() { Mode::Stack } else { engine },
+            planned,
+            n,
+            seed: context.seed,
+            jobs: args.jobs,
+            out: args.out.as_deref(),
+        })
+        .collect();
+    batches.iter().try_for_each(Batch::check_free)?;
+    let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "run")).transpose()?;
+    if let Some(dir) = &out {
+        let all: Vec<Planned> = plans.iter().flat_map(|(_, planned)| planned.clone()).collect();
+        out::write_json(dir, "manifest.json", &out::Manifest::of(&context.root()?, context.seed, &all)?)?;
+    }
+    let (mut exit, mut runs) = (Exit::Fine, Vec::new());
+    for ((scenario, planned), batch) in plans.iter().zip(&batches) {
+        let (label, mode) = (batch.label, batch.mode);
+        let trials = batch.run(context.talk, &context.stop)?;
+        exit = batch::graver(exit, batch::judge(mode, planned, &trials));
+        if let Some(dir) = &out {
+            out::write_trials(dir, &format!("{label}.jsonl"), &trials)?;
+        }
+        runs.push(fold(scenario, mode, context.seed, planned, trials));
+    }
+    finish(context, engine, runs, out.as_deref())?;
+    Ok(exit)
+}
+
+/// A window is somebody's for a whole trial, so that there is one of each.
+fn one_window(args: &Args, variations: usize) -> Result<(), Failure> {
+    if variations != 1 || args.trials.is_some_and(|n| n != 1) {
+        let message = "--console opens a window on one trial: name one scenario, of several cells one with --cell, and leave \
+                       --trials out";
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    live::display()
+}
+
+/// Folds the trials of one scenario into its object.
+pub(super) fn fold(scenario: &Scenario, mode: Mode, seed: u64, planned: &[Planned], trials: Vec<Trial>) -> RunObject {
+    let cells: Vec<_> = planned
+        .iter()
+        .filter_map(|p| Some((p.variation.cell.clone()?, p.variation.scenario.expected.to_vec())))
+        .collect();
+    let mut run = RunObject::new(scenario.name.as_str(), mode, seed, trials, &cells);
+    run.watermark = planned.iter().find_map(|p| p.setup.watermark());
+    run.detector = plan::detector(planned);
+    if cells.is_empty() {
+        run.expected = planned.iter().flat_map(|p| p.variation.scenario.expected.to_vec()).collect();
+    }
+    run
+}
+
+/// What to hold the recording of a trial to.
+fn told_of(trial: &Trial) -> Option<String> {
+    Some(format!("recording of seed {}: held.json has SHA-256 {}", trial.seed, trial.held.as_ref()?))
+}
+
+fn finish(
+    context: &Context,
+    mode: Mode,
+    mut runs: Vec<RunObject>,
+    out: Option<&std::path::Path>,
+) -> Result<(), Failure> {
+    if !context.json {
+        for run in &runs {
+            out::say(format_args!("{}", run_table(run)));
+        }
+        runs.iter()
+            .flat_map(|run| &run.trials)
+            .filter_map(told_of)
+            .take(MAX_TOLD)
+            .for_each(|told| out::say(format_args!("{told}")));
+    }
+    if runs.len() == 1
+        && let Some(run) = runs.pop()
+    {
+        return give(context, "run", &run, out);
+    }
+    give(context, "runs", &Several { schema_version: SCHEMA_VERSION, mode, seed: context.seed, runs }, out)
+}
+
+fn give(
+    context: &Context,
+    kind: &'static str,
+    value: &impl Serialize,
+    out: Option<&std::path::Path>,
+) -> Result<(), Failure> {
+    if let Some(dir) = out {
+        out::write_result(dir, "result.json", kind, value)?;
+    }
+    if context.json { out::print_json(kind, value) } else { Ok(()) }
+}

@@ -1,0 +1,125 @@
+//! How late this host lets a sleeping thread run: what spoils a live run when it is too late.
+//!
+//! A short look at an unloaded program, so an estimate from below: a live run has a dozen processes.
+
+use std::time::Duration;
+
+use link::clock::trace_us;
+use live::OVERSLEPT_US;
+use serde::Serialize;
+
+/// How long each sleep is asked for.
+const NAP: Duration = Duration::from_millis(5);
+/// Sleeps of each thread: about two seconds together.
+const NAPS: usize = 350;
+/// Threads, at most: one for each core that the program may use.
+const MAX_THREADS: usize = 16;
+
+/// Lateness of many short sleeps, one thread for each core at the same time.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Scheduling {
+    /// Threads that slept.
+    threads: usize,
+    /// Sleeps, of all threads together.
+    sleeps: usize,
+    /// Median lateness, milliseconds.
+    p50_ms: f64,
+    /// 99th percentile, milliseconds.
+    p99_ms: f64,
+    /// The latest, milliseconds.
+    max_ms: f64,
+    /// Above this a live run is INVALID, milliseconds.
+    limit_ms: f64,
+    /// Whether the latest was within it.
+    within: bool,
+    /// What to do where it was not.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    advice: Option<&'static str>,
+}
+
+/// What to do on a host that is too late, or nearly.
+const ADVICE: &str =
+    "end other work before a live run, and run one at a time (--jobs 1); --retries 2 repeats what the host spoils";
+
+/// Sleeps for about two seconds, and tells how late it was.
+pub(super) fn measure() -> Scheduling {
+    let threads = parallel::cores().clamp(1, MAX_THREADS);
+    let all: Vec<u64> = std::thread::scope(|scope| {
+        let sleepers: Vec<_> = (0..threads).map(|_| scope.spawn(naps)).collect();
+        sleepers.into_iter().flat_map(|sleeper| sleeper.join().unwrap_or_default()).collect()
+    });
+    Scheduling::of(threads, all)
+}
+
+#[expect(clippy::disallowed_methods, reason = "how late a sleeper wakes is what is measured")]
+fn naps() -> Vec<u64> {
+    let nap = || {
+        let before = trace_us();
+        std::thread::sleep(NAP);
+        trace_us().saturating_sub(before).saturating_sub(NAP.as_micros() as u64)
+    };
+    (0..NAPS).map(|_| nap()).collect()
+}
+
+impl Scheduling {
+    /// Of sleeps that were late by so many microseconds.
+    fn of(threads: usize, mut late: Vec<u64>) -> Self {
+        late.sort_unstable();
+        let at = |share: f64| late.get(((late.len() as f64 * share).ceil() as usize).saturating_sub(1)).copied();
+        let ms = |us: Option<u64>| us.unwrap_or(0) as f64 / 1000.0;
+        let max = late.last().copied();
+        // Half of the limit in two quiet seconds leaves little for a run.
+        let advice = max.is_some_and(|max| max > OVERSLEPT_US / 2).then_some(ADVICE);
+        Self {
+            threads,
+            sleeps: late.len(),
+            p50_ms: ms(at(0.5)),
+            p99_ms: ms(at(0.99)),
+            max_ms: ms(max),
+            limit_ms: ms(Some(OVERSLEPT_US)),
+            within: max.is_none_or(|max| max <= OVERSLEPT_US),
+            advice,
+        }
+    }
+
+    /// The mark of its line: too late is no missing need, since the twin does not mind.
+    pub(super) fn mark(&self) -> &'static str {
+        if self.within { "ok     " } else { "LATE   " }
+    }
+
+    /// What was found, in words.
+    pub(super) fn found(&self) -> String {
+        format!(
+            "late by {:.1} ms (p50), {:.1} ms (p99), {:.1} ms (max) in {} sleeps on {} threads; {:.0} ms spoil a live run",
+            self.p50_ms, self.p99_ms, self.max_ms, self.sleeps, self.threads, self.limit_ms
+        )
+    }
+
+    /// What to do, where something is.
+    pub(super) fn advice(&self) -> Option<&'static str> {
+        self.advice
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lateness_is_told_against_the_limit_with_advice_where_it_is_near() {
+        let quiet = Scheduling::of(2, (1..=100).map(|n| n * 10).collect());
+        assert_eq!((quiet.p50_ms, quiet.p99_ms, quiet.max_ms), (0.5, 0.99, 1.0));
+        assert!(quiet.within && quiet.advice().is_none());
+        let near = Scheduling::of(2, vec![100, OVERSLEPT_US]);
+        assert!(near.within && near.advice().is_some());
+        let late = Scheduling::of(2, vec![100, OVERSLEPT_US + 1]);
+        assert!(!late.within && late.mark().starts_with("LATE") && late.advice().is_some());
+    }
+
+    #[test]
+    fn every_thread_sleeps_as_often_as_was_meant() {
+        let measured = measure();
+        assert_eq!(measured.sleeps, measured.threads * NAPS);
+        assert!(measured.p50_ms <= measured.p99_ms && measured.p99_ms <= measured.max_ms);
+    }
+}

@@ -1,0 +1,226 @@
+//! `holdsafe search SCENARIO`: words over an alphabet of attacks, tried on a scenario in the twin until something breaks; and
+//! of each cause the smallest, as a scenario of its own.
+//!
+//! With `--exhaust K` every word of up to K letters over a small part of the alphabet, in place of a search.
+
+use std::path::{Path, PathBuf};
+
+use super::failure::{Exit, Failure};
+use super::ground::{Asked, MOST_WORDS, stopped_or_unfit, unfit};
+use super::plan::Wanted;
+use super::{Context, engine, out};
+use evidence::ablation::Switch;
+use evidence::trial::Outcome;
+use parallel::progress::Progress;
+use results::mode::Mode;
+use results::report::{Confirmed, FindingRow, SearchObject, search_table};
+use scenario::{Name, Setup};
+use search::{Cause, Found, Ground, Hunted, Moments, Quest, Shrunk, Strategy, Word, ends_in};
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// A scenario of the twin, by name or by file: what goes on while the words are tried.
+    #[arg(value_name = "SCENARIO")]
+    scenario: String,
+    /// What may be done: a file of scenarios/alphabets, by name or by path.
+    #[arg(long, value_name = "ALPHABET", default_value = "path")]
+    alphabet: String,
+    /// Most trials.
+    #[arg(long, value_name = "N", default_value_t = 1_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    budget: u64,
+    /// How words are drawn.
+    #[arg(long, value_enum, default_value = "guided")]
+    strategy: Strategy,
+    /// Every word of up to so many letters in place of a search: each move at its weakest and strongest, when the unit
+    /// changes mode.
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=6), conflicts_with_all = ["strategy", "budget"])]
+    exhaust: Option<u32>,
+    /// Classes that are findings.
+    #[arg(long, value_delimiter = ',', value_name = "CLASS", default_value = "UNSAFE", value_parser = class)]
+    find: Vec<Outcome>,
+    /// End with the first finding.
+    #[arg(long)]
+    first: bool,
+    /// Seed of the drawing; --seed is that of every trial.
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    draws: u64,
+    /// Threads [default: one a core]. What is found does not depend on it.
+    #[arg(long, value_name = "J", value_parser = super::batch::jobs)]
+    jobs: Option<usize>,
+    /// With rendered sensors and the detector; what a word does not reach is not rendered again.
+    #[arg(long)]
+    rendered: bool,
+    /// A policy file in place of the scenario's own.
+    #[arg(long, value_name = "FILE")]
+    policy: Option<PathBuf>,
+    /// Checks that are waived besides, by their place in a policy file, such as boundary.freshness.
+    #[arg(long, value_delimiter = ',', value_name = "CHECK", value_parser = Switch::named)]
+    waive: Vec<Switch>,
+    /// Only this cell; needed where the scenario has several.
+    #[arg(long)]
+    cell: Option<String>,
+    /// Run each finding live so many times, away from its edge.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1_000))]
+    confirm: u64,
+    /// Keep the findings here [default: runs/search-N].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let wanted =
+        Wanted { policy: args.policy.clone(), cell: args.cell.clone(), rendered: args.rendered, ..Wanted::default() };
+    let asked = Asked { scenario: &args.scenario, alphabet: &args.alphabet, wanted, waive: &args.waive, misset: None };
+    let ground = asked.ground(context)?;
+    let nominal = ground.try_word(&Word::default()).map_err(unfit)?;
+    let moments = Moments::of(&nominal, &ground.alphabet, &ground.setup.bounds);
+    let threads = args.jobs.unwrap_or_else(parallel::cores);
+    let hunted = match args.exhaust {
+        Some(longest) => exhaust(context, args, &ground, &moments, longest as usize, threads)?,
+        None => hunt(context, args, &ground, threads)?,
+    };
+    let dir = out::directory(&context.root()?, args.out.as_deref(), "search")?;
+    if !args.waive.is_empty() {
+        out::write_text(&dir, POLICY_FILE, &policy_text(&ground)?)?;
+    }
+    let mut findings = Vec::new();
+    for (i, (cause, found)) in hunted.found.iter().enumerate() {
+        let shrunk = ground.shrink(&found.tried.word, &ends_in(&args.find), cause, &moments).map_err(unfit)?;
+        let name = format!("found-{}", i + 1);
+        let mut row = finding(args, &ground, &name, (cause, found, &shrunk), &dir)?;
+        if args.confirm > 0 {
+            row.live = Some(confirm(context, args, &ground, cause, &shrunk.word)?);
+        }
+        findings.push(row);
+    }
+    let object = SearchObject::new(&ground, args.draws, &hunted, args.strategy, args.exhaust, findings);
+    out::write_result(&dir, "result.json", "search", &object)?;
+    if context.json {
+        out::print_json("search", &object)?;
+    } else {
+        out::say(format_args!("{}", search_table(&object)));
+    }
+    Ok(if object.findings.is_empty() { Exit::Fine } else { Exit::Unexpected })
+}
+
+/// The policy with what `--waive` waives, beside the findings.
+const POLICY_FILE: &str = "searched.toml";
+
+fn class(text: &str) -> Result<Outcome, String> {
+    let wanted = Outcome::ALL.into_iter().find(|outcome| outcome.name() == text);
+    wanted.filter(|outcome| *outcome != Outcome::Invalid).ok_or_else(|| {
+        let names = Outcome::ALL.into_iter().filter(|o| *o != Outcome::Invalid).map(Outcome::name);
+        format!("no class that can be found; there are: {}", names.collect::<Vec<_>>().join(", "))
+    })
+}
+
+fn hunt(context: &Context, args: &Args, ground: &Ground, threads: usize) -> Result<Hunted, Failure> {
+    let quest = Quest { strategy: args.strategy, seed: args.draws, budget: args.budget, first: args.first };
+    let progress = Progress::new("search", args.budget as usize, context.talk);
+    let hunted = ground.hunt(quest, &ends_in(&args.find), threads, &progress, &context.stop);
+    progress.finish();
+    hunted.map_err(|why| stopped_or_unfit(context, why))
+}
+
+fn exhaust(
+    context: &Context,
+    args: &Args,
+    ground: &Ground,
+    moments: &Moments,
+    longest: usize,
+    threads: usize,
+) -> Result<Hunted, Failure> {
+    // The longest are the most: whether there are too many is known before any are made.
+    let mut words = Vec::new();
+    for k in (1..=longest).rev() {
+        let more = ground.words(k, moments, MOST_WORDS).ok_or_else(|| {
+            Failure::new(Exit::Usage, format!("more than {MOST_WORDS} words of {k} letters; exhaust fewer letters"))
+        })?;
+        words.push(more);
+    }
+    let words: Vec<Word> = words.into_iter().rev().flatten().collect();
+    let progress = Progress::new("exhaustive search", words.len(), context.talk);
+    let hunted = ground.try_all(&words, &ends_in(&args.find), threads, &progress, &context.stop);
+    progress.finish();
+    hunted.map_err(|why| stopped_or_unfit(context, why))
+}
+
+/// A finding: its file, and what would have stopped it.
+fn finding(
+    args: &Args,
+    ground: &Ground,
+    name: &str,
+    (cause, found, shrunk): (&Cause, &Found, &Shrunk),
+    dir: &Path,
+) -> Result<FindingRow, Failure> {
+    let tried = ground.try_word(&shrunk.word).map_err(unfit)?;
+    let why = said(&tried.trial.findings, &cause.broken);
+    let told = why.as_deref().unwrap_or("It ends in a class that was looked for.");
+    let scenario = ground.as_regression(&shrunk.word, &args.find, told).map_err(unfit)?;
+    let file = dir.join(format!("{name}.toml"));
+    let parsed = Name::new(name).map_err(Failure::internal)?;
+    let text = scenario.to_file(&parsed).map_err(Failure::internal)?;
+    std::fs::write(&file, text)?;
+    let policy = match (&args.policy, args.waive.is_empty()) {
+        (_, false) => format!(" --policy {}", dir.join(POLICY_FILE).display()),
+        (Some(policy), true) => format!(" --policy {}", policy.display()),
+        (None, true) => String::new(),
+    };
+    let rendered = if args.rendered { " --rendered" } else { "" };
+    Ok(FindingRow {
+        name: name.to_owned(),
+        outcome: cause.outcome,
+        broken: cause.broken.clone(),
+        finding: why,
+        word: shrunk.word.told(&ground.alphabet),
+        found_as: found.tried.word.told(&ground.alphabet),
+        trial: found.trial,
+        cpu_seconds: found.cpu_seconds,
+        executions: shrunk.executions,
+        margins: shrunk.margins.clone(),
+        stopped_by: stopped_by(args, ground, &shrunk.word)?,
+        live: None,
+        reproduce: format!("holdsafe run {} --trials 1 --seed {}{rendered}{policy}", file.display(), ground.seed),
+    })
+}
+
+/// What came of a finding live, under the seed under which the twin found it.
+fn confirm(context: &Context, args: &Args, ground: &Ground, cause: &Cause, word: &Word) -> Result<Confirmed, Failure> {
+    let Some(inside) = ground.inside(word, &ends_in(&args.find), cause).map_err(unfit)? else {
+        return Ok(Confirmed::default());
+    };
+    let scenario = inside.in_scenario(&ground.alphabet, &ground.scenario).map_err(unfit)?;
+    // Live there are frames, always.
+    let setup = Setup { rendered: true, ..ground.setup.clone() };
+    let mut confirmed = Confirmed { word: Some(inside.told(&ground.alphabet)), ..Confirmed::default() };
+    let progress = Progress::new("live", args.confirm as usize, context.talk);
+    for _ in 0..args.confirm {
+        let trial = engine::trial(Mode::Live, &scenario, &setup, ground.seed, &context.stop)?;
+        confirmed.take(trial.outcome, args.find.contains(&trial.outcome));
+        progress.step();
+    }
+    progress.finish();
+    Ok(confirmed)
+}
+
+/// The first of the oracle's findings about what was broken.
+fn said(findings: &[String], broken: &str) -> Option<String> {
+    findings.iter().find(|finding| finding.starts_with(broken)).cloned()
+}
+
+/// The waived checks of which each alone would have kept it from being a finding.
+fn stopped_by(args: &Args, ground: &Ground, word: &Word) -> Result<Vec<String>, Failure> {
+    let mut stopped_by = Vec::new();
+    for switch in Switch::all().into_iter().filter(|switch| switch.is_waived(&ground.setup.policy)) {
+        let mut with = ground.clone();
+        switch.require(&mut with.setup.policy);
+        if !args.find.contains(&with.try_word(word).map_err(unfit)?.trial.outcome) {
+            stopped_by.push(switch.name());
+        }
+    }
+    Ok(stopped_by)
+}
+
+fn policy_text(ground: &Ground) -> Result<String, Failure> {
+    toml::to_string_pretty(&ground.setup.policy).map_err(Failure::internal)
+}

@@ -1,0 +1,322 @@
+//! `holdsafe sensors RUN`: what the sensors of a live run's unit give, and what the stages find in it, in a window beside the operator's.
+//!
+//! It reads perception's mouth log while it grows, as `watch` reads the console's: no second subscriber on the unit's bus, no key and no
+//! hand in the run. Shown are the frames that perception went by. The stages are asked once more, here, so that what is marked is what this
+//! program's own stages find.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use console::beside::Sight;
+use console::gui::sensors::{self, Sensed, Sensors};
+use link::clock::trace_us;
+use link::drive::FLUSH_EVERY;
+use link::mouth::{Entry, MouthError};
+use parallel::progress::Stop;
+use perception::stages::Stages;
+use viewer::LARGEST;
+use wire::bus::body;
+use wire::codec::decode;
+use wire::core::{Input, Output, Topic};
+use wire::id::NodeId;
+use wire::sensor::Frames;
+use wire::time::{Instant, Span};
+
+use super::bring::Bring;
+use super::failure::{Exit, Failure};
+use super::follow::Follow;
+use super::frame::sights;
+use super::{Context, runs};
+
+/// How often it is looked whether there is more.
+const LOOKS_EVERY: Duration = Duration::from_millis(50);
+/// After so many frames there is one before which the writer did not stand still.
+const SETTLED: usize = 5;
+/// Perception's log, and that of a perception that was started again.
+const BOOTS: [&str; 2] = ["", "-2"];
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The run's directory, as given to `live --out`.
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// With a detector of one's own: what that sees is marked.
+    #[command(flatten)]
+    bring: Bring,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let run = runs::one(&args.run)?;
+    let mut frames = Newest::open(&run)?;
+    let first = frames.look(trace_us())?;
+    if frames.finished {
+        let run = run.display();
+        let remedy = format!("{run} is over: `holdsafe console {run}` shows its recording");
+        return Err(Failure::new(Exit::NoEvidence, remedy));
+    }
+    link::display::Environment::own().probe().map_err(|why| Failure::new(Exit::Environment, why.to_string()))?;
+    let stages = args.bring.stages()?;
+    let slot = Arc::new(Mutex::new(Slot::default()));
+    let (shared, stop) = (Arc::clone(&slot), context.stop.clone());
+    let reading = std::thread::Builder::new().name("frames".into()).spawn(move || {
+        let closes = Closes(&shared);
+        let ended = read(&mut frames, first, &stages, &shared, &stop);
+        if let Err(why) = &ended {
+            // Whoever looks is to read why nothing comes any more.
+            lock(&shared).trouble = Some(why.to_string());
+            std::mem::forget(closes);
+        }
+        ended
+    })?;
+    let shown = sensors::run(Box::new(Reading { slot: Arc::clone(&slot), stop: context.stop.clone() }));
+    lock(&slot).over = true;
+    let ended = reading.join().map_err(|_| Failure::internal("the thread that reads frames has ended"))?;
+    shown.map_err(|why| Failure::new(Exit::Environment, why))?;
+    ended?;
+    Ok(if context.stop.asked() { Exit::Interrupted } else { Exit::Fine })
+}
+
+/// What was read last.
+#[derive(Default)]
+struct Slot {
+    newest: Option<Read>,
+    trouble: Option<String>,
+    over: bool,
+}
+
+/// A frame as it is looked at, and when it was taken, on this program's clock: at the latest when it was seen, and at the earliest, once
+/// that is known.
+#[derive(Clone)]
+struct Read {
+    sights: Arc<[Sight]>,
+    seen: u64,
+    taken: Option<u64>,
+}
+
+fn lock(slot: &Mutex<Slot>) -> MutexGuard<'_, Slot> {
+    slot.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Closes the window with the thread that reads, however that ends.
+struct Closes<'s>(&'s Mutex<Slot>);
+
+impl Drop for Closes<'_> {
+    fn drop(&mut self) {
+        lock(self.0).over = true;
+    }
+}
+
+/// For the window.
+struct Reading {
+    slot: Arc<Mutex<Slot>>,
+    stop: Stop,
+}
+
+impl Sensors for Reading {
+    fn newest(&mut self) -> Option<Sensed> {
+        let Read { sights, seen, taken } = lock(&self.slot).newest.clone()?;
+        let since = |then: u64| Span(trace_us().saturating_sub(then));
+        Some(Sensed { sights, at_least: since(seen), at_most: taken.map(since) })
+    }
+
+    fn trouble(&mut self) -> Option<String> {
+        lock(&self.slot).trouble.clone()
+    }
+
+    fn over(&mut self) -> bool {
+        lock(&self.slot).over || self.stop.asked()
+    }
+}
+
+/// Reads until the run ends, the window is closed, or a person asks.
+fn read(
+    frames: &mut Newest,
+    first: Option<Frame>,
+    stages: &Stages,
+    slot: &Mutex<Slot>,
+    stop: &Stop,
+) -> Result<(), Failure> {
+    let (_nobody, pause) = channel::<()>();
+    let mut frame = first;
+    while !frames.finished && !stop.asked() && !lock(slot).over {
+        if let Some(Frame { bytes, seen, taken }) = frame.take() {
+            let sights = sights(&bytes, stages);
+            let mut slot = lock(slot);
+            slot.trouble = sights.is_none().then(|| "a frame came that cannot be read".to_owned());
+            slot.newest = sights.map(|sights| Read { sights: sights.into(), seen, taken }).or(slot.newest.take());
+        }
+        // Nobody sends: this waits for its time.
+        let _ = pause.recv_timeout(LOOKS_EVERY);
+        frame = frames.look(trace_us())?;
+    }
+    Ok(())
+}
+
+/// A frame, and when it was seen in the log and taken at the earliest, on this program's clock.
+struct Frame {
+    bytes: Vec<u8>,
+    seen: u64,
+    taken: Option<u64>,
+}
+
+/// The newest frame in the logs of a run's perception.
+struct Newest {
+    run: PathBuf,
+    boot: usize,
+    log: Follow,
+    /// A frame that came in and that nothing has come of yet.
+    waiting: Option<(Instant, Vec<u8>)>,
+    lag: Lag,
+    finished: bool,
+}
+
+impl Newest {
+    /// Of the perception that was started last.
+    fn open(run: &Path) -> Result<Self, Failure> {
+        let started = |boot: &usize| path(run, BOOTS[*boot]).exists();
+        let boot = (0..BOOTS.len()).rev().find(started).unwrap_or_default();
+        let path = path(run, BOOTS[boot]);
+        let log = Follow::open(&path).map_err(|why| unread(&path, &why))?;
+        Ok(Self { run: run.to_owned(), boot, log, waiting: None, lag: Lag::default(), finished: false })
+    }
+
+    /// The newest frame that perception went by and that was not there at the last look; it is `at`, on this program's clock. What was
+    /// refused is none: perception says something of every frame that it goes by.
+    fn look(&mut self, at: u64) -> Result<Option<Frame>, Failure> {
+        let (mut newest, waiting, finished) = (None, &mut self.waiting, &mut self.finished);
+        let looked = self.log.news(|entry| match entry {
+            Entry::Input { now, input: Input::Bus { topic: Topic::Frames, bytes } } => *waiting = Some((now, bytes)),
+            Entry::Output(Output::Bus { topic: Topic::Tracks, .. }) => newest = waiting.take().or(newest.take()),
+            Entry::Input { input, .. } => {
+                *waiting = None;
+                *finished |= matches!(input, Input::Finish);
+            }
+            // Of a thinned log the newest that was kept is shown, and none for what perception said of another.
+            Entry::LeftOut { .. } => *waiting = None,
+            Entry::Output(_) => {}
+        });
+        looked.map_err(|why| unread(&path(&self.run, BOOTS[self.boot]), &why))?;
+        let seen = trace_us().max(at);
+        let frame = newest.map(|(now, bytes)| {
+            let taken = body(&bytes).and_then(|of| decode::<Frames<'_>>(of, LARGEST).ok()).map_or(now, |of| of.stamp);
+            Frame { taken: self.lag.taken(now, taken.min(now), seen), bytes, seen }
+        });
+        self.lag.looked = Some(at);
+        if let Some(boot) = BOOTS.get(self.boot + 1)
+            && let Ok(next) = Follow::open(&path(&self.run, boot))
+        {
+            (self.log, self.boot, self.lag, self.waiting) = (next, self.boot + 1, Lag::default(), None);
+        }
+        Ok(frame)
+    }
+}
+
+fn path(run: &Path, boot: &str) -> PathBuf {
+    run.join("mouth").join(format!("{}{boot}.cbor", NodeId::PERCEPTION))
+}
+
+fn unread(path: &Path, why: &MouthError) -> Failure {
+    Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()))
+}
+
+/// From the vehicle's clock to this program's. What was not in the log when it was looked before was written after that, or lay in the
+/// writer's buffer for as long as that is not emptied: so each frame gives a least value of how far this clock is ahead. It is too great
+/// where the writer stood still, so the least of all counts.
+#[derive(Default)]
+struct Lag {
+    least: Option<i128>,
+    seen: usize,
+    looked: Option<u64>,
+}
+
+impl Lag {
+    /// When a reading of `stamp` was taken at the earliest, in a frame that came in at `now` and is seen at `seen`; not known of the first
+    /// [`SETTLED`], whose writer may have stood still.
+    fn taken(&mut self, now: Instant, stamp: Instant, seen: u64) -> Option<u64> {
+        let looked = self.looked?;
+        let written = i128::from(looked.min(seen)) - FLUSH_EVERY.as_micros() as i128;
+        let ahead = written - i128::from(now.0);
+        let least = self.least.map_or(ahead, |least| least.min(ahead));
+        (self.least, self.seen) = (Some(least), self.seen.saturating_add(1));
+        u64::try_from(i128::from(stamp.0) + least).ok().filter(|_| self.seen > SETTLED)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use link::mouth::{Header, Writer};
+    use wire::id::Boot;
+
+    use super::*;
+
+    #[test]
+    fn a_reading_is_no_younger_for_being_seen_late_or_taken_in_late_whatever_its_clock_shows() {
+        let flush = FLUSH_EVERY.as_micros() as u64;
+        for offset in [0, 7_000_000] {
+            let mut lag = Lag::default();
+            // A frame that came in, at a time of this clock, of a reading before that, seen in the second of two looks.
+            let mut age = |came: u64, before: u64, looks: [u64; 2]| {
+                lag.looked = Some(looks[0]);
+                let at = |time: u64| Instant(time + offset);
+                Some(looks[1] - lag.taken(at(came), at(came - before), looks[1])?)
+            };
+            assert_eq!(age(1_000_000, 0, [8_900_000, 9_000_000]), None, "what lay there for eight seconds");
+            for came in (9_000_000..).step_by(100_000).take(SETTLED - 1) {
+                assert_eq!(age(came, 0, [came - 20_000, came + 30_000]), None);
+            }
+            // The log had it not 20 ms before it came in: so much is not known, and what the buffer keeps.
+            let unknown = flush + 20_000;
+            assert_eq!(age(10_000_000, 0, [9_980_000, 10_030_000]), Some(30_000 + unknown));
+            assert_eq!(age(10_100_000, 250_000, [10_090_000, 10_130_000]), Some(280_000 + unknown), "an old reading");
+            assert_eq!(age(10_200_000, 0, [12_200_000, 12_230_000]), Some(2_030_000 + unknown), "a writer that stood");
+        }
+        assert_eq!(Lag::default().taken(Instant(5), Instant(5), 9), None, "the first look");
+    }
+
+    #[test]
+    fn the_newest_frame_that_perception_went_by_is_found_and_after_it_those_of_one_that_was_started_again() {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::create_dir(folder.path().join("mouth")).unwrap();
+        let write = |boot: &str, frames: &[(u8, bool)], ends: bool| {
+            let mut bytes = Vec::new();
+            let header = Header { node: NodeId::PERCEPTION, boot: Boot(1), started: Instant(0) };
+            let mut log = Writer::new(&mut bytes, header, 1 << 20).unwrap();
+            for (frame, taken) in frames {
+                let input = Input::Bus { topic: Topic::Frames, bytes: vec![*frame; 3] };
+                log.input(Instant(u64::from(*frame)), &input).unwrap();
+                if *taken {
+                    log.output(&Output::Bus { topic: Topic::Tracks, bytes: vec![0] }).unwrap();
+                }
+            }
+            if ends {
+                log.input(Instant(99), &Input::Finish).unwrap();
+            }
+            std::fs::File::create(path(folder.path(), boot)).unwrap().write_all(&bytes).unwrap();
+        };
+        write("", &[(1, true), (2, true), (3, false)], false);
+        let mut newest = Newest::open(folder.path()).unwrap();
+        let mut look = || newest.look(7).unwrap().map(|frame| frame.bytes);
+        assert_eq!((look(), look()), (Some(vec![2; 3]), None), "the third was refused");
+        write("-2", &[(7, true), (8, true), (9, false)], true);
+        assert_eq!((look(), look()), (None, Some(vec![8; 3])));
+        assert!(newest.finished);
+        let of_a_whole = Newest::open(folder.path()).unwrap().look(7).unwrap().unwrap();
+        assert_eq!(of_a_whole.bytes, vec![8; 3]);
+        // The second and the fourth are left out; the third was refused.
+        write("", &[(1, true), (2, true), (3, false), (4, true)], true);
+        std::fs::remove_file(path(folder.path(), "-2")).unwrap();
+        let whole = std::fs::read(path(folder.path(), "")).unwrap();
+        let mut thinned = Vec::new();
+        link::mouth::thin(link::mouth::Reader::new(whole.as_slice()).unwrap(), &mut thinned, 2).unwrap();
+        std::fs::write(path(folder.path(), ""), thinned).unwrap();
+        let kept = Newest::open(folder.path()).unwrap().look(7).unwrap().unwrap();
+        assert_eq!(kept.bytes, vec![1; 3], "of the third perception said nothing");
+        write("-2", &[(7, true), (8, true), (9, false)], true);
+        let mut later = Newest::open(folder.path()).unwrap();
+        assert!(later.look(7).unwrap().is_some() && later.finished, "one look tells that it is over");
+    }
+}

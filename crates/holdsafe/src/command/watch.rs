@@ -1,0 +1,208 @@
+//! `holdsafe watch RUN`: what the console of a run shows, as text, from another terminal: over ssh, or in a script; with
+//! `--json` as one object a line, with `--web` as a page for a browser, with `--foxglove` for that viewer.
+//!
+//! It reads the console's mouth log while it grows, and prints the words that the console itself gave: no second model, no
+//! key and no hand in the run, so it may be called as often as one likes. A console that says nothing more is not shown as
+//! if it did. Of a run that goes on nothing is verified yet; one that is over is checked first.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::channel;
+use std::time::Duration;
+
+use console::site::Site;
+use evidence::SCHEMA_VERSION;
+use link::clock::trace_us;
+use link::mouth::{Entry, MouthError};
+use live::keep;
+use serde::Serialize;
+use serde_json::json;
+use wire::core::{Input, Output};
+use wire::id::NodeId;
+
+use super::checked::{self, Checked, Unverified};
+use super::failure::{Exit, Failure};
+use super::follow::Follow;
+use super::onlook::{Page, Viewer};
+use super::{Context, out, runs};
+
+/// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, what it gave last is not current.
+const CURRENT_US: u64 = 1_000_000;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// The run's directory, as given to `live --out`.
+    #[arg(value_name = "RUN")]
+    run: PathBuf,
+    /// Print what was shown last, and end.
+    #[arg(long)]
+    once: bool,
+    /// Show it to a browser on this host instead, at this port or a free one, and print the address.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0")]
+    #[arg(conflicts_with = "once")]
+    web: Option<u16>,
+    /// Offer it to Foxglove's app on this host instead, at this port or the app's usual one; takes a build with `--features foxglove`.
+    #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "8765")]
+    #[arg(conflicts_with_all = ["once", "web"])]
+    foxglove: Option<u16>,
+    #[command(flatten)]
+    unverified: Unverified,
+}
+
+/// Where it is shown.
+enum Place {
+    Terminal { json: bool },
+    Page(Page),
+    Viewer(Viewer),
+}
+
+impl Place {
+    fn open(context: &Context, args: &Args, run: &Path) -> Result<Self, Failure> {
+        let place = match (args.web, args.foxglove) {
+            (Some(port), _) => Place::Page(Page::open(port, site(run))?),
+            (None, Some(port)) => Place::Viewer(Viewer::open(port)?),
+            (None, None) => return Ok(Place::Terminal { json: context.json }),
+        };
+        let address = match &place {
+            Place::Page(page) => page.address(),
+            Place::Viewer(viewer) => viewer.address(),
+            Place::Terminal { .. } => String::new(),
+        };
+        if context.json {
+            out::say(format_args!("{}", json!({ "address": address })));
+        } else {
+            out::say(format_args!("{address}\nto look only, until the run or Ctrl-C ends it"));
+        }
+        Ok(place)
+    }
+
+    /// How often it is looked whether there is more.
+    fn looks_every(&self) -> Duration {
+        match self {
+            Place::Terminal { .. } => Duration::from_millis(200),
+            // These count how old a picture is, and that grows with the wait for it.
+            Place::Page(_) | Place::Viewer(_) => Duration::from_millis(20),
+        }
+    }
+
+    /// Shows a picture that was not there yet at `since`; nothing where it was there from the beginning.
+    fn show(&mut self, text: &str, picture: String, since: Option<u64>) -> Result<(), Failure> {
+        match self {
+            Place::Terminal { json: true } => out::say(format_args!("{picture}")),
+            Place::Terminal { json: false } => out::say(format_args!("{text}")),
+            Place::Page(page) => page.lay(picture, since),
+            Place::Viewer(viewer) => viewer.show(&picture)?,
+        }
+        Ok(())
+    }
+
+    /// Says that there has been no picture for so many seconds. A page counts for itself.
+    fn silent(&mut self, seconds: u64) -> Result<(), Failure> {
+        match self {
+            Place::Terminal { json: true } => out::say(format_args!("{}", json!({ "not_current_s": seconds }))),
+            Place::Terminal { json: false } => {
+                out::say(format_args!("NOT CURRENT: the console has said nothing more for {seconds} s"));
+            }
+            Place::Page(_) => {}
+            Place::Viewer(viewer) => viewer.silent(seconds)?,
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let run = runs::one(&args.run)?;
+    let path = run.join("mouth").join(format!("{}.cbor", NodeId::CONSOLE));
+    let unread = |why: MouthError| Failure::new(Exit::NoEvidence, format!("{}: {why}", path.display()));
+    let unopened = |why: MouthError| {
+        let says = format!(
+            "{}: {why}; is this the folder that `live --out` was given, and has the run begun?",
+            path.display()
+        );
+        Failure::new(Exit::NoEvidence, says)
+    };
+    let mut log = Follow::open(&path).map_err(unopened)?;
+    let (_nobody, pause) = channel::<()>();
+    let mut looked = None;
+    let mut now = trace_us();
+    let mut news = News::of(&mut log).map_err(unread)?;
+    if news.finished && args.web.or(args.foxglove).is_some() {
+        let run = run.display();
+        return Err(Failure::new(
+            Exit::NoEvidence,
+            format!("{run} is over: `holdsafe console {run}` shows its recording"),
+        ));
+    }
+    if news.newest.is_none() && args.once {
+        let says = format!("{}: the console has shown nothing yet; without `--once` it is waited for", path.display());
+        return Err(Failure::new(Exit::NoEvidence, says));
+    }
+    // Nothing verifies a run that goes on; one that is over is looked at like any other recording.
+    let over = news.finished || run.join(keep::HELD).exists();
+    let checked = over.then(|| checked::run(&run)).transpose()?;
+    let read: Vec<&Checked> = checked.iter().collect();
+    checked::say(context, &read);
+    if context.json && over {
+        checked::print_json("watch", &Over { schema_version: SCHEMA_VERSION }, &read)?;
+    }
+    let mut place = Place::open(context, args, &run)?;
+    let (mut heard, mut said) = (trace_us(), false);
+    loop {
+        // What was not there when it was looked before has come since.
+        let since = looked.replace(now);
+        if let Some((text, picture)) = news.newest {
+            (heard, said) = (trace_us(), false);
+            place.show(&text, picture, since)?;
+        }
+        if news.finished || over || args.once {
+            return Ok(args.unverified.exit(&read, Exit::Fine));
+        }
+        let silent = trace_us().saturating_sub(heard);
+        if silent > CURRENT_US && !said {
+            said = true;
+            place.silent(silent / 1_000_000)?;
+        }
+        // Nobody sends: this waits for its time.
+        let _ = pause.recv_timeout(place.looks_every());
+        if context.stop.asked() {
+            break;
+        }
+        now = trace_us();
+        news = News::of(&mut log).map_err(unread)?;
+    }
+    Ok(Exit::Interrupted)
+}
+
+/// What comes before the pictures of a run that is over.
+#[derive(Serialize)]
+struct Over {
+    schema_version: u32,
+}
+
+/// The site that the run was planned on; of one that cannot be read nothing is drawn.
+fn site(run: &Path) -> Site {
+    keep::read_site(run).unwrap_or_else(|why| {
+        link::note!("{}: the page shows no geofence and no route: {why}", run.display());
+        Site::default()
+    })
+}
+
+/// What has come into the console's mouth log since the last look.
+#[derive(Default)]
+struct News {
+    /// The newest picture, in words and as an object.
+    newest: Option<(String, String)>,
+    /// The console has written its closing account.
+    finished: bool,
+}
+
+impl News {
+    fn of(log: &mut Follow) -> Result<Self, MouthError> {
+        let mut news = News::default();
+        log.news(|entry| match entry {
+            Entry::Output(Output::Text { text, picture }) => news.newest = Some((text, picture)),
+            Entry::Input { input: Input::Finish, .. } => news.finished = true,
+            Entry::Input { .. } | Entry::Output(_) | Entry::LeftOut { .. } => {}
+        })?;
+        Ok(news)
+    }
+}

@@ -1,0 +1,271 @@
+//! What `verify` says of a run directory in which somebody changed, added or took away something; and what no command writes over.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use evidence::custody::{Held, HeldClock};
+use evidence::log::by_recorder;
+use link::instrument::Frame;
+use link::recorded::frames;
+use link::recorder::Recording;
+use live::keep;
+use wire::id::NodeId;
+
+use super::evidence::recorded;
+use super::{holdsafe, root};
+
+fn verify(run: &Path) -> Output {
+    holdsafe(&["verify", run.to_str().unwrap()])
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+/// Every file of a run directory but `held.json`.
+fn files(run: &Path) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let mut folders = vec![run.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.file_name().unwrap() != "held.json" {
+                found.push(path);
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+#[test]
+fn a_bit_that_is_flipped_anywhere_in_a_run_directory_is_found_and_its_file_is_named() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "loss");
+    assert_eq!(verify(&run).status.code(), Some(0), "untouched");
+    let files = files(&run);
+    assert!(files.len() > 1, "{files:?}");
+    for file in files {
+        let whole = fs::read(&file).unwrap();
+        let name = file.strip_prefix(&run).unwrap().display().to_string();
+        // Some of these are in an entry, and most are not.
+        for at in (0..whole.len()).step_by(whole.len().div_ceil(12)).chain([whole.len() - 1]) {
+            let mut changed = whole.clone();
+            changed[at] ^= 1 << (at % 8);
+            fs::write(&file, changed).unwrap();
+            let output = verify(&run);
+            assert_eq!(output.status.code(), Some(4), "byte {at} of {name}: {}", said(&output));
+            assert!(said(&output).contains(&name), "byte {at} of {name}: {}", said(&output));
+        }
+        fs::write(&file, whole).unwrap();
+    }
+    assert_eq!(verify(&run).status.code(), Some(0), "as it was");
+}
+
+#[test]
+fn a_file_that_is_missing_and_one_that_the_run_did_not_leave_are_found() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "loss");
+    let added = run.join("recording/audit-1.mcap");
+    fs::copy(run.join("recording/audit-0.mcap"), &added).unwrap();
+    let output = verify(&run);
+    assert_eq!(output.status.code(), Some(4), "{}", said(&output));
+    assert!(said(&output).contains("recording/audit-1.mcap"), "{}", said(&output));
+    fs::remove_file(added).unwrap();
+    for name in ["events.jsonl", "recording/audit-0.mcap"] {
+        let (file, aside) = (run.join(name), dir.path().join("aside"));
+        fs::rename(&file, &aside).unwrap();
+        let output = verify(&run);
+        assert_eq!(output.status.code(), Some(4), "{name}: {}", said(&output));
+        assert!(said(&output).contains(name), "{name}: {}", said(&output));
+        fs::rename(&aside, &file).unwrap();
+    }
+    assert_eq!(verify(&run).status.code(), Some(0), "as it was");
+}
+
+/// Writes the recording anew with only the frames for which `keep` gives one.
+fn rewrite(run: &Path, keep: impl Fn(Frame) -> Option<Frame>) {
+    let folder = run.join("recording");
+    let all = frames(&folder).unwrap();
+    fs::remove_dir_all(&folder).unwrap();
+    let mut recording = Recording::new(folder);
+    all.into_iter().filter_map(keep).for_each(|frame| recording.write(frame));
+    assert_eq!(recording.finish().lost, 0);
+}
+
+#[test]
+fn a_recording_without_its_guards_or_with_their_entries_zeroed_is_invalid() {
+    let dir = tempfile::tempdir().unwrap();
+    let guard = |node: NodeId| node.name().starts_with("guard-");
+    for (what, scenario) in [("taken out", "loss"), ("zeroed", "delay")] {
+        let run = recorded(dir.path(), scenario);
+        let mut of_guards = 0;
+        frames(&run.join("recording")).unwrap().iter().for_each(|frame| of_guards += usize::from(guard(frame.node)));
+        assert!(of_guards > 100, "{of_guards}");
+        rewrite(&run, |frame| match guard(frame.node) {
+            true if what == "taken out" => None,
+            true => Some(Frame { bytes: vec![0; frame.bytes.len()], ..frame }),
+            false => Some(frame),
+        });
+        let output = verify(&run);
+        assert_eq!(output.status.code(), Some(4), "{what}: {}", said(&output));
+        assert!(said(&output).contains("guard-unit-a"), "{what}, by its chain: {}", said(&output));
+    }
+}
+
+#[test]
+fn what_the_launcher_noted_cannot_be_taken_out() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "process_ends");
+    rewrite(&run, |frame| (frame.node != NodeId::CAMPAIGN).then_some(frame));
+    let output = verify(&run);
+    assert_eq!(output.status.code(), Some(4), "{}", said(&output));
+    assert!(said(&output).contains("campaign, boot 1 wrote"), "by its chain: {}", said(&output));
+}
+
+#[test]
+fn a_run_that_is_kept_is_not_run_again_into_its_own_folder_and_stays_as_it_was() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "loss");
+    let tree = |of: &Path| files(of).into_iter().map(|file| fs::read(file).unwrap()).collect::<Vec<_>>();
+    let before = tree(dir.path());
+    let out = dir.path().join("loss");
+    let output = holdsafe(&["run", "loss", "--trials", "1", "--quiet", "--out", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert!(said(&output).contains("twin/loss/1"), "which folder: {}", said(&output));
+    assert!(tree(dir.path()) == before, "something was written");
+    assert_eq!(verify(&run).status.code(), Some(0));
+    let other = holdsafe(&["run", "loss", "--trials", "1", "--seed", "2", "--quiet", "--out", out.to_str().unwrap()]);
+    assert_eq!(other.status.code(), Some(0), "another seed has a folder of its own: {}", said(&other));
+    let live = run.to_str().unwrap();
+    let output = holdsafe(&["live", "loss", "--out", live]);
+    assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+    assert_eq!(verify(&run).status.code(), Some(0), "{}", said(&verify(&run)));
+}
+
+#[test]
+fn an_export_over_what_it_reads_is_refused() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "loss");
+    let scenario = dir.path().join("loss.toml");
+    fs::copy(root().join("scenarios/loss.toml"), &scenario).unwrap();
+    fs::create_dir_all(dir.path().join("scenes")).unwrap();
+    fs::copy(root().join("scenarios/scenes/yard.toml"), dir.path().join("scenes/yard.toml")).unwrap();
+    let link = dir.path().join("link");
+    symlink(&run, &link).unwrap();
+    for (input, over) in [
+        (&run, run.join("recording/audit-0.mcap")),
+        (&run, run.join("run.mcap")),
+        (&run, link.join("recording/audit-0.mcap")),
+        (&link, run.join("held.json")),
+        (&scenario, scenario.clone()),
+    ] {
+        let output = holdsafe(&["export", input.to_str().unwrap(), "--out", over.to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(2), "{}: {}", over.display(), said(&output));
+        assert!(said(&output).contains("--out"), "{}", said(&output));
+    }
+    assert_eq!(verify(&run).status.code(), Some(0), "{}", said(&verify(&run)));
+    assert_eq!(fs::read(&scenario).unwrap(), fs::read(root().join("scenarios/loss.toml")).unwrap());
+}
+
+/// The command, ended after a minute: one that waits for a writer that never comes would wait for ever.
+fn bounded(arguments: &[&str]) -> Output {
+    let program =
+        Command::new("timeout").args(["-s", "KILL", "60", env!("CARGO_BIN_EXE_holdsafe")]).args(arguments).output();
+    program.unwrap()
+}
+
+#[test]
+fn a_recording_that_is_no_regular_file_is_refused_and_never_waited_for() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "loss");
+    let pipe = dir.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    for name in ["recording/audit-0.mcap", "held.json", "events.jsonl"] {
+        let (file, aside) = (run.join(name), dir.path().join("aside"));
+        fs::rename(&file, &aside).unwrap();
+        for target in [pipe.as_path(), Path::new("/dev/zero")] {
+            symlink(target, &file).unwrap();
+            for command in ["verify", "explain"] {
+                let output = bounded(&[command, run.to_str().unwrap()]);
+                let code = output.status.code();
+                assert!(!matches!(code, None | Some(124 | 137)), "{command}: {name} as {}: it waits", target.display());
+                assert_ne!(code, Some(101), "{command}: {name} as {}: {}", target.display(), said(&output));
+                if command == "verify" {
+                    assert!(matches!(code, Some(2 | 4)), "{name} as {}: {}", target.display(), said(&output));
+                    assert!(said(&output).contains("regular file"), "{}", said(&output));
+                }
+            }
+            fs::remove_file(&file).unwrap();
+        }
+        fs::rename(&aside, &file).unwrap();
+    }
+}
+
+/// Lays a run of the twin out as a live one is: guards and launcher keep logs of their own. Gives what is held of it.
+fn as_live(run: &Path) -> Held {
+    let (mut held, _) = keep::read_held(run).unwrap();
+    let all = frames(&run.join("recording")).unwrap();
+    let mut witnesses: Vec<NodeId> = all.iter().map(|frame| frame.node).filter(|node| !by_recorder(*node)).collect();
+    witnesses.sort();
+    witnesses.dedup();
+    for node in witnesses {
+        let own = all.iter().filter(|frame| frame.node == node).map(|frame| frame.bytes.as_slice());
+        link::witness::write(&link::witness::path(run, &format!("{node}.cbor")), own).unwrap();
+        held.clocks.insert(node, HeldClock::default());
+    }
+    rewrite(run, |frame| by_recorder(frame.node).then_some(frame));
+    seal_anew(run, &held);
+    held
+}
+
+/// Makes the digests of a changed directory anew, as whoever changed it can.
+fn seal_anew(run: &Path, held: &Held) {
+    fs::remove_file(run.join("held.json")).unwrap();
+    keep::held(run, held).unwrap();
+}
+
+#[test]
+fn a_guards_own_log_that_ends_behind_its_first_entry_is_found_though_the_digests_were_made_anew() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "process_ends");
+    let held = as_live(&run);
+    assert_eq!(verify(&run).status.code(), Some(0), "{}", said(&verify(&run)));
+    let (_, told) = keep::read_held(&run).unwrap();
+    let logs: Vec<PathBuf> = files(&run).into_iter().filter(|file| file.parent().unwrap().ends_with("guard")).collect();
+    assert!(logs.len() > 3, "{logs:?}");
+    for log in logs {
+        let whole = fs::read(&log).unwrap();
+        let first = 4 + u32::from_be_bytes(*whole.first_chunk().unwrap()) as usize;
+        for cut in [0, first] {
+            fs::write(&log, &whole[..cut]).unwrap();
+            seal_anew(&run, &held);
+            let output = verify(&run);
+            assert_eq!(output.status.code(), Some(4), "{}: {}", log.display(), said(&output));
+            assert!(said(&output).contains("by its own account"), "{}: {}", log.display(), said(&output));
+        }
+        fs::write(&log, whole).unwrap();
+    }
+    seal_anew(&run, &held);
+    let to = |digest: &str| holdsafe(&["verify", run.to_str().unwrap(), "--held", digest]).status.code();
+    assert_eq!((to(&told), to(&"0".repeat(64)), to("1")), (Some(0), Some(4), Some(2)));
+}
+
+#[test]
+fn a_directory_of_a_program_that_covered_less_says_what_is_not_covered() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "loss");
+    let (mut held, _) = keep::read_held(&run).unwrap();
+    held.files = None;
+    held.heads.retain(|head| by_recorder(head.node));
+    held.keys.retain(|node, _| by_recorder(*node));
+    held.clocks.retain(|node, _| by_recorder(*node));
+    fs::write(run.join("held.json"), serde_json::to_vec(&held).unwrap()).unwrap();
+    let output = verify(&run);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert_eq!(said(&output).matches("not covered: ").count(), 2, "{}", said(&output));
+}

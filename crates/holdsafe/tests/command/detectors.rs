@@ -1,0 +1,184 @@
+//! `--detector FILE --labels FILE`: a detector that somebody brings is tried in a process of its own, and one that is not
+//! what was pinned starts nothing.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use live::child::Services;
+use live::trial::run_live;
+use live::vet::{Limits, vet};
+use live::{LiveError, Options};
+use parallel::progress::Stop;
+use perception::head::Brought;
+use perception::process::{load, pin};
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use scenario::{Setup, parse_labels};
+
+use super::{holdsafe, root};
+
+const GRID: &str = "head = \"grid\"\n";
+const COLOURS: &str = "head = \"yolo-v8\"\n[classes]\ncount = 3\nvehicle = [0]\nperson = [2]\n";
+/// Damaged models that are tried; `HOLDSAFE_CASES` asks for another number.
+const CASES: u64 = 24;
+
+fn services() -> Services {
+    Services::Own(env!("CARGO_BIN_EXE_holdsafe").into())
+}
+
+fn shipped() -> PathBuf {
+    root().join("crates/perception/models/detector.onnx")
+}
+
+fn seed(name: &str) -> PathBuf {
+    root().join("fuzz/corpus/model").join(name)
+}
+
+fn brought(file: &Path, labels: &str) -> Brought {
+    Brought { model: pin(file).unwrap(), head: parse_labels("labels.toml", labels).unwrap().head, loaded: None }
+}
+
+/// Files of these texts in a folder of their own, with the yard beside them.
+fn folder(files: &[(&str, &str)]) -> (tempfile::TempDir, Vec<String>) {
+    let folder = tempfile::tempdir().unwrap();
+    let paths = files.iter().map(|(name, text)| {
+        let path = folder.path().join(name);
+        fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    });
+    let paths = paths.collect();
+    fs::create_dir(folder.path().join("scenes")).unwrap();
+    fs::copy(root().join("scenarios/scenes/yard.toml"), folder.path().join("scenes/yard.toml")).unwrap();
+    (folder, paths)
+}
+
+/// Two seconds of the null attack in which nobody does anything.
+fn short() -> String {
+    let nominal = fs::read_to_string(root().join("scenarios/nominal.toml")).unwrap();
+    let (head, _) = nominal.split_once("[[operator.step]]").unwrap();
+    head.replace("duration_s = 9.0", "duration_s = 2.0").replace("name = \"nominal\"", "name = \"short\"")
+}
+
+#[test]
+fn the_shipped_detector_brought_from_its_file_gives_the_log_of_the_built_in_one_and_the_manifest_names_it() {
+    let (folder, files) = folder(&[("short.toml", &short()), ("grid.toml", GRID)]);
+    let out = folder.path().join("out");
+    let run = |more: &[&str]| {
+        let output = holdsafe(&[&["run", &files[0], "--trials", "1", "--json"], more].concat());
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        let brought = more.contains(&"--detector");
+        assert_eq!(object["detector"].is_string(), brought, "{object}");
+        object["trials"][0]["log_hash"].as_str().unwrap().to_owned()
+    };
+    let detector = shipped();
+    let bring = ["--detector", detector.to_str().unwrap(), "--labels", &files[1], "--out", out.to_str().unwrap()];
+    assert_eq!(run(&bring), run(&["--rendered"]));
+    let manifest: serde_json::Value = serde_json::from_slice(&fs::read(out.join("manifest.json")).unwrap()).unwrap();
+    assert_eq!(manifest["detector"]["model"]["sha256"], pin(&detector).unwrap().sha256, "{manifest}");
+    let seen = |labels: &str| run(&["--detector", seed("yolo-v8").to_str().unwrap(), "--labels", labels]);
+    let (_folder, other) = self::folder(&[("colours.toml", COLOURS)]);
+    assert_ne!(seen(&other[0]), run(&["--rendered"]), "another detector sees otherwise");
+}
+
+#[test]
+fn a_detector_that_is_not_what_was_pinned_or_cannot_be_used_is_refused_with_exit_2_before_anything_runs() {
+    let pinned = |sha256: &str| format!("sha256 = \"{sha256}\"\n{COLOURS}");
+    let other = "0".repeat(64);
+    let (_folder, files) =
+        folder(&[("colours.toml", COLOURS), ("pinned.toml", &pinned(&other)), ("bad.toml", "head = \"yolo-v9\"\n")]);
+    let cases = [
+        ("yolo-v8", &files[1], "model changed"),
+        ("hostile-external-data", &files[0], "weights in another file"),
+        ("hostile-endless-loop", &files[0], "the operator `Loop`"),
+        ("other-shape", &files[0], "detector gives Tensor<f32>(1, 9, 9)"),
+        ("hostile-output-of-nobody", &files[0], "the runtime failed on the detector: it panicked"),
+        ("other-slow", &files[0], "us of CPU for a frame on this host"),
+        ("yolo-v8", &files[2], "unknown variant"),
+        ("no-such-file", &files[0], "No such file"),
+    ];
+    for (name, labels, said) in cases {
+        let file = seed(name);
+        for verb in [&["run", "nominal", "--trials", "1"][..], &["live", "nominal"]] {
+            let output = holdsafe(&[verb, &["--detector", file.to_str().unwrap(), "--labels", labels]].concat());
+            let screen = String::from_utf8(output.stderr).unwrap();
+            assert_eq!(output.status.code(), Some(2), "{name}: {screen}");
+            assert!(screen.contains(said) && !screen.contains("panicked at"), "{name}: {screen}");
+        }
+    }
+    let alone = holdsafe(&["run", "nominal", "--detector", shipped().to_str().unwrap()]);
+    assert_eq!(alone.status.code(), Some(2), "a detector without labels");
+}
+
+/// A34: the launcher looked at the file, and then it was another one.
+#[test]
+fn a_model_that_was_swapped_before_perception_starts_ends_the_run_with_the_reason_before_it_begins() {
+    let (folder, files) = folder(&[("short.toml", &short())]);
+    let file = folder.path().join("detector.onnx");
+    fs::copy(shipped(), &file).unwrap();
+    let mut detector = brought(&file, GRID);
+    detector.loaded = Some(std::sync::Arc::new(load(&detector).unwrap()));
+    fs::copy(seed("yolo-v8"), &file).unwrap();
+    let scenario = scenario::load(Path::new(&files[0])).unwrap();
+    let mut setup = Setup::load(&root(), &scenario, None, true).unwrap();
+    setup.detector = Some(detector);
+    let (stop, keep) = (Stop::default(), folder.path().join("run"));
+    let options = Options {
+        keep: Some(keep.clone()),
+        services: services(),
+        stop: &stop,
+        show: &mut |_| {},
+        window: false,
+        role: wire::person::Role::default(),
+        acts: Vec::new(),
+    };
+    let Err(LiveError::Environment(why)) = run_live(&scenario, &setup, 1, options) else {
+        panic!("a run with a swapped model");
+    };
+    assert!(why.starts_with("perception did not start: ") && why.contains("model changed"), "{why}");
+    assert!(why.contains(&pin(&file).unwrap().sha256), "what is there now: {why}");
+    // No word of a unit: the recording holds nothing that was decided.
+    let recorded = fs::read_dir(keep.join("recording")).unwrap().count();
+    assert!(recorded <= 1, "{recorded} files of a run that did not begin");
+}
+
+#[test]
+fn a_model_that_goes_on_for_hours_or_takes_terabytes_ends_the_process_that_tries_it_at_its_limits() {
+    let tried =
+        |name: &str, cpu_s: u64| vet(&services(), &brought(&seed(name), COLOURS), Limits { cpu_s, ..Limits::USUAL });
+    assert_eq!(tried("yolo-v8", 1), Ok(()), "an honest one stays within them");
+    let why = tried("hostile-endless-products", 1).unwrap_err();
+    assert!(why.contains("not loaded and tried within 1 s of CPU"), "{why}");
+    let why = tried("hostile-grows", Limits::USUAL.cpu_s).unwrap_err();
+    assert!(why.contains("wanted more than 2048 MiB"), "{why}");
+}
+
+/// Whatever a file is made of, trying it ends, and nothing but the process that tried it.
+#[test]
+fn damaged_models_are_refused_or_loaded_and_none_brings_its_caller_down() {
+    let cases = std::env::var("HOLDSAFE_CASES").ok().and_then(|n| n.parse().ok()).unwrap_or(CASES);
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("damaged.onnx");
+    let seeds = [(shipped(), GRID), (seed("yolo-v8"), COLOURS)].map(|(path, labels)| (fs::read(path).unwrap(), labels));
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut below = |n: usize| rng.next_u64() as usize % n;
+    let (mut loaded, mut refused) = (0, std::collections::BTreeMap::<String, u64>::new());
+    for case in 0..cases {
+        let (whole, labels) = &seeds[below(seeds.len())];
+        let mut bytes = whole.clone();
+        for _ in 0..=below(3) {
+            // Where the structure is: weights change nothing but numbers.
+            let near = if below(2) == 0 { below(bytes.len().min(3_000)) } else { bytes.len() - 1 - below(600) };
+            bytes[near] = if below(2) == 0 { below(256) as u8 } else { bytes[near] ^ 1 << below(8) };
+        }
+        fs::write(&file, &bytes).unwrap();
+        match vet(&services(), &brought(&file, labels), Limits::USUAL) {
+            Ok(()) => loaded += 1,
+            Err(why) => {
+                assert!(!why.starts_with("cannot"), "case {case}: {why}");
+                *refused.entry(why.chars().take(40).collect()).or_default() += 1;
+            }
+        }
+    }
+    println!("{loaded} of {cases} loaded; refused: {refused:#?}");
+    assert!(refused.values().sum::<u64>() > 0 && loaded > 0, "damage that hits nothing, or everything");
+}

@@ -1,0 +1,122 @@
+//! One short live trial: its class, and that its cores do again what their mouth logs say.
+
+use std::fs;
+use std::path::Path;
+
+use evidence::trial::Outcome;
+use evidence::{Evidence, Property};
+use link::mouth::{Entry, Reader, Writer};
+use live::child::Services;
+use live::trial::{Judged, conclude};
+use live::{Aftermath, Options, run};
+use parallel::progress::Stop;
+use scenario::Setup;
+use topology::{Cast, RunSecret, cast};
+use wire::core::Output;
+use wire::event::Event;
+use wire::id::NodeId;
+use wire::person::Role;
+
+use super::displays::short;
+use super::root;
+
+/// Trials that a busy host may spoil before one is taken as it is.
+const TRIES: u64 = 5;
+
+/// Whether the host, and not the platform, explains what is found: the launcher overslept, or a service was kept from running so long
+/// that its entries came late to the recording.
+fn spoilt(evidence: &Evidence) -> bool {
+    let overslept =
+        evidence.entries.iter().any(|w| matches!(w.entry.event, Event::Stalled { by } if by.0 > evidence.stall_limit));
+    overslept || evidence.custody.iter().any(|flaw| flaw.what.contains("at another time"))
+}
+
+/// The live run of a seed, and what it was judged to be.
+fn trial(scenario: &Path, seed: u64) -> (Cast, Setup, Aftermath, Judged) {
+    let scenario = scenario::load(scenario).unwrap();
+    let setup = Setup::load(&root(), &scenario, None, true).unwrap();
+    let secret = RunSecret::seeded(seed);
+    let cast = cast(&scenario, &setup, seed, &secret).seating(Role::Supervise);
+    let (stop, mut show) = (Stop::default(), |_: &str| {});
+    let services = Services::Own(env!("CARGO_BIN_EXE_holdsafe").into());
+    let options = Options {
+        keep: None,
+        services,
+        stop: &stop,
+        show: &mut show,
+        window: false,
+        role: Role::Supervise,
+        acts: Vec::new(),
+    };
+    let after = run(&cast, &secret, setup.policy.record_guard, options).unwrap();
+    let judged = conclude(&cast, &setup, &after);
+    (cast, setup, after, judged)
+}
+
+/// Writes the mouth log of `node` anew, with the first input after which it wrote an audit entry fed a microsecond later. Gives the number of that
+/// input, from 1.
+fn shift_an_input(folder: &Path, node: NodeId) -> usize {
+    let path = folder.join("mouth").join(format!("{node}.cbor"));
+    let whole = fs::read(&path).unwrap();
+    let log = Reader::new(whole.as_slice()).unwrap();
+    let header = log.header();
+    // What a core says when it is made comes out with its first input.
+    let mut entries: Vec<Entry> = log.map(Result::unwrap).collect();
+    let is_input = |entry: &Entry| matches!(entry, Entry::Input { .. });
+    let said = |entries: &[Entry], at: usize| {
+        let mut after = entries[at + 1..].iter().take_while(|entry| !is_input(entry));
+        after.any(|entry| matches!(entry, Entry::Output(Output::Audit { .. })))
+    };
+    let inputs: Vec<usize> = (0..entries.len()).filter(|at| is_input(&entries[*at])).collect();
+    let (n, at) = inputs.into_iter().enumerate().skip(1).find(|(_, at)| said(&entries, *at)).unwrap();
+    if let Entry::Input { now, .. } = &mut entries[at] {
+        now.0 += 1;
+    }
+    let mut bytes = Vec::new();
+    let mut writer = Writer::new(&mut bytes, header, u64::MAX).unwrap();
+    entries.iter().for_each(|entry| writer.entry(entry).unwrap());
+    fs::write(&path, bytes).unwrap();
+    n + 1
+}
+
+#[test]
+fn a_short_live_trial_is_nominal_its_cores_replay_and_one_time_wrong_in_a_mouth_log_makes_it_invalid() {
+    let (_folder, scenario) = short();
+    let scenario = Path::new(&scenario);
+    let mut tries = (1..=TRIES).map(|seed| trial(scenario, seed));
+    let replayed = |judged: &Judged| {
+        let wrong: Vec<_> = judged.replays.iter().filter(|core| core.difference.is_some()).collect();
+        assert!(wrong.is_empty() && judged.evidence.differences.is_empty(), "{wrong:?}");
+        assert!(judged.replays.len() >= 6 && judged.replays.iter().all(|core| core.inputs > 0), "{:?}", judged.replays);
+    };
+    // Whatever the host does, every core does again what its log says; the class is asked of a run that the host let run.
+    let mut last = None;
+    for done in tries.by_ref() {
+        replayed(&done.3);
+        let spoilt = spoilt(&done.3.evidence);
+        last = Some((spoilt, done));
+        if !spoilt {
+            break;
+        }
+    }
+    let (spoilt, (cast, setup, after, judged)) = last.unwrap();
+    let Judged { verdict, .. } = &judged;
+    if spoilt {
+        eprintln!("the host overslept in each of {TRIES} live trials; asserted is that they are INVALID for that");
+        assert_eq!(verdict.outcome, Outcome::Invalid, "{:?}", verdict.findings);
+    } else {
+        assert_eq!((verdict.outcome, verdict.findings.as_slice()), (Outcome::Nominal, &[][..]));
+    }
+
+    let input = shift_an_input(after.logs.folder(), NodeId::GATEWAY);
+    let Judged { evidence, verdict, .. } = conclude(&cast, &setup, &after);
+    assert_eq!(verdict.outcome, Outcome::Invalid, "{:?}", verdict.findings);
+    let named = format!("gateway, fed its mouth log again: differs after input {input}, ");
+    let found = verdict.findings.iter().find(|f| f.property == Property::P10 && f.what.starts_with(&named));
+    let found = found.unwrap_or_else(|| panic!("{named}: {:?}", verdict.findings));
+    assert!(found.what.contains("expected entry ") && found.what.contains("got entry "), "{found:?}");
+    let mut lines = Vec::new();
+    live::keep::lines(&mut lines, &evidence).unwrap();
+    let head: serde_json::Value = serde_json::from_slice(lines.split(|b| *b == b'\n').next().unwrap()).unwrap();
+    assert_eq!(head["differences"][0].as_str(), Some(found.what.as_str()), "for the second judge");
+}

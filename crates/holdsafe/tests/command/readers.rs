@@ -1,0 +1,270 @@
+//! Custody comes first: what every command that reads a recorded run says of one that is INVALID.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use link::mouth::{Header, Writer};
+use serde_json::Value;
+use wire::core::{Input, Output};
+use wire::id::{Boot, NodeId};
+use wire::time::Instant;
+
+use super::evidence::{object, recorded};
+use super::{holdsafe, root};
+
+/// Changes one bit of a recording, in a place of which `verify` says that the evidence does not hold.
+pub(super) fn flip_a_bit(run: &Path) {
+    let file = run.join("recording/audit-0.mcap");
+    let whole = fs::read(&file).unwrap();
+    for at in (whole.len() / 2..whole.len()).step_by(7) {
+        let mut flipped = whole.clone();
+        flipped[at] ^= 0x10;
+        fs::write(&file, flipped).unwrap();
+        if holdsafe(&["verify", run.to_str().unwrap()]).status.code() == Some(4) {
+            return;
+        }
+    }
+    panic!("no bit matters");
+}
+
+/// Makes `held.json` cover the files that are there now, as if the run had left them.
+fn cover(run: &Path) {
+    let file = run.join("held.json");
+    let mut held: Value = serde_json::from_slice(&fs::read(&file).unwrap()).unwrap();
+    held["files"] = serde_json::to_value(live::keep::whole::survey(run).unwrap()).unwrap();
+    fs::write(file, held.to_string()).unwrap();
+}
+
+/// What a live run has beside its recording, as far as a command needs it to read anything: what came of feeding its cores again, and what
+/// its console showed.
+fn as_if_live(run: &Path) {
+    fs::write(run.join("replay.json"), r#"[{"node":"gateway","inputs":3,"outputs":2,"difference":null}]"#).unwrap();
+    fs::create_dir(run.join("mouth")).unwrap();
+    let file = fs::File::create(run.join("mouth/console.cbor")).unwrap();
+    let header = Header { node: NodeId::CONSOLE, boot: Boot(1), started: Instant(0) };
+    let mut log = Writer::new(file, header, 1 << 20).unwrap();
+    log.input(Instant(1), &Input::Timeout).unwrap();
+    log.output(&Output::Text { text: "unit-a IDLE".to_owned(), picture: r#"{"version":1}"#.to_owned() }).unwrap();
+    log.input(Instant(2), &Input::Finish).unwrap();
+    drop(log);
+    cover(run);
+}
+
+/// The line of each command that reads a recorded run, and the code with which it ends where nothing is wrong.
+fn readers<'a>(run: &'a str, folder: &'a str, out: &'a str, page: &'a str) -> Vec<(Vec<&'a str>, i32)> {
+    vec![
+        (vec!["explain", run], 0),
+        (vec!["explain", run, "--all", "--diagram"], 0),
+        (vec!["explain", run, "--why-not", "PREPARE_TO_ACT"], 0),
+        (vec!["replay", run], 0),
+        (vec!["diff", run, "thermal_loss"], 0),
+        (vec!["diff", "thermal_loss", run], 0),
+        (vec!["export", run, "--out", out], 0),
+        (vec!["report", run, "--out", page], 0),
+        (vec!["report", folder, "--out", page], 0),
+        (vec!["cite", folder], 0),
+        (vec!["watch", run], 0),
+        (vec!["watch", run, "--once"], 0),
+    ]
+}
+
+/// A run to be read, and where to write what is made of it.
+struct Read {
+    _dir: tempfile::TempDir,
+    folder: PathBuf,
+    run: PathBuf,
+    out: PathBuf,
+    page: PathBuf,
+}
+
+impl Read {
+    fn new() -> Self {
+        let dir = tempfile::tempdir().unwrap();
+        let run = recorded(dir.path(), "thermal_loss");
+        as_if_live(&run);
+        let (folder, out, page) =
+            (dir.path().join("thermal_loss"), dir.path().join("r.mcap"), dir.path().join("r.html"));
+        Self { _dir: dir, folder, run, out, page }
+    }
+
+    fn lines(&self) -> Vec<(Vec<&str>, i32)> {
+        let [run, folder, out, page] = [&self.run, &self.folder, &self.out, &self.page].map(|p| p.to_str().unwrap());
+        readers(run, folder, out, page)
+    }
+}
+
+fn first_line(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).lines().next().unwrap_or_default().to_owned()
+}
+
+/// What every command says of a run that is INVALID because of `reason`.
+fn all_say_it(read: &Read, reason: &str) {
+    for (line, own) in read.lines() {
+        let output = holdsafe(&line);
+        let first = first_line(&output.stdout);
+        assert_eq!(output.status.code(), Some(4), "{line:?}: {output:?}");
+        assert!(
+            first.trim_start_matches("%% ").starts_with("INVALID: ") && first.contains(reason),
+            "{line:?}: {first}"
+        );
+        let told = holdsafe(&[&line[..], &["--unverified"]].concat());
+        // Of a broken recording less may be left to be compared.
+        let differs = line[0] == "diff" && told.status.code() == Some(3);
+        assert!(differs || told.status.code() == Some(own), "its own code: {line:?}: {told:?}");
+        assert_eq!(first_line(&told.stdout), first, "and marked all the same");
+        if line.contains(&"--diagram") {
+            continue;
+        }
+        let output = holdsafe(&[&line[..], &["--json"]].concat());
+        assert_eq!(output.status.code(), Some(4), "{line:?}: {output:?}");
+        let object: Value = serde_json::from_str(&first_line(&output.stdout)).unwrap();
+        let of = object["recordings"].as_array().unwrap_or_else(|| panic!("{line:?}: {object}"));
+        assert!(of.len() == 1 && of[0]["valid"] == false, "{line:?}: {object}");
+        assert!(of[0]["reason"].as_str().unwrap().contains(reason), "{line:?}: {object}");
+        assert_eq!(of[0]["sha256"].as_str().unwrap().len(), 64);
+        assert!(first_line(&output.stderr).starts_with("INVALID: "), "{line:?}: {output:?}");
+    }
+}
+
+#[test]
+fn of_a_run_with_one_bit_flipped_every_reader_says_invalid_first_and_why_and_ends_with_4() {
+    let read = Read::new();
+    for (line, own) in read.lines() {
+        let output = holdsafe(&line);
+        assert_eq!(output.status.code(), Some(own), "{line:?}: {output:?}");
+        assert!(!String::from_utf8_lossy(&output.stdout).contains("INVALID"), "{line:?}: {output:?}");
+    }
+    flip_a_bit(&read.run);
+    all_say_it(&read, "the recording does not verify: ");
+    // The window's strip is the console's own test; here nothing is opened for want of a display.
+    let console = holdsafe(&["console", read.run.to_str().unwrap()]);
+    assert!(first_line(&console.stdout).starts_with("INVALID: "), "{console:?}");
+}
+
+#[test]
+fn a_run_whose_keys_and_heads_are_gone_or_whose_trial_ended_invalid_is_no_better() {
+    let read = Read::new();
+    let verdict = read.run.join("verdict.json");
+    let mut ended: Value = serde_json::from_str(&fs::read_to_string(&verdict).unwrap()).unwrap();
+    assert_eq!((&ended["kind"], &ended["outcome"]), (&"verdict".into(), &"DEGRADED".into()), "{ended}");
+    ended["outcome"] = "INVALID".into();
+    ended["findings"] = serde_json::json!(["P10 at 9000 ms: the host overslept by 300 ms"]);
+    fs::write(&verdict, ended.to_string()).unwrap();
+    cover(&read.run);
+    all_say_it(&read, "the trial itself ended INVALID: P10 at 9000 ms: the host overslept");
+    let output = holdsafe(&["verify", read.run.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    assert!(first_line(&output.stdout).contains("the trial itself ended INVALID"), "{output:?}");
+    assert!(String::from_utf8_lossy(&output.stdout).contains("the evidence holds, of a trial that shows nothing"));
+    fs::write(&verdict, "{}").unwrap();
+    let output = holdsafe(&["explain", read.run.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(4), "a class that cannot be read: {output:?}");
+    fs::remove_file(&verdict).unwrap();
+    let output = holdsafe(&["explain", read.run.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    assert!(first_line(&output.stdout).contains("verdict.json: missing"), "{output:?}");
+    cover(&read.run);
+    assert_eq!(holdsafe(&["explain", read.run.to_str().unwrap()]).status.code(), Some(0), "none is told");
+    fs::remove_file(read.run.join("held.json")).unwrap();
+    let output = holdsafe(&["explain", read.run.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    assert!(first_line(&output.stdout).contains("held.json"), "{output:?}");
+}
+
+#[test]
+fn an_explained_scenario_says_when_its_trial_ended_invalid() {
+    let dir = tempfile::tempdir().unwrap();
+    let nominal = fs::read_to_string(root().join("scenarios/nominal.toml")).unwrap();
+    // Nobody enables it.
+    let without = nominal.replacen("do = \"enable\"", "do = \"hold\"", 1);
+    fs::create_dir(dir.path().join("scenes")).unwrap();
+    fs::copy(root().join("scenarios/scenes/yard.toml"), dir.path().join("scenes/yard.toml")).unwrap();
+    let file = dir.path().join("nominal.toml");
+    fs::write(&file, without).unwrap();
+    let line = ["explain", file.to_str().unwrap(), "--all"];
+    let output = holdsafe(&line);
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    let first = first_line(&output.stdout);
+    assert!(first.starts_with("INVALID: ") && first.contains("ended INVALID: mission: "), "{first}");
+    assert_eq!(holdsafe(&[&line[..], &["--unverified"]].concat()).status.code(), Some(0));
+}
+
+#[test]
+fn a_report_lists_each_recording_with_digest_and_custody_and_counts_them_in_its_verdict() {
+    let read = Read::new();
+    let whole = recorded(read.folder.parent().unwrap(), "loss");
+    flip_a_bit(&read.run);
+    let [folder, whole, page] = [&read.folder, &whole, &read.page].map(|p| p.to_str().unwrap());
+    let output = holdsafe(&["report", folder, whole, "--out", page, "--json"]);
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    let text = fs::read_to_string(page).unwrap();
+    let (head, body) = text.split_once("<main>").expect("a body");
+    assert!(head.contains("verdict bad") && head.contains("1 of 2 recordings is INVALID"), "{head}");
+    let (mark, sentence) = (head.find("is INVALID"), head.find("Every trial ended in a class"));
+    assert!(mark < sentence && sentence.is_some(), "first of all: {head}");
+    assert!(head.contains("no INVALID recording supports it"), "{head}");
+    let object = object(&output);
+    let of = object["recordings"].as_array().unwrap();
+    assert_eq!(of.iter().map(|r| r["valid"].as_bool().unwrap()).collect::<Vec<_>>(), [false, true], "{object}");
+    for recording in of {
+        assert!(body.contains(recording["sha256"].as_str().unwrap()), "{recording}");
+    }
+    assert!(body.contains("does not hold") && body.contains("<td>holds</td>"), "{body}");
+}
+
+#[test]
+fn a_file_for_viewers_says_that_the_run_it_is_of_is_invalid() {
+    let read = Read::new();
+    flip_a_bit(&read.run);
+    let [run, out] = [&read.run, &read.out].map(|p| p.to_str().unwrap());
+    let exported = object(&holdsafe(&["export", run, "--out", out, "--json", "--unverified"]));
+    let told = super::exports::told(&exported);
+    assert_eq!(told.get("/custody"), Some(&1), "{told:?}");
+}
+
+#[test]
+fn a_run_is_named_by_any_level_and_of_several_each_is_listed() {
+    let dir = tempfile::tempdir().unwrap();
+    let run = recorded(dir.path(), "loss");
+    as_if_live(&run);
+    let (out, page) = (dir.path().join("r.mcap"), dir.path().join("r.html"));
+    let [out, page] = [&out, &page].map(|p| p.to_str().unwrap());
+    let whole = dir.path().join("loss");
+    for level in [&run, run.parent().unwrap(), &whole.join("twin"), &whole] {
+        let level = level.to_str().unwrap();
+        let lines: [&[&str]; 7] = [
+            &["verify", level],
+            &["explain", level],
+            &["replay", level],
+            &["diff", level, "loss"],
+            &["export", level, "--out", out],
+            &["report", level, "--out", page],
+            &["cite", level],
+        ];
+        for line in lines.into_iter().chain([&["watch", level, "--once"][..]]) {
+            let output = holdsafe(line);
+            assert_eq!(output.status.code(), Some(0), "{line:?}: {output:?}");
+        }
+    }
+    let other = recorded(dir.path(), "thermal_loss");
+    let all = dir.path().to_str().unwrap();
+    for line in [
+        &["verify", all][..],
+        &["explain", all],
+        &["replay", all],
+        &["diff", all, "loss"],
+        &["export", all, "--out", out],
+        &["watch", all],
+        &["sensors", all],
+        &["console", all],
+    ] {
+        let output = holdsafe(line);
+        let says = String::from_utf8(output.stderr).unwrap();
+        assert_eq!(output.status.code(), Some(2), "{line:?}: {says}");
+        assert!(says.contains(run.to_str().unwrap()) && says.contains(other.to_str().unwrap()), "{line:?}: {says}");
+        assert!(says.contains("name the directory of one run"), "{line:?}: {says}");
+    }
+    let report = object(&holdsafe(&["report", all, "--out", page, "--json"]));
+    assert_eq!(report["recordings"].as_array().map(Vec::len), Some(2), "a report tells all of them: {report}");
+    assert_eq!(holdsafe(&["explain", root().join("policies").to_str().unwrap()]).status.code(), Some(2));
+}

@@ -1,0 +1,229 @@
+//! How far live runs agree with the twin, stratum by stratum: the object of `bench agreement`, and its table.
+//!
+//! Twin and live n are never added: of each word there is one run of either. A live run that is INVALID agrees with nothing; it is
+//! left out of the first bound and counted as disagreeing in the second.
+
+use std::collections::BTreeMap;
+
+use evidence::trial::Outcome;
+use results::report::new_table;
+use search::Stratum;
+use serde::Serialize;
+use stats::{LEVEL, rate_lower};
+
+/// The object of `bench agreement --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct AgreementObject {
+    /// Version of this object.
+    pub schema_version: u32,
+    /// Seed of each trial.
+    pub seed: u64,
+    /// Seed of the drawing.
+    pub draws: u64,
+    /// SHA-256 of the program that ran them, hexadecimal.
+    pub build: String,
+    /// One row each.
+    pub strata: Vec<StratumRow>,
+    /// One row a word.
+    pub words: Vec<WordRow>,
+}
+
+/// A word, once in the twin and once live.
+#[derive(Clone, Debug, Serialize)]
+pub struct WordRow {
+    /// Its file's name without the ending.
+    pub name: String,
+    /// What it was drawn as.
+    pub stratum: Stratum,
+    /// The weakness, or the alphabet where no check is waived.
+    pub of: String,
+    /// The word.
+    pub word: String,
+    /// Its class in the twin.
+    pub twin: Outcome,
+    /// Its class live.
+    pub live: Outcome,
+    /// What the oracle said of the live run.
+    pub findings: Vec<String>,
+    /// The line that runs it live again; without `--live` in the twin.
+    pub reproduce: String,
+}
+
+impl WordRow {
+    /// Whether the twin said that it is safe, and it was not.
+    pub fn is_missed(&self) -> bool {
+        self.live == Outcome::Unsafe && self.twin != Outcome::Unsafe
+    }
+}
+
+/// One stratum.
+#[derive(Clone, Debug, Serialize)]
+pub struct StratumRow {
+    /// Which.
+    pub stratum: Stratum,
+    /// Words that were run.
+    pub words: u64,
+    /// Of these INVALID live.
+    pub invalid: u64,
+    /// Both UNSAFE, or neither.
+    pub unsafe_or_not: Agreed,
+    /// Both UNSAFE or LATE, or neither.
+    pub broken_or_not: Agreed,
+    /// The same class.
+    pub same_class: Agreed,
+}
+
+/// How often twin and live agreed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Agreed {
+    /// So often.
+    pub k: u64,
+    /// Of so many valid live runs.
+    pub n: u64,
+    /// Exact one-sided lower 95 % bound on how often.
+    pub lower_95: f64,
+    /// The same where each INVALID run counts as disagreeing.
+    pub lower_95_with_invalid: f64,
+}
+
+impl Agreed {
+    /// Of those words of a stratum of which `alike` says, of two classes, whether they are the same.
+    fn of(words: &[&WordRow], alike: impl Fn(Outcome, Outcome) -> bool) -> Self {
+        let valid: Vec<_> = words.iter().filter(|word| word.live != Outcome::Invalid).collect();
+        let k = valid.iter().filter(|word| alike(word.twin, word.live)).count() as u64;
+        let (n, all) = (valid.len() as u64, words.len() as u64);
+        Self { k, n, lower_95: rate_lower(k, n, LEVEL), lower_95_with_invalid: rate_lower(k, all, LEVEL) }
+    }
+
+    fn told(&self) -> String {
+        let percent = |rate: f64| format!("{:.1} %", rate * 100.0);
+        format!("{} of {}: {} ({})", self.k, self.n, percent(self.lower_95), percent(self.lower_95_with_invalid))
+    }
+}
+
+impl StratumRow {
+    fn of(stratum: Stratum, words: &[WordRow]) -> Self {
+        let own: Vec<&WordRow> = words.iter().filter(|word| word.stratum == stratum).collect();
+        let is_unsafe = |outcome: Outcome| outcome == Outcome::Unsafe;
+        let broken = |outcome: Outcome| matches!(outcome, Outcome::Unsafe | Outcome::Late);
+        Self {
+            stratum,
+            words: own.len() as u64,
+            invalid: own.iter().filter(|word| word.live == Outcome::Invalid).count() as u64,
+            unsafe_or_not: Agreed::of(&own, |twin, live| is_unsafe(twin) == is_unsafe(live)),
+            broken_or_not: Agreed::of(&own, |twin, live| broken(twin) == broken(live)),
+            same_class: Agreed::of(&own, |twin, live| twin == live),
+        }
+    }
+}
+
+impl AgreementObject {
+    /// Of these words; in which order they stand does not matter.
+    pub fn new(seed: u64, draws: u64, build: String, words: Vec<WordRow>) -> Self {
+        let strata = Stratum::ALL.map(|stratum| StratumRow::of(stratum, &words)).to_vec();
+        Self { schema_version: evidence::SCHEMA_VERSION, seed, draws, build, strata, words }
+    }
+}
+
+/// The table for a terminal.
+pub fn agreement_table(object: &AgreementObject) -> String {
+    let mut table =
+        new_table(&["stratum", "words", "INVALID live", "UNSAFE or not", "UNSAFE or LATE, or not", "the same class"]);
+    for row in &object.strata {
+        table.add_row([
+            row.stratum.name().to_owned(),
+            row.words.to_string(),
+            row.invalid.to_string(),
+            row.unsafe_or_not.told(),
+            row.broken_or_not.told(),
+            row.same_class.told(),
+        ]);
+    }
+    let mut text = format!(
+        "twin (rendered) and live, one run each, seed {}, words drawn with {}\n{table}\n\
+         k of n: exact one-sided lower 95 % bound on how often they agree (with each INVALID run as disagreeing)\n",
+        object.seed, object.draws
+    );
+    let missed = |word: &&WordRow| word.is_missed();
+    let told = object.words.iter().filter(missed).map(|word| one("UNSAFE live, not so in the twin", word));
+    let invalid =
+        object.words.iter().filter(|word| word.live == Outcome::Invalid).map(|word| one("INVALID live", word));
+    text.extend(told.chain(invalid));
+    for ((stratum, twin, live), names) in others(&object.words) {
+        text.push_str(&format!("{}: {} in the twin, {} live: {names}\n", stratum.name(), twin.name(), live.name()));
+    }
+    text
+}
+
+fn one(what: &str, word: &WordRow) -> String {
+    let why = word.findings.join("; ");
+    let WordRow { name, of, twin, live, .. } = word;
+    let (twin, live) = (twin.name(), live.name());
+    format!("{what}: {name} ({of}): {}\n  twin {twin}, live {live}: {why}\n  {}\n", word.word, word.reproduce)
+}
+
+/// The other words whose classes differ, by these.
+fn others(words: &[WordRow]) -> BTreeMap<(Stratum, Outcome, Outcome), String> {
+    let mut others: BTreeMap<_, Vec<&str>> = BTreeMap::new();
+    let told = |word: &&WordRow| word.twin == word.live || word.is_missed() || word.live == Outcome::Invalid;
+    for word in words.iter().filter(|word| !told(word)) {
+        others.entry((word.stratum, word.twin, word.live)).or_default().push(&word.name);
+    }
+    others.into_iter().map(|(key, names)| (key, names.join(", "))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn word(stratum: Stratum, twin: Outcome, live: Outcome) -> WordRow {
+        let text = |text: &str| text.to_owned();
+        WordRow {
+            name: text("finding-1"),
+            stratum,
+            of: text("lease-path"),
+            word: text("cut"),
+            twin,
+            live,
+            findings: vec![text("P4 left the geofence")],
+            reproduce: text("holdsafe run finding-1.toml"),
+        }
+    }
+
+    #[test]
+    fn an_invalid_live_run_is_counted_apart_and_lowers_the_second_bound_only() {
+        let valid = (0..20).map(|_| word(Stratum::Safe, Outcome::HoldSafe, Outcome::HoldSafe));
+        let words: Vec<_> = valid.chain([word(Stratum::Safe, Outcome::HoldSafe, Outcome::Invalid)]).collect();
+        let row = StratumRow::of(Stratum::Safe, &words);
+        assert_eq!((row.words, row.invalid, row.same_class.k, row.same_class.n), (21, 1, 20, 20));
+        // 20 of 20: 0.05 to the power of 1/20.
+        assert!((row.same_class.lower_95 - 0.8609).abs() < 5e-5);
+        assert_eq!(row.same_class.lower_95_with_invalid, rate_lower(20, 21, LEVEL));
+        assert!(row.same_class.lower_95_with_invalid < row.same_class.lower_95);
+        assert_eq!(StratumRow::of(Stratum::Edge, &words).words, 0);
+    }
+
+    #[test]
+    fn classes_that_differ_still_agree_on_whether_anything_broke() {
+        let words = [
+            word(Stratum::Finding, Outcome::Unsafe, Outcome::Late),
+            word(Stratum::Finding, Outcome::Unsafe, Outcome::Late),
+            word(Stratum::Finding, Outcome::Late, Outcome::Late),
+            word(Stratum::Finding, Outcome::Late, Outcome::HoldSafe),
+            word(Stratum::Finding, Outcome::Unsafe, Outcome::Degraded),
+        ];
+        let row = StratumRow::of(Stratum::Finding, &words);
+        assert_eq!((row.unsafe_or_not.k, row.broken_or_not.k, row.same_class.k), (2, 3, 1));
+    }
+
+    #[test]
+    fn who_reads_the_table_sees_what_the_twin_missed_and_how_to_run_it_again() {
+        let missed = word(Stratum::Safe, Outcome::HoldSafe, Outcome::Unsafe);
+        let differs = word(Stratum::Edge, Outcome::Late, Outcome::HoldSafe);
+        let object = AgreementObject::new(1, 1, String::new(), vec![missed, differs]);
+        let text = agreement_table(&object);
+        assert!(text.contains("UNSAFE live, not so in the twin: finding-1 (lease-path): cut"), "{text}");
+        assert!(text.contains("P4 left the geofence") && text.contains("holdsafe run finding-1.toml"), "{text}");
+        assert!(text.contains("edge: LATE in the twin, HOLD_SAFE live: finding-1"), "{text}");
+    }
+}

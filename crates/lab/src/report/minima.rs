@@ -1,0 +1,91 @@
+//! What findings shrink to, as an object and as a table.
+
+use std::collections::BTreeMap;
+
+use results::report::new_table;
+use scenario::Weakness;
+use search::{Cause, Ground, Shrunk};
+use serde::Serialize;
+
+use super::cost::Spread;
+
+/// The object of `bench search --shrink N --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct MinimaObject {
+    /// Version of this object.
+    pub schema_version: u32,
+    /// Seed of each trial.
+    pub seed: u64,
+    /// Seeds of guided drawing, from 1.
+    pub seeds: u64,
+    /// Most trials of each.
+    pub budget: u64,
+    /// One row for each weakness and cause.
+    pub rows: Vec<MinimaRow>,
+}
+
+/// The findings of one weakness with the same cause.
+#[derive(Clone, Debug, Serialize)]
+pub struct MinimaRow {
+    /// The weakness.
+    pub name: String,
+    /// Class and property.
+    pub cause: Cause,
+    /// Findings that were shrunk.
+    pub n: usize,
+    /// What they ended as and how many of them, the most frequent first.
+    pub minima: Vec<(String, usize)>,
+    /// Letters of the most frequent.
+    pub letters: usize,
+    /// The fewest letters with which an exhaustive search found this cause, where they are fewer than any minimum's.
+    pub fewer_letters: Option<usize>,
+    /// Trials that shrinking took.
+    pub executions: Spread,
+}
+
+impl MinimaRow {
+    /// Of what was shrunk.
+    pub fn new(weakness: &Weakness, ground: &Ground, cause: &Cause, shrunk: &[Shrunk], fewer: Option<usize>) -> Self {
+        let mut counted = BTreeMap::new();
+        for one in shrunk {
+            *counted.entry(&one.word).or_insert(0_usize) += 1;
+        }
+        let mut minima: Vec<_> = counted.into_iter().collect();
+        minima.sort_by_key(|(_, n)| std::cmp::Reverse(*n));
+        Self {
+            name: weakness.name.as_str().to_owned(),
+            cause: cause.clone(),
+            n: shrunk.len(),
+            letters: minima.first().map_or(0, |(word, _)| word.letters().len()),
+            minima: minima.into_iter().map(|(word, n)| (word.told(&ground.alphabet), n)).collect(),
+            fewer_letters: fewer,
+            executions: Spread::of(shrunk.iter().map(|shrunk| shrunk.executions as f64)),
+        }
+    }
+}
+
+/// The table for a terminal.
+pub fn minima_table(object: &MinimaObject) -> String {
+    let header = ["weakness", "cause", "the same minimum", "minima", "most frequent", "letters", "executions"];
+    let mut table = new_table(&header);
+    for row in &object.rows {
+        let (word, same) = row.minima.first().cloned().unwrap_or_default();
+        let letters = match row.fewer_letters {
+            Some(fewer) => format!("{}, fewest {fewer}", row.letters),
+            None => format!("{}, none with fewer", row.letters),
+        };
+        table.add_row([
+            row.name.clone(),
+            format!("{} {}", row.cause.outcome.name(), row.cause.broken),
+            format!("{same} of {}", row.n),
+            row.minima.len().to_string(),
+            word,
+            letters,
+            format!("{} / {} / {}", row.executions.min, row.executions.median, row.executions.max),
+        ]);
+    }
+    format!(
+        "{table}\nfirst findings of {} seeds of guided drawing, budget {} trials; executions: least, median, most.",
+        object.seeds, object.budget
+    )
+}

@@ -1,0 +1,72 @@
+//! A recorder whose disk is full: the kernel refuses its writes, and its recording is looked at from outside.
+//!
+//! There is no full file system without root. In its place the limit on the size of the recorder's files is lowered to
+//! nothing on the running process (`prlimit`), from which moment on the kernel refuses every write to a file with EFBIG where a full
+//! disk would say ENOSPC; what the recorder makes of an error does not ask which. Pipes, sockets and memory that is mapped
+//! already go on, as on a full disk. Raised again, the disk has room again. The recorder itself has no part in it.
+
+use std::path::{Path, PathBuf};
+
+use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
+use wire::event::Event;
+
+/// Has the kernel refuse (or take again) whatever the process `pid` writes to files. True only when the kernel then says so.
+pub(super) fn fill(pid: u32, full: bool) -> bool {
+    let Some(pid) = i32::try_from(pid).ok().and_then(Pid::from_raw) else { return false };
+    // Services inherit the launcher's own limit.
+    let usual = getrlimit(Resource::Fsize);
+    let limit = if full { Rlimit { current: Some(0), maximum: usual.maximum } } else { usual };
+    let set = || prlimit(Some(pid), Resource::Fsize, limit);
+    // The second call gives what the first has set.
+    set().and_then(|_| set()).is_ok_and(|now| now.current == limit.current)
+}
+
+/// Looks at how long the recording is.
+pub(super) struct Growth {
+    folder: PathBuf,
+    bytes: u64,
+}
+
+impl Growth {
+    /// Of the recording in `folder`.
+    pub(super) fn of(folder: PathBuf) -> Self {
+        Self { folder, bytes: 0 }
+    }
+
+    /// Tells of the recording's length when it is longer than ever before.
+    pub(super) fn look(&mut self) -> Option<Event> {
+        let bytes = length(&self.folder).ok().filter(|bytes| *bytes > self.bytes)?;
+        self.bytes = bytes;
+        Some(Event::Kept { bytes })
+    }
+}
+
+fn length(folder: &Path) -> std::io::Result<u64> {
+    std::fs::read_dir(folder)?.try_fold(0, |sum, file| Ok(sum + file?.metadata()?.len()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_recording_is_told_of_when_it_has_grown() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut growth = Growth::of(folder.path().to_owned());
+        assert_eq!(growth.look(), None);
+        std::fs::write(folder.path().join("audit-0.mcap"), [0; 10]).unwrap();
+        assert_eq!((growth.look(), growth.look()), (Some(Event::Kept { bytes: 10 }), None));
+        std::fs::write(folder.path().join("audit-1.mcap"), [0; 5]).unwrap();
+        assert_eq!(growth.look(), Some(Event::Kept { bytes: 15 }));
+    }
+
+    #[test]
+    fn the_limit_of_a_running_process_is_lowered_and_raised_and_of_none_it_is_not() {
+        let writing = crate::child::tests::WRITING.lock().unwrap();
+        let mut running = std::process::Command::new("cat").stdin(std::process::Stdio::piped()).spawn().unwrap();
+        drop(writing);
+        assert!(fill(running.id(), true) && fill(running.id(), false));
+        running.kill().and_then(|()| running.wait()).unwrap();
+        assert!(!fill(running.id(), true));
+    }
+}

@@ -1,0 +1,232 @@
+//! What runs left behind whose launcher and janitor were both killed: found by the next run and by `holdsafe doctor`.
+//!
+//! A launcher keeps a mark among the shared memory of its run, a file that says what there is to remove, locked until the
+//! launcher has read and removed the last of it; the janitor locks it too. A run is over when nobody holds that lock any more,
+//! which the kernel takes from whoever ends, and no process has the run's shared memory mapped. So neither a process id that
+//! was given again nor a service that was left stopped is mistaken. What cannot be shown to be over is left alone.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+
+use link::bus::sweep::{SHARED_MEMORY, mapped};
+use nix::fcntl::OFlag;
+
+use super::remains::Remains;
+
+/// How the name of a mark ends, behind the run's prefix.
+const MARK: &str = "mark";
+/// The longest mark that is read.
+const MAX_MARK: u64 = 64 * 1024;
+
+/// What became of runs that had left something.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Leftovers {
+    /// Runs that are over; what they left is removed.
+    pub removed: usize,
+    /// Runs whose launcher is gone while a process still has their shared memory mapped: left alone.
+    pub held: usize,
+}
+
+/// What a run leaves, in its launcher's hands: removed with this, its logs too where nobody keeps them, and last the mark.
+#[derive(Debug)]
+pub struct Marked {
+    remains: Remains,
+    mark: Mark,
+}
+
+impl Marked {
+    /// Marks a run that begins now, before it has left anything.
+    ///
+    /// # Errors
+    /// When the mark cannot be made.
+    pub fn begin(remains: Remains) -> std::io::Result<Marked> {
+        Ok(Marked { mark: Mark::set(&remains)?, remains })
+    }
+
+    /// What there is to remove.
+    pub fn remains(&self) -> &Remains {
+        &self.remains
+    }
+}
+
+impl Drop for Marked {
+    fn drop(&mut self) {
+        self.remains.remove_all();
+        self.mark.clear();
+    }
+}
+
+/// The lock on a run's mark. Whoever holds it will remove what the run leaves.
+#[derive(Debug)]
+pub struct Mark {
+    path: PathBuf,
+    _locked: File,
+}
+
+impl Mark {
+    /// Marks a run that begins now.
+    ///
+    /// # Errors
+    /// When the mark cannot be made.
+    pub fn set(remains: &Remains) -> std::io::Result<Mark> {
+        let path = path(&remains.prefix);
+        // Nobody may find it before it is locked.
+        let draft = path.with_file_name(format!(".{}{MARK}", remains.prefix));
+        let mut file = File::options().write(true).create_new(true).mode(0o600).open(&draft)?;
+        file.write_all(&serde_json::to_vec(remains)?)?;
+        file.lock_shared()?;
+        std::fs::rename(&draft, &path)?;
+        Ok(Mark { path, _locked: file })
+    }
+
+    /// Locks the mark of a run that somebody else has begun.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn join(remains: &Remains) -> std::io::Result<Mark> {
+        let path = path(&remains.prefix);
+        let file = File::open(&path)?;
+        file.lock_shared()?;
+        Ok(Mark { path, _locked: file })
+    }
+
+    /// Takes the mark away: nothing of the run is left.
+    pub fn clear(&self) {
+        if let Err(error) = std::fs::remove_file(&self.path) {
+            tracing::debug!(%error, "the mark of a run was gone already");
+        }
+    }
+}
+
+/// Removes what runs of this user left that are over.
+///
+/// # Errors
+/// When shared memory cannot be listed.
+pub fn remove() -> std::io::Result<Leftovers> {
+    let mut found = Leftovers::default();
+    for entry in std::fs::read_dir(SHARED_MEMORY)? {
+        let path = entry?.path();
+        let named =
+            path.file_name().and_then(|n| n.to_str()).is_some_and(|n| n.starts_with("hs_") && n.ends_with(MARK));
+        let Some((mark, remains)) = named.then(|| abandoned(&path)).flatten() else { continue };
+        if mapped(&remains.prefix) {
+            found.held += 1;
+            continue;
+        }
+        remains.remove_all();
+        mark.clear();
+        found.removed += 1;
+    }
+    Ok(found)
+}
+
+/// Removes what killed runs left, before another adds to it.
+pub(super) fn make_room() {
+    match remove() {
+        Ok(found) if found.removed > 0 => tracing::info!(runs = found.removed, "removed what killed runs left"),
+        Ok(_) => {}
+        Err(error) => tracing::warn!(%error, "what killed runs left was not looked for"),
+    }
+}
+
+/// The mark at `path`, locked, when it is one of this user's and nobody else holds it.
+fn abandoned(path: &Path) -> Option<(Mark, Remains)> {
+    let file = File::options().read(true).custom_flags(OFlag::O_NOFOLLOW.bits()).open(path).ok()?;
+    let about = file.metadata().ok()?;
+    if !about.is_file() || about.uid() != rustix::process::geteuid().as_raw() || file.try_lock().is_err() {
+        return None;
+    }
+    let mut said = Vec::new();
+    Read::take(&file, MAX_MARK).read_to_end(&mut said).ok()?;
+    let remains: Remains = serde_json::from_slice(&said).ok()?;
+    let mark = Mark { path: path.to_owned(), _locked: file };
+    (self::path(&remains.prefix) == path).then_some((mark, remains))
+}
+
+fn path(prefix: &str) -> PathBuf {
+    Path::new(SHARED_MEMORY).join(format!("{prefix}{MARK}"))
+}
+
+/// Removes what a run left; of a launcher that is `done` neither logs nor mark, which are there until it has read the logs.
+pub(super) fn sweep(remains: &Remains, mark: Option<Mark>, done: bool) {
+    if done {
+        return remains.remove();
+    }
+    remains.remove_all();
+    mark.iter().for_each(Mark::clear);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::remains::SCRATCH;
+
+    /// A run with a file in shared memory and a folder.
+    fn run(name: &str) -> (Remains, PathBuf) {
+        let id = format!("t{:x}{name}", std::process::id());
+        let prefix = format!("hs_{id}_");
+        let folder = std::env::temp_dir().join(format!("holdsafe-{id}"));
+        std::fs::create_dir_all(folder.join("vehicle")).unwrap();
+        let segment = Path::new(SHARED_MEMORY).join(format!("{prefix}0_segment"));
+        std::fs::write(&segment, "left").unwrap();
+        let domains = vec![(format!("{prefix}0_"), folder.join("vehicle"))];
+        (Remains { prefix, domains, folder, scratch: None }, segment)
+    }
+
+    #[test]
+    fn a_run_whose_lock_is_held_is_left_alone_and_one_that_is_over_is_removed() {
+        let (living, kept) = run("living");
+        let (over, left) = run("over");
+        let held = Mark::set(&living).unwrap();
+        let joined = Mark::join(&living).unwrap();
+        drop(Mark::set(&over).unwrap());
+        drop(held);
+        remove().unwrap();
+        assert!(kept.exists() && living.folder.exists(), "its janitor lives");
+        assert!(!left.exists() && !over.folder.exists() && !path(&over.prefix).exists());
+        drop(joined);
+        remove().unwrap();
+        assert!(!kept.exists() && !living.folder.exists());
+    }
+
+    #[test]
+    fn the_logs_of_a_run_whose_reader_was_killed_behind_its_janitor_are_removed() {
+        let (mut read, _segment) = run("read");
+        let logs = read.folder.with_file_name(format!("{SCRATCH}{}", read.prefix));
+        std::fs::create_dir_all(logs.join("recording")).unwrap();
+        read.scratch = Some(logs.clone());
+        let reader = Mark::set(&read).unwrap();
+        sweep(&read, Mark::join(&read).ok(), true);
+        remove().unwrap();
+        assert!(logs.exists() && !read.folder.exists(), "they are being read");
+        // As its death leaves it: the lock is gone, the mark is not.
+        drop(reader);
+        remove().unwrap();
+        assert!(!logs.exists() && !path(&read.prefix).exists());
+    }
+
+    #[test]
+    fn a_launcher_that_is_done_leaves_neither_logs_nor_mark() {
+        let (mut done, segment) = run("done");
+        let logs = done.folder.with_file_name(format!("{SCRATCH}{}", done.prefix));
+        std::fs::create_dir_all(&logs).unwrap();
+        done.scratch = Some(logs.clone());
+        drop(Marked::begin(done.clone()).unwrap());
+        assert!(!logs.exists() && !done.folder.exists() && !segment.exists() && !path(&done.prefix).exists());
+    }
+
+    #[test]
+    fn a_mark_that_names_another_run_or_a_strange_folder_removes_nothing() {
+        let (mut liar, kept) = run("liar");
+        let own = std::mem::replace(&mut liar.prefix, "hs_other_run_".to_owned());
+        std::fs::write(path(&own), serde_json::to_vec(&liar).unwrap()).unwrap();
+        remove().unwrap();
+        assert!(kept.exists() && liar.folder.exists());
+        liar.prefix = own;
+        liar.remove_all();
+        std::fs::remove_file(path(&liar.prefix)).unwrap();
+        assert!(!kept.exists());
+    }
+}

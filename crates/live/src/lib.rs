@@ -1,0 +1,530 @@
+//! The live launcher: every service its own process, real clock, real links, the adversary really in the middle.
+//!
+//! Services end when their pipe ends, so they cannot outlive the launcher; a janitor process removes what shared memory
+//! and sockets a killed launcher left. The launcher itself carries nothing between services: it starts them, ends them
+//! on purpose where the scenario says so, and reads the recording afterwards.
+
+pub mod child;
+mod disk;
+pub mod janitor;
+pub mod keep;
+pub mod leftovers;
+pub mod mouths;
+mod process;
+pub mod remains;
+pub mod service;
+mod spec;
+pub mod trial;
+pub mod vet;
+mod witness;
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use evidence::cue::Watch;
+use evidence::custody::{Custody, Held, HeldHead, Stop};
+use evidence::log::Logged;
+use link::clock::trace_us;
+use link::loopback::LoopbackAddr;
+use link::spec::Control;
+use parallel::progress;
+use serde_json::Value;
+use topology::{Cast, RunSecret};
+use wire::audit::{Entry, Head};
+use wire::codec;
+use wire::event::{Event, Suspension};
+use wire::id::{Boot, NodeId};
+use wire::person::{Act, Numbered, Role};
+use wire::policy::Requirement;
+use wire::sign::Key;
+use wire::step::StepName;
+use wire::time::Span;
+
+use child::{Child, Line, Services};
+use disk::Growth;
+use leftovers::Marked;
+use process::Ordeals;
+use remains::Remains;
+use spec::{Places, Specs, service};
+pub(crate) use spec::{console, site};
+pub use witness::own_logs;
+
+/// Runs of this process so far.
+static RUNS: AtomicU32 = AtomicU32::new(0);
+/// Held by the run that is starting its processes.
+static STARTING: Mutex<()> = Mutex::new(());
+/// From the first process to the start of the run, microseconds: all links must stand by then.
+const LEAD_US: u64 = 2_500_000;
+/// How long a service may take to say that it is ready.
+const READY: Duration = Duration::from_secs(20);
+/// How long what is under way may take to arrive at the end.
+const GRACE_US: u64 = 1_200_000;
+/// By how much the host may oversleep before it, and not the platform, explains a latency, microseconds.
+pub const OVERSLEPT_US: u64 = 100_000;
+/// How long a service may take to end itself.
+const ENDING: Duration = Duration::from_secs(5);
+
+/// Why a live run came to nothing.
+#[derive(Debug, thiserror::Error)]
+pub enum LiveError {
+    /// The host lacks something, or a service did not come up.
+    #[error("{0}")]
+    Environment(String),
+    /// The user stopped it.
+    #[error("stopped")]
+    Stopped,
+}
+
+impl From<String> for LiveError {
+    fn from(why: String) -> Self {
+        LiveError::Environment(why)
+    }
+}
+
+/// How a run is to be carried out.
+pub struct Options<'a> {
+    /// Where recording and logs are kept; made if it is not there. Without it they are gone with the run's [`Logs`].
+    pub keep: Option<PathBuf>,
+    /// Where the service programs are.
+    pub services: Services,
+    /// The user's wish to stop.
+    pub stop: &'a progress::Stop,
+    /// What the console shows, text by text.
+    pub show: &'a mut dyn FnMut(&str),
+    /// Whether the console has a window. Then the run lasts until that is closed, at least to the scenario's end: a person
+    /// wants to look, and to act.
+    pub window: bool,
+    /// What that person, or one without a window, may do.
+    pub role: Role,
+    /// What a person does at the console, each at its time of the run, microseconds, in order.
+    pub acts: Vec<(u64, Act)>,
+}
+
+/// What a live run left, before anybody judges it.
+pub struct Aftermath {
+    /// The recording, on the run's time; behind it what guards and launcher noted.
+    pub log: Vec<Logged>,
+    /// What came of the recording, as it was kept.
+    pub custody: Custody,
+    /// What is held of it outside the recorder.
+    pub held: Held,
+    /// The first process that ended by itself, and when, microseconds of the run.
+    pub lost: Option<(u64, NodeId)>,
+    /// How long the run lasted, microseconds.
+    pub lasted: u64,
+    /// Where its recording and mouth logs are.
+    pub logs: Logs,
+}
+
+/// The folder of a run that is over, with recording and mouth logs, to be read as long as this lives.
+#[derive(Debug)]
+pub struct Logs {
+    folder: PathBuf,
+    _marked: Marked,
+}
+
+impl Logs {
+    /// The folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+}
+
+/// Runs `cast` live.
+pub fn run(cast: &Cast, secret: &RunSecret, guard: Requirement, options: Options<'_>) -> Result<Aftermath, LiveError> {
+    let run = RUNS.fetch_add(1, Ordering::Relaxed);
+    let places = Places::new(options.keep, &run_id(run), own_address(run));
+    leftovers::make_room();
+    let marked = Marked::begin(places.remains()).map_err(|e| format!("cannot mark the run: {e}"))?;
+    spec::make_folders(&places).map_err(|e| format!("cannot make {}: {e}", places.run_dir.display()))?;
+    keep::site(&places.run_dir, cast).map_err(|e| format!("cannot write to {}: {e}", places.run_dir.display()))?;
+    let credentials = spec::credentials(cast).map_err(|e| e.to_string())?;
+    let (lines_in, lines) = channel();
+    let mut company = Company {
+        janitor: None,
+        children: Vec::new(),
+        lines,
+        stats: Vec::new(),
+        stop: options.stop,
+        show: options.show,
+        window: options.window,
+        acts: options.acts.into_iter().zip(1..).collect(),
+        places: &places,
+    };
+    // Runs side by side start one after another, so that each has the host to itself during its lead.
+    let turn = STARTING.lock().unwrap_or_else(PoisonError::into_inner);
+    let start_us = trace_us() + LEAD_US;
+    let window = options.window;
+    let mut specs =
+        Specs { cast, places: &places, start_us, guard, credentials, addresses: Default::default(), window };
+    company.start_all(&options.services, cast, secret, marked.remains(), &mut specs, &lines_in)?;
+    drop(turn);
+    let mut again = |node: NodeId, boot: Boot| {
+        let member = cast.members.iter().find(|m| m.node() == node).ok_or("no such member")?;
+        let member = member.again(trace_us().saturating_sub(start_us));
+        let mut spec = specs.member(&member)?;
+        (spec.boot, spec.start_us) = (boot, 0);
+        Child::start(&options.services, service(&member.role), node, &lines_in, &spec)
+    };
+    let stayed = company.stay(cast, start_us, &mut again)?;
+    company.finish()?;
+    let broker = secret.of(NodeId::BROKER);
+    let held = cast.held(Some((&broker, OVERSLEPT_US)));
+    let (heads, stops) = (witness::heads(cast, &company.stats), stops(&stayed.events, start_us));
+    let held = Held { heads, stops, start_us, cut_short: stayed.cut_short(), ..held };
+    let (log, custody, held) = gathered(cast, &places.run_dir, held, &stayed, &company.stats)?;
+    drop(company);
+    let logs = Logs { folder: places.run_dir, _marked: marked };
+    Ok(Aftermath { log, custody, held, lost: stayed.lost(), lasted: stayed.lasted, logs })
+}
+
+/// Everything that is known of a run that is over, what does not hold of it, and what is held.
+fn gathered(
+    cast: &Cast,
+    run_dir: &Path,
+    mut held: Held,
+    stayed: &Stayed,
+    stats: &[(NodeId, Value)],
+) -> Result<(Vec<Logged>, Custody, Held), LiveError> {
+    let start_us = held.start_us;
+    // A dead recorder wrote nothing more, nor did one with a full disk; then the mouth logs of the others are the second place where entries are.
+    if !held.cut_short
+        && let Some(hands) = cast.hands()
+    {
+        witness::lay_on(&hands, run_dir)?;
+    }
+    let mut kept = match witness::recording(run_dir) {
+        Err(_) if held.cut_short => Vec::new(),
+        kept => kept?,
+    };
+    let guards = witness::guards(cast, run_dir);
+    let mut log = match held.cut_short {
+        true => witness::mouths(cast, run_dir, start_us),
+        false => witness::on_the_runs_time(kept.clone(), start_us),
+    };
+    log.extend(witness::on_the_runs_time(guards.clone(), start_us));
+    let mut told = stayed.events.clone();
+    told.push((stayed.lasted, Event::Stalled { by: Span(stayed.overslept) }));
+    told.extend(witness::relayed(stats).into_iter().map(|event| (stayed.lasted, event)));
+    told.extend(witness::sights(cast, run_dir, start_us, &log));
+    told.extend(witness::running(cast, run_dir, start_us));
+    // One chain, whose order has to be that of the times in it.
+    told.sort_by_key(|(at, _)| *at);
+    let end = told.last().map_or(stayed.lasted, |(at, _)| *at);
+    let key = cast.witnesses.get(&NodeId::CAMPAIGN).map(|secret| Key::from_bytes(&secret.0));
+    let notes = witness::notes(key, &told, end);
+    witness::keep_notes(run_dir, &notes)?;
+    held.heads.extend(notes.last().and_then(|last| Head::of(&last.bytes)).map(HeldHead::from));
+    kept.extend(guards);
+    kept.extend(notes.iter().cloned());
+    log.extend(notes);
+    Ok((log, trial::custody(&kept, &held), held))
+}
+
+/// A few letters and digits that name this run among others on the host, of this process too. Short: it stands twice in
+/// the path of every socket of the bus, and the kernel takes 107 bytes.
+fn run_id(run: u32) -> String {
+    format!("{:x}x{:x}x{run:x}", std::process::id(), trace_us() / 1_000 % (1 << 16))
+}
+
+/// The address of a run: apart from those of other runs on the host, of this process too.
+fn own_address(run: u32) -> LoopbackAddr {
+    LoopbackAddr::of_run(std::process::id().wrapping_mul(0x10_01).wrapping_add(run))
+}
+
+/// When the launcher kept processes from running, by its own record, on the recording's clock.
+fn stops(events: &[(u64, Event)], start_us: u64) -> Vec<Stop> {
+    let mut stops: Vec<Stop> = Vec::new();
+    for (at, event) in events {
+        let (Event::Suspended { node, how: Suspension::Hang, on: begins } | Event::Halted { node, on: begins }) =
+            *event
+        else {
+            continue;
+        };
+        let open = stops.iter_mut().rev().find(|stop| stop.node == node && stop.until_us == u64::MAX);
+        match (open, begins) {
+            (None, true) => stops.push(Stop { node, from_us: start_us + at, until_us: u64::MAX }),
+            (Some(stop), false) => stop.until_us = start_us + at,
+            (Some(_), true) | (None, false) => {}
+        }
+    }
+    stops
+}
+
+/// Starts a node anew under a boot.
+type Again<'a> = &'a mut dyn FnMut(NodeId, Boot) -> Result<Child, String>;
+
+/// What happened while the run was on.
+struct Stayed {
+    /// What was done to processes, and what befell them, in order.
+    events: Vec<(u64, Event)>,
+    /// By how much the host overslept at most.
+    overslept: u64,
+    /// How long the run lasted, microseconds.
+    lasted: u64,
+}
+
+impl Stayed {
+    fn ended(&self, node: NodeId) -> bool {
+        self.events.iter().any(|(_, event)| matches!(event, Event::Ended { node: n, .. } if *n == node))
+    }
+
+    /// Whether the recording lacks what came last: the recorder was dead or its disk full at the end.
+    fn cut_short(&self) -> bool {
+        let disk = self.events.iter().rev().find_map(|(_, event)| {
+            let Event::DiskFull { on, .. } = event else { return None };
+            Some(*on)
+        });
+        self.ended(NodeId::RECORDER) || disk == Some(true)
+    }
+
+    fn lost(&self) -> Option<(u64, NodeId)> {
+        self.events.iter().find_map(|(at, event)| {
+            let Event::Ended { node, killed: false } = event else { return None };
+            Some((*at, *node))
+        })
+    }
+}
+
+struct Company<'a> {
+    janitor: Option<Child>,
+    children: Vec<Child>,
+    lines: Receiver<(NodeId, Line)>,
+    stats: Vec<(NodeId, Value)>,
+    stop: &'a progress::Stop,
+    show: &'a mut dyn FnMut(&str),
+    /// A window is open, or about to be.
+    window: bool,
+    /// What a person will do, with the number of each act.
+    acts: VecDeque<((u64, Act), u64)>,
+    places: &'a Places,
+}
+
+impl Company<'_> {
+    /// Starts everybody in the order in which addresses become known.
+    fn start_all(
+        &mut self,
+        services: &Services,
+        cast: &Cast,
+        secret: &RunSecret,
+        remains: &Remains,
+        specs: &mut Specs<'_>,
+        lines: &std::sync::mpsc::Sender<(NodeId, Line)>,
+    ) -> Result<(), LiveError> {
+        let mut janitor = Child::spawn(services, "janitor", NodeId::CAMPAIGN, lines)?;
+        let remains = serde_json::to_string(remains).map_err(|e| e.to_string())?;
+        janitor.write(format!("{remains}\n").as_bytes());
+        self.janitor = Some(janitor);
+        let member = |node: NodeId| cast.members.iter().find(|m| m.node() == node);
+        // A rogue is there before anybody whose channels it makes.
+        let first = [
+            NodeId::INSIDER_PERCEPTION,
+            NodeId::IMPOSTOR,
+            NodeId::RECORDER,
+            cast.broker(),
+            NodeId::GATEWAY,
+            NodeId::INSIDER_B,
+            NodeId::RELAY_TELEMETRY,
+            NodeId::RELAY_COMMAND,
+        ];
+        // But for a thief of sessions, which has to know where the broker is.
+        let later = |node: NodeId| member(node).is_some_and(|m| m.role.joins_later());
+        for node in first.into_iter().filter(|node| !later(*node)) {
+            let child = if node == NodeId::BROKER {
+                let spec = specs.broker(&secret.of(NodeId::BROKER))?;
+                Child::start(services, "broker", node, lines, &spec)?
+            } else {
+                let Some(member) = member(node) else { continue };
+                Child::start(services, service(&member.role), node, lines, &specs.member(member)?)?
+            };
+            self.take_in(child);
+            self.await_ready(&[node], specs)?;
+        }
+        let rest: Vec<_> = cast.members.iter().filter(|m| !first.contains(&m.node()) || later(m.node())).collect();
+        for member in &rest {
+            let spec = specs.member(member)?;
+            let child = Child::start(services, service(&member.role), member.node(), lines, &spec)?;
+            self.take_in(child);
+        }
+        let rest: Vec<NodeId> = rest.iter().map(|m| m.node()).collect();
+        self.await_ready(&rest, specs)
+    }
+
+    fn take_in(&mut self, child: Child) {
+        if let Some(janitor) = &mut self.janitor {
+            janitor.write(format!("{}\n", child.pid()).as_bytes());
+        }
+        self.children.push(child);
+    }
+
+    fn await_ready(&mut self, nodes: &[NodeId], specs: &mut Specs<'_>) -> Result<(), LiveError> {
+        let mut waiting: Vec<NodeId> = nodes.to_vec();
+        let until = trace_us() + READY.as_micros() as u64;
+        while !waiting.is_empty() {
+            if self.stop.asked() {
+                return Err(LiveError::Stopped);
+            }
+            if trace_us() > until {
+                return Err(format!("{} did not become ready within {} s", waiting[0], READY.as_secs()).into());
+            }
+            match self.lines.recv_timeout(Duration::from_millis(50)) {
+                Ok((node, Line::Ready(line))) => {
+                    specs.ready(node, &line);
+                    waiting.retain(|n| *n != node);
+                }
+                Ok((node, Line::Refused(why))) => return Err(format!("{node} did not start: {why}").into()),
+                Ok((node, Line::Ended)) => return Err(format!("{node} ended before it was ready").into()),
+                Ok((_, Line::Closed(why))) => {
+                    return Err(why.unwrap_or_else(|| "the window was closed before the run began".to_owned()).into());
+                }
+                Ok((_, Line::Stats(_) | Line::Text(_) | Line::Entry(_))) | Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Err("every service ended".to_owned().into()),
+            }
+        }
+        Ok(())
+    }
+
+    /// Stays until the end of the run, doing to processes what the scenario says and calling the steps that wait; `again`
+    /// starts a node anew. Gives what was done, and by how much the host overslept at most.
+    fn stay(&mut self, cast: &Cast, start_us: u64, again: Again<'_>) -> Result<Stayed, LiveError> {
+        let mut ordeals = Ordeals::new(cast);
+        let mut watch = Watch::new(&cast.cues);
+        let windowed = self.window;
+        let (mut overslept, mut watched) = (0, 0);
+        let mut growth = cast.fills().then(|| Growth::of(self.places.recording()));
+        let clock = || trace_us().saturating_sub(start_us);
+        let end = start_us + cast.duration;
+        loop {
+            let now = trace_us();
+            if self.stop.asked() {
+                return Err(LiveError::Stopped);
+            }
+            if let Some(grown) = growth.as_mut().and_then(Growth::look) {
+                ordeals.note(clock(), grown);
+            }
+            if now >= end && !self.window {
+                let lasted = if windowed { now.saturating_sub(start_us) } else { cast.duration };
+                // Whoever is still stopped has an account to close.
+                for child in &mut self.children {
+                    child.go_on();
+                }
+                return Ok(Stayed { events: ordeals.events().to_vec(), overslept, lasted });
+            }
+            if ordeals.next().is_some_and(|at| start_us + at <= now) {
+                if let Some(node) = ordeals.carry_out(now.saturating_sub(start_us), &mut self.children, &clock) {
+                    let boot = Boot(2);
+                    self.take_in(again(node, boot)?);
+                    ordeals.note(clock(), Event::Restarted { node, boot });
+                }
+                let told = ordeals.events().iter().skip(watched);
+                let called = told.flat_map(|(at, event)| watch.take(*at, NodeId::CAMPAIGN, event)).collect();
+                watched = ordeals.events().len();
+                self.call(cast, &mut ordeals, called, clock());
+                continue;
+            }
+            self.act(now.saturating_sub(start_us));
+            let end = if self.window { u64::MAX } else { end };
+            let end = self.acts.front().map_or(end, |((at, _), _)| end.min(start_us + at));
+            let next = ordeals.next().map_or(end, |at| (start_us + at).min(end));
+            let nap = next.saturating_sub(now).clamp(1, 10_000);
+            let heard = self.lines.recv_timeout(Duration::from_micros(nap));
+            let slept = trace_us().saturating_sub(now);
+            if now >= start_us && matches!(heard, Err(RecvTimeoutError::Timeout)) {
+                overslept = overslept.max(slept.saturating_sub(nap));
+            }
+            match heard {
+                Ok((_, Line::Text(text))) => (self.show)(&text),
+                Ok((_, Line::Closed(Some(why)))) => return Err(LiveError::Environment(why)),
+                Ok((_, Line::Closed(None))) => self.window = false,
+                Ok((_, Line::Entry(bytes))) => {
+                    if let Ok(entry) = Entry::decode(&bytes) {
+                        self.call(cast, &mut ordeals, watch.take(clock(), entry.node, &entry.event), clock());
+                    }
+                }
+                Ok((node, Line::Ended)) if !ordeals.ended(node) => {
+                    // With its process the window is gone too.
+                    self.window &= node != NodeId::CONSOLE;
+                    ordeals.note(clock(), Event::Ended { node, killed: false });
+                }
+                Ok(_) | Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Err("every service ended".to_owned().into()),
+            }
+        }
+    }
+
+    /// Has the person do what is due by `now` of the run.
+    fn act(&mut self, now: u64) {
+        while let Some(((_, act), serial)) = self.acts.pop_front_if(|((at, _), _)| *at <= now) {
+            let act = Control::Act(codec::encode(&Numbered { serial, act }));
+            self.children.iter_mut().filter(|child| child.node == NodeId::CONSOLE).for_each(|child| child.tell(&act));
+        }
+    }
+
+    /// Calls steps: whoever has steps is told, and what is done to processes begins here.
+    fn call(&mut self, cast: &Cast, ordeals: &mut Ordeals, steps: Vec<StepName>, now: u64) {
+        let takes = |node: NodeId| cast.members.iter().any(|m| m.node() == node && m.role.takes_cues());
+        for step in steps {
+            self.children.iter_mut().filter(|c| takes(c.node)).for_each(|c| c.tell(&Control::Cue(step)));
+            ordeals.call(now, step);
+        }
+    }
+
+    /// Quiesce, let arrive what is under way, and have everybody write the closing account: the relays first, then whoever
+    /// sends to the gateway directly (it would dial again once the gateway is gone), then the gateway, so that no datagram
+    /// is under way while its two ends count; the recorder last.
+    fn finish(&mut self) -> Result<(), LiveError> {
+        self.children.iter_mut().for_each(|c| c.tell(&Control::Quiesce));
+        let until = trace_us() + GRACE_US;
+        while trace_us() < until {
+            if self.stop.asked() {
+                return Err(LiveError::Stopped);
+            }
+            self.hear(Duration::from_millis(20));
+        }
+        let turn = |node: NodeId| match node {
+            NodeId::RELAY_TELEMETRY | NodeId::RELAY_COMMAND => 0,
+            NodeId::INSIDER_B | NodeId::UNIT_C => 1,
+            NodeId::GATEWAY => 2,
+            NodeId::RECORDER => 4,
+            _ => 3,
+        };
+        let mut groups: [Vec<Child>; 5] = Default::default();
+        self.children.drain(..).for_each(|child| groups[turn(child.node)].push(child));
+        for group in &mut groups {
+            group.iter_mut().for_each(|c| c.tell(&Control::Finish));
+            let until = trace_us() + ENDING.as_micros() as u64;
+            while trace_us() < until && !group.iter_mut().all(Child::ended) {
+                self.hear(Duration::from_millis(10));
+            }
+        }
+        self.hear(Duration::from_millis(10));
+        Ok(())
+    }
+
+    fn hear(&mut self, patience: Duration) {
+        let mut next = self.lines.recv_timeout(patience).ok();
+        while let Some((node, line)) = next {
+            if let Line::Stats(stats) = line {
+                self.stats.push((node, stats));
+            }
+            next = self.lines.try_recv().ok();
+        }
+    }
+}
+
+impl Drop for Company<'_> {
+    /// Ends what still runs, then lets the janitor sweep.
+    fn drop(&mut self) {
+        self.children.iter_mut().for_each(Child::release);
+        self.children.clear();
+        if let Some(mut janitor) = self.janitor.take() {
+            janitor.write(janitor::DONE.as_bytes());
+            janitor.release();
+            janitor.wait();
+        }
+    }
+}

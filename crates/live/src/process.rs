@@ -1,0 +1,141 @@
+//! What the launcher does to processes on purpose, and when: the live form of `twin::process`.
+//!
+//! Ending is SIGKILL, keeping from running SIGSTOP; a slow process is stopped for a part of each period; a
+//! full disk is a limit on the size of files. Nothing is told that was not seen: a kill by the wait status, a stop by the
+//! kernel's process table, a limit by the kernel's answer.
+
+use topology::{Cast, Ordeal, OrdealKind, Turn, next_turn};
+use wire::event::{Event, Suspension};
+use wire::id::NodeId;
+use wire::step::StepName;
+
+use super::child::Child;
+use super::disk::fill;
+
+/// The ordeals of a run, with what is still to be done.
+pub(super) struct Ordeals {
+    list: Vec<Ordeal>,
+    /// When each began, once it has, microseconds of the run.
+    begun: Vec<Option<u64>>,
+    /// Turns to come: when, of which, what.
+    turns: Vec<(u64, usize, Turn)>,
+    /// What was done and seen, in order.
+    events: Vec<(u64, Event)>,
+}
+
+impl Ordeals {
+    pub(super) fn new(cast: &Cast) -> Self {
+        let by_time = |(i, ordeal): (usize, &Ordeal)| ordeal.waits.is_none().then_some((ordeal.at, i, Turn::Begin));
+        Self {
+            begun: vec![None; cast.ordeals.len()],
+            turns: cast.ordeals.iter().enumerate().filter_map(by_time).collect(),
+            list: cast.ordeals.clone(),
+            events: Vec::new(),
+        }
+    }
+
+    /// When the next turn is due, microseconds of the run.
+    pub(super) fn next(&self) -> Option<u64> {
+        self.turns.iter().map(|(at, ..)| *at).min()
+    }
+
+    /// A step is called at `now`.
+    pub(super) fn call(&mut self, now: u64, step: StepName) {
+        for (i, ordeal) in self.list.iter().enumerate() {
+            if let Some(after) = ordeal.waits.filter(|_| ordeal.step == Some(step) && self.begun[i].is_none()) {
+                self.turns.push((now.max(ordeal.at) + after, i, Turn::Begin));
+            }
+        }
+    }
+
+    /// What was done and seen so far, in order.
+    pub(super) fn events(&self) -> &[(u64, Event)] {
+        &self.events
+    }
+
+    /// Whether `node` was ended on purpose.
+    pub(super) fn ended(&self, node: NodeId) -> bool {
+        self.events.iter().any(|(_, event)| matches!(event, Event::Ended { node: n, .. } if *n == node))
+    }
+
+    /// Does the turn that is due at `now`, if one is; `clock` tells the time of the run after what took time. Gives the
+    /// node that is to be started again, where that is due.
+    pub(super) fn carry_out(&mut self, now: u64, children: &mut [Child], clock: &dyn Fn() -> u64) -> Option<NodeId> {
+        let due = self.turns.iter().enumerate().filter(|(_, (at, ..))| *at <= now).min_by_key(|(_, (at, ..))| *at);
+        let (at, i, turn) = self.turns.remove(due?.0);
+        let ordeal = self.list[i];
+        let child = children.iter_mut().rfind(|child| child.node == ordeal.node);
+        match (turn, ordeal.kind) {
+            (Turn::Begin, kind) => {
+                if self.begun[i].replace(at).is_none() {
+                    self.tell_step(now, ordeal, true);
+                    self.begin(now, i, kind, child, clock);
+                }
+            }
+            (Turn::Halt | Turn::Release, OrdealKind::Suspend { how, lasts }) => {
+                let left = (self.begun[i].unwrap_or(at) + lasts).saturating_sub(at);
+                let halts = turn == Turn::Halt && left > 0;
+                // It runs as soon as it is let go on, and is stopped once that has been seen.
+                let before = clock();
+                let done = child.is_some_and(|child| if halts { child.halt() } else { child.go_on() });
+                let when = if halts { clock() } else { before };
+                if matches!(how, Suspension::Slow { .. }) {
+                    self.events.extend(done.then_some((when, Event::Halted { node: ordeal.node, on: halts })));
+                }
+                if left > 0 {
+                    let (next, after) = next_turn(turn, how, left);
+                    self.turns.push((at + after, i, next));
+                } else {
+                    let over = Event::Suspended { node: ordeal.node, how, on: false };
+                    self.events.extend(done.then_some((before, over)));
+                    self.tell_step(clock(), ordeal, false);
+                }
+            }
+            (Turn::Restart, _) => return Some(ordeal.node),
+            (Turn::Release, OrdealKind::Fill { .. }) => {
+                let before = clock();
+                let done = child.is_some_and(|child| fill(child.pid(), false));
+                self.events.extend(done.then_some((before, Event::DiskFull { node: ordeal.node, on: false })));
+                self.tell_step(clock(), ordeal, false);
+            }
+            (Turn::Halt, OrdealKind::Fill { .. }) | (Turn::Halt | Turn::Release, OrdealKind::Kill { .. }) => {}
+        }
+        None
+    }
+
+    fn begin(&mut self, now: u64, i: usize, kind: OrdealKind, child: Option<&mut Child>, clock: &dyn Fn() -> u64) {
+        let node = self.list[i].node;
+        match kind {
+            OrdealKind::Kill { restart } => {
+                let killed = child.is_some_and(Child::kill);
+                self.events.push((now, Event::Ended { node, killed }));
+                self.turns.extend(restart.map(|after| (now + after, i, Turn::Restart)));
+            }
+            OrdealKind::Suspend { how, lasts } => {
+                if child.is_some_and(Child::halt) {
+                    let at = clock();
+                    self.events.push((at, Event::Suspended { node, how, on: true }));
+                    if matches!(how, Suspension::Slow { .. }) {
+                        self.events.push((at, Event::Halted { node, on: true }));
+                    }
+                }
+                let (next, after) = next_turn(Turn::Halt, how, lasts);
+                self.turns.push((now + after, i, next));
+            }
+            OrdealKind::Fill { lasts } => {
+                let done = child.is_some_and(|child| fill(child.pid(), true));
+                self.events.extend(done.then_some((clock(), Event::DiskFull { node, on: true })));
+                self.turns.push((now + lasts, i, Turn::Release));
+            }
+        }
+    }
+
+    /// An event of the launcher's own.
+    pub(super) fn note(&mut self, at: u64, event: Event) {
+        self.events.push((at, event));
+    }
+
+    fn tell_step(&mut self, at: u64, ordeal: Ordeal, begun: bool) {
+        self.events.extend(ordeal.step.map(|step| (at, Event::Step { step, begun })));
+    }
+}

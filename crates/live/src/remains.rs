@@ -1,0 +1,55 @@
+//! What a run leaves outside its own folder, and how it is removed.
+
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+/// How the folder of logs that nobody keeps begins.
+pub const SCRATCH: &str = "holdsafe-run-";
+
+/// What there is to remove.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Remains {
+    /// How every shared-memory name of the run begins.
+    pub prefix: String,
+    /// Shared-memory domains: (prefix, root).
+    pub domains: Vec<(String, PathBuf)>,
+    /// The run's folder for sockets.
+    pub folder: PathBuf,
+    /// The run's logs, where they are nobody's to keep: removed when the launcher was killed and so nobody reads them.
+    pub scratch: Option<PathBuf>,
+}
+
+impl Remains {
+    /// Removes everything; to be called when no service is left.
+    pub fn remove(&self) {
+        for (prefix, root) in &self.domains {
+            if let Err(error) = link::bus::sweep::sweep(prefix, root) {
+                tracing::warn!(%error, prefix, "shared memory not swept");
+            }
+        }
+        remove(&self.folder);
+    }
+
+    /// Removes everything and the logs that nobody keeps.
+    pub fn remove_all(&self) {
+        self.remove();
+        self.scratch.iter().for_each(|scratch| remove(scratch));
+    }
+}
+
+fn remove(folder: &Path) {
+    if is_ours(folder)
+        && folder.exists()
+        && let Err(error) = std::fs::remove_dir_all(folder)
+    {
+        tracing::warn!(%error, "run folder not removed");
+    }
+}
+
+/// A folder of a run and nothing else.
+fn is_ours(folder: &Path) -> bool {
+    let name = folder.file_name().and_then(|n| n.to_str()).unwrap_or_default();
+    name.starts_with("holdsafe-") && folder.parent() == Some(&std::env::temp_dir())
+}

@@ -1,0 +1,360 @@
+//! From a cast to the specifications of its processes.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use adversary::AdversaryConfig;
+use autonomy::Disc;
+use console::process::ProcessConfig;
+use console::site::{Block, MAX_SIDE, Relief, Site};
+use link::clock::HostClock;
+use link::guard::GuardMode;
+use link::loopback::LoopbackAddr;
+use link::pki::{Authority, Credential, PkiError};
+use link::spec::{
+    BrokerListen, BusSpec, ChannelSpec, DtlsDial, DtlsListen, MqttDial, RecorderSpec, RelayLeg, RelaySpec, ServiceSpec,
+    WitnessSpec,
+};
+use serde_json::{Value, json};
+use sim::scene::Scene;
+use sim::terrain::Terrain;
+use topology::{Cast, Host, Link, Member, Role, sim_keys};
+use wire::core::{Subject, Topic};
+use wire::id::{Boot, NodeId, PeerId, UnitId};
+use wire::policy::Requirement;
+
+use super::remains::{Remains, SCRATCH};
+
+/// Where a run keeps its things.
+#[derive(Clone, Debug)]
+pub(super) struct Places {
+    /// Recording, mouth logs, guard logs.
+    pub run_dir: PathBuf,
+    /// Whether these are somebody's to keep.
+    kept: bool,
+    /// Sockets and shared-memory roots; removed at the end.
+    pub temporary: PathBuf,
+    /// Start of every shared-memory name of this run.
+    pub prefix: String,
+    /// The address from which its processes send datagrams.
+    pub own: LoopbackAddr,
+}
+
+impl Places {
+    /// Places named after a run id of lower-case letters and digits; logs go to `keep`, where somebody wants them, and
+    /// datagrams leave from `own`.
+    pub(super) fn new(keep: Option<PathBuf>, id: &str, own: LoopbackAddr) -> Self {
+        let temporary = |start: &str| std::env::temp_dir().join(format!("{start}{id}"));
+        Self {
+            kept: keep.is_some(),
+            run_dir: keep.unwrap_or_else(|| temporary(SCRATCH)),
+            temporary: temporary("holdsafe-"),
+            prefix: format!("hs_{id}_"),
+            own,
+        }
+    }
+
+    /// What there is to remove.
+    pub(super) fn remains(&self) -> Remains {
+        let domains = [Host::VehicleA, Host::Control, Host::VehicleC].map(|host| self.domain(host)).to_vec();
+        let scratch = (!self.kept).then(|| self.run_dir.clone());
+        Remains { prefix: self.prefix.clone(), domains, folder: self.temporary.clone(), scratch }
+    }
+
+    /// Where the recorder writes.
+    pub(super) fn recording(&self) -> PathBuf {
+        self.run_dir.join("recording")
+    }
+
+    fn domain(&self, host: Host) -> (String, PathBuf) {
+        (format!("{}{}_", self.prefix, host as usize), self.temporary.join(scope(host)))
+    }
+
+    fn socket(&self) -> PathBuf {
+        self.temporary.join("instrument.sock")
+    }
+}
+
+/// Where the channel of a second station is, beside its host's own.
+const SECOND_STATION: &str = "station-2";
+
+fn scope(host: Host) -> &'static str {
+    match host {
+        Host::VehicleA => "vehicle",
+        Host::Control => "control",
+        Host::Insider => "insider",
+        Host::VehicleC => "vehicle-c",
+        Host::Adversary => "adversary",
+    }
+}
+
+/// The clock of a host of this run.
+pub(super) fn clock(cast: &Cast, host: Host) -> HostClock {
+    let draw = cast.clocks[host as usize];
+    HostClock { zero_us: draw.zero_us, drift_ppm: draw.drift_ppm as i32 }
+}
+
+/// Every certificate of a run. The authority's key is gone before the first service starts.
+pub(super) fn credentials(cast: &Cast) -> Result<BTreeMap<NodeId, Credential>, PkiError> {
+    let authority = Authority::new()?;
+    let mut issued = BTreeMap::new();
+    for member in &cast.members {
+        if let Some(peer) = member.peer {
+            issued.insert(member.node(), authority.issue(peer, link::pki::Role::Both)?);
+        }
+    }
+    if cast.broker() == NodeId::BROKER {
+        issued.insert(NodeId::BROKER, authority.issue(PeerId::BROKER, link::pki::Role::Listens)?);
+    }
+    Ok(issued)
+}
+
+/// Writes specifications as addresses become known.
+pub(super) struct Specs<'a> {
+    /// Who takes part.
+    pub cast: &'a Cast,
+    /// Where things are.
+    pub places: &'a Places,
+    /// When the run starts, microseconds of trace time.
+    pub start_us: u64,
+    /// The record filter.
+    pub guard: Requirement,
+    /// Certificates.
+    pub credentials: BTreeMap<NodeId, Credential>,
+    /// Whether the console opens a window.
+    pub window: bool,
+    /// Addresses that services have announced, by node and kind.
+    pub addresses: BTreeMap<(NodeId, &'static str), LoopbackAddr>,
+}
+
+impl Specs<'_> {
+    /// Notes the addresses of a `ready` line.
+    pub(super) fn ready(&mut self, node: NodeId, line: &Value) {
+        for kind in ["dtls", "relay_datagram", "relay_stream", "mqtt"] {
+            let address = line.get(kind).and_then(Value::as_str).and_then(|a| a.parse::<LoopbackAddr>().ok());
+            if let Some(address) = address {
+                self.addresses.insert((node, kind), address);
+            }
+        }
+    }
+
+    fn address(&self, node: NodeId, kind: &'static str) -> Result<LoopbackAddr, String> {
+        self.addresses.get(&(node, kind)).copied().ok_or_else(|| format!("{node} has not said where its {kind} is"))
+    }
+
+    fn credential(&self, node: NodeId) -> Result<Credential, String> {
+        self.credentials.get(&node).cloned().ok_or_else(|| format!("{node} has no certificate"))
+    }
+
+    fn plain(&self, node: NodeId, host: Host, seed: u64) -> ServiceSpec {
+        let mut spec = ServiceSpec::new(node, Boot(1), seed, clock(self.cast, host), self.places.run_dir.clone());
+        spec.start_us = self.start_us;
+        spec.own = self.places.own;
+        spec.instrument = Some(self.places.socket());
+        spec.witness = self.witness(node);
+        spec.guard = match self.guard {
+            Requirement::Required => GuardMode::Required,
+            Requirement::Waived => GuardMode::Waived,
+        };
+        spec
+    }
+
+    /// What stands at the node's mouth.
+    fn witness(&self, node: NodeId) -> Option<WitnessSpec> {
+        let guard = self.cast.mouth_of(node)?;
+        let secret = self.cast.witnesses.get(&guard)?.clone();
+        let direct = |link: &Link| link.client == node && link.server == NodeId::GATEWAY && !link.relayed;
+        Some(WitnessSpec { node: guard, secret, direct: self.cast.links.iter().any(direct) })
+    }
+
+    /// The broker's.
+    pub(super) fn broker(&self, secret: &wire::setup::Secret) -> Result<ServiceSpec, String> {
+        let mut spec = self.plain(NodeId::BROKER, Host::Control, 0);
+        spec.broker = Some(BrokerListen { at: LoopbackAddr::on_port(0), credential: self.credential(NodeId::BROKER)? });
+        spec.config = json!({ "secret": secret, "rights": self.cast.rights() });
+        Ok(spec)
+    }
+
+    /// A member's.
+    pub(super) fn member(&self, member: &Member) -> Result<ServiceSpec, String> {
+        let node = member.node();
+        let mut spec = self.plain(node, member.host, member.setup.seed);
+        spec.bus = self.bus(member);
+        spec.config = config(member, self.window.then(|| site(self.cast)));
+        if matches!(member.role, Role::Recorder) {
+            spec.instrument = None;
+            let directory = self.places.recording();
+            let tell = !self.cast.cues.is_empty();
+            spec.recorder = Some(RecorderSpec { socket: self.places.socket(), directory, tell });
+        }
+        for link in &self.cast.links {
+            if link.server == node {
+                let credential = self.credential(node)?;
+                spec.listen = Some(DtlsListen { at: LoopbackAddr::on_port(0), credential });
+            }
+            if link.client == node {
+                let remote = if link.relayed {
+                    self.address(NodeId::RELAY_TELEMETRY, "relay_datagram")?
+                } else {
+                    self.address(link.server, "dtls")?
+                };
+                let server = self.cast.members.iter().find(|m| m.node() == link.server);
+                let expect = server.and_then(|m| m.peer).ok_or("the listening member has no certificate")?;
+                spec.dial = Some(DtlsDial { remote, expect, credential: self.credential(node)? });
+            }
+        }
+        if node == NodeId::INSIDER_BROKER {
+            spec.broker = Some(BrokerListen { at: LoopbackAddr::on_port(0), credential: self.credential(node)? });
+        }
+        spec.relay = self.relay(member)?;
+        spec.mqtt = self.mqtt(member)?;
+        Ok(spec)
+    }
+
+    fn bus(&self, member: &Member) -> Vec<BusSpec> {
+        if member.subscribes.is_empty() && member.publishes.is_empty() {
+            return Vec::new();
+        }
+        let (host, seat) = (scope(member.host), member.seat);
+        let channel = |scope: &str, inside: bool, topic: Topic| {
+            let scope = if inside { format!("{scope}-inside") } else { scope.to_owned() };
+            ChannelSpec { scope, topic }
+        };
+        // A channel has one producer: the second station's is beside the console's, and the gateway reads both.
+        let second = |m: &Member| {
+            matches!(m.role, Role::Adversary(AdversaryConfig::InsiderOperator(_)))
+                && m.publishes.contains(&Topic::Intents)
+        };
+        let own = if second(member) { SECOND_STATION } else { host };
+        let publish = member.publishes.iter().map(|t| channel(own, seat.writes_inside(*t), *t)).collect();
+        let mut subscribe: Vec<_> =
+            member.subscribes.iter().map(|t| channel(host, seat.reads_inside(*t), *t)).collect();
+        if matches!(member.role, Role::Gateway(_)) && self.cast.members.iter().any(second) {
+            subscribe.push(channel(SECOND_STATION, false, Topic::Intents));
+        }
+        let (prefix, root) = self.places.domain(member.host);
+        // A rogue comes first and makes the channels of its own, with room for their producers beside it.
+        let publishers = if matches!(member.role, Role::Adversary(AdversaryConfig::Rogue(_))) { 2 } else { 1 };
+        vec![BusSpec { root, prefix, subscribe, publish, publishers }]
+    }
+
+    fn relay(&self, member: &Member) -> Result<Option<RelaySpec>, String> {
+        let leg = |upstream| RelayLeg { at: LoopbackAddr::on_port(0), upstream };
+        if matches!(member.role, Role::Adversary(AdversaryConfig::DatagramRelay(_))) {
+            let upstream = self.address(NodeId::GATEWAY, "dtls")?;
+            return Ok(Some(RelaySpec { datagram: Some(leg(upstream)), stream: None }));
+        }
+        if matches!(member.role, Role::Adversary(AdversaryConfig::StreamRelay(_))) {
+            let upstream = self.address(self.cast.broker(), "mqtt")?;
+            return Ok(Some(RelaySpec { datagram: None, stream: Some(leg(upstream)) }));
+        }
+        Ok(None)
+    }
+
+    /// The unit under test reaches the broker through the stream relay; the others directly.
+    fn mqtt(&self, member: &Member) -> Result<Option<MqttDial>, String> {
+        let (true, Some(own)) = (member.commands, member.peer) else { return Ok(None) };
+        let node = member.node();
+        let remote = if node == NodeId::UNIT_A {
+            self.address(NodeId::RELAY_COMMAND, "relay_stream")?
+        } else {
+            self.address(self.cast.broker(), "mqtt")?
+        };
+        let subscribe = match UnitId::from_name(own.name()).filter(|unit| unit.node().unit().is_some()) {
+            Some(unit) => vec![Subject::Command(unit)],
+            None if own != PeerId::GATEWAY => Vec::new(),
+            None => [UnitId::A, UnitId::B, UnitId::C].map(Subject::Ack).to_vec(),
+        };
+        let expect = PeerId::BROKER;
+        let on_demand = member.role.joins_later();
+        Ok(Some(MqttDial { remote, own, expect, credential: self.credential(node)?, subscribe, on_demand }))
+    }
+}
+
+/// What a member's process reads as its own configuration.
+fn config(member: &Member, window: Option<Site>) -> Value {
+    let setup = &member.setup;
+    match &member.role {
+        Role::Sim(config) => {
+            json!({ "sim": config, "keys": sim_keys(setup), "journal": setup.secret.0 })
+        }
+        Role::Perception(config) => json!({ "setup": setup, "config": config }),
+        Role::Autonomy(config) => json!({ "setup": setup, "config": config }),
+        Role::Gateway(config) => json!({ "setup": setup, "config": config }),
+        Role::Console(config) => json!({ "setup": setup, "config": config, "window": window }),
+        Role::Recorder => json!(setup),
+        Role::Adversary(config) => json!({ "setup": setup, "config": config }),
+    }
+}
+
+/// What the console of a run is made with, its window included.
+pub(crate) fn console(cast: &Cast) -> Option<ProcessConfig> {
+    cast.members.iter().find_map(|member| {
+        let Role::Console(config) = &member.role else { return None };
+        Some(ProcessConfig { setup: member.setup.clone(), config: config.clone(), window: Some(site(cast)) })
+    })
+}
+
+/// The site as the mission of the unit under test was planned on it.
+pub(crate) fn site(cast: &Cast) -> Site {
+    let mission = cast.members.iter().find_map(|member| {
+        let Role::Autonomy(mission) = &member.role else { return None };
+        (mission.unit == UnitId::A).then_some(mission)
+    });
+    let Some(mission) = mission else { return Site::default() };
+    let metres = |mm: i32| mm as f32 / 1000.0;
+    let place = |(x_mm, y_mm): &(i32, i32)| [metres(*x_mm), metres(*y_mm)];
+    let block =
+        |disc: &Disc| Block { at: place(&(disc.x_mm, disc.y_mm)), half: [disc.radius_mm as f32 / 1000.0; 2], yaw: 0.0 };
+    Site {
+        fence: mission.geofence.iter().map(place).collect(),
+        route: mission.route.iter().map(place).collect(),
+        looped: mission.looped,
+        blocks: mission.obstacles.iter().map(block).collect(),
+        relief: cast.world().map(|world| survey(&world.scene)),
+    }
+}
+
+/// The ground within the fence and a little beyond, as a survey before the mission found it.
+fn survey(scene: &Scene) -> Relief {
+    let ground = Terrain::new(&scene.ground);
+    let reach = |axis: usize| {
+        let of = || scene.geofence.iter().map(move |corner| corner[axis]);
+        (of().fold(f32::INFINITY, f32::min) - 4.0, of().fold(f32::NEG_INFINITY, f32::max) + 4.0)
+    };
+    let ((west, east), (south, north)) = (reach(0), reach(1));
+    let side = (east - west).max(north - south);
+    let cell = if side.is_finite() { (side / (MAX_SIDE - 1) as f32).max(1.0) } else { 1.0 };
+    let along =
+        |from: f32, to: f32| (0..MAX_SIDE).map(move |n| from + n as f32 * cell).take_while(move |at| *at < to + cell);
+    let columns = along(west, east).count();
+    let heights = along(south, north).flat_map(|y| along(west, east).map(move |x| (x, y)));
+    Relief { corner: [west, south], cell, columns, heights: heights.map(|(x, y)| ground.height(x, y)).collect() }
+}
+
+/// The name of the program for a role.
+pub(super) fn service(role: &Role) -> &'static str {
+    match role {
+        Role::Sim(_) => "sim",
+        Role::Perception(_) => "perception",
+        Role::Autonomy(_) => "autonomy",
+        Role::Gateway(_) => "gateway",
+        Role::Console(_) => "console",
+        Role::Recorder => "recorder",
+        Role::Adversary(_) => "adversary",
+    }
+}
+
+/// Makes the folders of a run, readable by its owner only.
+pub(super) fn make_folders(places: &Places) -> std::io::Result<()> {
+    use std::os::unix::fs::DirBuilderExt;
+    let mut builder = std::fs::DirBuilder::new();
+    builder.recursive(true).mode(0o700);
+    let below = |folder: &Path| ["recording", "mouth", "guard"].map(|name| folder.join(name));
+    builder.create(&places.run_dir)?;
+    below(&places.run_dir).iter().try_for_each(|folder| builder.create(folder))?;
+    builder.create(&places.temporary)?;
+    [Host::VehicleA, Host::Control, Host::VehicleC]
+        .iter()
+        .try_for_each(|h| builder.create(places.temporary.join(scope(*h))))
+}

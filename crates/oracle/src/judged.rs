@@ -1,0 +1,113 @@
+//! From a judged run to the row that reports are made of.
+
+use std::collections::BTreeMap;
+
+use evidence::claims::Claims;
+use evidence::log::hashes;
+use evidence::trial::{Knowledge, StepRow, Trial};
+use evidence::{Evidence, InjectionRow, Micros, Verdict};
+use wire::event::{Account, Event, GuardVerdict, Interface};
+use wire::id::NodeId;
+
+use crate::peers;
+
+/// The row of one trial, whose adversary had that much `knowledge`. `received`, `accepted` and `dropped` add up the two ends of the telemetry link of the unit
+/// under test: the gateway's uplink and the unit's downlink.
+pub fn trial(seed: u64, knowledge: Knowledge, evidence: &Evidence, verdict: &Verdict) -> Trial {
+    let (log_hash, decision_hash) = hashes(&evidence.entries);
+    let mut trial = Trial {
+        seed,
+        cell: None,
+        knowledge,
+        steps: Vec::new(),
+        outcome: verdict.outcome,
+        findings: findings(verdict),
+        receipt: verdict.receipt,
+        injections: verdict.injections.iter().map(InjectionRow::from).collect(),
+        log_hash,
+        decision_hash,
+        received: 0,
+        accepted: 0,
+        dropped: BTreeMap::new(),
+        guard_refused: BTreeMap::new(),
+        outsiders: BTreeMap::new(),
+        host_stall_ms: None,
+        host_spoilt_ms: Vec::new(),
+        claims: claims(evidence, verdict),
+        mission: Some(verdict.mission.clone()),
+        transitions: verdict.transitions.clone(),
+        latency_ms: verdict.latency,
+        responses: verdict.responses.clone(),
+        held: None,
+        sim_seconds: evidence.duration as f64 / 1e6,
+        false_trips: verdict.false_trips,
+        nominal_seconds: verdict.nominal as f64 / 1e6,
+        cpu_seconds: 0.0,
+    };
+    for w in &evidence.entries {
+        if let Event::Count { account, n } = w.entry.event {
+            add(&mut trial, w.entry.node, account, n);
+        }
+        if let Event::Step { step, begun: true } = w.entry.event {
+            trial.steps.push(StepRow { step: step.to_string(), t_ms: w.at as f64 / 1000.0 });
+        }
+        if let Event::GuardSaw { verdict, .. } = w.entry.event
+            && verdict != GuardVerdict::Passed
+        {
+            *trial.guard_refused.entry(verdict.name().to_owned()).or_default() += 1;
+        }
+    }
+    trial
+}
+
+/// Everything found, in words: broken properties first, then what the mission lacks.
+pub fn findings(verdict: &Verdict) -> Vec<String> {
+    let broken = verdict.findings.iter().map(|f| format!("{:?} at {} ms: {}", f.property, f.at_us / 1000, f.what));
+    broken.chain(verdict.mission.missing.iter().map(|what| format!("mission: {what}"))).collect()
+}
+
+/// A teammate's claims up to the unit's first restriction after the first of them.
+fn claims(evidence: &Evidence, verdict: &Verdict) -> Option<Claims> {
+    let degraded = verdict.latency.to_degraded.map(|ms| (ms * 1000.0) as Micros);
+    let reaction = verdict.zero.zip(degraded).map(|(zero, after)| zero + after);
+    Some(peers::claims(evidence, reaction)).filter(|claims| claims.said > 0)
+}
+
+fn add(trial: &mut Trial, node: NodeId, account: Account, n: u64) {
+    let ours = |interface: Interface| {
+        (node == NodeId::GATEWAY && interface == Interface::Uplink)
+            || (node == NodeId::UNIT_A && interface == Interface::Downlink)
+    };
+    match account {
+        Account::Received(i) if ours(i) => trial.received += n,
+        Account::Accepted(i) if ours(i) => trial.accepted += n,
+        Account::Refused(i, reason) if ours(i) && n > 0 => {
+            *trial.dropped.entry(reason.name().to_owned()).or_default() += n;
+        }
+        Account::Received(_)
+        | Account::Accepted(_)
+        | Account::Refused(..)
+        | Account::Sent
+        | Account::RelayIn(_)
+        | Account::RelayOut(_)
+        | Account::RelayDropped(_)
+        | Account::RelayAdded(_)
+        | Account::RelayStranger
+        | Account::GuardIn
+        | Account::GuardRefused
+        | Account::Delivered
+        | Account::Discarded
+        | Account::Handshake
+        | Account::KernelDropped
+        | Account::RelayUnsent(_)
+        | Account::SentDirect
+        | Account::Datagrams
+        | Account::Unguarded => {}
+        // The relay's are the launcher's word.
+        Account::Outsiders if n > 0 => {
+            let at = if node == NodeId::CAMPAIGN { NodeId::RELAY_TELEMETRY } else { node };
+            *trial.outsiders.entry(at.to_string()).or_default() += n;
+        }
+        Account::Outsiders => {}
+    }
+}

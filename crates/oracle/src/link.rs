@@ -1,0 +1,125 @@
+//! The telemetry link of the unit under test, as the guards at its two ends saw it: P3 when nothing timely comes through, and
+//! what is missing when the relay says that it dropped something.
+//!
+//! Others have associations at the gateway too; what they send is no sign of the unit. Whose an association is, its guard
+//! tells from the certificate that the handshake showed.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use evidence::{Evidence, Finding, Micros, Property};
+use wire::core::Side;
+use wire::event::{Event, GuardVerdict};
+use wire::id::{NodeId, PeerId};
+use wire::mode::Mode;
+
+use super::arrived::Receipt;
+use super::timeline::Timeline;
+use super::{demise, finding, life, stale};
+
+/// Longer than a link on which a record goes each way every tenth of a second is silent by itself.
+pub(super) const SILENCE: Micros = 350_000;
+
+/// A protected record at one end.
+#[derive(Clone, Copy)]
+struct Arrival {
+    at: Micros,
+    association: u32,
+    sequence: u64,
+    hash: u64,
+    verdict: GuardVerdict,
+}
+
+/// The records of the link between the unit and the gateway that came to the guard of `target`.
+fn arrivals(evidence: &Evidence, target: NodeId) -> Vec<Arrival> {
+    let other = if target == NodeId::GATEWAY { PeerId::UNIT_A } else { PeerId::GATEWAY };
+    let mut peers: BTreeMap<u32, PeerId> = BTreeMap::new();
+    let mut found = Vec::new();
+    for w in evidence.entries.iter().filter(|w| Some(w.entry.node) == target.guard()) {
+        match w.entry.event {
+            Event::Associated { association, peer } => {
+                peers.insert(association, peer);
+            }
+            Event::GuardSaw { association, epoch: 1.., sequence, hash, verdict, .. }
+                if peers.get(&association) == Some(&other) =>
+            {
+                found.push(Arrival { at: w.at, association, sequence, hash, verdict });
+            }
+            _ => {}
+        }
+    }
+    found
+}
+
+/// When records of that link came to the guard of `target`.
+pub(super) fn came(evidence: &Evidence, target: NodeId) -> Vec<Micros> {
+    arrivals(evidence, target).into_iter().map(|a| a.at).collect()
+}
+
+/// P3: when nothing timely has come through for *Th*, in either direction, the unit holds.
+///
+/// Timely is what the guard at the target passed, was not made or changed by the adversary, and came within *Tf* of being
+/// taken by the relay, if it was: all from the relay's and the guards' logs. A dead unit changes no mode, and what a dead end owes is
+/// `demise`'s to judge: from the end of either to its next start, nothing is asked here.
+pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
+    let th = evidence.bounds.to_hold_safe_ms * 1000;
+    let mut found = Vec::new();
+    for node in [NodeId::GATEWAY, NodeId::UNIT_A] {
+        let silences = silences(evidence, receipt, node).into_iter();
+        for (before, _) in silences.filter(|(before, at)| at - before > th) {
+            // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
+            let mode = line.mode_at(demise::can_judge(evidence, NodeId::UNIT_A, before + th));
+            if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
+                let what = format!("nothing timely at {node} for {} ms and still {}", th / 1000, mode.name());
+                found.push(finding(Property::P3, before + th, what));
+            }
+        }
+    }
+    found
+}
+
+/// When anything timely came to the guard of `node`, before the end of the run.
+pub(super) fn timely(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<Micros> {
+    let limit = stale::limit(evidence);
+    let mut firsts = BTreeSet::new();
+    let timely = arrivals(evidence, node).into_iter().filter(|a| {
+        let held = receipt.taken.get(&a.hash).map_or(0, |taken| a.at.saturating_sub(*taken));
+        let passed = a.verdict == GuardVerdict::Passed;
+        passed && firsts.insert(a.hash) && held <= limit && !receipt.forged.contains_key(&a.hash)
+    });
+    timely.map(|a| a.at).filter(|at| *at < evidence.duration).collect()
+}
+
+/// The times between which nothing timely came to the guard of `node`, one after the other; without those in which either end
+/// was dead.
+pub(super) fn silences(evidence: &Evidence, receipt: &Receipt, node: NodeId) -> Vec<(Micros, Micros)> {
+    let mut times = timely(evidence, receipt, node);
+    let dead: BTreeSet<(Micros, Micros)> =
+        [node, NodeId::UNIT_A].into_iter().flat_map(|n| life::dead(evidence, n)).collect();
+    for (from, to) in &dead {
+        times.retain(|at| at < from || at > to);
+        times.extend([*from, *to].into_iter().filter(|at| *at < evidence.duration));
+    }
+    times.extend([0, evidence.duration]);
+    times.sort_unstable();
+    let lived = |(before, at): &(Micros, Micros)| !dead.iter().any(|(from, to)| before >= from && at <= to);
+    times.windows(2).map(|pair| (pair[0], pair[1])).filter(lived).collect()
+}
+
+/// Whether something is missing at the guard of whoever `from` talks to, at about `at`: a gap in the record numbers, or
+/// silence for longer than the link is ever silent by itself.
+pub(super) fn missed(evidence: &Evidence, from: Side, at: Micros) -> bool {
+    let target = if from == Side::Client { NodeId::GATEWAY } else { NodeId::UNIT_A };
+    let arrivals = arrivals(evidence, target);
+    let came = arrivals.iter().any(|a| a.at > at && a.at <= at + SILENCE);
+    let mut highest: BTreeMap<u32, u64> = BTreeMap::new();
+    let after = arrivals.iter().find(|a| {
+        let highest = highest.entry(a.association).or_insert(a.sequence);
+        let jumped = a.sequence > *highest + 1;
+        *highest = (*highest).max(a.sequence);
+        a.at >= at && (jumped || a.at > at + SILENCE)
+    });
+    match after {
+        Some(a) => a.at <= at + SILENCE || !came,
+        None => at + SILENCE < evidence.duration && !came,
+    }
+}

@@ -1,0 +1,155 @@
+//! The one class of a trial: the first that matches, from UNSAFE down to NOMINAL.
+
+use evidence::trial::{Latency, Outcome};
+use evidence::{Evidence, Fate, Finding, Injection, Mask, Micros, Property, Verdict};
+use wire::mode::{Cause, Mode};
+use wire::stream::Sight;
+
+use super::arrived::Receipt;
+use super::finding;
+use super::timeline::{Change, Timeline};
+use super::{demise, disguise, mission, mouth};
+
+/// Puts the verdict together.
+pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mut findings: Vec<Finding>) -> Verdict {
+    if let Some(by) = stalled(evidence) {
+        findings.push(finding(Property::P10, evidence.duration, overslept(by, evidence.stall_limit)));
+    }
+    let zero = receipt.zero;
+    let trips = false_trips(evidence, line, zero);
+    let mission = mission::of(evidence, line, &receipt);
+    let outcome = match class(evidence, line, &receipt, &findings, trips) {
+        // What was found stands without a mission, and a trip tells why there was none; the rest shows nothing.
+        found @ (Outcome::Unsafe | Outcome::Late | Outcome::FalseTrip) => found,
+        _ if !mission.missing.is_empty() => Outcome::Invalid,
+        class => class,
+    };
+    let injections = injections(evidence, line, &receipt);
+    Verdict {
+        outcome,
+        receipt: receipt.whole,
+        injections,
+        zero,
+        latency: zero.map(|zero| latency(line, zero)).unwrap_or_default(),
+        transitions: line.rows(),
+        false_trips: trips,
+        nominal: line.nominal(evidence.duration),
+        mission,
+        responses: Vec::new(),
+        findings,
+    }
+}
+
+fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Finding], trips: u32) -> Outcome {
+    let broken = |wanted: &[Property]| findings.iter().any(|f| wanted.contains(&f.property));
+    use Property::{P1, P2, P3, P4, P5, P6, P7, P8, P9, P10, P11};
+    // What a tampered log seems to show is still listed; it says nothing.
+    if !evidence.custody.is_empty() {
+        return Outcome::Invalid;
+    }
+    if broken(&[P1, P4, P5, P7, P8, P9, P11]) {
+        return Outcome::Unsafe;
+    }
+    if !receipt.whole || broken(&[P6, P10]) {
+        return Outcome::Invalid;
+    }
+    if broken(&[P2, P3]) {
+        return Outcome::Late;
+    }
+    if trips > 0 {
+        return Outcome::FalseTrip;
+    }
+    receipt.zero.map_or(Outcome::Nominal, |zero| answer(evidence, line, zero))
+}
+
+/// How the platform answered from `zero` on: in which mode it ended, or by a refusal or an alarm.
+fn answer(evidence: &Evidence, line: &Timeline, zero: Micros) -> Outcome {
+    let reached = |mode: Mode| line.first_change(zero, |c| c.to == mode && c.cause != Cause::Operator).is_some();
+    // Of a dead unit only its plant can be believed.
+    if reached(Mode::HoldSafe) || demise::stopped_without_its_unit(evidence, line) {
+        Outcome::HoldSafe
+    } else if reached(Mode::Degraded) {
+        Outcome::Degraded
+    } else if refused(evidence, line, zero) {
+        Outcome::Rejected
+    } else {
+        Outcome::Undetected
+    }
+}
+
+/// What became of each planned injection.
+fn injections(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Injection> {
+    let fate = |fate: Option<Result<Micros, Mask>>| match fate {
+        Some(Ok(at)) => Fate::Delivered { at, noticed: answer(evidence, line, at) != Outcome::Undetected },
+        Some(Err(mask)) => Fate::Masked(mask),
+        None => Fate::NotProven,
+    };
+    receipt.plans.iter().map(|(plan, of)| Injection { plan: *plan, fate: fate(*of) }).collect()
+}
+
+/// Whether a boundary refused anything after the injection: a service by name, the guard, or the secure layer;
+/// perception saw through what stands there in disguise; or the display told the operator that something is amiss.
+fn refused(evidence: &Evidence, line: &Timeline, zero: Micros) -> bool {
+    use wire::event::{Account, Event, Freshness, GuardVerdict, ShownAs};
+    use wire::id::UnitId;
+    let by_service = line.refused.iter().any(|(at, _)| *at >= zero);
+    let below = evidence.entries.iter().any(|w| match w.entry.event {
+        Event::GuardSaw { verdict, .. } => w.at >= zero && verdict != GuardVerdict::Passed,
+        Event::StreamSaw { sight: Sight::Refused, .. } => w.at >= zero,
+        Event::CommandShown { shown: ShownAs::NotAcknowledged, .. } | Event::LossesShown { .. } => w.at >= zero,
+        // After the end everything falls silent, and the display says so.
+        Event::Displayed { unit: UnitId::A, freshness: Freshness::Stale | Freshness::Lost, .. } => {
+            (zero..evidence.duration).contains(&w.at)
+        }
+        Event::Count { account: Account::Discarded, n } => n > 0,
+        _ => false,
+    });
+    by_service || below || mouth::refused_on_the_bus(evidence, zero) || disguise::seen_through(evidence, zero)
+}
+
+/// Losses of authority or restrictions before anything was injected, other than by the operator.
+fn false_trips(evidence: &Evidence, line: &Timeline, zero: Option<Micros>) -> u32 {
+    let until = if evidence.planned.is_empty() { Micros::MAX } else { zero.unwrap_or(Micros::MAX) };
+    let tripped = |c: &&Change| {
+        c.at < until
+            && matches!(c.from, Mode::Ready | Mode::PrepareToAct)
+            && matches!(c.to, Mode::Degraded | Mode::HoldSafe)
+            && c.cause != Cause::Operator
+    };
+    let lost_authority = |c: &&Change| {
+        c.at < until && c.from == Mode::PrepareToAct && c.to == Mode::Ready && matches!(c.cause, Cause::Lost(_))
+    };
+    let changes = line.changes.iter();
+    changes.filter(|c| tripped(c) || lost_authority(c)).count() as u32
+}
+
+fn latency(line: &Timeline, zero: Micros) -> Latency {
+    let after = |at: Micros| (at - zero) as f64 / 1000.0;
+    let to = |test: &dyn Fn(&Change) -> bool| line.first_change(zero, test).map(|c| after(c.at));
+    let by_loss = |cause: Cause| matches!(cause, Cause::Lost(_) | Cause::Unrecovered(_));
+    let revoked = || to(&|c| c.from == Mode::PrepareToAct && c.to != Mode::PrepareToAct && by_loss(c.cause));
+    Latency {
+        to_degraded: to(&|c| matches!(c.to, Mode::Degraded | Mode::HoldSafe) && c.cause != Cause::Operator),
+        to_hold_safe: to(&|c| c.to == Mode::HoldSafe && c.cause != Cause::Operator),
+        to_authority_revoked: line.authority_at(zero).then(revoked).flatten(),
+    }
+}
+
+/// What to say of a host that overslept by so many microseconds.
+fn overslept(by: Micros, limit: Micros) -> String {
+    format!(
+        "the host overslept by {} ms, at most {} ms are allowed: nothing is said about the platform; end other work or use \
+         --jobs 1, and repeat with --retries 2",
+        by / 1000,
+        limit / 1000
+    )
+}
+
+/// The longest time by which the host overslept, microseconds, if above its limit.
+pub fn stalled(evidence: &Evidence) -> Option<Micros> {
+    let stalls = evidence.entries.iter().filter_map(|w| match w.entry.event {
+        wire::event::Event::Stalled { by } => Some(by.0),
+        _ => None,
+    });
+    stalls.max().filter(|by| *by > evidence.stall_limit)
+}

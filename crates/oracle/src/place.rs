@@ -1,0 +1,165 @@
+//! Where the unit takes itself to be, against where it is.
+//!
+//! Two witnesses: the sim's truth, and what autonomy says that it drives by. Sim and autonomy share a host, so their stamps compare.
+
+use evidence::{Evidence, Finding, Micros, Property};
+use wire::event::{Event, Sensor};
+use wire::id::{NodeId, UnitId};
+use wire::mode::Mode;
+use wire::time::Instant;
+
+use super::finding;
+use super::timeline::Timeline;
+
+/// East and north, millimetres.
+type Place = (f64, f64);
+
+/// Deviation of an undisturbed fix on each axis, millimetres.
+pub(super) const FIX_MM: f64 = 40.0;
+/// A fix is never off by more than so many deviations without a fault: the sim's noise is bounded there.
+pub(super) const BOUNDED: f64 = 6.0;
+/// Truth is known between two entries that are no further apart than this, microseconds.
+const GAP_US: u64 = 250_000;
+/// For so long what the unit says of its place counts: it says so a few times a second.
+const SAID_US: u64 = 500_000;
+/// What odometry may be wrong by while fixes are not used: millimetres, a share of the way, and mm/s however slowly the
+/// unit goes: wheels that hold it on a slope were seen to turn by 1 to 2 mm/s.
+const ODOMETRY: (f64, f64, f64) = (100.0, 0.05, 5.0);
+
+/// The pose that autonomy drives by when it saw a fix.
+#[derive(Clone, Copy, Debug)]
+struct Sight {
+    at: Micros,
+    stamp: Instant,
+    pose: Place,
+    distrusted: bool,
+}
+
+fn sights(evidence: &Evidence) -> Vec<Sight> {
+    let of_unit = evidence.entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A);
+    of_unit
+        .filter_map(|w| match w.entry.event {
+            Event::Located { stamp, pose_x_mm, pose_y_mm, distrusted, .. } => {
+                Some(Sight { at: w.at, stamp, pose: (f64::from(pose_x_mm), f64::from(pose_y_mm)), distrusted })
+            }
+            _ => None,
+        })
+        .collect()
+}
+
+/// Values at instants of the vehicle's host, in order, read in between.
+struct Series<const N: usize>(Vec<(Instant, [f64; N])>);
+
+impl<const N: usize> Series<N> {
+    fn of(evidence: &Evidence, pick: impl Fn(&Event, Instant) -> Option<(Instant, [f64; N])>) -> Self {
+        let of_sim = evidence.entries.iter().filter(|w| w.entry.node == NodeId::SIM);
+        let mut values: Vec<_> = of_sim.filter_map(|w| pick(&w.entry.event, w.entry.at)).collect();
+        values.sort_by_key(|(at, _)| *at);
+        Series(values)
+    }
+
+    /// The value at `at`; `None` outside, and in a gap.
+    fn at(&self, at: Instant) -> Option<[f64; N]> {
+        let after = self.0.partition_point(|(t, _)| *t < at);
+        let (t1, b) = self.0.get(after)?;
+        if *t1 == at {
+            return Some(*b);
+        }
+        let (t0, a) = self.0.get(after.checked_sub(1)?)?;
+        let gap = t1.since(*t0).0;
+        let share = at.since(*t0).0 as f64 / gap.max(1) as f64;
+        (gap <= GAP_US).then(|| std::array::from_fn(|k| a[k] + share * (b[k] - a[k])))
+    }
+}
+
+fn truth(evidence: &Evidence) -> Series<2> {
+    Series::of(evidence, |event, at| match *event {
+        Event::Truth { unit: UnitId::A, x_mm, y_mm, .. } => Some((at, [f64::from(x_mm), f64::from(y_mm)])),
+        _ => None,
+    })
+}
+
+fn minus(a: Place, b: Place) -> Place {
+    (a.0 - b.0, a.1 - b.1)
+}
+
+fn length(a: Place) -> f64 {
+    a.0.hypot(a.1)
+}
+
+/// Judges the unit's idea of its place.
+pub(super) fn check(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+    let (sights, truth) = (sights(evidence), truth(evidence));
+    let mut found = Vec::new();
+    found.extend(lost_unnoticed(evidence, line, &sights, &truth));
+    found.extend(flagged_and_used(evidence, &sights, &truth));
+    found
+}
+
+/// P3: what the fence margin allows for is how far the unit may be from where it takes itself to be. Beyond that for *Th*,
+/// it has to hold.
+fn lost_unnoticed(evidence: &Evidence, line: &Timeline, sights: &[Sight], truth: &Series<2>) -> Option<Finding> {
+    let th = evidence.bounds.to_hold_safe_ms * 1000;
+    let margin = f64::from(evidence.bounds.fence_margin_mm);
+    let mut since: Option<Micros> = None;
+    for s in sights {
+        let Some([x, y]) = truth.at(s.stamp) else { continue };
+        let off = length(minus(s.pose, (x, y)));
+        since = (off > margin).then_some(since.unwrap_or(s.at));
+        let mode = line.mode_at(s.at);
+        if since.is_some_and(|since| s.at - since > th) && !matches!(mode, Mode::HoldSafe | Mode::Idle) {
+            let what = format!("{off:.0} mm from where it takes itself to be for {} ms and {}", th / 1000, mode.name());
+            return Some(finding(Property::P3, s.at, what));
+        }
+    }
+    None
+}
+
+/// How far the unit was from where it took itself to be, millimetres, by what it last said of that before `at`; none if it
+/// had said nothing for long, or if nobody knows where it was.
+pub(super) fn off_at(evidence: &Evidence, at: Micros) -> Option<f64> {
+    let said = sights(evidence).into_iter().rev().find(|s| s.at <= at && at - s.at <= SAID_US)?;
+    let [x, y] = truth(evidence).at(said.stamp)?;
+    Some(length(minus(said.pose, (x, y))))
+}
+
+/// When odometry had a fault.
+fn without_odometry(evidence: &Evidence) -> Vec<(Micros, Micros)> {
+    let mut spans: Vec<(Micros, Micros)> = Vec::new();
+    for w in &evidence.entries {
+        match w.entry.event {
+            Event::Fault { sensor: Sensor::Odometry, active: true, .. } => spans.push((w.at, Micros::MAX)),
+            Event::Fault { sensor: Sensor::Odometry, active: false, .. } => {
+                spans.iter_mut().for_each(|(_, to)| *to = w.at.min(*to));
+            }
+            _ => {}
+        }
+    }
+    spans
+}
+
+/// P5: fixes that the unit says it distrusts do not move its pose; what moves it then is odometry, which goes as the unit
+/// goes. While odometry has a fault of its own the pose may lag behind by all that the unit can go.
+fn flagged_and_used(evidence: &Evidence, sights: &[Sight], truth: &Series<2>) -> Option<Finding> {
+    let blind = without_odometry(evidence);
+    let mut flagged: Option<(Micros, Place, Place)> = None;
+    for s in sights {
+        let Some([x, y]) = truth.at(s.stamp) else { continue };
+        if !s.distrusted {
+            flagged = None;
+            continue;
+        }
+        let (since, pose, place) = *flagged.get_or_insert((s.at, s.pose, (x, y)));
+        let (moved, went) = (minus(s.pose, pose), minus((x, y), place));
+        let off = length(minus(moved, went));
+        let lasted = (s.at - since) as f64 / 1e6;
+        let overlap = |(from, to): &(Micros, Micros)| s.at.min(*to).saturating_sub(since.max(*from)) as f64 / 1e6;
+        let unseen = blind.iter().map(overlap).sum::<f64>() * f64::from(evidence.bounds.max_speed_mm_s);
+        let allowed = ODOMETRY.0 + ODOMETRY.1 * length(went) + ODOMETRY.2 * lasted + unseen;
+        if length(moved) > ODOMETRY.0 && off > allowed {
+            let what = format!("a pose moved by {off:.0} mm under fixes that the unit distrusts");
+            return Some(finding(Property::P5, s.at, what));
+        }
+    }
+    None
+}

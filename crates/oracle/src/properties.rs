@@ -1,0 +1,202 @@
+//! P1 to P4 and P8 to P11, one function each, as far as they are not in files of their own (`mod` says which). Every one has been seen to fail on a log in which it is broken
+//! (`tests/properties/oracle`).
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use evidence::{Evidence, Finding, Micros, Plan, Planned, Property};
+use wire::command::CommandKind;
+use wire::event::{Event, FaultKind, Sensor};
+use wire::id::NodeId;
+use wire::mode::{Cause, Mode};
+use wire::sensor::Class;
+
+use super::arrived::{Befallen, Receipt};
+use super::speed::{self, STANDING};
+use super::timeline::{Change, Timeline};
+use super::{SLACK, content, demise, display, effect, finding, guards, link, planes};
+
+/// Checks every property but conservation.
+pub(super) fn check(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
+    let mut found = Vec::new();
+    found.extend(acts(evidence, line));
+    found.extend(authority(evidence, line));
+    found.extend(subsystem_loss(evidence, line, receipt));
+    found.extend(lost_place(evidence, line, receipt));
+    found.extend(link::trust(evidence, line, receipt));
+    found.extend(speed::check(evidence, line));
+    found.extend(effect::check(evidence, line));
+    found.extend(guards::check(evidence, line, receipt));
+    found.extend(geofence(line));
+    found.extend(content::check(evidence, line));
+    found.extend(display::check(evidence, line));
+    found.extend(planes::commands_shown(evidence, line));
+    found.extend(planes::operators_hold(evidence, line));
+    found.extend(commands(evidence, line));
+    found.extend(recovery(evidence, line));
+    found.extend(evidence.custody.iter().map(|flaw| finding(Property::P10, evidence.duration, flaw.to_string())));
+    found.extend(evidence.differences.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));
+    found.extend(evidence.broken_log.iter().map(|what| finding(Property::P10, evidence.duration, what.clone())));
+    found
+}
+
+/// P1 and P11, from the plant's own record of the act.
+fn acts(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let acted: BTreeMap<u32, bool> = evidence
+        .entries
+        .iter()
+        .filter_map(|w| match w.entry.event {
+            Event::Acted { authority, failing, .. } => Some((authority, failing.is_empty())),
+            _ => None,
+        })
+        .collect();
+    let mut used = BTreeSet::new();
+    for w in &evidence.entries {
+        let Event::PlantAct { authority, command, class, distance_mm, .. } = w.entry.event else { continue };
+        let minted = line.minted.iter().any(|(at, serial, _)| *serial == authority && *at <= w.at);
+        let revoked = line.revoked.iter().any(|(at, serial)| *serial == authority && *at <= w.at);
+        if !minted || revoked || !used.insert(authority) {
+            found.push(finding(
+                Property::P1,
+                w.at,
+                format!("act under authority {authority}: minted {minted}, revoked {revoked}"),
+            ));
+        }
+        if acted.get(&authority) != Some(&true) {
+            found.push(finding(Property::P1, w.at, "act with a failing guard, or none recorded"));
+        }
+        let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
+        let confirmed = line.intended.iter().any(|(at, id, kind)| {
+            *id == command && matches!(kind, CommandKind::Confirm(_)) && *at <= w.at && w.at - *at <= limit
+        });
+        if !confirmed {
+            found.push(finding(Property::P1, w.at, format!("act on {command}, which no operator confirmed in time")));
+        }
+        if class != Some(Class::Vehicle) || distance_mm > evidence.bounds.designation_mm {
+            let what = format!(
+                "act on {class:?} at {distance_mm} mm, vehicle within {} mm expected",
+                evidence.bounds.designation_mm
+            );
+            found.push(finding(Property::P11, w.at, what));
+        }
+    }
+    found
+}
+
+/// P1 and P11 of authority that is not used: it is held on the track that was ordered, and for no longer than it may live. A
+/// unit that is kept from running cannot end it in time, nor use it.
+fn authority(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for w in &evidence.entries {
+        let Event::Minted { track, command, .. } = w.entry.event else { continue };
+        let ordered = line.executed.iter().any(|(_, id, kind)| *id == command && *kind == CommandKind::Arm(track));
+        if w.entry.node == NodeId::UNIT_A && !ordered {
+            found.push(finding(
+                Property::P11,
+                w.at,
+                format!("authority on track {}, which {command} is not about", track.0),
+            ));
+        }
+    }
+    let kept = |plan: &Plan| matches!(plan.what, Planned::Suspend(NodeId::UNIT_A) | Planned::Kill(NodeId::UNIT_A));
+    if evidence.planned.iter().any(kept) {
+        return found;
+    }
+    let limit = (evidence.bounds.authority_ms + evidence.bounds.control_period_ms) * 1000 + SLACK;
+    let ends = line.changes.iter().skip(1).map(|c| c.at).chain([evidence.duration]);
+    let held = line.changes.iter().zip(ends).filter(|(c, _)| c.to == Mode::PrepareToAct);
+    let long = held.filter(|(c, until)| until.saturating_sub(c.at) > limit);
+    found.extend(long.map(|(c, _)| {
+        let what = format!("authority is held for longer than {} ms", evidence.bounds.authority_ms);
+        finding(Property::P1, c.at + limit, what)
+    }));
+    found
+}
+
+/// P2: after a sensor is lost for good, or shows nothing but the past, no authority and no nominal mode beyond *Td*.
+fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
+    let td = evidence.bounds.to_degraded_ms * 1000;
+    let lost = receipt.faults.iter().filter(|f| f.is_loss());
+    let owed = lost.filter(|f| f.end.saturating_sub(f.start) > td && f.start + td <= evidence.duration);
+    let late = owed.filter(|f| matches!(line.mode_at(f.start + td), Mode::Ready | Mode::PrepareToAct));
+    late.map(|Befallen { sensor, start, .. }| {
+        let mode = line.mode_at(start + td).name();
+        finding(Property::P2, start + td, format!("{sensor:?} lost for {} ms and still {mode}", td / 1000))
+    })
+    .collect()
+}
+
+/// P3: after localisation is lost for good, which driving depends on, the unit holds within *Th*.
+fn lost_place(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
+    let th = evidence.bounds.to_hold_safe_ms * 1000;
+    let owed = receipt.faults.iter().filter(|f| {
+        let lost = f.kind == FaultKind::Dropout && f.sensor == Sensor::Localisation;
+        lost && f.end.saturating_sub(f.start) > th && f.start + th <= evidence.duration
+    });
+    owed.filter_map(|f| {
+        let mode = line.mode_at(demise::can_judge(evidence, NodeId::UNIT_A, f.start + th));
+        let what = format!("localisation lost for {} ms and still {}", th / 1000, mode.name());
+        (!matches!(mode, Mode::HoldSafe | Mode::Idle)).then(|| finding(Property::P3, f.start + th, what))
+    })
+    .collect()
+}
+
+/// P4, from the true pose.
+fn geofence(line: &Timeline) -> Vec<Finding> {
+    let outside = line.truth.iter().find(|t| t.fence < 0 && t.speed.abs() > STANDING);
+    outside
+        .map(|t| finding(Property::P4, t.at, format!("driving {} mm outside the fence", -t.fence)))
+        .into_iter()
+        .collect()
+}
+
+/// P8: at most once, never late.
+fn commands(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+    let limit = evidence.bounds.command_limit_ms * 1000 + SLACK;
+    let mut once = BTreeSet::new();
+    let mut found = Vec::new();
+    for (at, id, kind) in &line.executed {
+        if !once.insert(*id) {
+            found.push(finding(Property::P8, *at, format!("{} {id} executed again", kind.name())));
+        }
+        let given = line.intended.iter().find(|(_, command, _)| command == id).map(|(given, _, _)| *given);
+        if given.is_some_and(|given| at.saturating_sub(given) > limit) {
+            let what = format!("{} {id} executed more than {} ms late", kind.name(), limit / 1000);
+            found.push(finding(Property::P8, *at, what));
+        }
+    }
+    found
+}
+
+/// P9: HOLD_SAFE ends by an operator's Resume only; PREPARE_TO_ACT begins by a new Arm only. That the unit executed one is
+/// half of it; the other is that an operator gave one of that kind.
+fn recovery(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
+    let by = |kind: &str, from: Micros, to: Micros| {
+        let mut near = line.executed.iter().filter(|(at, ..)| *at + SLACK >= from && *at <= to + SLACK);
+        near.any(|(at, id, k)| k.name() == kind && line.gave(*id, *k, *at))
+    };
+    let mut found = Vec::new();
+    for change in &line.changes {
+        let near = change.at.saturating_sub(SLACK);
+        let left_hold = change.from == Mode::HoldSafe && change.to != Mode::HoldSafe && change.cause != Cause::Start;
+        if left_hold && !(change.cause == Cause::Operator && by("resume", near, change.at)) {
+            found.push(finding(Property::P9, change.at, "HOLD_SAFE left without an operator's resume"));
+        }
+        let least = (evidence.bounds.hysteresis_ms * 1000).saturating_sub(SLACK);
+        let degraded = |c: &&Change| c.to == Mode::Degraded && c.at <= change.at;
+        let since = line.changes.iter().rev().find(degraded).map_or(0, |c| c.at);
+        if change.cause == Cause::Recovered && change.at - since < least {
+            let what = format!("DEGRADED left after less than {} ms", evidence.bounds.hysteresis_ms);
+            found.push(finding(Property::P9, change.at, what));
+        }
+        // A stop is safe from any mode.
+        let left_idle = change.from == Mode::Idle && !matches!(change.to, Mode::Idle | Mode::HoldSafe);
+        if left_idle && !(change.cause == Cause::Operator && by("enable", near, change.at)) {
+            found.push(finding(Property::P9, change.at, "IDLE left without an operator's enable"));
+        }
+        if change.to == Mode::PrepareToAct && !(change.cause == Cause::Operator && by("arm", near, change.at)) {
+            found.push(finding(Property::P9, change.at, "PREPARE_TO_ACT entered without an operator's arm"));
+        }
+    }
+    found
+}

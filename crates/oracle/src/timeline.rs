@@ -1,0 +1,185 @@
+//! The events of a trial, sorted by what they are about. Nothing is judged here.
+
+use evidence::trial::TransitionRow;
+use evidence::{Evidence, Micros};
+use wire::audit::Entry;
+use wire::command::CommandKind;
+use wire::event::Event;
+use wire::id::{CommandId, NodeId, RecordId, TrackId, UnitId};
+use wire::mode::{Cause, Guards, Mode};
+
+/// A change of mode of the unit under test.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Change {
+    /// When.
+    pub at: Micros,
+    /// From.
+    pub from: Mode,
+    /// To.
+    pub to: Mode,
+    /// Why, in the unit's own words.
+    pub cause: Cause,
+}
+
+/// A sample of the plant's truth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Truth {
+    /// When.
+    pub at: Micros,
+    /// True forward speed, mm/s.
+    pub speed: i32,
+    /// Set-point that the plant follows, mm/s.
+    pub set_speed: i32,
+    /// Whether a set-point's lease stands.
+    pub leased: bool,
+    /// Signed distance to the fence, positive inside, mm.
+    pub fence: i32,
+}
+
+/// What unit A went by, in its own words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Judged {
+    /// Guards that failed.
+    pub failing: Guards,
+    /// Its place was no older than *Tf*.
+    pub placed: bool,
+    /// Tracks that were no older than that.
+    pub tracks: u8,
+}
+
+/// Where unit A took itself to be, in its own words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Stood {
+    /// When it said so.
+    pub at: Micros,
+    /// When the fix behind it was taken.
+    pub fixed: Micros,
+    /// East and north, mm.
+    pub place: (i32, i32),
+}
+
+/// The sorted events.
+#[derive(Clone, Debug, Default)]
+pub struct Timeline {
+    /// Mode changes of unit A.
+    pub changes: Vec<Change>,
+    /// What unit A went by, and from when.
+    pub judged: Vec<(Micros, Judged)>,
+    /// Where unit A took itself to be.
+    pub poses: Vec<Stood>,
+    /// Truth of unit A.
+    pub truth: Vec<Truth>,
+    /// Authority minted: (when, serial, over which track).
+    pub minted: Vec<(Micros, u32, TrackId)>,
+    /// Authority that ended unused: (when, serial).
+    pub revoked: Vec<(Micros, u32)>,
+    /// Operator's intents.
+    pub intended: Vec<(Micros, CommandId, CommandKind)>,
+    /// Commands that unit A executed.
+    pub executed: Vec<(Micros, CommandId, CommandKind)>,
+    /// Reports that the gateway accepted of unit A.
+    pub accepted: Vec<(Micros, RecordId)>,
+    /// Refusals at network interfaces: when, and by whom.
+    pub refused: Vec<(Micros, NodeId)>,
+}
+
+impl Timeline {
+    /// Sorts the events of `evidence`.
+    pub fn of(evidence: &Evidence) -> Timeline {
+        let mut line = Timeline::default();
+        evidence.entries.iter().for_each(|w| line.take(w.at, &w.entry));
+        line
+    }
+
+    fn take(&mut self, at: Micros, entry: &Entry) {
+        let node = entry.node;
+        let unit_a = node == NodeId::UNIT_A;
+        match entry.event {
+            Event::Transition { from, to, cause, .. } if unit_a => self.changes.push(Change { at, from, to, cause }),
+            // A unit that is started again knows of no mode before.
+            Event::Restarted { node: NodeId::UNIT_A, .. } => {
+                let from = self.changes.last().map_or(Mode::Idle, |c| c.to);
+                self.changes.push(Change { at, from, to: Mode::Idle, cause: Cause::Start });
+            }
+            Event::Truth { unit: UnitId::A, speed_mm_s, set_speed_mm_s, leased, fence_mm, .. } => {
+                self.truth.push(Truth { at, speed: speed_mm_s, set_speed: set_speed_mm_s, leased, fence: fence_mm });
+            }
+            Event::Judged { failing, placed, tracks } if unit_a => {
+                self.judged.push((at, Judged { failing, placed, tracks }));
+            }
+            Event::Located { stamp, pose_x_mm, pose_y_mm, .. } if unit_a => {
+                let fixed = at.saturating_sub(entry.at.since(stamp).0);
+                self.poses.push(Stood { at, fixed, place: (pose_x_mm, pose_y_mm) });
+            }
+            Event::Minted { authority, track, .. } if unit_a => self.minted.push((at, authority, track)),
+            Event::Revoked { authority, .. } if unit_a => self.revoked.push((at, authority)),
+            Event::Intended { command, kind } if node == NodeId::CONSOLE => self.intended.push((at, command, kind)),
+            Event::Executed { command, kind, refused: None } if unit_a => self.executed.push((at, command, kind)),
+            Event::Accepted { record, .. } if node == NodeId::GATEWAY => self.accepted.push((at, record)),
+            Event::Refused { at: interface, .. } if !matches!(interface, wire::event::Interface::Bus(_)) => {
+                self.refused.push((at, node));
+            }
+            _ => {}
+        }
+    }
+
+    /// Whether an operator had given exactly this by `at`: the id alone could be of another command.
+    pub fn gave(&self, id: CommandId, wanted: CommandKind, at: Micros) -> bool {
+        self.intended.iter().any(|(given, command, kind)| *command == id && *kind == wanted && *given <= at)
+    }
+
+    /// Mode of unit A at `at`.
+    pub fn mode_at(&self, at: Micros) -> Mode {
+        self.changes.iter().take_while(|c| c.at <= at).last().map_or(Mode::Idle, |c| c.to)
+    }
+
+    /// Whether unit A was in `mode` at some instant of `[from, to]`.
+    pub fn was_in(&self, mode: Mode, from: Micros, to: Micros) -> bool {
+        self.mode_at(from) == mode || self.changes.iter().any(|c| c.at >= from && c.at <= to && c.to == mode)
+    }
+
+    /// Whether unit A went by something that satisfies `test` at some instant of `[from, to]`.
+    pub fn went_by(&self, from: Micros, to: Micros, test: impl Fn(&Judged) -> bool) -> bool {
+        let first = self.judged.partition_point(|(at, _)| *at <= from).saturating_sub(1);
+        self.judged[first..].iter().take_while(|(at, _)| *at <= to).any(|(_, judged)| test(judged))
+    }
+
+    /// Whether unit A held authority over `track` at some instant of `[from, to]`.
+    pub fn held(&self, track: TrackId, from: Micros, to: Micros) -> bool {
+        let next = self.minted.iter().skip(1).map(|(at, ..)| *at).chain(std::iter::once(Micros::MAX));
+        let mut spans = self.minted.iter().zip(next).filter(|((.., over), _)| *over == track);
+        spans.any(|((at, ..), until)| {
+            let (first, last) = (from.max(*at), to.min(until));
+            first <= last && self.was_in(Mode::PrepareToAct, first, last)
+        })
+    }
+
+    /// Whether unit A held authority at `at`.
+    pub fn authority_at(&self, at: Micros) -> bool {
+        self.mode_at(at) == Mode::PrepareToAct
+    }
+
+    /// The first change at or after `from` that satisfies `test`.
+    pub fn first_change(&self, from: Micros, test: impl Fn(&Change) -> bool) -> Option<Change> {
+        self.changes.iter().find(|c| c.at >= from && test(c)).copied()
+    }
+
+    /// Time in READY or PREPARE_TO_ACT up to `end`.
+    pub fn nominal(&self, end: Micros) -> Micros {
+        let starts = self.changes.iter();
+        let ends = self.changes.iter().skip(1).map(|c| c.at).chain(std::iter::once(end));
+        let spans = starts.zip(ends).filter(|(c, _)| matches!(c.to, Mode::Ready | Mode::PrepareToAct));
+        spans.map(|(c, until)| until.saturating_sub(c.at)).sum()
+    }
+
+    /// The transitions as rows of a report.
+    pub fn rows(&self) -> Vec<TransitionRow> {
+        let row = |c: &Change| TransitionRow {
+            t_ms: c.at as f64 / 1000.0,
+            from: c.from.name().into(),
+            to: c.to.name().into(),
+            cause: c.cause.label(),
+        };
+        self.changes.iter().map(row).collect()
+    }
+}

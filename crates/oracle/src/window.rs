@@ -1,0 +1,44 @@
+//! When what was planned may have been done.
+
+use evidence::{Evidence, Micros, Plan};
+use wire::event::Event;
+
+/// By how much an actor's clock and the host may put its deed before or behind its window.
+const EARLY: Micros = 5_000;
+const LATE: Micros = 100_000;
+
+/// When what was planned may have been done.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Window {
+    from: Micros,
+    until: Micros,
+}
+
+impl Window {
+    /// Of a plan; none where its step never began.
+    pub(super) fn of(evidence: &Evidence, plan: &Plan) -> Option<Window> {
+        let Some(wanted) = plan.step else { return Some(Window { from: plan.from, until: plan.until }) };
+        let told = |begins: bool| {
+            evidence.entries.iter().filter(
+                move |w| matches!(w.entry.event, Event::Step { step, begun } if step == wanted && begun == begins),
+            )
+        };
+        let from = told(true).next()?.at;
+        Some(Window { from, until: told(false).next_back().map_or(Micros::MAX, |w| w.at) })
+    }
+
+    /// From then to then.
+    pub(super) fn between((from, until): (Micros, Micros)) -> Window {
+        Window { from, until }
+    }
+
+    /// From, to, within a run of this length.
+    pub(super) fn span(self, duration: Micros) -> (Micros, Micros) {
+        (self.from, self.until.min(duration).max(self.from))
+    }
+
+    /// Whether a deed at `at` is within it.
+    pub(super) fn has(self, at: Micros) -> bool {
+        at.saturating_add(EARLY) >= self.from && at <= self.until.saturating_add(LATE)
+    }
+}

@@ -1,0 +1,269 @@
+//! A claim about a rate, such as `unsafe<0.1%@95`: how many trials it takes, and whether trials show or refute it.
+//!
+//! An INVALID trial is no evidence. So that it can help no side, it counts as a hit where the claim is to be shown and as
+//! none where it is to be refuted.
+
+use core::fmt;
+use core::str::FromStr;
+
+use evidence::trial::Outcome;
+use serde::{Deserialize, Serialize};
+use stats::{rate_lower, rate_upper, sequential, simultaneous_level};
+
+/// Trials between two looks of a campaign that may stop early.
+pub const LOOK: u64 = 50;
+
+/// That the classes together have a rate below a bound, at a level of confidence.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub struct Claim {
+    classes: Vec<Outcome>,
+    below_percent: f64,
+    level_percent: f64,
+}
+
+/// Trials as a claim sees them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Tally {
+    /// Of a class that the claim names.
+    pub hits: u64,
+    /// INVALID, where the claim does not name that.
+    pub invalid: u64,
+    /// All.
+    pub n: u64,
+}
+
+/// What trials say of a claim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// The rate is below the bound, at the level.
+    Shown,
+    /// It is not.
+    Refuted,
+    /// Neither can be said.
+    Open,
+}
+
+/// A claim judged: the verdict, and one-sided bounds on the rate, each at the level.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Judged {
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Lower bound, INVALID as no hit.
+    pub lower: f64,
+    /// Upper bound, INVALID as a hit.
+    pub upper: f64,
+}
+
+impl Claim {
+    /// The rate that it is about to stay below.
+    pub fn below(&self) -> f64 {
+        self.below_percent / 100.0
+    }
+
+    /// Its level of confidence.
+    pub fn level(&self) -> f64 {
+        self.level_percent / 100.0
+    }
+
+    /// The fewest trials that show it where none is a hit.
+    pub fn trials(&self) -> u64 {
+        let least = libm::log(1.0 - self.level()) / libm::log1p(-self.below());
+        // The bound that judges has the last word on the border.
+        let least = least.ceil().max(1.0) as u64;
+        (least..least.saturating_add(2)).find(|n| rate_upper(0, *n, self.level()) < self.below()).unwrap_or(least)
+    }
+
+    /// Takes one more trial into account.
+    pub fn count(&self, tally: &mut Tally, outcome: Outcome) {
+        let hit = self.classes.contains(&outcome);
+        tally.n += 1;
+        tally.hits += u64::from(hit);
+        tally.invalid += u64::from(!hit && outcome == Outcome::Invalid);
+    }
+
+    /// Judges as many trials as were planned, so that `together` such judgements hold at once with its level.
+    pub fn judge(&self, tally: Tally, together: usize) -> Judged {
+        let level = simultaneous_level(together, self.level());
+        let (lower, upper) = (rate_lower(tally.hits, tally.n, level), rate_upper(tally.against(), tally.n, level));
+        let verdict = Verdict::of(upper < self.below(), lower >= self.below());
+        Judged { verdict, lower, upper }
+    }
+
+    /// The verdict over however many trials there are at a look; at every look together it errs no oftener than its level
+    /// allows.
+    pub fn at_look(&self, tally: Tally, together: usize) -> Verdict {
+        let enough = self.alpha(together).recip();
+        let shown = sequential::evidence_below(tally.against(), tally.n, self.below()) >= enough;
+        Verdict::of(shown, sequential::evidence_above(tally.hits, tally.n, self.below()) >= enough)
+    }
+
+    /// The same, with the bounds that hold at every look.
+    pub fn look(&self, tally: Tally, together: usize) -> Judged {
+        let alpha = self.alpha(together);
+        Judged {
+            verdict: self.at_look(tally, together),
+            lower: sequential::lower(tally.hits, tally.n, alpha),
+            upper: sequential::upper(tally.against(), tally.n, alpha),
+        }
+    }
+
+    fn alpha(&self, together: usize) -> f64 {
+        1.0 - simultaneous_level(together, self.level())
+    }
+}
+
+impl Tally {
+    /// What counts against a claim: hits, and what is no evidence.
+    fn against(self) -> u64 {
+        self.hits + self.invalid
+    }
+}
+
+impl Verdict {
+    fn of(shown: bool, refuted: bool) -> Self {
+        match (shown, refuted) {
+            (true, false) => Verdict::Shown,
+            (false, true) => Verdict::Refuted,
+            (false, false) | (true, true) => Verdict::Open,
+        }
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Verdict::Shown => "shown",
+            Verdict::Refuted => "refuted",
+            Verdict::Open => "open",
+        }
+    }
+}
+
+impl FromStr for Claim {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let example = "such as unsafe<0.1%@95 or unsafe+late<1%@99";
+        let parts = text.split_once('<').and_then(|(classes, rest)| Some((classes, rest.split_once("%@")?)));
+        let (classes, (below, level)) = parts.ok_or_else(|| format!("a claim is CLASS<RATE%@LEVEL, {example}"))?;
+        let mut classes = classes.split('+').map(class).collect::<Result<Vec<_>, _>>()?;
+        classes.sort();
+        classes.dedup();
+        let within = |text: &str, from: f64, what: &str| match text.parse::<f64>() {
+            Ok(percent) if percent.is_finite() && percent > from && percent < 100.0 => Ok(percent),
+            Ok(_) | Err(_) => Err(format!("`{text}` is no {what}: above {from} and below 100, {example}")),
+        };
+        let (below_percent, level_percent) = (within(below, 0.0, "rate")?, within(level, 50.0, "level")?);
+        Ok(Self { classes, below_percent, level_percent })
+    }
+}
+
+fn class(text: &str) -> Result<Outcome, String> {
+    let name = text.trim().to_ascii_uppercase().replace('-', "_");
+    let known = || Outcome::ALL.map(|class| class.name().to_ascii_lowercase()).join(", ");
+    Outcome::ALL
+        .into_iter()
+        .find(|class| class.name() == name)
+        .ok_or_else(|| format!("no class `{text}`; there are: {}", known()))
+}
+
+impl fmt::Display for Claim {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let classes: Vec<String> = self.classes.iter().map(|class| class.name().to_ascii_lowercase()).collect();
+        write!(f, "{}<{}%@{}", classes.join("+"), self.below_percent, self.level_percent)
+    }
+}
+
+impl TryFrom<String> for Claim {
+    type Error = String;
+
+    fn try_from(text: String) -> Result<Self, String> {
+        text.parse()
+    }
+}
+
+impl From<Claim> for String {
+    fn from(claim: Claim) -> Self {
+        claim.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn claim(text: &str) -> Claim {
+        text.parse().unwrap()
+    }
+
+    fn tally(hits: u64, invalid: u64, n: u64) -> Tally {
+        Tally { hits, invalid, n }
+    }
+
+    #[test]
+    fn a_claim_takes_so_many_trials_without_a_hit() {
+        for (text, trials) in
+            [("unsafe<1%@95", 299), ("unsafe<0.1%@95", 2_995), ("unsafe<5%@95", 59), ("late<50%@95", 5)]
+        {
+            let claim = claim(text);
+            assert_eq!(claim.trials(), trials, "{text}");
+            assert_eq!(claim.judge(tally(0, 0, trials), 1).verdict, Verdict::Shown);
+            assert_eq!(claim.judge(tally(0, 0, trials - 1), 1).verdict, Verdict::Open);
+        }
+    }
+
+    #[test]
+    fn what_holds_for_one_variation_need_not_hold_for_many_together() {
+        let (claim, clean) = (claim("unsafe<1%@95"), tally(0, 0, 299));
+        assert_eq!((claim.judge(clean, 1).verdict, claim.judge(clean, 2).verdict), (Verdict::Shown, Verdict::Open));
+        assert_eq!(
+            (claim.look(tally(0, 0, 400), 1).verdict, claim.look(tally(0, 0, 400), 2).verdict),
+            (Verdict::Shown, Verdict::Open)
+        );
+    }
+
+    #[test]
+    fn an_invalid_trial_helps_neither_to_show_nor_to_refute() {
+        let claim = claim("unsafe<10%@95");
+        assert_eq!(claim.judge(tally(0, 0, 60), 1).verdict, Verdict::Shown);
+        assert_eq!(claim.judge(tally(0, 3, 60), 1).verdict, Verdict::Open);
+        assert_eq!(claim.judge(tally(20, 0, 60), 1).verdict, Verdict::Refuted);
+        assert_eq!(claim.judge(tally(0, 20, 60), 1).verdict, Verdict::Open);
+        assert_eq!(claim.look(tally(0, 0, 60), 1).verdict, Verdict::Shown);
+        assert_eq!(claim.look(tally(0, 3, 60), 1).verdict, Verdict::Open);
+        assert_eq!(claim.look(tally(20, 0, 60), 1).verdict, Verdict::Refuted);
+        assert_eq!(claim.look(tally(0, 20, 60), 1).verdict, Verdict::Open);
+    }
+
+    #[test]
+    fn a_trial_counts_by_the_classes_that_the_claim_names() {
+        let counted = |text: &str| {
+            let mut sum = Tally::default();
+            let outcomes = [Outcome::Unsafe, Outcome::Late, Outcome::Invalid, Outcome::HoldSafe];
+            outcomes.into_iter().for_each(|outcome| claim(text).count(&mut sum, outcome));
+            sum
+        };
+        assert_eq!(counted("unsafe<1%@95"), tally(1, 1, 4));
+        assert_eq!(counted("late+unsafe<1%@95"), tally(2, 1, 4));
+        assert_eq!(counted("invalid<1%@95"), tally(1, 0, 4));
+    }
+
+    #[test]
+    fn a_claim_is_written_as_it_is_read() {
+        assert_eq!(claim("LATE+unsafe+late<0.10%@95").to_string(), "unsafe+late<0.1%@95");
+        assert_eq!(claim("hold-safe<50%@99.9").to_string(), "hold_safe<50%@99.9");
+        for (text, told) in [
+            ("unsafe", "a claim is"),
+            ("unsafe<0.1@95", "a claim is"),
+            ("unsave<1%@95", "no class `unsave`; there are: unsafe, invalid"),
+            ("unsafe<0%@95", "`0` is no rate"),
+            ("unsafe<nan%@95", "`nan` is no rate"),
+            ("unsafe<1%@100", "`100` is no level"),
+            ("unsafe<1%@40", "`40` is no level"),
+        ] {
+            let error = text.parse::<Claim>().unwrap_err();
+            assert!(error.starts_with(told), "{text}: {error}");
+        }
+    }
+}

@@ -1,0 +1,41 @@
+//! The three ways to run a trial; trials of different ways are never counted together.
+
+use scenario::Evidence;
+use serde::{Deserialize, Serialize};
+
+/// Which clock a trial ran on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Mode {
+    /// In one thread on a virtual clock.
+    Twin,
+    /// Processes, sockets, real clocks.
+    Live,
+    /// The real DTLS and TLS libraries between two ends in memory.
+    Stack,
+}
+
+impl Mode {
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Mode::Twin => "twin",
+            Mode::Live => "live",
+            Mode::Stack => "stack",
+        }
+    }
+
+    /// Where the evidence of a trial in this mode comes from.
+    pub fn evidence(self) -> Evidence {
+        match self {
+            Mode::Twin => Evidence::Model,
+            Mode::Live => Evidence::Live,
+            Mode::Stack => Evidence::Stack,
+        }
+    }
+
+    /// Whether the mechanism of a scenario runs in this mode, when its real place is `place`.
+    pub fn counts_for(self, place: Evidence) -> bool {
+        self.evidence() != Evidence::Model || place == Evidence::Model
+    }
+}

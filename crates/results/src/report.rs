@@ -1,0 +1,33 @@
+//! From trials to results: the object of `run --json`, the rows of the reference evaluation, the table.
+//!
+//! Twin n and live n are never added; INVALID trials are never dropped: each bound is given once over the valid trials
+//! and once with INVALID counted as failure. Nothing here judges a trial.
+
+mod ablate;
+mod campaign;
+mod columns;
+mod curve;
+mod explain;
+mod matrix;
+mod mission;
+mod plot;
+mod rare;
+mod reference;
+mod run;
+mod search;
+mod table;
+
+pub use ablate::{Ablation, AttackRow, CheckRow, Compared, Defects, Overlap, Quiet, Worth, ablation_table};
+pub use campaign::{CampaignObject, CampaignRow, Claims, Fold, campaign_table};
+pub use columns::{TableError, TrialTable};
+pub use curve::{CurveLine, CurveObject, CurvePoint, Reading, curve_table};
+pub use explain::stage_name;
+pub use explain::{ExplainObject, diagram, explained, explained_in_seconds, kept_out};
+pub use matrix::{Kind, Matrix, MatrixRow, MatrixRun, matrix_table};
+pub use mission::MissionSummary;
+pub use plot::svg;
+pub use rare::{Asked, RareObject, rare_table};
+pub use reference::{LiveLatency, PAPER, PaperRow, Reference, ReferenceRow};
+pub use run::{CellSummary, HostSpoilt, LatencySummary, RunObject, Summary};
+pub use search::{Confirmed, FindingRow, SearchObject, search_table};
+pub use table::{latency_table, new_table, reference_table, run_table, started};

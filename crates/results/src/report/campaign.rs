@@ -1,0 +1,355 @@
+//! The object of `holdsafe campaign`: a row a variation, counts, exact bounds, latencies and what became of the
+//! claim.
+//!
+//! A bound or a claim is given of a complete campaign only. In a sequential one the bounds are those that hold at every look;
+//! intervals for a fixed number of trials would say too much there and are left out. Variations share their seeds, so
+//! they are not independent and n is never added over them.
+
+mod table;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use evidence::SCHEMA_VERSION;
+use evidence::trial::Outcome;
+use scenario::Evidence;
+use serde::Serialize;
+use stats::{LEVEL, Share, rate_upper, simultaneous_level};
+
+use super::run::LatencySummary;
+use crate::campaign::claim::{Judged, Tally, Verdict};
+use crate::campaign::row::Row;
+use crate::campaign::{Plan, PlanVariation, Terms};
+pub use table::campaign_table;
+
+/// A campaign's result.
+#[derive(Clone, Debug, Serialize)]
+pub struct CampaignObject {
+    /// Version of this object.
+    pub schema_version: u32,
+    /// SHA-256 over the plan and, by variation and seed, what each trial drew and came to.
+    pub hash: String,
+    /// Whether every trial that belongs to it is in it.
+    pub complete: bool,
+    /// Trials in it.
+    pub trials: u64,
+    /// Trials that belong to it.
+    pub planned: u64,
+    /// SHA-256 over the plan.
+    pub plan: String,
+    /// What all trials share.
+    pub terms: Terms,
+    /// Variations by what became of the claim; nothing without a claim or where trials are missing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub claim: Option<Claims>,
+    /// A row a variation.
+    pub rows: Vec<CampaignRow>,
+}
+
+/// What became of a claim over all variations.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Claims {
+    /// Variations for which it is shown.
+    pub shown: usize,
+    /// For which it is refuted.
+    pub refuted: usize,
+    /// For which neither can be said.
+    pub open: usize,
+    /// Whether it is shown for all of them together (Bonferroni).
+    pub shown_together: bool,
+}
+
+/// One variation.
+#[derive(Clone, Debug, Serialize)]
+pub struct CampaignRow {
+    /// Its number, from 0.
+    pub variation: usize,
+    /// Scenario.
+    pub scenario: String,
+    /// Cell, where it has any.
+    pub cell: Option<String>,
+    /// What the grid sets.
+    pub set: scenario::Settings,
+    /// Policy.
+    pub policy: String,
+    /// Why this is an ablation, where it is one.
+    pub watermark: Option<String>,
+    /// Where its evidence comes from.
+    pub evidence: Evidence,
+    /// Whether the scenario's mechanism really runs there.
+    pub counts: bool,
+    /// The classes that were expected.
+    pub expected: Vec<Outcome>,
+    /// Trials in it.
+    pub n: u64,
+    /// Trials that belong to it.
+    pub planned: u64,
+    /// How often each class came out.
+    pub outcomes: BTreeMap<Outcome, u64>,
+    /// Trials outside the expected classes.
+    pub unexpected: u64,
+    /// The line that runs the first of these again.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reproduce: Option<String>,
+    /// Bounds for a fixed number of trials.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bounds: Option<RateBounds>,
+    /// What became of the claim.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub claim: Option<ClaimRow>,
+    /// Latencies.
+    pub latency_ms: LatencySummary,
+    /// Different decision hashes.
+    pub distinct_decisions: usize,
+    /// Records accepted, all its trials together.
+    pub accepted: u64,
+    /// Records refused.
+    pub refused: u64,
+    /// False trips.
+    pub false_trips: u64,
+    /// Simulated seconds.
+    pub sim_seconds: f64,
+}
+
+/// Exact bounds on rates, for a number of trials that was fixed beforehand.
+#[derive(Clone, Debug, Serialize)]
+pub struct RateBounds {
+    /// Of every class that came out, its share with its two-sided 95 % interval; INVALID stays in n.
+    pub shares: BTreeMap<Outcome, Share>,
+    /// One-sided upper 95 % bound on the unsafe rate, over the valid trials.
+    pub unsafe_upper_95: f64,
+    /// The same with INVALID counted as unsafe.
+    pub unsafe_upper_95_invalid_counted: f64,
+    /// The first, so that it holds together with that of every other variation (Bonferroni).
+    pub unsafe_upper_95_simultaneous: f64,
+}
+
+/// What became of the claim in one variation.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct ClaimRow {
+    /// Trials of the classes that it names.
+    pub hits: u64,
+    /// INVALID trials: hits where it is to be shown, none where it is to be refuted.
+    pub invalid: u64,
+    /// By itself.
+    pub alone: Judged,
+    /// Together with all other variations.
+    pub together: Judged,
+}
+
+/// The trials of one variation as they come in.
+#[derive(Debug, Default)]
+pub struct Fold {
+    n: u64,
+    outcomes: BTreeMap<Outcome, u64>,
+    unexpected: u64,
+    first_unexpected: Option<u64>,
+    tally: Tally,
+    latencies: [Vec<f64>; 3],
+    /// Decision hashes by their first half, which tells as many apart as there can be.
+    decisions: BTreeSet<u128>,
+    accepted: u64,
+    refused: u64,
+    false_trips: u64,
+    sim_us: u64,
+}
+
+impl Fold {
+    /// Takes trial `i` of the plan's variation in.
+    pub fn take(&mut self, plan: &Plan, variation: &PlanVariation, i: u64, row: Row) {
+        self.n += 1;
+        *self.outcomes.entry(row.outcome).or_insert(0) += 1;
+        if row.outcome.is_unexpected(&variation.expected) {
+            self.unexpected += 1;
+            self.first_unexpected.get_or_insert(i);
+        }
+        if let Some(claim) = &plan.terms.claim {
+            claim.count(&mut self.tally, row.outcome);
+        }
+        for (all, us) in self.latencies.iter_mut().zip(row.latency_us) {
+            all.extend(us.map(|us| us as f64 / 1e3));
+        }
+        let half = row.decision_hash.get(..32).and_then(|hex| u128::from_str_radix(hex, 16).ok());
+        self.decisions.extend(half);
+        self.accepted += row.accepted;
+        self.refused += row.refused;
+        self.false_trips += u64::from(row.false_trips);
+        self.sim_us += row.sim_us;
+    }
+
+    /// The row of variation `v`, to which `planned` trials belong. Bounds and claim are left to [`CampaignObject::new`].
+    pub fn row(self, plan: &Plan, v: usize, variation: &PlanVariation, planned: u64) -> (CampaignRow, Tally) {
+        let row = CampaignRow {
+            variation: v,
+            scenario: variation.scenario.clone(),
+            cell: variation.cell.clone(),
+            set: variation.set.clone(),
+            policy: variation.policy.clone(),
+            watermark: variation.watermark.clone(),
+            evidence: variation.mode.evidence(),
+            counts: variation.counts,
+            expected: variation.expected.clone(),
+            n: self.n,
+            planned,
+            outcomes: self.outcomes,
+            unexpected: self.unexpected,
+            reproduce: self.first_unexpected.map(|i| plan.reproduce(v, i)),
+            bounds: None,
+            claim: None,
+            latency_ms: LatencySummary::of_values(self.latencies),
+            distinct_decisions: self.decisions.len(),
+            accepted: self.accepted,
+            refused: self.refused,
+            false_trips: self.false_trips,
+            sim_seconds: self.sim_us as f64 / 1e6,
+        };
+        (row, self.tally)
+    }
+}
+
+impl CampaignObject {
+    /// Puts the rows together, and where nothing is missing says what they show.
+    pub fn new(plan: &Plan, hash: String, rows: Vec<(CampaignRow, Tally)>) -> Self {
+        let (trials, planned): (u64, u64) =
+            (rows.iter().map(|(r, _)| r.n).sum(), rows.iter().map(|(r, _)| r.planned).sum());
+        let (complete, together) = (trials == planned, rows.len());
+        let settle = |(mut row, tally): (CampaignRow, Tally)| {
+            if complete {
+                row.bounds = (!plan.terms.sequential).then(|| RateBounds::of(&row.outcomes, row.n, together));
+                row.claim = ClaimRow::of(plan, tally, together);
+            }
+            row
+        };
+        let rows: Vec<CampaignRow> = rows.into_iter().map(settle).collect();
+        Self {
+            schema_version: SCHEMA_VERSION,
+            hash,
+            complete,
+            trials,
+            planned,
+            plan: plan.digest(),
+            terms: plan.terms.clone(),
+            claim: (complete && plan.terms.claim.is_some()).then(|| Claims::of(&rows)),
+            rows,
+        }
+    }
+}
+
+impl RateBounds {
+    fn of(outcomes: &BTreeMap<Outcome, u64>, n: u64, together: usize) -> Self {
+        let count = |class| outcomes.get(&class).copied().unwrap_or(0);
+        let (broken, invalid) = (count(Outcome::Unsafe), count(Outcome::Invalid));
+        Self {
+            shares: outcomes.iter().map(|(class, hits)| (*class, Share::of(*hits, n))).collect(),
+            unsafe_upper_95: rate_upper(broken, n - invalid, LEVEL),
+            unsafe_upper_95_invalid_counted: rate_upper(broken + invalid, n, LEVEL),
+            unsafe_upper_95_simultaneous: rate_upper(broken, n - invalid, simultaneous_level(together, LEVEL)),
+        }
+    }
+}
+
+impl ClaimRow {
+    fn of(plan: &Plan, tally: Tally, together: usize) -> Option<Self> {
+        let claim = plan.terms.claim.as_ref()?;
+        let judge =
+            |together| if plan.terms.sequential { claim.look(tally, together) } else { claim.judge(tally, together) };
+        Some(Self { hits: tally.hits, invalid: tally.invalid, alone: judge(1), together: judge(together) })
+    }
+}
+
+impl Claims {
+    fn of(rows: &[CampaignRow]) -> Self {
+        let all = || rows.iter().filter_map(|row| row.claim);
+        let count = |verdict| all().filter(|claim| claim.alone.verdict == verdict).count();
+        Self {
+            shown: count(Verdict::Shown),
+            refuted: count(Verdict::Refuted),
+            open: count(Verdict::Open),
+            shown_together: all().all(|claim| claim.together.verdict == Verdict::Shown),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::campaign::example::plan;
+    use evidence::trial::Trial;
+
+    /// The plan's campaign where trial i of both variations comes to `outcome(i)`.
+    fn campaign(plan: &Plan, n: u64, outcome: impl Fn(u64) -> Outcome) -> CampaignObject {
+        let row = |v: usize| {
+            let (variation, mut fold) = (&plan.variations[v], Fold::default());
+            for i in 0..n {
+                let number = plan.number(v, i);
+                fold.take(plan, variation, i, Row::of(number, &Trial::example(plan.seed(i), outcome(i))));
+            }
+            fold.row(plan, v, variation, plan.terms.trials)
+        };
+        CampaignObject::new(plan, "f".repeat(64), (0..plan.variations.len()).map(row).collect())
+    }
+
+    fn claiming(text: &str, sequential: bool) -> Plan {
+        let mut plan = plan(299);
+        (plan.terms.claim, plan.terms.sequential) = (text.parse().ok(), sequential);
+        plan
+    }
+
+    #[test]
+    fn a_claim_is_shown_alone_and_not_together_by_as_many_trials_as_it_takes_alone() {
+        let object = campaign(&claiming("unsafe<1%@95", false), 299, |_| Outcome::HoldSafe);
+        let claims = Claims { shown: 2, refuted: 0, open: 0, shown_together: false };
+        assert_eq!((object.complete, object.claim), (true, Some(claims)));
+        let bounds = object.rows[0].bounds.as_ref().unwrap();
+        assert!(bounds.unsafe_upper_95 < 0.01 && bounds.unsafe_upper_95_simultaneous > 0.01);
+        assert!(campaign_table(&object).contains("shown for 2 of 2 variations"));
+    }
+
+    #[test]
+    fn with_a_trial_missing_nothing_is_bounded_and_nothing_claimed() {
+        let object = campaign(&claiming("unsafe<1%@95", false), 298, |_| Outcome::HoldSafe);
+        assert_eq!((object.complete, object.claim, object.trials, object.planned), (false, None, 596, 598));
+        assert!(object.rows.iter().all(|row| row.bounds.is_none() && row.claim.is_none()));
+        assert!(campaign_table(&object).contains("INCOMPLETE: 596 of 598 trials"));
+    }
+
+    #[test]
+    fn an_invalid_trial_is_counted_and_keeps_the_claim_from_being_shown() {
+        let outcome = |i| if i == 0 { Outcome::Invalid } else { Outcome::HoldSafe };
+        let object = campaign(&claiming("unsafe<1%@95", false), 299, outcome);
+        assert_eq!(object.claim.map(|claims| (claims.shown, claims.open)), Some((0, 2)));
+        let row = &object.rows[0];
+        assert_eq!((row.outcomes[&Outcome::Invalid], row.unexpected), (1, 1));
+        assert!(row.reproduce.as_ref().unwrap().ends_with("--trials 1 --seed 7"), "{:?}", row.reproduce);
+    }
+
+    #[test]
+    fn bounds_for_a_fixed_number_are_left_out_where_the_number_depended_on_what_was_seen() {
+        let object = campaign(&claiming("unsafe<5%@95", true), 299, |_| Outcome::HoldSafe);
+        assert!(object.rows[0].bounds.is_none());
+        let claim = object.rows[0].claim.unwrap();
+        assert_eq!((claim.alone.verdict, claim.hits), (Verdict::Shown, 0));
+        assert!(claim.alone.upper > rate_upper(0, 299, 0.95), "looking often has its price");
+    }
+
+    #[test]
+    fn the_object_has_the_keys_that_docs_campaigns_names() {
+        let object =
+            campaign(
+                &claiming("unsafe<1%@95", false),
+                299,
+                |i| {
+                    if i == 0 { Outcome::Unsafe } else { Outcome::HoldSafe }
+                },
+            );
+        let object = serde_json::to_value(object).unwrap();
+        let doc = include_str!("../../../../docs/campaigns.md");
+        let keys = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+        let row = &object["rows"][0];
+        let parts =
+            [&object, &object["terms"], &object["claim"], row, &row["bounds"], &row["claim"], &row["claim"]["alone"]];
+        for key in parts.into_iter().flat_map(keys) {
+            assert!(doc.contains(&format!("`{key}`")), "docs/campaigns.md does not tell of `{key}`");
+        }
+        assert_eq!((&object["schema_version"], &row["outcomes"]["UNSAFE"]), (&1.into(), &1.into()));
+    }
+}

@@ -1,0 +1,84 @@
+//! A campaign for a terminal: the first variations, what became of the claim, the hash.
+
+use super::super::table::{outcomes, percent, sample};
+use super::{CampaignObject, CampaignRow, ClaimRow, Claims};
+use crate::report::new_table;
+
+/// Most rows of the table for a terminal; the object has all.
+const MAX_SHOWN: usize = 60;
+
+/// The campaign for a terminal.
+pub fn campaign_table(campaign: &CampaignObject) -> String {
+    let columns = [
+        "variation",
+        "evidence, n",
+        "outcomes",
+        "unsafe below (together)",
+        "claim",
+        "to degraded ms",
+        "to hold-safe ms",
+    ];
+    let mut table = new_table(&columns);
+    for row in campaign.rows.iter().take(MAX_SHOWN) {
+        table.add_row(cells(row));
+    }
+    let mut text = format!("{table}\n");
+    if campaign.rows.len() > MAX_SHOWN {
+        text.push_str(&format!("and {} more variations in campaign.json\n", campaign.rows.len() - MAX_SHOWN));
+    }
+    text.push_str(&conclusion(campaign));
+    text.push_str(
+        "ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). * the real mechanism does not run there.\n",
+    );
+    text + &format!("campaign hash {}\n", campaign.hash)
+}
+
+fn cells(row: &CampaignRow) -> Vec<String> {
+    let set: Vec<String> = row.set.iter().map(|(path, value)| format!("{path}={value}")).collect();
+    let names = [Some(row.scenario.clone()), row.cell.clone(), Some(set.join(" ")), row.watermark.clone()];
+    let names: Vec<String> = names.into_iter().flatten().filter(|name| !name.is_empty()).collect();
+    let odd = if row.unexpected > 0 { format!(" ({} unexpected)", row.unexpected) } else { String::new() };
+    let (mark, missing) = (if row.counts { "" } else { " *" }, row.planned - row.n);
+    let missing = if missing > 0 { format!(", {missing} missing") } else { String::new() };
+    let dash = || "-".to_owned();
+    let bound = row.bounds.as_ref().map_or_else(dash, |bounds| {
+        format!("{} ({})", percent(bounds.unsafe_upper_95), percent(bounds.unsafe_upper_95_simultaneous))
+    });
+    vec![
+        names.join(" "),
+        format!("{}, {}{missing}{mark}", row.evidence.name(), row.n),
+        outcomes(&row.outcomes) + &odd,
+        bound,
+        row.claim.as_ref().map_or_else(dash, claim),
+        sample(&row.latency_ms.to_degraded),
+        sample(&row.latency_ms.to_hold_safe),
+    ]
+}
+
+/// `shown: 0 hits, 0.000 to 0.997 %`.
+fn claim(row: &ClaimRow) -> String {
+    let invalid = if row.invalid > 0 { format!(" and {} INVALID", row.invalid) } else { String::new() };
+    let together = if row.together.verdict == row.alone.verdict { "" } else { "; not together" };
+    let (from, to) = (row.alone.lower * 100.0, row.alone.upper * 100.0);
+    format!("{}: {} hits{invalid}, {from:.3} to {to:.3} %{together}", row.alone.verdict.name(), row.hits)
+}
+
+fn conclusion(campaign: &CampaignObject) -> String {
+    let (terms, n) = (&campaign.terms, campaign.rows.len());
+    if !campaign.complete {
+        let (there, planned) = (campaign.trials, campaign.planned);
+        return format!("INCOMPLETE: {there} of {planned} trials; nothing is claimed of what is missing\n");
+    }
+    let Some((claim, claims)) = terms.claim.as_ref().zip(campaign.claim) else { return String::new() };
+    let Claims { shown, refuted, open, shown_together } = claims;
+    let together = if shown_together { "it holds for all of them together" } else { "not for all of them together" };
+    let how = if terms.sequential {
+        "at every look together (e-process)"
+    } else {
+        "exact one-sided bounds (Clopper-Pearson)"
+    };
+    format!(
+        "claim {claim}: shown for {shown} of {n} variations, refuted for {refuted}, open for {open}; {together} \
+         (Bonferroni). {how}; an INVALID trial is never a success for it\n"
+    )
+}

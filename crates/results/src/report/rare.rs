@@ -1,0 +1,212 @@
+//! What a rare event was estimated at, as an object and as a table; and what plain Monte Carlo would have taken for it.
+
+use evidence::SCHEMA_VERSION;
+use scenario::Settings;
+use search::rare::{Event, Plan, Question, Repetition, Stage};
+use serde::Serialize;
+use stats::Share;
+use stats::mean::Mean;
+
+use crate::report::new_table;
+
+/// The normal deviate of a two-sided 95 % interval.
+const Z: f64 = 1.959_964;
+
+/// What was asked, as the user put it.
+#[derive(Clone, Debug)]
+pub struct Asked<'a> {
+    /// The question.
+    pub question: &'a Question,
+    /// What was set in its scenario.
+    pub set: Settings,
+    /// The levels as they were given.
+    pub levels: &'a [f64],
+}
+
+/// The object of `rare --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct RareObject {
+    /// Version of this object.
+    pub schema_version: u32,
+    /// What ran.
+    pub scenario: String,
+    /// What was set in it.
+    pub set: Settings,
+    /// Under which policy.
+    pub policy: String,
+    /// What every artefact of an ablation says.
+    pub watermark: Option<String>,
+    /// What was asked for.
+    pub event: Event,
+    /// Levels, as they were given.
+    pub levels: Vec<f64>,
+    /// Seed of all of it.
+    pub seed: u64,
+    /// Trials of each stage of each repetition.
+    pub trials: u64,
+    /// Independent repetitions.
+    pub repetitions: u64,
+    /// The stages, all repetitions together.
+    pub stages: Vec<StageRow>,
+    /// The estimate of each repetition.
+    pub estimates: Vec<f64>,
+    /// Their mean: the probability that a run comes to the event.
+    pub estimate: f64,
+    /// Two-sided 95 % interval; exact (Clopper-Pearson) where there is one stage, else by `stats::mean`. Nothing where no
+    /// repetition came to the event.
+    pub interval_95: Option<[f64; 2]>,
+    /// Length of a trial, simulated seconds.
+    pub duration_s: f64,
+    /// What was simulated, seconds.
+    pub sim_seconds: f64,
+    /// CPU time of it, seconds.
+    pub cpu_seconds: f64,
+    /// The same interval by plain Monte Carlo; absent where this was plain, or there is no interval.
+    pub plain: Option<Plain>,
+}
+
+/// One stage in all repetitions.
+#[derive(Clone, Debug, Serialize)]
+pub struct StageRow {
+    /// The level it was to reach; nothing where that is the event without a number.
+    pub to: Option<f64>,
+    /// Trials.
+    pub tried: u64,
+    /// Those that got there.
+    pub reached: u64,
+    /// What was simulated, seconds.
+    pub sim_seconds: f64,
+}
+
+/// What plain Monte Carlo would take for an interval as wide.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Plain {
+    /// Trials.
+    pub trials: f64,
+    /// Simulated seconds.
+    pub sim_seconds: f64,
+    /// CPU seconds, at the same CPU time a simulated second.
+    pub cpu_seconds: f64,
+}
+
+impl RareObject {
+    /// Of what came of `plan`.
+    pub fn new(asked: Asked<'_>, plan: &Plan, repetitions: &[Repetition]) -> Self {
+        let Question { scenario, setup, event } = asked.question;
+        let rows: Vec<(Option<f64>, Stage)> = (0..plan.levels.len())
+            .map(|i| (asked.levels.get(i).copied(), together(repetitions.iter().filter_map(|one| one.stages.get(i)))))
+            .collect();
+        let all = together(rows.iter().map(|(_, stage)| stage));
+        let estimates: Vec<f64> = repetitions.iter().map(Repetition::estimate).collect();
+        let mean = Mean::of(&estimates);
+        let exact = Some(Share::of(all.reached, all.tried)).filter(|_| rows.len() == 1);
+        let interval_95 = exact.map_or(mean.interval_95, |share| Some([share.lower_95, share.upper_95]));
+        let (sim_seconds, cpu_seconds) = (all.spent as f64 / 1e6, all.cpu_us as f64 / 1e6);
+        let duration_s = scenario.duration_s.get();
+        let width = mean.interval_95.filter(|_| exact.is_none()).map(|[_, upper]| libm::log(upper / mean.mean));
+        let plain = width.filter(|width| *width > 0.0).map(|width| {
+            let trials = Z * Z * (1.0 - mean.mean) / (mean.mean * width * width);
+            let seconds = trials * duration_s;
+            Plain { trials, sim_seconds: seconds, cpu_seconds: seconds * cpu_seconds / sim_seconds }
+        });
+        Self {
+            schema_version: SCHEMA_VERSION,
+            scenario: scenario.name.as_str().to_owned(),
+            set: asked.set,
+            policy: setup.policy_name.clone(),
+            watermark: setup.watermark(),
+            event: *event,
+            levels: asked.levels.to_vec(),
+            seed: plan.seed,
+            trials: plan.trials,
+            repetitions: plan.repetitions,
+            stages: rows.into_iter().map(|(to, stage)| StageRow::new(to, stage)).collect(),
+            estimates,
+            estimate: mean.mean,
+            interval_95,
+            duration_s,
+            sim_seconds,
+            cpu_seconds,
+            plain,
+        }
+    }
+
+    /// Whether any trial came to the event.
+    pub fn seen(&self) -> bool {
+        self.estimate > 0.0
+    }
+}
+
+impl StageRow {
+    fn new(to: Option<f64>, stage: Stage) -> Self {
+        Self { to, tried: stage.tried, reached: stage.reached, sim_seconds: stage.spent as f64 / 1e6 }
+    }
+}
+
+fn together<'a>(stages: impl Iterator<Item = &'a Stage>) -> Stage {
+    stages.fold(Stage::default(), |sum, stage| Stage {
+        tried: sum.tried + stage.tried,
+        reached: sum.reached + stage.reached,
+        spent: sum.spent + stage.spent,
+        cpu_us: sum.cpu_us + stage.cpu_us,
+    })
+}
+
+/// The table for a terminal.
+pub fn rare_table(object: &RareObject) -> String {
+    let mut table = new_table(&["to", "tried", "got there", "share", "simulated s"]);
+    for stage in &object.stages {
+        let share = if stage.tried > 0 { stage.reached as f64 / stage.tried as f64 } else { 0.0 };
+        table.add_row([
+            stage.to.map_or_else(|| "the event".to_owned(), |to| to.to_string()),
+            stage.tried.to_string(),
+            stage.reached.to_string(),
+            format!("{share:.4}"),
+            format!("{:.0}", stage.sim_seconds),
+        ]);
+    }
+    let set: String = object.set.iter().map(|(path, value)| format!(", {path} = {value}")).collect();
+    let watermark = object.watermark.as_ref().map(|mark| format!("{mark}\n")).unwrap_or_default();
+    format!(
+        "{watermark}{}{set}, policy {}, seed {}: {} repetitions of {} trials a stage; levels are the {}\n{table}\n{}{}",
+        object.scenario,
+        object.policy,
+        object.seed,
+        object.repetitions,
+        object.trials,
+        object.event.counts(),
+        said(object),
+        work(object),
+    )
+}
+
+fn said(object: &RareObject) -> String {
+    match object.interval_95 {
+        Some([from, to]) if object.seen() => format!(
+            "A run of {} s comes to it with probability {:.3e} (95 %: {from:.3e} to {to:.3e}).\n",
+            object.duration_s, object.estimate
+        ),
+        Some([_, to]) => format!("No run of {} came to it: below {to:.3e} (97.5 %).\n", object.stages[0].tried),
+        None if object.seen() => format!(
+            "All repetitions came to {:.3e}: they show no spread, so there is no interval; give more trials.\n",
+            object.estimate
+        ),
+        None => "No repetition came to it, which bounds nothing: give more trials, or levels that are closer where \
+                 hardly any got there.\n"
+            .to_owned(),
+    }
+}
+
+fn work(object: &RareObject) -> String {
+    let plain = object.plain.map_or_else(String::new, |plain| {
+        format!(
+            " Plain Monte Carlo would take about {:.0} trials for an interval as wide: {:.0} simulated s, {:.0} CPU-s, {:.0} times \
+             as much.",
+            plain.trials,
+            plain.sim_seconds,
+            plain.cpu_seconds,
+            plain.sim_seconds / object.sim_seconds
+        )
+    });
+    format!("{:.0} simulated s in {:.0} CPU-s.{plain}\n", object.sim_seconds, object.cpu_seconds)
+}

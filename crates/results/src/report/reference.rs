@@ -1,0 +1,136 @@
+//! The reference evaluation: one row a scenario (or cell) and mode, and live latencies beside the paper's.
+
+use evidence::SCHEMA_VERSION;
+use evidence::trial::{Outcome, Trial};
+use scenario::{Evidence, Scenario};
+use serde::Serialize;
+use stats::{LEVEL, Sample, rate_upper, simultaneous_level};
+
+use super::run::{LatencySummary, RunObject, Summary};
+use crate::mode::Mode;
+
+/// What the paper reports, five runs a row, on other hardware and another topology.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct PaperRow {
+    /// Our scenario.
+    pub scenario: &'static str,
+    /// What was lost.
+    pub loss: &'static str,
+    /// Runs.
+    pub n: u32,
+    /// Mean time to degraded.
+    pub mean_ms: f64,
+    /// What is said of the 95th percentile.
+    pub p95_below_ms: f64,
+}
+
+/// The paper's rows.
+pub const PAPER: [PaperRow; 2] = [
+    PaperRow { scenario: "thermal_loss", loss: "thermal processing", n: 5, mean_ms: 511.0, p95_below_ms: 1700.0 },
+    PaperRow { scenario: "rgb_loss", loss: "RGB detector", n: 5, mean_ms: 957.0, p95_below_ms: 1700.0 },
+];
+
+/// The whole evaluation.
+#[derive(Clone, Debug, Serialize)]
+pub struct Reference {
+    /// Version of this object.
+    pub schema_version: u32,
+    /// The base seed.
+    pub seed: u64,
+    /// Every row.
+    pub rows: Vec<ReferenceRow>,
+    /// Live latencies beside the paper's.
+    pub live_latency_ms: Vec<LiveLatency>,
+    /// Whether every trial of every row lies within its expected classes.
+    pub as_expected: bool,
+}
+
+/// One scenario, or one cell of it, in one mode.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReferenceRow {
+    /// Scenario.
+    pub scenario: String,
+    /// Cell, where it has any.
+    pub cell: Option<String>,
+    /// Where the evidence of this row comes from.
+    pub evidence: Evidence,
+    /// Whether that is where the scenario's mechanism runs; where not, its n is no evidence of the mechanism.
+    pub counts: bool,
+    /// Twin or live.
+    pub mode: Mode,
+    /// The classes that were expected.
+    pub expected: Vec<Outcome>,
+    /// Trials outside them.
+    pub unexpected: u64,
+    /// The trials.
+    pub summary: Summary,
+    /// Upper bound on the unsafe rate that holds together with those of all other rows.
+    pub unsafe_upper_95_simultaneous: f64,
+}
+
+/// Live latencies to degraded, beside the paper's.
+#[derive(Clone, Debug, Serialize)]
+pub struct LiveLatency {
+    /// Scenario.
+    pub scenario: String,
+    /// Ours.
+    pub live: LatencySummary,
+    /// The paper's.
+    pub paper: PaperRow,
+}
+
+impl ReferenceRow {
+    /// One row of `trials`, all of the same scenario, cell and mode.
+    pub fn new(scenario: &Scenario, cell: Option<String>, mode: Mode, trials: &[&Trial]) -> Self {
+        let expected = scenario.expected.to_vec();
+        let unexpected = trials.iter().filter(|t| !expected.contains(&t.outcome)).count() as u64;
+        let (evidence, counts) = (mode.evidence(), mode.counts_for(scenario.evidence));
+        let summary = Summary::of(trials);
+        let bound = summary.unsafe_upper_95;
+        let name = scenario.name.as_str().to_owned();
+        Self {
+            scenario: name,
+            cell,
+            evidence,
+            counts,
+            mode,
+            expected,
+            unexpected,
+            summary,
+            unsafe_upper_95_simultaneous: bound,
+        }
+    }
+}
+
+impl Reference {
+    /// Puts the rows together and widens their bounds to hold at once.
+    pub fn new(seed: u64, mut rows: Vec<ReferenceRow>) -> Self {
+        let level = simultaneous_level(rows.len(), LEVEL);
+        for row in &mut rows {
+            let count = |class: Outcome| row.summary.outcomes.get(&class).copied().unwrap_or(0);
+            let valid = row.summary.n as u64 - count(Outcome::Invalid);
+            row.unsafe_upper_95_simultaneous = rate_upper(count(Outcome::Unsafe), valid, level);
+        }
+        let as_expected = rows.iter().all(|row| row.unexpected == 0);
+        let live_latency_ms = PAPER.iter().filter_map(|paper| LiveLatency::of(paper, &rows)).collect();
+        Self { schema_version: SCHEMA_VERSION, seed, rows, live_latency_ms, as_expected }
+    }
+}
+
+impl LiveLatency {
+    fn of(paper: &PaperRow, rows: &[ReferenceRow]) -> Option<Self> {
+        let row = rows.iter().find(|row| row.mode == Mode::Live && row.scenario == paper.scenario)?;
+        Some(Self { scenario: row.scenario.clone(), live: row.summary.latency_ms, paper: *paper })
+    }
+
+    /// From a live run of one of the paper's scenarios, such as `bench live` makes.
+    pub fn of_run(run: &RunObject) -> Option<Self> {
+        let paper = PAPER.iter().find(|paper| run.mode == Mode::Live && paper.scenario == run.scenario)?;
+        Some(Self { scenario: run.scenario.clone(), live: run.summary.latency_ms, paper: *paper })
+    }
+
+    /// Ours to degraded.
+    pub fn to_degraded(&self) -> &Sample {
+        &self.live.to_degraded
+    }
+}

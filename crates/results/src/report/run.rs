@@ -1,0 +1,286 @@
+//! The object that `holdsafe run --json` prints for one scenario.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use evidence::SCHEMA_VERSION;
+use evidence::trial::{Latency, Outcome, Trial};
+use serde::Serialize;
+use stats::{LEVEL, Sample, events_upper, rate_upper};
+
+use super::mission::MissionSummary;
+use crate::mode::Mode;
+
+/// All trials of one scenario in one mode.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct RunObject {
+    /// Version of this object.
+    pub schema_version: u32,
+    /// Name of the scenario.
+    pub scenario: String,
+    /// Twin, live or stack.
+    pub mode: Mode,
+    /// The base seed; trial i has seed + i.
+    pub seed: u64,
+    /// Why this is an ablation, where it is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub watermark: Option<String>,
+    /// SHA-256 of the detector in place of the shipped one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub detector: Option<String>,
+    /// The classes that were expected; nothing where the cells have their own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub expected: Vec<Outcome>,
+    /// Every trial, in order of cell and seed.
+    pub trials: Vec<Trial>,
+    /// How far their missions came.
+    pub mission: MissionSummary,
+    /// All trials together.
+    pub summary: Summary,
+    /// The same by cell, where the scenario has cells.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cells: Vec<CellSummary>,
+}
+
+/// Trials folded together.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Summary {
+    /// Trials.
+    pub n: usize,
+    /// How often each class came out; classes that did not are left out.
+    pub outcomes: BTreeMap<Outcome, u64>,
+    /// Exact one-sided upper 95 % bound on the unsafe rate, over the valid trials.
+    pub unsafe_upper_95: f64,
+    /// The same with INVALID counted as unsafe.
+    pub unsafe_upper_95_invalid_counted: f64,
+    /// Different decision hashes.
+    pub distinct_decisions: usize,
+    /// Latencies.
+    pub latency_ms: LatencySummary,
+    /// False trips per hour, as observed.
+    pub false_trips_per_hour: f64,
+    /// Exact one-sided upper 95 % bound on it.
+    pub false_trips_per_hour_upper_95: Option<f64>,
+    /// Share of time in nominal control.
+    pub nominal_share: f64,
+    /// Attempts that were repeated because the host had spoilt them, where any were. Live only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub host_spoilt: Option<HostSpoilt>,
+    /// CPU time of all trials, in all processes.
+    pub cpu_seconds: f64,
+    /// Simulated (twin) or real (live) seconds of all trials.
+    pub sim_seconds: f64,
+}
+
+/// Attempts that are no trials: the host overslept, which alone made them INVALID, and they were repeated.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HostSpoilt {
+    /// How many.
+    pub n: u64,
+    /// Of which trials, by seed and in order.
+    pub seeds: Vec<u64>,
+}
+
+impl HostSpoilt {
+    /// Of `trials`; `None` where nothing was repeated.
+    fn of(trials: &[&Trial]) -> Option<Self> {
+        let spoilt: Vec<&&Trial> = trials.iter().filter(|trial| !trial.host_spoilt_ms.is_empty()).collect();
+        let n = spoilt.iter().map(|trial| trial.host_spoilt_ms.len() as u64).sum();
+        (n > 0).then(|| Self { n, seeds: spoilt.iter().map(|trial| trial.seed).collect() })
+    }
+}
+
+/// Latencies folded together.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct LatencySummary {
+    /// To DEGRADED.
+    pub to_degraded: Sample,
+    /// To HOLD_SAFE.
+    pub to_hold_safe: Sample,
+    /// To the loss of authority.
+    pub to_authority_revoked: Sample,
+}
+
+/// One cell of a scenario that has them.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CellSummary {
+    /// Which.
+    pub cell: String,
+    /// The classes that were expected.
+    pub expected: Vec<Outcome>,
+    /// Records accepted and refused, all its trials together.
+    pub accepted: u64,
+    /// Refused, by reason.
+    pub dropped: BTreeMap<String, u64>,
+    /// Its trials.
+    pub summary: Summary,
+}
+
+impl RunObject {
+    /// Folds `trials` of `scenario`; `expected` gives each cell's classes, in order, empty where there are no cells.
+    pub fn new(scenario: &str, mode: Mode, seed: u64, trials: Vec<Trial>, expected: &[(String, Vec<Outcome>)]) -> Self {
+        let cell = |(cell, expected): &(String, Vec<Outcome>)| {
+            let own: Vec<&Trial> = trials.iter().filter(|t| t.cell.as_deref() == Some(cell)).collect();
+            CellSummary::new(cell, expected, &own)
+        };
+        let cells = expected.iter().map(cell).collect();
+        let mission = MissionSummary::of(&trials);
+        let summary = Summary::of(&trials.iter().collect::<Vec<_>>());
+        let scenario = scenario.to_owned();
+        Self {
+            schema_version: SCHEMA_VERSION,
+            scenario,
+            mode,
+            seed,
+            watermark: None,
+            detector: None,
+            expected: Vec::new(),
+            trials,
+            mission,
+            summary,
+            cells,
+        }
+    }
+}
+
+impl CellSummary {
+    fn new(cell: &str, expected: &[Outcome], trials: &[&Trial]) -> Self {
+        let mut dropped = BTreeMap::new();
+        for (reason, n) in trials.iter().flat_map(|t| &t.dropped) {
+            *dropped.entry(reason.clone()).or_insert(0) += n;
+        }
+        Self {
+            cell: cell.to_owned(),
+            expected: expected.to_vec(),
+            accepted: trials.iter().map(|t| t.accepted).sum(),
+            dropped,
+            summary: Summary::of(trials),
+        }
+    }
+}
+
+impl Summary {
+    /// Of `trials`, all of one mode.
+    pub fn of(trials: &[&Trial]) -> Self {
+        let mut outcomes = BTreeMap::new();
+        for trial in trials {
+            *outcomes.entry(trial.outcome).or_insert(0) += 1;
+        }
+        let count = |class: Outcome| outcomes.get(&class).copied().unwrap_or(0);
+        let (n, broken, invalid) = (trials.len() as u64, count(Outcome::Unsafe), count(Outcome::Invalid));
+        let decisions: BTreeSet<&str> = trials.iter().map(|t| t.decision_hash.as_str()).collect();
+        let seconds: f64 = trials.iter().map(|t| t.sim_seconds).sum();
+        let trips: u64 = trials.iter().map(|t| u64::from(t.false_trips)).sum();
+        let nominal: f64 = trials.iter().map(|t| t.nominal_seconds).sum();
+        let per = |value: f64, whole: f64| if whole > 0.0 { value / whole } else { 0.0 };
+        Self {
+            n: trials.len(),
+            unsafe_upper_95: rate_upper(broken, n - invalid, LEVEL),
+            unsafe_upper_95_invalid_counted: rate_upper(broken + invalid, n, LEVEL),
+            distinct_decisions: decisions.len(),
+            latency_ms: LatencySummary::of(trials),
+            false_trips_per_hour: per(trips as f64, seconds / 3600.0),
+            false_trips_per_hour_upper_95: events_upper(trips, seconds / 3600.0),
+            nominal_share: per(nominal, seconds),
+            host_spoilt: HostSpoilt::of(trials),
+            cpu_seconds: trials.iter().map(|t| t.cpu_seconds).sum(),
+            sim_seconds: seconds,
+            outcomes,
+        }
+    }
+}
+
+impl LatencySummary {
+    fn of(trials: &[&Trial]) -> Self {
+        let sample = |pick: fn(&Latency) -> Option<f64>| Sample::of(trials.iter().filter_map(|t| pick(&t.latency_ms)));
+        Self {
+            to_degraded: sample(|l| l.to_degraded),
+            to_hold_safe: sample(|l| l.to_hold_safe),
+            to_authority_revoked: sample(|l| l.to_authority_revoked),
+        }
+    }
+
+    /// Of milliseconds to DEGRADED, to HOLD_SAFE and to the loss of authority.
+    pub(super) fn of_values([degraded, hold_safe, revoked]: [Vec<f64>; 3]) -> Self {
+        Self {
+            to_degraded: Sample::of(degraded),
+            to_hold_safe: Sample::of(hold_safe),
+            to_authority_revoked: Sample::of(revoked),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_object_has_the_keys_that_were_promised() {
+        let trials = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
+        let object = serde_json::to_value(RunObject::new("delay", Mode::Twin, 7, trials, &[])).unwrap();
+        let keys = |v: &serde_json::Value| v.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+        let has = |v: &serde_json::Value, names: &str| {
+            for name in names.split(' ') {
+                assert!(keys(v).contains(&name.to_owned()), "{name} is missing in {:?}", keys(v));
+            }
+        };
+        has(&object, "schema_version scenario mode seed trials summary");
+        has(
+            &object["trials"][0],
+            "seed knowledge outcome receipt log_hash decision_hash received accepted dropped transitions latency_ms sim_seconds",
+        );
+        has(&object["trials"][0]["latency_ms"], "to_degraded to_hold_safe to_authority_revoked");
+        has(
+            &object["summary"],
+            "outcomes unsafe_upper_95 distinct_decisions latency_ms false_trips_per_hour nominal_share cpu_seconds sim_seconds",
+        );
+        has(&object["summary"]["latency_ms"]["to_degraded"], "n mean p95 p95_upper_95");
+        assert_eq!(object["summary"]["outcomes"]["HOLD_SAFE"], 59);
+        assert_eq!(object["summary"]["distinct_decisions"], 3);
+        assert_eq!(object["mode"], "twin");
+    }
+
+    #[test]
+    fn an_attempt_that_the_host_spoilt_is_counted_and_never_silent() {
+        let mut repeated = Trial::example(7, Outcome::HoldSafe);
+        repeated.host_spoilt_ms = vec![312.0, 140.0];
+        let trials = vec![Trial::example(6, Outcome::HoldSafe), repeated];
+        let run = RunObject::new("delay", Mode::Live, 6, trials, &[]);
+        assert_eq!(run.summary.host_spoilt, Some(HostSpoilt { n: 2, seeds: vec![7] }));
+        let json = serde_json::to_value(&run).unwrap();
+        assert_eq!(json["summary"]["host_spoilt"], serde_json::json!({ "n": 2, "seeds": [7] }));
+        assert_eq!(json["trials"][1]["host_spoilt_ms"], serde_json::json!([312.0, 140.0]));
+        let text = super::super::run_table(&run);
+        assert!(text.contains("repeated because the host overslept: 2 attempts (delay seed 7)"), "{text}");
+        let calm = RunObject::new("delay", Mode::Live, 6, vec![Trial::example(6, Outcome::HoldSafe)], &[]);
+        assert!(!super::super::run_table(&calm).contains("repeated") && calm.summary.host_spoilt.is_none());
+    }
+
+    #[test]
+    fn datagrams_of_outsiders_are_told_with_the_place_they_came_to() {
+        let mut met = Trial::example(7, Outcome::Nominal);
+        met.outsiders = BTreeMap::from([("relay-telemetry".to_owned(), 12)]);
+        let text = super::super::run_table(&RunObject::new("nominal", Mode::Live, 7, vec![met], &[]));
+        assert!(text.contains("datagrams from outside of the run, counted apart: relay-telemetry 12"), "{text}");
+    }
+
+    #[test]
+    fn an_invalid_trial_is_never_dropped() {
+        let mut trials: Vec<Trial> = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
+        trials.push(Trial::example(59, Outcome::Invalid));
+        let summary = Summary::of(&trials.iter().collect::<Vec<_>>());
+        assert!(summary.unsafe_upper_95 < 0.0496);
+        assert!(summary.unsafe_upper_95_invalid_counted > 0.07);
+        assert_eq!(summary.outcomes[&Outcome::Invalid], 1);
+    }
+
+    #[test]
+    fn a_cell_has_its_own_row() {
+        let mut own = Trial::example(1, Outcome::Rejected);
+        own.cell = Some("verbatim/silent/session-bound".to_owned());
+        let expected = [(own.cell.clone().unwrap(), vec![Outcome::Rejected])];
+        let object =
+            RunObject::new("teammate", Mode::Twin, 1, vec![own, Trial::example(2, Outcome::HoldSafe)], &expected);
+        assert_eq!(object.cells.len(), 1);
+        assert_eq!((object.cells[0].summary.n, object.cells[0].dropped["stale"]), (1, 10));
+    }
+}

@@ -1,0 +1,208 @@
+//! What a search found, as an object and as a table. A finding was judged by the oracle; nothing here judges.
+
+use std::collections::BTreeMap;
+
+use evidence::SCHEMA_VERSION;
+use evidence::trial::Outcome;
+use search::{Ground, HuntRow, Hunted, Margin, Strategy};
+use serde::Serialize;
+use stats::{LEVEL, rate_upper};
+
+use crate::report::new_table;
+
+/// The object of `search --json`.
+#[derive(Clone, Debug, Serialize)]
+pub struct SearchObject {
+    /// Version of this object.
+    pub schema_version: u32,
+    /// What went on meanwhile.
+    pub scenario: String,
+    /// Under which policy.
+    pub policy: String,
+    /// What every artefact of an ablation says.
+    pub watermark: Option<String>,
+    /// What could be done.
+    pub alphabet: String,
+    /// Seed of each trial.
+    pub seed: u64,
+    /// Seed of the drawing.
+    pub draws: u64,
+    /// The longest words of an exhaustive search.
+    pub exhausted: Option<u32>,
+    /// The search in numbers.
+    pub hunt: HuntRow,
+    /// Of each cause one.
+    pub findings: Vec<FindingRow>,
+}
+
+/// One finding, shrunk.
+#[derive(Clone, Debug, Serialize)]
+pub struct FindingRow {
+    /// Name; its file's too.
+    pub name: String,
+    /// Class.
+    pub outcome: Outcome,
+    /// The first property that was found broken.
+    pub broken: String,
+    /// The oracle's first finding about it.
+    pub finding: Option<String>,
+    /// The word in few words.
+    pub word: String,
+    /// The same as it was found.
+    pub found_as: String,
+    /// In which trial it was found, from 1.
+    pub trial: u64,
+    /// After how much CPU time, seconds.
+    pub cpu_seconds: f64,
+    /// Trials that shrinking took.
+    pub executions: u64,
+    /// Its numbers, and the nearest that no longer do it.
+    pub margins: Vec<Margin>,
+    /// Waived checks of which each alone would have stopped it.
+    pub stopped_by: Vec<String>,
+    /// The same live, where that was asked for.
+    pub live: Option<Confirmed>,
+    /// The line that shows it again.
+    pub reproduce: String,
+}
+
+/// A finding run live, away from its edge.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Confirmed {
+    /// What was run; nothing where what is found is too thin to be away from its edge.
+    pub word: Option<String>,
+    /// Runs whose evidence holds.
+    pub valid: u64,
+    /// Runs that ended in a class that was looked for.
+    pub found: u64,
+    /// How often which class.
+    pub outcomes: BTreeMap<&'static str, u64>,
+}
+
+impl Confirmed {
+    /// Counts a run.
+    pub fn take(&mut self, outcome: Outcome, found: bool) {
+        self.valid += u64::from(outcome != Outcome::Invalid);
+        self.found += u64::from(found);
+        *self.outcomes.entry(outcome.name()).or_default() += 1;
+    }
+
+    fn told(&self) -> String {
+        let classes: Vec<String> = self.outcomes.iter().map(|(class, n)| format!("{class} {n}")).collect();
+        match &self.word {
+            None => "live: not run, the region is thinner than three times the jitter of a live run".to_owned(),
+            Some(word) => format!("live: {} of {} ({}): {word}", self.found, self.valid, classes.join(", ")),
+        }
+    }
+}
+
+impl SearchObject {
+    /// Of a search on `ground`.
+    pub fn new(
+        ground: &Ground,
+        draws: u64,
+        hunted: &Hunted,
+        strategy: Strategy,
+        exhausted: Option<u32>,
+        findings: Vec<FindingRow>,
+    ) -> Self {
+        Self {
+            schema_version: SCHEMA_VERSION,
+            scenario: ground.scenario.name.as_str().to_owned(),
+            policy: ground.setup.policy_name.clone(),
+            watermark: ground.setup.watermark(),
+            alphabet: ground.alphabet.name.as_str().to_owned(),
+            seed: ground.seed,
+            draws,
+            exhausted,
+            hunt: hunted.row(&ground.alphabet, strategy),
+            findings,
+        }
+    }
+}
+
+/// The table for a terminal.
+pub fn search_table(object: &SearchObject) -> String {
+    let hunt = &object.hunt;
+    let classes: Vec<String> = hunt.outcomes.iter().map(|(class, n)| format!("{class} {n}")).collect();
+    let how = match object.exhausted {
+        Some(k) => {
+            format!("every word of up to {k} letters of alphabet {}, at its weakest and strongest", object.alphabet)
+        }
+        None => format!("{:?} over alphabet {}, draws {}", hunt.strategy, object.alphabet, object.draws).to_lowercase(),
+    };
+    let mut text = String::new();
+    if let Some(watermark) = &object.watermark {
+        text.push_str(&format!("{watermark}\n"));
+    }
+    text.push_str(&format!(
+        "{}, policy {}, seed {}: {how}\n{} trials in {:.1} CPU-s: {}. {} points of coverage.\n",
+        object.scenario,
+        object.policy,
+        object.seed,
+        hunt.trials,
+        hunt.cpu_seconds,
+        classes.join(", "),
+        hunt.covered,
+    ));
+    if object.findings.is_empty() {
+        // What did not provably arrive shows nothing.
+        let invalid = hunt.outcomes.get(Outcome::Invalid.name()).copied().unwrap_or_default();
+        let valid = hunt.trials - invalid;
+        let none = match object.exhausted {
+            Some(k) if invalid == 0 => format!("None up to {k}.\n"),
+            Some(k) => format!("None up to {k} in {valid} words; {invalid} were INVALID and show nothing.\n"),
+            // Words of a guided search are no independent sample.
+            None if hunt.strategy == Strategy::Uniform => {
+                let upper = rate_upper(0, valid, LEVEL) * 100.0;
+                format!(
+                    "None found: of words drawn so that arrive, below {upper:.2} % are findings (one-sided 95 %).\n"
+                )
+            }
+            None => "None found. That is no proof that there is none.\n".to_owned(),
+        };
+        return text + &none + &nearest_told(hunt);
+    }
+    let mut table =
+        new_table(&["finding", "class", "word, shrunk", "edge", "trial", "CPU-s", "shrunk in", "stopped by"]);
+    for finding in &object.findings {
+        table.add_row(row(finding));
+    }
+    text.push_str(&format!("{table}\n"));
+    for finding in &object.findings {
+        let what = finding.finding.as_deref().unwrap_or("no property broken");
+        text.push_str(&format!("{}: {what}\n  {}\n", finding.name, finding.reproduce));
+        if let Some(live) = &finding.live {
+            text.push_str(&format!("  {}\n", live.told()));
+        }
+    }
+    text + "Edges are the twin's: live they lie within its jitter of these.\n"
+}
+
+/// How near words came that broke nothing: what somebody who found nothing wants to know next.
+fn nearest_told(hunt: &HuntRow) -> String {
+    let mut table = new_table(&["limit", "came to", "with the word"]);
+    for row in &hunt.nearest {
+        let percent = format!("{:.1} %", f64::from(row.thousandths) / 10.0);
+        let word = if row.word.is_empty() { "none" } else { &row.word };
+        table.add_row(vec![row.limit.told().to_owned(), percent, word.to_owned()]);
+    }
+    format!("{table}\nBeyond 100 % the oracle still allows for clocks and periods, which its verdict has in it.\n")
+}
+
+fn row(finding: &FindingRow) -> Vec<String> {
+    let edge = |m: &Margin| match m.fails {
+        Some(fails) => format!("{} {}: {fails} is not, {} is", m.of, m.number, m.holds),
+        None => format!("{} {}: {} is", m.of, m.number, m.holds),
+    };
+    vec![
+        finding.name.clone(),
+        format!("{} {}", finding.outcome.name(), finding.broken),
+        finding.word.clone(),
+        finding.margins.iter().map(edge).collect::<Vec<_>>().join("\n"),
+        finding.trial.to_string(),
+        format!("{:.2}", finding.cpu_seconds),
+        finding.executions.to_string(),
+        if finding.stopped_by.is_empty() { "-".to_owned() } else { finding.stopped_by.join(", ") },
+    ]
+}

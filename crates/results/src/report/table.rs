@@ -1,0 +1,227 @@
+//! Tables for a person at a terminal. Numbers only: what is good or bad was decided by the oracle.
+
+use std::collections::BTreeMap;
+
+use comfy_table::{ContentArrangement, Table, presets::UTF8_FULL_CONDENSED};
+use evidence::FateName;
+use evidence::trial::{Outcome, Trial};
+use stats::Sample;
+
+use super::reference::{LiveLatency, Reference, ReferenceRow};
+use super::run::{RunObject, Summary};
+
+/// What the columns of a table of trials mean.
+const LEGEND: &str = "\
+ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59), from the injection's receipt.
+unsafe below: exact one-sided 95 % bound. refused: records, by reason.";
+
+/// The table of the reference evaluation.
+pub fn reference_table(reference: &Reference) -> String {
+    let mut table = new_table(&[
+        "scenario",
+        "evidence, n",
+        "outcomes",
+        "unsafe below",
+        "to degraded ms",
+        "to hold-safe ms",
+        "to revoked ms",
+        "false trips",
+    ]);
+    for row in &reference.rows {
+        table.add_row(reference_row(row));
+    }
+    let spoilt = host_line(reference.rows.iter().map(|row| (row.scenario.as_str(), &row.summary)));
+    format!(
+        "{table}\nms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound.\n\
+         * the real mechanism runs live only: this n is no evidence of it.\n{spoilt}"
+    )
+}
+
+fn reference_row(row: &ReferenceRow) -> Vec<String> {
+    let name = row.cell.as_ref().map_or_else(|| row.scenario.clone(), |cell| format!("{} {cell}", row.scenario));
+    let mut outcomes = outcomes(&row.summary.outcomes);
+    if row.unexpected > 0 {
+        outcomes.push_str(&format!(" ({} unexpected)", row.unexpected));
+    }
+    vec![
+        name,
+        format!("{}, {}{}", row.evidence.name(), row.summary.n, if row.counts { "" } else { " *" }),
+        outcomes,
+        unsafe_below(&row.summary),
+        sample(&row.summary.latency_ms.to_degraded),
+        sample(&row.summary.latency_ms.to_hold_safe),
+        sample(&row.summary.latency_ms.to_authority_revoked),
+        format!("{:.2}/h", row.summary.false_trips_per_hour),
+    ]
+}
+
+/// The table of one run.
+pub fn run_table(run: &RunObject) -> String {
+    let columns = ["cell", "n", "outcomes", "accepted / refused", "unsafe below", "to degraded ms", "to hold-safe ms"];
+    let mut table = new_table(&columns);
+    for cell in &run.cells {
+        let refused: Vec<String> = cell.dropped.iter().map(|(reason, n)| format!("{reason} {n}")).collect();
+        let accounts =
+            format!("{} / {}", cell.accepted, if refused.is_empty() { "0".into() } else { refused.join(", ") });
+        table.add_row(run_row(&cell.cell, accounts, &cell.summary));
+    }
+    let accepted: u64 = run.trials.iter().map(|t| t.accepted).sum();
+    let received: u64 = run.trials.iter().map(|t| t.received).sum();
+    let accounts = format!("{accepted} / {}", received.saturating_sub(accepted));
+    table.add_row(run_row("all", accounts, &run.summary));
+    let mark = run.watermark.as_ref().map(|w| format!("{w}\n")).unwrap_or_default();
+    let detector = run.detector.as_ref().map(|sha256| format!("detector {sha256}\n")).unwrap_or_default();
+    let host = host_line([(run.scenario.as_str(), &run.summary)]);
+    let beside = format!("{}{}{}{host}", run.mission.lines(), fates(run), outsiders(&run.trials));
+    format!("{mark}{detector}{} ({}, seed {})\n{table}\n{LEGEND}\n{beside}", run.scenario, run.mode.name(), run.seed)
+}
+
+/// Datagrams that no process of the runs sent, where any came.
+fn outsiders(trials: &[Trial]) -> String {
+    let mut came: BTreeMap<&str, u64> = BTreeMap::new();
+    for (at, n) in trials.iter().flat_map(|trial| &trial.outsiders) {
+        *came.entry(at).or_default() += n;
+    }
+    if came.is_empty() {
+        return String::new();
+    }
+    let came: Vec<String> = came.iter().map(|(at, n)| format!("{at} {n}")).collect();
+    format!("datagrams from outside of the run, counted apart: {}\n", came.join(", "))
+}
+
+/// The attempts that were repeated because the host had spoilt them, where any were, by name and seed.
+pub(super) fn host_line<'a>(of: impl IntoIterator<Item = (&'a str, &'a Summary)>) -> String {
+    let (mut n, mut whose) = (0, Vec::new());
+    for (name, spoilt) in of.into_iter().filter_map(|(name, summary)| Some((name, summary.host_spoilt.as_ref()?))) {
+        n += spoilt.n;
+        let seeds: Vec<String> = spoilt.seeds.iter().map(u64::to_string).collect();
+        whose.push(format!("{name} seed {}", seeds.join(", ")));
+    }
+    let attempts = if n == 1 { "attempt" } else { "attempts" };
+    if n == 0 {
+        return String::new();
+    }
+    format!("repeated because the host overslept: {n} {attempts} ({})\n", whose.join("; "))
+}
+
+/// What became of the planned injections, where of one it was not that it was noticed.
+fn fates(run: &RunObject) -> String {
+    let mut counts: BTreeMap<(FateName, String), u64> = BTreeMap::new();
+    for injection in run.trials.iter().flat_map(|t| &t.injections) {
+        let by = injection.by.as_ref().map(|by| format!(" ({})", plain(by))).unwrap_or_default();
+        *counts.entry((injection.fate, by)).or_default() += 1;
+    }
+    if counts.keys().all(|(fate, _)| *fate == FateName::Noticed) {
+        return String::new();
+    }
+    let told: Vec<String> = counts.iter().map(|((fate, by), n)| format!("{n} {}{by}", fate.told())).collect();
+    format!("injections: {}\n", told.join(", "))
+}
+
+/// What kept an injection from arriving, without the marks of JSON.
+fn plain(by: &serde_json::Value) -> String {
+    by.to_string().replace(['"', '{', '}', '[', ']'], "").replace(['_', ':', ','], " ")
+}
+
+fn run_row(cell: &str, accounts: String, summary: &Summary) -> Vec<String> {
+    vec![
+        cell.to_owned(),
+        summary.n.to_string(),
+        outcomes(&summary.outcomes),
+        accounts,
+        unsafe_below(summary),
+        sample(&summary.latency_ms.to_degraded),
+        sample(&summary.latency_ms.to_hold_safe),
+    ]
+}
+
+/// Live latencies to degraded beside the paper's.
+pub fn latency_table(rows: &[LiveLatency]) -> String {
+    let mut table = new_table(&["loss", "to degraded, live ms", "n", "paper: mean ms", "paper: p95", "paper: n"]);
+    for row in rows {
+        table.add_row(vec![
+            format!("{} ({})", row.paper.loss, row.scenario),
+            sample(row.to_degraded()),
+            row.to_degraded().n.to_string(),
+            format!("{:.0}", row.paper.mean_ms),
+            format!("< {:.0} ms", row.paper.p95_below_ms),
+            row.paper.n.to_string(),
+        ]);
+    }
+    format!(
+        "{table}\nOther hardware and topology; the latency is mostly a chosen timeout: read it with the false trips.\n"
+    )
+}
+
+/// Columns of text that a table takes at most: what a page, a mail and half a screen have room for.
+pub(crate) const WIDTH: u16 = 100;
+
+/// An empty table as all of them look.
+pub fn started() -> Table {
+    let mut table = Table::new();
+    table.load_style(UTF8_FULL_CONDENSED).set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
+    table
+}
+
+/// An empty table with these headings.
+pub fn new_table(columns: &[&str]) -> Table {
+    let mut table = started();
+    table.set_header(columns.to_vec());
+    table
+}
+
+pub(super) fn outcomes(of: &BTreeMap<Outcome, u64>) -> String {
+    let parts: Vec<String> = of.iter().map(|(class, n)| format!("{} {n}", class.name())).collect();
+    parts.join(", ")
+}
+
+pub(super) fn percent(rate: f64) -> String {
+    format!("{:.2} %", rate * 100.0)
+}
+
+/// The bound on the unsafe rate, where any trial bears on it.
+fn unsafe_below(summary: &Summary) -> String {
+    let bears = summary.outcomes.keys().any(|class| *class != Outcome::Invalid);
+    if bears { percent(summary.unsafe_upper_95) } else { "-".to_owned() }
+}
+
+pub(super) fn sample(sample: &Sample) -> String {
+    let whole = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.0}"));
+    if sample.n == 0 {
+        return "-".to_owned();
+    }
+    format!("{} / {} / {}", whole(sample.mean), whole(sample.p95), whole(sample.p95_upper_95))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::RunObject;
+    use super::*;
+    use crate::mode::Mode;
+
+    #[test]
+    fn a_table_fits_its_width_and_says_what_its_columns_mean() {
+        let mut trials: Vec<_> = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
+        for reason in ["not-current", "stale", "wrong-origin", "bad-signature"] {
+            trials[0].dropped.insert(reason.to_owned(), 100_000);
+        }
+        let text = run_table(&RunObject::new("delay", Mode::Twin, 7, trials, &[]));
+        let widest = text.lines().map(|line| line.chars().count()).max();
+        assert!(widest.is_some_and(|widest| widest <= usize::from(WIDTH)), "{widest:?}: {text}");
+        assert!(text.contains("from the injection's receipt"), "{text}");
+    }
+
+    #[test]
+    fn trials_that_show_nothing_have_no_bound() {
+        let trials = (0..2).map(|s| trial(s, Outcome::Invalid)).collect();
+        let text = run_table(&RunObject::new("delay", Mode::Twin, 7, trials, &[]));
+        assert!(text.contains("INVALID 2") && !text.contains("100.00 %"), "{text}");
+    }
+
+    #[test]
+    fn a_run_shows_its_counts_and_its_bound() {
+        let trials = (0..59).map(|s| Trial::example(s, Outcome::HoldSafe)).collect();
+        let text = run_table(&RunObject::new("delay", Mode::Twin, 7, trials, &[]));
+        assert!(text.contains("HOLD_SAFE 59") && text.contains("4.95 %"), "{text}");
+    }
+}

@@ -1,0 +1,175 @@
+//! One run told for a reviewer, from its log: what the dossier draws over time.
+//!
+//! Times are those of the run. The services' own words give modes, authority, refusals and reasons; what was done to the run is ground truth and stands apart.
+
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+use std::collections::BTreeMap;
+
+use dossier::story::{Lasted, Link, Refusals, Story, Why};
+use evidence::{Micros, Witnessed, truth};
+use explain::{Explanation, explain};
+use wire::bounds::Bounds;
+use wire::event::Event;
+use wire::id::NodeId;
+use wire::mode::Mode;
+
+use crate::report::stage_name;
+
+/// Refusals that come within this of each other are drawn as one.
+const TOGETHER: Micros = 100_000;
+/// The most stretches of one kind that are told.
+const MAX_STRETCHES: usize = 512;
+
+/// The run with this name. `flaw` is what does not hold of its log.
+pub fn of(name: &str, entries: &[Witnessed], bounds: &Bounds, flaw: Option<String>) -> Story {
+    let clock = Clock { end: entries.iter().map(|w| w.at).max().unwrap_or_default() };
+    let done = truth::lasted(entries).into_iter().map(|l| clock.lasted(l.what, l.from, l.to)).collect();
+    let why = explain(entries, bounds).iter().filter(|e| e.restricts()).map(|e| clock.why(e)).collect();
+    Story {
+        name: name.to_owned(),
+        seconds: clock.at(clock.end),
+        flaw,
+        modes: modes(entries, clock),
+        authority: authority(entries, clock),
+        done,
+        refused: refused(entries, clock),
+        why,
+    }
+}
+
+/// From microseconds of the run to seconds.
+#[derive(Clone, Copy)]
+struct Clock {
+    end: Micros,
+}
+
+impl Clock {
+    fn at(self, at: Micros) -> f64 {
+        at as f64 / 1e6
+    }
+
+    fn lasted(self, what: String, from: Micros, to: Micros) -> Lasted {
+        Lasted { what, from: self.at(from), to: self.at(to) }
+    }
+
+    fn why(self, told: &Explanation) -> Why {
+        let link = |step: &explain::Step| Link {
+            stage: stage_name(step.stage).to_owned(),
+            at: self.at(step.at_us),
+            by: step.by.name().to_owned(),
+            what: step.what.clone(),
+        };
+        Why {
+            at: self.at(told.at_us),
+            change: format!("{} to {}", told.from.name(), told.to.name()),
+            cause: told.cause.label().to_string(),
+            chain: told.chain.iter().map(link).collect(),
+        }
+    }
+}
+
+fn modes(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
+    let (mut all, mut now) = (Vec::new(), (Mode::Idle, 0));
+    for w in entries {
+        let to = match w.entry.event {
+            Event::Transition { to, .. } if w.entry.node == NodeId::UNIT_A => to,
+            // A unit that is started again knows of no mode before.
+            Event::Restarted { node: NodeId::UNIT_A, .. } => Mode::Idle,
+            _ => continue,
+        };
+        if all.len() + 1 < MAX_STRETCHES {
+            all.push(clock.lasted(now.0.name().to_owned(), now.1, w.at));
+            now = (to, w.at);
+        }
+    }
+    all.push(clock.lasted(now.0.name().to_owned(), now.1, clock.end));
+    all
+}
+
+fn authority(entries: &[Witnessed], clock: Clock) -> Vec<Lasted> {
+    let mut all: Vec<(u32, Micros, Micros)> = Vec::new();
+    for w in entries.iter().filter(|w| w.entry.node == NodeId::UNIT_A) {
+        match w.entry.event {
+            Event::Minted { authority, .. } if all.len() < MAX_STRETCHES => all.push((authority, w.at, clock.end)),
+            Event::Revoked { authority, .. } | Event::Acted { authority, .. } => {
+                let open = all.iter_mut().rev().find(|a| a.0 == authority);
+                open.into_iter().for_each(|a| a.2 = w.at);
+            }
+            _ => {}
+        }
+    }
+    all.into_iter().map(|(serial, from, to)| clock.lasted(format!("authority {serial}"), from, to)).collect()
+}
+
+/// Refusals of one boundary for one reason, trace time.
+#[derive(Default)]
+struct Tally {
+    n: u64,
+    stretches: Vec<(Micros, Micros)>,
+}
+
+impl Tally {
+    fn take(&mut self, at: Micros) {
+        self.n += 1;
+        if let Some(last) = self.stretches.last_mut()
+            && at.saturating_sub(last.1) < TOGETHER
+        {
+            last.1 = at;
+        } else if self.stretches.len() < MAX_STRETCHES {
+            self.stretches.push((at, at));
+        }
+    }
+}
+
+/// By who refused and why, the most frequent first.
+fn refused(entries: &[Witnessed], clock: Clock) -> Vec<Refusals> {
+    let mut kinds: BTreeMap<(NodeId, &'static str), Tally> = BTreeMap::new();
+    for w in entries {
+        if let Event::Refused { reason, .. } = w.entry.event {
+            kinds.entry((w.entry.node, reason.name())).or_default().take(w.at);
+        }
+    }
+    let mut all: Vec<Refusals> = Vec::new();
+    for ((by, reason), Tally { n, stretches }) in kinds {
+        let at = stretches.into_iter().map(|(from, to)| clock.lasted(reason.to_owned(), from, to)).collect();
+        all.push(Refusals { by: by.name().to_owned(), reason: reason.to_owned(), n, at });
+    }
+    all.sort_by_key(|refusals| std::cmp::Reverse(refusals.n));
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use wire::audit::Entry;
+    use wire::codec::Text;
+    use wire::event::Interface;
+    use wire::id::Boot;
+    use wire::refusal::Reason;
+    use wire::time::Instant;
+
+    use super::*;
+
+    fn seen(at: Micros, node: NodeId, event: Event) -> Witnessed {
+        let entry = Entry { node, boot: Boot(1), counter: 1, at: Instant(0), event, previous: [0; 32] };
+        Witnessed { at, entry }
+    }
+
+    #[test]
+    fn refusals_that_come_together_are_one_stretch() {
+        let refused = |reason| Event::Refused { at: Interface::Uplink, peer: None, reason, detail: Text::default() };
+        let log = [
+            seen(0, NodeId::GATEWAY, Event::Started),
+            seen(1_000_000, NodeId::GATEWAY, refused(Reason::Stale)),
+            seen(1_050_000, NodeId::GATEWAY, refused(Reason::Stale)),
+            seen(2_000_000, NodeId::GATEWAY, refused(Reason::Stale)),
+            seen(3_000_000, NodeId::GATEWAY, refused(Reason::Origin)),
+            seen(10_000_000, NodeId::GATEWAY, Event::Started),
+        ];
+        let story = of("x", &log, &Bounds::GROUND, None);
+        assert_eq!((story.seconds, story.modes.len(), story.modes[0].what.as_str()), (10.0, 1, "IDLE"));
+        let stale = &story.refused[0];
+        assert_eq!((stale.reason.as_str(), stale.n, stale.at.len()), ("stale", 3, 2));
+        assert_eq!((stale.at[0].from, stale.at[0].to), (1.0, 1.05));
+    }
+}

@@ -1,0 +1,247 @@
+//! Cells: one scenario, several variations, each with its settings, its policy and its own expected classes.
+
+use evidence::mission::Verb;
+use evidence::trial::Outcome;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::fault::{Ending, Fault, Kill, Process};
+use super::operator::{DisplayedState, Step};
+use super::set::Settings;
+use super::step::When;
+use super::value::{Label, List, Located, Name, Real, Whole};
+use super::{Scenario, check};
+
+/// When a process is killed at the earliest, seconds: authority is held by then, also where arming took a second try.
+const KILL_AT_S: f64 = 3.6;
+/// By how much later at most: before and after the act, and while the unit still drives.
+const KILL_PHASE_S: [f64; 2] = [0.0, 2.4];
+/// When the operator asks for a HOLD through a dead broker, seconds: after the latest kill, while the unit still drives.
+const HOLD_AT_S: f64 = 6.2;
+/// Length of a kill's trial, seconds: unused authority has expired and the plant stands.
+const KILL_DURATION_S: f64 = 10.5;
+
+/// How long a process hangs or is slow at a change of mode, seconds: longer than every bound.
+const SUSPENDED_S: f64 = 3.0;
+/// The share of the time that a slow one has.
+const SLOW_QUOTA: f64 = 0.25;
+/// Its period. The operator acts on a grid of 100 ms and the change of mode follows at once: a quota's own 100 ms would put
+/// every later order just behind a stop, and a slow broker would hold up nothing.
+const SLOW_PERIOD_MS: i64 = 110;
+/// When the operator asks for a HOLD through a broker that does nothing, seconds: after every change of mode.
+const LATE_HOLD_S: f64 = 7.4;
+
+/// One variation of a scenario: what is set in it, under which policy, and what must come of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cell {
+    /// What it is called: names joined by `/`.
+    pub name: Located<Label>,
+    /// Values that replace the scenario's, by their path in the file: `"delay.0.by_ms" = 40`.
+    #[serde(default)]
+    pub set: Settings,
+    /// Replaces the scenario's policy.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub policy: Option<Name>,
+    /// Replaces the scenario's expected classes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub expected: Option<Located<List<Outcome, 9>>>,
+}
+
+/// Expected classes under another policy than the scenario's own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Under {
+    /// The policy.
+    pub policy: Located<Name>,
+    /// What must come of it.
+    pub expected: Located<List<Outcome, 9>>,
+}
+
+/// A scenario with one cell's settings in force.
+#[derive(Clone, Debug)]
+pub struct Variation {
+    /// The cell's name, or nothing where the scenario has no cells.
+    pub cell: Option<String>,
+    /// The scenario as it is to be run; its policy and expected classes are the cell's, and it has no cells.
+    pub scenario: Scenario,
+}
+
+impl Scenario {
+    /// Every variation, in the order of the file. With `policy` given, only those under it: the cells that name it, and
+    /// whatever names none with the classes that `[[under]]` expects (none where nothing is declared, so that no class
+    /// counts as unexpected).
+    pub fn variations(&self, policy: Option<&str>) -> Vec<Variation> {
+        if self.is_of_stacks() {
+            let one = |(cell, scenario)| Variation { cell: Some(cell), scenario };
+            return self.stack_cells().into_iter().map(one).collect();
+        }
+        if self.cell.is_empty() {
+            return vec![Variation { cell: None, scenario: self.under(policy) }];
+        }
+        let own = |cell: &Cell, policy: &str| cell.policy.as_ref().is_none_or(|own| own.as_str() == policy);
+        let wanted = self.cell.iter().filter(|cell| policy.is_none_or(|policy| own(cell, policy)));
+        let with = |cell: &Located<Cell>| {
+            let scenario = self.with(cell).expect("invariant: loading has tried every cell");
+            let scenario = if cell.policy.is_some() { scenario } else { scenario.under(policy) };
+            Variation { cell: Some(cell.name.as_str().to_owned()), scenario }
+        };
+        wanted.map(with).collect()
+    }
+
+    /// The same scenario, `duration_s` long, on a link that loses a share of `loss` of its datagrams all along: a soak that
+    /// shows what the protection costs. False trips are what it measures, so they are expected. Values out of range are
+    /// cut to it.
+    pub fn soak(&self, duration_s: f64, loss: f64) -> Scenario {
+        let mut scenario = self.clone();
+        scenario.duration_s = Located::nowhere(Real::nearest(duration_s));
+        scenario.conditions.loss = Located::nowhere(Real::nearest(loss));
+        scenario.expected = Located::nowhere(List::of([Outcome::Nominal, Outcome::FalseTrip]));
+        scenario
+    }
+
+    /// The same scenario, longer by `by_s`, in which operator and faults begin by as much later. Attacks on the links keep
+    /// their times.
+    pub fn later(&self, by_s: f64) -> Scenario {
+        let mut scenario = self.clone();
+        scenario.duration_s = Located::nowhere(Real::nearest(self.duration_s.get() + by_s));
+        let steps = self.operator.step.iter().cloned();
+        scenario.operator.step =
+            List::of(steps.map(|step| Step { at_s: Located::nowhere(Real::nearest(step.at_s.get() + by_s)), ..step }));
+        let faults = self.fault.iter().cloned();
+        scenario.fault = List::of(
+            faults.map(|fault| Fault { at_s: Located::nowhere(Real::nearest(fault.at_s.get() + by_s)), ..fault }),
+        );
+        scenario
+    }
+
+    /// The same scenario with `process` killed at a moment that the seed draws, while the platform is READY or holds
+    /// authority. Where that is the broker, which nothing but commands depends on, the operator then asks for a HOLD.
+    pub fn killing(&self, process: Process, expected: &[Outcome]) -> Scenario {
+        let mut scenario = self.clone();
+        let at = |seconds: f64| Located::nowhere(Real::nearest(seconds));
+        scenario.name = Located::nowhere(Name::constant("kill"));
+        scenario.duration_s = Located::nowhere(Real::nearest(KILL_DURATION_S));
+        scenario.varies.injection_phase_s = Located::nowhere(List::of(KILL_PHASE_S.map(Real::nearest)));
+        scenario.kill = List::of([Kill { process, at_s: at(KILL_AT_S), ..Kill::of(process, Ending::Kill) }]);
+        let hold = (process == Process::Broker).then(|| hold_at(HOLD_AT_S));
+        scenario.operator.step = List::of(self.operator.step.iter().cloned().chain(hold));
+        scenario.expected = Located::nowhere(List::of(expected.iter().copied()));
+        scenario
+    }
+
+    /// Has it expect these classes.
+    pub fn expect(&mut self, classes: impl IntoIterator<Item = Outcome>) {
+        self.expected = Located::nowhere(List::of(classes));
+    }
+
+    /// The same scenario, of which nothing is believed: expected INVALID.
+    pub fn sabotaged(&self) -> Scenario {
+        let mut scenario = self.clone();
+        scenario.expected = Located::nowhere(List::of([Outcome::Invalid]));
+        scenario
+    }
+
+    /// The same scenario with `process` ended, hung or slowed when the unit under test changes from one mode to another.
+    /// The scenario's faults are kept only where that change comes of them, so that each planned one can arrive. Through a
+    /// broker that does nothing the operator then asks for a HOLD.
+    pub fn ending_at(
+        &self,
+        process: Process,
+        ending: Ending,
+        (from, to): (DisplayedState, DisplayedState),
+    ) -> Scenario {
+        let mut scenario = self.clone();
+        let suspends = ending != Ending::Kill;
+        let when = When { enters: Some(to), from: Some(from), ..When::default() };
+        scenario.name = Located::nowhere(Name::constant("kill"));
+        scenario.kill = List::of([Kill {
+            duration_s: Real::nearest(if suspends { SUSPENDED_S } else { 0.0 }),
+            quota: (ending == Ending::Slow).then(|| Located::nowhere(Real::nearest(SLOW_QUOTA))),
+            period_ms: Whole::new(SLOW_PERIOD_MS).expect("invariant: within its range"),
+            step: Some(Located::nowhere(Name::constant("end"))),
+            when: Some(Located::nowhere(when)),
+            ..Kill::of(process, ending)
+        }]);
+        if ![from, to].contains(&DisplayedState::Degraded) {
+            scenario.fault = List::default();
+        }
+        let hold = (process == Process::Broker).then(|| hold_at(LATE_HOLD_S));
+        scenario.operator.step = List::of(self.operator.step.iter().cloned().chain(hold));
+        let broken = [Outcome::Unsafe, Outcome::Invalid, Outcome::Late];
+        scenario.expected = Located::nowhere(List::of(Outcome::ALL.into_iter().filter(|o| !broken.contains(o))));
+        scenario
+    }
+
+    fn under(&self, policy: Option<&str>) -> Scenario {
+        let mut scenario = self.clone();
+        if let Some(policy) = policy.filter(|p| *p != self.policy.as_str()) {
+            let declared = self.under.iter().find(|under| under.policy.as_str() == policy);
+            scenario.expected = match declared {
+                Some(under) => under.expected.clone(),
+                None => Located::nowhere(List::default()),
+            };
+            if let Ok(name) = Name::new(policy) {
+                scenario.policy = Located::nowhere(name);
+            }
+        }
+        scenario
+    }
+
+    /// The scenario with a cell's settings, policy and expected classes in force.
+    ///
+    /// # Errors
+    /// Why a setting does not fit, in words.
+    pub(super) fn with(&self, cell: &Cell) -> Result<Scenario, String> {
+        let mut scenario = cell.set.applied_to(self)?;
+        if let Some(policy) = &cell.policy {
+            scenario.policy = Located::nowhere(policy.clone());
+        }
+        if let Some(expected) = &cell.expected {
+            scenario.expected = expected.clone();
+        }
+        Ok(scenario)
+    }
+}
+
+impl Variation {
+    /// Its scenario with `settings` in force, held to what a cell of the file is held to.
+    ///
+    /// # Errors
+    /// Which path leads nowhere, which value does not fit there, or what no longer fits together, in words.
+    pub fn with(&self, settings: &Settings) -> Result<Scenario, String> {
+        settings.applied_to(&self.scenario)?.fitting()
+    }
+}
+
+impl Scenario {
+    /// Itself, where it fits together as a file of its own would have to.
+    ///
+    /// # Errors
+    /// What does not, in words.
+    pub(super) fn fitting(self) -> Result<Scenario, String> {
+        let mut as_file = self.clone();
+        if as_file.expected.is_empty() {
+            // Under a policy of which nothing was declared no class is expected, which no file may say.
+            as_file.expect([Outcome::Nominal]);
+        }
+        match check::varied(&as_file).into_iter().next() {
+            Some(finding) => Err(finding.message),
+            None => Ok(self),
+        }
+    }
+}
+
+/// The operator asks for a HOLD then, whatever the display shows.
+fn hold_at(seconds: f64) -> Step {
+    Step {
+        at_s: Located::nowhere(Real::nearest(seconds)),
+        within_s: Real::nearest(1.0),
+        when_state: None,
+        when_track: None,
+        verb: Located::nowhere(Verb::Hold),
+        values: None,
+        who: None,
+        reason: None,
+    }
+}

@@ -1,0 +1,543 @@
+//! What must fit together in a scenario: names, times, units, polygon, script, cells.
+//!
+//! Ranges of single values are held by their types (`scenario::value`); this file looks at values side by side. Each
+//! finding names its place and its remedy.
+
+use std::collections::BTreeSet;
+
+use evidence::mission::Stage;
+use wire::id::{NodeId, UnitId};
+
+use super::check_steps;
+use super::finding::{Finding, finding};
+use super::scene::{Object, Point};
+use super::stack::{Certificate, Hand, Link};
+use super::timed::Windowed;
+use super::{Ending, Evidence, Located, Name, Outcome, Platform, Process, Role, Scenario, Scene, ThirdUnit};
+
+/// Everything that does not fit in a scenario whose file is named `stem`; its scene is looked at by [`scene`].
+pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
+    let mut found = Vec::new();
+    if s.name.as_str() != stem {
+        found.push(finding(&s.name, format!("the file is named `{stem}`"), "make name and file name the same"));
+    }
+    if s.threats.is_empty() {
+        found.push(finding(&s.threats, "no threat named", "name at least one row of docs/threats.md, or N0"));
+    }
+    found.extend(classes(&s.expected));
+    found.extend(s.under.iter().flat_map(|under| classes(&under.expected)));
+    found.extend(phase(s));
+    found.extend(times(s));
+    found.extend(faults(s));
+    found.extend(units(s));
+    found.extend(shared(s));
+    found.extend(operator(s));
+    found.extend(rogue(s));
+    found.extend(takeovers(s));
+    found.extend(conditions(s));
+    found.extend(stacks(s));
+    found.extend(check_steps::steps(s));
+    found.extend(kills(s));
+    // What does not fit without any cell is told once.
+    if found.is_empty() {
+        found.extend(cells(s));
+        found.extend(curve(s));
+    }
+    found
+}
+
+/// What goes with which ending of a process.
+fn kills(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for kill in &s.kill {
+        let lasts = kill.duration_s.get() > 0.0;
+        match kill.ending {
+            Ending::Kill if lasts => {
+                found.push(finding(&kill.at_s, "a kill has no duration", "take `duration_s` out, or say hang or slow"));
+            }
+            Ending::Hang | Ending::Slow | Ending::Full if !lasts => {
+                found.push(finding(&kill.at_s, "this ends again, and nothing says when", "add `duration_s`"));
+            }
+            Ending::Full if kill.process != Process::Recorder => {
+                found.push(finding(&kill.at_s, "only the recorder has a disk", "say `process = \"recorder\"`"));
+            }
+            Ending::Kill | Ending::Hang | Ending::Slow | Ending::Full => {}
+        }
+        match (&kill.quota, kill.ending) {
+            (None, Ending::Slow) => {
+                found.push(finding(&kill.at_s, "a slow process needs a quota", "add `quota`, such as 0.5"));
+            }
+            (Some(quota), Ending::Slow) if quota.get() <= 0.0 || quota.get() >= 1.0 => {
+                found.push(finding(quota, "not a share of the time", "use a number above 0 and below 1"));
+            }
+            (Some(quota), Ending::Kill | Ending::Hang | Ending::Full) => {
+                found.push(finding(quota, "a quota is for a slow process", "take it out, or say `ending = \"slow\"`"));
+            }
+            (Some(_), Ending::Slow) | (None, Ending::Kill | Ending::Hang | Ending::Full) => {}
+        }
+        if let Some(restart) = &kill.restart_after_s
+            && (kill.ending != Ending::Kill || kill.process != Process::Autonomy)
+        {
+            found.push(finding(restart, "only autonomy is started again, and only after its end", "take it out"));
+        }
+    }
+    found
+}
+
+/// A receipt could not tell a condition from an attack of the same kind.
+fn conditions(s: &Scenario) -> Vec<Finding> {
+    let lost = s.conditions.loss.get() > 0.0 && !(s.loss.is_empty() && s.burst_loss.is_empty());
+    let held = s.conditions.jitter_ms.get() > 0 && !(s.delay.is_empty() && s.jitter.is_empty());
+    let both = "a condition of the link and an attack of the same kind";
+    let lost = lost.then(|| finding(&s.conditions.loss, both, "keep the condition or the attack"));
+    let held = held.then(|| finding(&s.conditions.jitter_ms, both, "keep the condition or the attack"));
+    lost.into_iter().chain(held).collect()
+}
+
+/// What is done to the real stacks: each cell once, and nothing that an end cannot do.
+fn stacks(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    if s.is_of_stacks() != (s.evidence == Evidence::Stack) {
+        let remedy = "set `evidence = \"stack\"` where there are impostor, downgrade, handle, storm or observe tables, and nowhere else";
+        found.push(finding(&s.name, "evidence and tables do not fit", remedy));
+    }
+    let mut seen = BTreeSet::new();
+    for (cell, scenario) in s.stack_cells() {
+        found.extend(classes(&scenario.expected));
+        if !seen.insert(cell.clone()) {
+            found.push(finding(&scenario.expected, format!("cell {cell} is there twice"), "take one out"));
+        }
+    }
+    for one in &s.impostor {
+        let listens = *one.end == Hand::Listens;
+        if *one.end == Hand::Relays || (listens && *one.certificate == Certificate::Missing) {
+            let remedy = "an impostor dials or listens, and a listener always has a certificate";
+            found.push(finding(&one.end, "no such impostor", remedy));
+        }
+        if (*one.certificate == Certificate::OtherName && !listens)
+            || (*one.certificate == Certificate::RevokedLater && (listens || one.link == Link::Command))
+        {
+            let remedy = "`other-name` is for who is dialled, `revoked-later` for who dials the telemetry link";
+            found.push(finding(&one.certificate, "no such impostor", remedy));
+        }
+    }
+    for one in &s.downgrade {
+        if !crate::stack::can_be_lowered(one.link, *one.by, *one.to) {
+            found.push(finding(&one.to, "no such downgrade", "docs/scenarios.md lists those there are"));
+        }
+    }
+    found
+}
+
+fn classes(expected: &Located<super::List<Outcome, 9>>) -> Option<Finding> {
+    let distinct: BTreeSet<Outcome> = expected.iter().copied().collect();
+    if expected.is_empty() {
+        Some(finding(expected, "no expected class", "name the outcome classes that may come of it"))
+    } else if distinct.len() != expected.len() {
+        Some(finding(expected, "a class is named twice", "name each class once"))
+    } else {
+        None
+    }
+}
+
+fn phase(s: &Scenario) -> Option<Finding> {
+    let phase = &s.varies.injection_phase_s;
+    match &phase[..] {
+        [] => None,
+        [from, to] if from <= to => None,
+        [_, _] => Some(finding(phase, "the phase ends before it begins", "write it as [from, to]")),
+        [_] | [_, _, ..] => Some(finding(phase, "a phase has two numbers", "write it as [from, to], or [] for none")),
+    }
+}
+
+/// Everything with a time on the trial's clock.
+pub(super) fn windows(s: &Scenario) -> Vec<&dyn Windowed> {
+    fn all<T: Windowed>(list: &[T]) -> impl Iterator<Item = &dyn Windowed> {
+        list.iter().map(|w| w as &dyn Windowed)
+    }
+    let datagrams = all(&s.delay).chain(all(&s.jitter)).chain(all(&s.loss)).chain(all(&s.burst_loss));
+    let datagrams = datagrams.chain(all(&s.duplicate)).chain(all(&s.reorder)).chain(all(&s.replay));
+    let datagrams = datagrams.chain(all(&s.corrupt)).chain(all(&s.reoriginate)).chain(all(&s.inject));
+    let streams = all(&s.stream_delay).chain(all(&s.stall)).chain(all(&s.throttle)).chain(all(&s.half_close));
+    let streams = streams.chain(all(&s.reset)).chain(all(&s.cut)).chain(all(&s.stream_corrupt));
+    let broker = all(&s.broker_drop).chain(all(&s.broker_delay)).chain(all(&s.broker_reorder));
+    let broker = broker.chain(all(&s.broker_duplicate)).chain(all(&s.broker_replay)).chain(all(&s.broker_retain));
+    let broker = broker.chain(all(&s.broker_invent)).chain(all(&s.broker_forge));
+    let faults = all(&s.fault).chain(all(&s.kill)).chain(all(&s.malformed));
+    let view = all(&s.feed_withhold).chain(all(&s.feed_delay)).chain(all(&s.feed_forge));
+    let view = view.chain(all(&s.feed_replay)).chain(all(&s.intent_drop));
+    let shared = all(&s.forge).chain(all(&s.republish)).chain(all(&s.alter));
+    let peers = all(&s.session_replay).chain(all(&s.falsehood)).chain(all(&s.mode_confusion));
+    let keyed = all(&s.rogue).chain(all(&s.takeover)).chain(all(&s.teammate));
+    let insiders = broker.chain(view).chain(keyed).chain(peers).chain(shared);
+    datagrams.chain(streams).chain(insiders).chain(faults).collect()
+}
+
+fn times(s: &Scenario) -> Vec<Finding> {
+    let (_, latest) = s.varies.phase_s();
+    let end = s.duration_s.get();
+    let late = s.windows().into_iter().filter(|w| w.at_s().get() + latest >= end);
+    late.map(|w| {
+        let message =
+            format!("starts at {} s, up to {latest} s later by its phase; the trial ends at {end} s", w.at_s().get());
+        finding(w.at_s(), message, "start it earlier or make the trial longer")
+    })
+    .collect()
+}
+
+/// Frames by which a camera may be late so that perception can tell, and so many weak detections.
+const SKEW: (u8, u8) = (perception::content::REPEATS, sim::fault::MAX_SKEW);
+const CHAFF: (u8, u8) = (perception::CROWD as u8, sim::fault::MAX_CHAFF);
+
+/// By how much of 255 a byte may be changed.
+const STRENGTH: (u8, u8) = (0, sim::fault::MAX_STRENGTH);
+
+/// Whether this is a whole number within these.
+fn counts(number: f64, (least, most): (u8, u8)) -> bool {
+    number.fract() == 0.0 && (f64::from(least)..=f64::from(most)).contains(&number)
+}
+
+fn faults(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for fault in &s.fault {
+        if !fault.kind.fits(fault.sensor) {
+            let message = format!("{:?} has no fault of kind {:?}", fault.sensor, fault.kind).to_lowercase();
+            found.push(finding(
+                &fault.at_s,
+                message,
+                "drift, jump and time are for localisation, occlusion for images, skew for colour and thermal, chaff and perturbation for colour",
+            ));
+        }
+        let needs = fault.kind.numbers();
+        match &fault.magnitude {
+            Some(at) if at.len() != needs => {
+                found.push(finding(at, format!("this kind takes {needs} numbers"), "see `holdsafe scenario schema`"));
+            }
+            Some(at) if fault.kind == super::FaultKind::Noise && at[0].get() < 1.0 => {
+                found.push(finding(at, "noise is not made less", "use a factor of at least 1"));
+            }
+            Some(at) if fault.kind == super::FaultKind::Skew && !counts(at[0].get(), SKEW) => {
+                let (least, most) = SKEW;
+                found.push(finding(
+                    at,
+                    "no number of frames that can be told",
+                    format!("use {least} to {most}: what is younger is no older than a product may be"),
+                ));
+            }
+            Some(at) if fault.kind == super::FaultKind::Chaff && !counts(at[0].get(), CHAFF) => {
+                let (least, most) = CHAFF;
+                found.push(finding(
+                    at,
+                    "no number of detections that can be told",
+                    format!("use {least} to {most}: fewer may be there anyway, and a list has no more room"),
+                ));
+            }
+            Some(at) if fault.kind == super::FaultKind::Occlusion && !(0.0..=1.0).contains(&at[0].get()) => {
+                found.push(finding(at, "not a share", "use a number from 0 to 1"));
+            }
+            Some(at) if fault.kind == super::FaultKind::Perturbation && !counts(at[0].get(), STRENGTH) => {
+                let (least, most) = STRENGTH;
+                found.push(finding(
+                    at,
+                    "no strength of a perturbation",
+                    format!("use a whole number, {least} to {most} of 255"),
+                ));
+            }
+            Some(at)
+                if fault.kind == super::FaultKind::Perturbation
+                    && s.scene.iter().all(|scene| scene.perturbation.is_none()) =>
+            {
+                found.push(finding(
+                    at,
+                    "the scene has no perturbation",
+                    "add `[perturbation]` to the scene, with `aims_at` and `rows`",
+                ));
+            }
+            None if needs > 0 => {
+                found.push(finding(&fault.at_s, "this kind needs a magnitude", "add `magnitude = [...]`"))
+            }
+            Some(_) | None => {}
+        }
+    }
+    found
+}
+
+fn units(s: &Scenario) -> Vec<Finding> {
+    let mut found = doubles(s.unit.iter().map(|u| &u.name));
+    let team = [UnitId::B, UnitId::C];
+    for unit in &s.unit {
+        if UnitId::from_name(unit.name.as_str()).is_none_or(|id| !team.contains(&id)) {
+            found.push(finding(&unit.name, "no such teammate", "a teammate is `unit-b` or `unit-c`"));
+        }
+    }
+    let has = |name: &str, role: Role| s.unit.iter().any(|u| u.name.as_str() == name && u.role == role);
+    let forwards = s.teammate.first().map(|t| &t.at_s);
+    let breaks = s.malformed.first().map(|m| &m.at_s);
+    let says = s.session_replay.first().map(|r| &r.at_s).or(s.falsehood.first().map(|f| &f.at_s));
+    let says = says.or(s.mode_confusion.first().map(|c| &c.at_s));
+    if let Some(at) = forwards.or(breaks).or(says)
+        && !has("unit-b", Role::Insider)
+    {
+        found.push(finding(at, "an insider acts and there is none", "add `[[unit]]` unit-b with role \"insider\""));
+    }
+    let needs_c = s.teammate.iter().any(|t| matches!(t.c, ThirdUnit::Present | ThirdUnit::Silent));
+    if let Some(at) = forwards.filter(|_| needs_c)
+        && !has("unit-c", Role::Honest)
+    {
+        found.push(finding(at, "there is no unit C to forward", "add `[[unit]]` unit-c with role \"honest\""));
+    }
+    found
+}
+
+/// One rogue carries all of it out: it is on one host and holds one service's keys, or none's.
+fn shared(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let forged = s.forge.iter().map(|f| (&f.at_s, f.topic, f.holder));
+    let again = s.republish.iter().map(|r| (&r.at_s, r.topic, None));
+    let altered = s.alter.iter().map(|a| (&a.at_s, super::Channel::Tracks, a.holder));
+    let all: Vec<_> = forged.chain(again).chain(altered).collect();
+    let host = |topic: super::Channel| if topic.on_control() { "the control host" } else { "the vehicle's host" };
+    for (at, topic, holder) in &all {
+        if host(*topic) != host(all[0].1) {
+            found.push(finding(at, "channels of two hosts", "put each host's into a scenario of its own"));
+        }
+        if *holder != all[0].2 {
+            found.push(finding(at, "keys of two holders", "one process acts: give all tables the same `holder`"));
+        }
+        if holder.is_some_and(|holder| holder.on_control() != topic.on_control()) {
+            found.push(finding(at, "the holder is on another host", "name a service of the channel's host"));
+        }
+    }
+    for forge in &s.forge {
+        if !forge.says.fits(forge.topic) {
+            found.push(finding(&forge.at_s, "this cannot be said on that channel", "use `says = \"echo\"`"));
+        }
+        if forge.says.needs_place() != forge.place_m.is_some() {
+            let remedy = "give `place_m` where a vehicle or another position is claimed, and nowhere else";
+            found.push(finding(&forge.at_s, "a place is missing or too many", remedy));
+        }
+    }
+    found
+}
+
+fn operator(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    for step in &s.operator.step {
+        if step.verb.leads_away_from_safe() && step.reason.is_none() {
+            found.push(finding(&step.verb, "a step away from safe needs a reason", "add `reason`"));
+        }
+        if *step.verb == evidence::mission::Verb::Revoke
+            && step.who.as_ref().and_then(|n| NodeId::from_name(n.as_str())).is_none()
+        {
+            found.push(finding(&step.verb, "nobody is named to be revoked", "add `who`, such as \"operator-2\""));
+        }
+        if *step.verb == evidence::mission::Verb::Configure && step.values.is_none() {
+            found.push(finding(&step.verb, "no values to set", "add `values`"));
+        }
+        if *step.verb == evidence::mission::Verb::Arm && step.when_track.is_none() {
+            found.push(finding(&step.verb, "arming needs a track", "add `when_track` with the class"));
+        }
+        if step.at_s.get() >= s.duration_s.get() {
+            found.push(finding(&step.at_s, "the trial is over by then", "do it earlier or make the trial longer"));
+        }
+    }
+    found.extend(s.mission.as_ref().filter(|stated| !leads_to(s, ***stated)).map(|stated| {
+        let message = format!("no step of the operator leads to `{}`", stated.name());
+        finding(stated, message, "add the step, or say how far the steps do lead")
+    }));
+    for pair in s.operator.step.windows(2) {
+        if pair[1].at_s.get() < pair[0].at_s.get() {
+            found.push(finding(&pair[1].at_s, "earlier than the step before", "put the steps in order of time"));
+        }
+    }
+    found
+}
+
+/// Whether the operator's steps can bring the mission so far.
+fn leads_to(s: &Scenario, stage: Stage) -> bool {
+    stage == Stage::None || s.operator.step.iter().any(|step| Stage::of(*step.verb) >= stage)
+}
+
+/// One rogue: one key, one way, one certificate. And everybody named has a key.
+fn rogue(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let known = |name: &Name| NodeId::from_name(name.as_str()).is_some();
+    let certificates = s.rogue.iter().filter_map(|r| r.certificate.as_ref());
+    let names = s.rogue.iter().map(|r| &r.holds).chain(s.rogue.iter().filter_map(|r| r.claims.as_ref()));
+    for name in names.chain(certificates).chain(s.mandate.iter().map(|m| &m.who)) {
+        if !known(name) {
+            found.push(finding(name, "no such identity", "name one of the closed set, such as `operator-2`"));
+        }
+    }
+    for bare in s.rogue.iter().filter(|r| r.order == super::Order::Configure && r.values.is_none()) {
+        found.push(finding(&bare.at_s, "no values to set", "add `values`"));
+    }
+    let Some(first) = s.rogue.first() else { return found };
+    for other in s.rogue.iter().skip(1) {
+        let same = other.way == first.way
+            && other.holds.as_str() == first.holds.as_str()
+            && other.certificate.as_deref().map(Name::as_str) == first.certificate.as_deref().map(Name::as_str);
+        if !same {
+            let message = "another key, way or certificate than the table before";
+            found.push(finding(&other.holds, message, "a scenario has one rogue station"));
+        }
+    }
+    found
+}
+
+/// One thief: one certificate, of one who has a session at the broker, and no other process in the impostor's part.
+fn takeovers(s: &Scenario) -> Vec<Finding> {
+    let mut found = Vec::new();
+    let Some(first) = s.takeover.first() else { return found };
+    for takeover in &s.takeover {
+        if !["unit-a", "gateway"].contains(&takeover.certificate.as_str()) {
+            found.push(finding(&takeover.certificate, "no session to be taken", "name `unit-a` or `gateway`"));
+        }
+        if takeover.certificate.as_str() != first.certificate.as_str() {
+            found.push(finding(&takeover.certificate, "another certificate", "a scenario has one thief"));
+        }
+        if takeover.duration_s.get() <= 0.0 {
+            found.push(finding(&takeover.at_s, "it ends when it begins", "give a longer `duration_s`"));
+        }
+    }
+    if !(s.forge.is_empty() && s.republish.is_empty() && s.alter.is_empty()) {
+        found.push(finding(
+            &first.at_s,
+            "two impostors",
+            "put what is done on shared memory into a scenario of its own",
+        ));
+    }
+    found
+}
+
+fn cells(s: &Scenario) -> Vec<Finding> {
+    let mut seen = BTreeSet::new();
+    let mut found = Vec::new();
+    for cell in &s.cell {
+        let name = cell.name.as_str();
+        if !seen.insert(name) {
+            found.push(finding(&cell.name, format!("cell {name} is there twice"), "give each cell its own name"));
+        }
+        found.extend(cell.expected.as_ref().and_then(classes));
+        let at = |message: String, remedy: &str| finding(&cell.name, format!("in cell {name}: {message}"), remedy);
+        match s.with(cell) {
+            Ok(with) => found.extend(varied(&with).into_iter().map(|f| at(f.message, &f.remedy))),
+            Err(why) => found.push(at(why, "`set` takes paths of this file and values that could stand there")),
+        }
+    }
+    found
+}
+
+fn curve(s: &Scenario) -> Vec<Finding> {
+    let Some(curve) = &s.curve else { return Vec::new() };
+    let mut found = Vec::new();
+    if curve.values.len() < 2 || curve.values.windows(2).any(|pair| pair[0] >= pair[1]) {
+        found.push(finding(&curve.values, "no range", "give at least two values, each greater than the one before"));
+    }
+    found.extend(curve.expected.as_ref().and_then(classes));
+    // The first point that does not fit stands for all: they differ in one number.
+    let wrong = s.points().into_iter().find_map(|point| match point {
+        Ok(point) => varied(&point).into_iter().next().map(|f| (f.message, f.remedy)),
+        Err(why) => {
+            Some((why, "`set` takes the path of a number in this file, `values` what could stand there".into()))
+        }
+    });
+    found.extend(wrong.map(|(message, remedy)| finding(&curve.set, format!("on the curve: {message}"), remedy)));
+    found
+}
+
+/// Everything that does not fit in a scenario that differs from its file, and in its scene.
+pub(super) fn varied(s: &Scenario) -> Vec<Finding> {
+    scenario(s, s.name.as_str()).into_iter().chain(s.scene.iter().flat_map(scene)).collect()
+}
+
+/// Everything that does not fit in a scene.
+pub(super) fn scene(scene: &Scene) -> Vec<Finding> {
+    let mut found = doubles(scene.object.iter().map(|o| &o.name));
+    for object in &scene.object {
+        if object.path_m.is_empty() {
+            found.push(finding(&object.path_m, "the object is nowhere", "give at least one point"));
+        }
+    }
+    let fence: Vec<(f64, f64)> = scene.geofence.iter().map(|[x, y]| (x.get(), y.get())).collect();
+    if fence.len() < 3 {
+        found.push(finding(&scene.geofence, "a geofence has at least three corners", "add corners, in order"));
+        return found;
+    }
+    if !inside(&fence, (scene.start.at_m[0].get(), scene.start.at_m[1].get())) {
+        found.push(finding(&scene.start, "the platform starts outside its geofence", "move the start or the fence"));
+    }
+    for object in scene.object.iter().filter(|object| covers(object, &scene.start.at_m)) {
+        let message = format!("the platform starts inside `{}`", object.name.as_str());
+        found.push(finding(&scene.start, message, "move the start or the object"));
+    }
+    for point in scene.route.iter() {
+        if !inside(&fence, (point[0].get(), point[1].get())) {
+            found.push(finding(point, "a way point lies outside the geofence", "move the point or the fence"));
+        }
+    }
+    found
+}
+
+/// Whether the footprint of an object, where it stands first, holds this point.
+fn covers(object: &Object, at_m: &Point) -> bool {
+    let Some(place) = object.path_m.first() else { return false };
+    let (east, north) = (at_m[0].get() - place[0].get(), at_m[1].get() - place[1].get());
+    // An object that moves faces the way it goes.
+    let heading = match object.path_m.get(1) {
+        Some(next) if object.speed_m_s.get() > 0.0 => {
+            libm::atan2(next[1].get() - place[1].get(), next[0].get() - place[0].get())
+        }
+        Some(_) | None => object.heading_rad.get(),
+    };
+    let (sin, cos) = (libm::sin(heading), libm::cos(heading));
+    let (ahead, aside) = (east * cos + north * sin, north * cos - east * sin);
+    ahead.abs() * 2.0 < object.size_m[0].get() && aside.abs() * 2.0 < object.size_m[1].get()
+}
+
+/// Everything that does not fit in a platform file named `stem`.
+pub(super) fn platform(platform: &Platform, stem: &str) -> Vec<Finding> {
+    let mut found = Vec::new();
+    if platform.name.as_str() != stem {
+        found.push(finding(&platform.name, format!("the file is named `{stem}`"), "make name and file name the same"));
+    }
+    let b = &platform.bounds;
+    if b.to_degraded_ms.get() > b.to_hold_safe_ms.get() {
+        found.push(finding(&b.to_degraded_ms, "later than the bound to hold-safe", "degrade no later than holding"));
+    }
+    if b.grant_period_ms.get() >= b.lease_ms.get() {
+        found.push(finding(
+            &b.grant_period_ms,
+            "not shorter than the lease it renews",
+            "grant several times in a lease",
+        ));
+    }
+    if b.telemetry_period_ms.get() >= b.freshness_ms.get() {
+        found.push(finding(
+            &b.telemetry_period_ms,
+            "not shorter than the freshness window",
+            "send several times in it",
+        ));
+    }
+    found
+}
+
+fn doubles<'a>(names: impl Iterator<Item = &'a Located<Name>>) -> Vec<Finding> {
+    let mut seen = BTreeSet::new();
+    names
+        .filter(|name| !seen.insert(name.as_str()))
+        .map(|name| finding(name, format!("`{}` is there twice", name.as_str()), "give each its own name"))
+        .collect()
+}
+
+/// Whether a point lies inside a polygon, by counting crossings.
+fn inside(fence: &[(f64, f64)], (x, y): (f64, f64)) -> bool {
+    let mut odd = false;
+    for (i, &(x1, y1)) in fence.iter().enumerate() {
+        let (x0, y0) = fence[(i + fence.len() - 1) % fence.len()];
+        if (y1 > y) != (y0 > y) && x < (x0 - x1) * (y - y1) / (y0 - y1) + x1 {
+            odd = !odd;
+        }
+    }
+    odd
+}

@@ -1,0 +1,120 @@
+//! What must fit together in the steps of a scenario: names, what waits for what, and the level of knowledge.
+
+use evidence::trial::Knowledge;
+use wire::step::{MAX_STEP_NAME, StepName};
+
+use super::finding::{Finding, finding};
+use super::step::{Trigger, When};
+use super::timed::Windowed;
+use super::{Located, Scenario};
+
+/// Everything that does not fit.
+pub(super) fn steps(s: &Scenario) -> Vec<Finding> {
+    let windows = s.windows();
+    let mut found = Vec::new();
+    for window in &windows {
+        found.extend(name(*window));
+        found.extend(content(s, *window));
+        found.extend(declared(s, *window));
+        if let Some(when) = window.timing().when {
+            found.extend(condition(when));
+            found.extend(when.trigger().and_then(|trigger| known(s, *window, when, trigger)));
+            found.extend(named(&windows, *window, when));
+        }
+    }
+    found
+}
+
+fn name(window: &dyn Windowed) -> Option<Finding> {
+    let timing = window.timing();
+    match (timing.step, timing.when) {
+        (None, Some(when)) => Some(finding(when, "a step that waits has no name", "add `step = \"...\"`")),
+        (Some(step), _) if StepName::new(step.as_str()).is_none() => {
+            let message = format!("the name of a step has at most {MAX_STEP_NAME} characters");
+            Some(finding(step, message, "choose a shorter one"))
+        }
+        (Some(_), _) | (None, None) => None,
+    }
+}
+
+fn condition(when: &Located<When>) -> Option<Finding> {
+    let kinds = "enters, begun, ended, datagrams, silence_ms, hears";
+    let found = |message: String| Some(finding(when, message, format!("say exactly one of {kinds}")));
+    match when.triggers().len() {
+        0 => found("waits for nothing".to_owned()),
+        1 if when.enters.is_none() && (when.from.is_some() || when.nth.is_some()) => {
+            Some(finding(when, "`from` and `nth` go with `enters`", "take them out, or say `enters`"))
+        }
+        1 => None,
+        n => found(format!("waits for {n} things")),
+    }
+}
+
+/// What the table does by itself may need more than its level.
+fn content(s: &Scenario, window: &dyn Windowed) -> Option<Finding> {
+    let (needs, level) = (window.needs(), level(s, window));
+    let at = window.timing().knowledge.or(s.knowledge.as_ref());
+    let message = || format!("what this does needs {} knowledge, its level is {}", needs.name(), level.name());
+    (needs > level)
+        .then(|| at.map(|at| finding(at, message(), format!("say `knowledge = \"{}\"`", needs.name()))))
+        .flatten()
+}
+
+/// A table may lower the scenario's level, never raise it.
+fn declared(s: &Scenario, window: &dyn Windowed) -> Option<Finding> {
+    let own = window.timing().knowledge.filter(|own| ***own > s.level())?;
+    let message = format!("more than the scenario's level, {}", s.level().name());
+    Some(finding(own, message, "raise the scenario's `knowledge`, or take this out"))
+}
+
+/// What is waited for has to be within the level, and within sight of the place that waits.
+fn known(s: &Scenario, window: &dyn Windowed, when: &Located<When>, trigger: Trigger<'_>) -> Option<Finding> {
+    let (needs, level) = (trigger.needs(), level(s, window));
+    if needs > level {
+        let message = format!("waiting for this needs {} knowledge, the level is {}", needs.name(), level.name());
+        return Some(finding(when, message, format!("say `knowledge = \"{}\"`", needs.name())));
+    }
+    let blind = match trigger {
+        Trigger::Passes(_) | Trigger::Silence(_) => window.sees() != Some(Knowledge::OnPath),
+        Trigger::Hears(_) => window.sees() != Some(Knowledge::Insider),
+        Trigger::Enters { .. } | Trigger::Begun(_) | Trigger::Ended(_) => false,
+    };
+    blind.then(|| finding(when, "this cannot be seen from there", "let another step see it, and wait for that step"))
+}
+
+fn level(s: &Scenario, window: &dyn Windowed) -> Knowledge {
+    window.timing().knowledge.map_or_else(|| s.level(), |own| **own)
+}
+
+/// The step that is waited for has to be there and may not wait for this one; tables of one step begin together.
+fn named(windows: &[&dyn Windowed], window: &dyn Windowed, when: &Located<When>) -> Option<Finding> {
+    let own = window.timing().step?;
+    if of(windows, own.as_str()).any(|other| other.timing().when.is_none_or(|w| **w != **when)) {
+        let message = format!("the tables of step `{}` wait for different things", own.as_str());
+        return Some(finding(own, message, "give them one `when`, or names of their own"));
+    }
+    let mut next = waited_for(when);
+    for _ in 0..windows.len() {
+        let name = next?;
+        if name == own.as_str() {
+            return Some(finding(when, "waits for itself", "let one step of the circle begin by its time"));
+        }
+        let Some(table) = of(windows, name).next() else {
+            return Some(finding(when, format!("there is no step `{name}`"), "name a step of this scenario"));
+        };
+        next = table.timing().when.and_then(|when| waited_for(when));
+    }
+    None
+}
+
+/// The tables of the step `name`.
+fn of<'w>(windows: &'w [&'w dyn Windowed], name: &'w str) -> impl Iterator<Item = &'w &'w dyn Windowed> {
+    windows.iter().filter(move |w| w.timing().step.is_some_and(|s| s.as_str() == name))
+}
+
+fn waited_for(when: &When) -> Option<&str> {
+    match when.trigger()? {
+        Trigger::Begun(name) | Trigger::Ended(name) => Some(name.as_str()),
+        Trigger::Enters { .. } | Trigger::Passes(_) | Trigger::Silence(_) | Trigger::Hears(_) => None,
+    }
+}

@@ -1,0 +1,119 @@
+//! What the operator does, as a script: each step waits for its time and for what is displayed, then acts.
+//!
+//! A step away from safe is staged, confirmed and signed twice by the operator core; the script names it once. The
+//! operator sees only what the console shows. The operator core that follows the script, with its own key, is not
+//! here; nor is what a verb needs in the state machine.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use evidence::mission::Verb;
+use wire::settings::Settings;
+
+use super::terms::Class;
+use super::value::{List, Located, Name, Seconds, Text, Whole};
+
+/// The operator and the script.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Operator {
+    /// Whose key signs.
+    pub name: Name,
+    /// The steps, in order.
+    pub step: List<Step, 32>,
+}
+
+impl Default for Operator {
+    fn default() -> Self {
+        Self { name: Name::constant("operator-1"), step: List::default() }
+    }
+}
+
+/// One step: at its time at the earliest, once its conditions are displayed, it acts; a step that never comes true is
+/// passed over when the next one's time has come and its own patience is over.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Step {
+    /// Earliest time on the trial's clock.
+    pub at_s: Located<Seconds>,
+    /// Longest wait for the conditions after that.
+    #[serde(default = "patience")]
+    pub within_s: Seconds,
+    /// The state that has to be displayed.
+    #[serde(default)]
+    pub when_state: Option<DisplayedState>,
+    /// The class of a track that has to be displayed, fresh and corroborated.
+    #[serde(default)]
+    pub when_track: Option<Class>,
+    /// What the operator does.
+    #[serde(rename = "do")]
+    pub verb: Located<Verb>,
+    /// The values, for configuring.
+    #[serde(default)]
+    pub values: Option<Values>,
+    /// Who is to be revoked.
+    #[serde(default)]
+    pub who: Option<Name>,
+    /// Why; needed for every step away from safe.
+    #[serde(default)]
+    pub reason: Option<Text<64>>,
+}
+
+fn patience() -> Seconds {
+    Seconds::constant(2.0)
+}
+
+/// What an operator sets before a mission, each value within its range (`wire::settings`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Values {
+    /// Largest speed.
+    pub speed_mm_s: Whole<500, 3_000>,
+    /// Distance that is kept to the fence beyond the stopping distance.
+    pub margin_mm: Whole<300, 5_000>,
+    /// Confidence from which a track can be designated.
+    pub arm_permille: Whole<500, 950>,
+    /// Confidence below which a designated track is given up.
+    pub keep_permille: Whole<300, 900>,
+}
+
+impl Values {
+    /// As a command carries them.
+    pub fn settings(self) -> Settings {
+        Settings {
+            speed_mm_s: self.speed_mm_s.unsigned() as u16,
+            margin_mm: self.margin_mm.unsigned() as u16,
+            arm_permille: self.arm_permille.unsigned() as u16,
+            keep_permille: self.keep_permille.unsigned() as u16,
+        }
+    }
+}
+
+/// A state as the console shows it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+pub enum DisplayedState {
+    /// Not enabled.
+    Idle,
+    /// Enabled.
+    Ready,
+    /// Authority held.
+    PrepareToAct,
+    /// Restricted.
+    Degraded,
+    /// Stopped.
+    HoldSafe,
+}
+
+impl DisplayedState {
+    /// As the console shows it.
+    pub fn name(self) -> &'static str {
+        match self {
+            DisplayedState::Idle => "IDLE",
+            DisplayedState::Ready => "READY",
+            DisplayedState::PrepareToAct => "PREPARE_TO_ACT",
+            DisplayedState::Degraded => "DEGRADED",
+            DisplayedState::HoldSafe => "HOLD_SAFE",
+        }
+    }
+}

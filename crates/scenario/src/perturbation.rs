@@ -1,0 +1,28 @@
+//! What is added to colour images, as a scene writes it: one line of hexadecimal digits for each row of fields.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::hex::Hex;
+use super::terms::Class;
+
+/// Bytes in a row.
+const ROW: usize = 3 * sim::perturbation::COLUMNS;
+
+/// One pattern, added to every image that a fault of kind `perturbation` befalls, as strong as that says.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Perturbation {
+    /// What other things are to be taken for.
+    pub aims_at: Class,
+    /// Rows from the top: red, green and blue of each field from the left, two digits each; `80` leaves it as it is, `ff` is the brightest
+    /// shift and `00` the darkest.
+    pub rows: [Hex<ROW>; sim::perturbation::ROWS],
+}
+
+impl Perturbation {
+    /// As the sim takes it.
+    pub fn pattern(&self) -> Option<sim::perturbation::Perturbation> {
+        sim::perturbation::Perturbation::new(self.rows.iter().flat_map(Hex::shifts).collect())
+    }
+}

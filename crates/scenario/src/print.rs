@@ -1,0 +1,60 @@
+//! What is printed on an object, as a scenario writes it: one line of hexadecimal digits for each row of fields, and one for its heat.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::hex::Hex;
+use super::terms::Class;
+use super::value::Whole;
+
+/// Fields in a row, as many as the sim prints.
+const COLUMNS: usize = sim::print::COLUMNS;
+
+/// A print on the four sides of an object.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Print {
+    /// What the object is to be taken for.
+    pub aims_at: Class,
+    /// Shifts beyond this are cut to it, of 255; at 0 nothing is printed.
+    #[serde(default = "whole")]
+    pub strength: Whole<0, 127>,
+    /// Rows from the top: red, green and blue of each field from the object's end to its front, two digits each; `80` leaves the coat as
+    /// it is, `ff` is the brightest shift and `00` the darkest.
+    pub rows: [Hex<{ 3 * COLUMNS }>; sim::print::ROWS],
+    /// How warm its fields are; without it the object is as warm as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub heat: Option<Heat>,
+}
+
+/// How warm the fields of a print are. What bears no field is as cold as the ground.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Heat {
+    /// What is warmer than this above the ground is cut to it, kelvin.
+    #[serde(default = "any")]
+    pub strength_k: Whole<0, 63>,
+    /// Rows from the top: how many quarters of a kelvin each field is warmer than the ground, from the object's end to its front, two
+    /// digits each.
+    pub rows: [Hex<COLUMNS>; sim::print::ROWS],
+}
+
+fn any() -> Whole<0, 63> {
+    Whole::new(63).expect("invariant: a constant within its range")
+}
+
+fn whole() -> Whole<0, 127> {
+    Whole::new(127).expect("invariant: a constant within its range")
+}
+
+impl Print {
+    /// As the sim takes it, each field cut to the strength.
+    pub fn cut(&self) -> Option<sim::print::Print> {
+        let most = self.strength.get() as i8;
+        let cut = |field: [i8; 3]| field.map(|shift| shift.clamp(-most, most));
+        let print = sim::print::Print::new(self.rows.iter().flat_map(Hex::shifts).map(cut).collect())?;
+        let Some(heat) = &self.heat else { return Some(print) };
+        let most = (heat.strength_k.get() as f32 * sim::print::STEPS_PER_K) as u8;
+        print.heated(heat.rows.iter().flat_map(Hex::bytes).map(|steps| *steps.min(&most)).collect())
+    }
+}

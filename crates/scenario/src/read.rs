@@ -1,0 +1,163 @@
+//! From a path to a checked [`Scenario`] or [`Platform`], or to problems with their place.
+//!
+//! The size of a file is looked at before its content; a file that a scenario names lies below the scenario's directory
+//! and no step to it is a symbolic link.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Component, Path};
+
+use serde::de::DeserializeOwned;
+
+use super::check;
+use super::finding::Finding;
+use super::{Located, Platform, Problem, Problems, RelativePath, Scenario, Scene};
+
+/// The largest file that is read.
+pub const MAX_FILE_BYTES: u64 = 256 * 1024;
+
+/// Reads and checks the scenario at `path`.
+///
+/// # Errors
+/// Every problem found; those of one file together, those of the scene's file apart.
+pub fn load(path: &Path) -> Result<Scenario, Problems> {
+    let file = path.display().to_string();
+    let text = read_text(path, &file)?;
+    let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or_default();
+    let mut scenario = read_scenario(&file, &text)?;
+    if let Some(at) = &scenario.scene_file {
+        scenario.scene = Some(load_scene(path, &file, &text, at)?);
+    }
+    settle(&file, &text, stem, &scenario)?;
+    Ok(scenario)
+}
+
+/// Checks a scenario's text by itself; one that names a scene file is refused, for there is no directory to look in.
+///
+/// # Errors
+/// Every problem found, with `file` as its name.
+pub fn parse(file: &str, stem: &str, text: &str) -> Result<Scenario, Problems> {
+    let scenario = read_scenario(file, text)?;
+    if let Some(at) = &scenario.scene_file {
+        let message = "a scene file needs the scenario to be a file";
+        return Err(Problem::at(file, text, at.bytes(), message, "write the scene as `[scene]`").into());
+    }
+    settle(file, text, stem, &scenario)?;
+    Ok(scenario)
+}
+
+/// Reads and checks a platform file.
+///
+/// # Errors
+/// Every problem found.
+pub fn load_platform(path: &Path) -> Result<Platform, Problems> {
+    let file = path.display().to_string();
+    let text = read_text(path, &file)?;
+    parse_platform(&file, path.file_stem().and_then(|s| s.to_str()).unwrap_or_default(), &text)
+}
+
+/// Checks a platform's text by itself.
+///
+/// # Errors
+/// Every problem found, with `file` as its name.
+pub fn parse_platform(file: &str, stem: &str, text: &str) -> Result<Platform, Problems> {
+    let platform: Platform = from_toml(file, text)?;
+    Problems::none_or(place(file, text, check::platform(&platform, stem)))?;
+    Ok(platform)
+}
+
+/// Checks a scene's text by itself.
+///
+/// # Errors
+/// Every problem found, with `file` as its name.
+pub fn parse_scene(file: &str, text: &str) -> Result<Scene, Problems> {
+    let scene: Scene = from_toml(file, text)?;
+    Problems::none_or(place(file, text, check::scene(&scene)))?;
+    Ok(scene)
+}
+
+/// The text of a regular file of at most [`MAX_FILE_BYTES`], with lines ended by LF whichever way the file ends them; `file` is
+/// its name in messages.
+pub(super) fn read_text(path: &Path, file: &str) -> Result<String, Problem> {
+    let meta = fs::metadata(path).map_err(|e| {
+        if e.kind() == std::io::ErrorKind::NotFound {
+            let remedy = "`holdsafe scenario check` lists the scenarios; `holdsafe scenario new NAME` starts one";
+            Problem::with_file(file, "no such file", remedy)
+        } else {
+            Problem::with_file(file, format!("cannot be read: {e}"), "check the path and its permissions")
+        }
+    })?;
+    if !meta.is_file() {
+        return Err(Problem::with_file(file, "not a regular file", "name the file itself"));
+    }
+    let too_large = |len: u64| {
+        let message = format!("{len} bytes, at most {MAX_FILE_BYTES} are read");
+        Problem::with_file(file, message, "a scenario is a few kilobytes of TOML; is this the right file?")
+    };
+    if meta.len() > MAX_FILE_BYTES {
+        return Err(too_large(meta.len()));
+    }
+    let unreadable =
+        |e: std::io::Error| Problem::with_file(file, format!("cannot be read: {e}"), "check its permissions");
+    let mut bytes = Vec::new();
+    File::open(path).and_then(|f| f.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(too_large(bytes.len() as u64));
+    }
+    let text = String::from_utf8(bytes).map_err(|e| {
+        let line = e.as_bytes()[..e.utf8_error().valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
+        Problem::with_file(file, format!("line {line} is not UTF-8"), "save the file as UTF-8 text")
+    })?;
+    Ok(text.replace("\r\n", "\n"))
+}
+
+fn read_scenario(file: &str, text: &str) -> Result<Scenario, Problems> {
+    let scenario: Scenario = from_toml(file, text)?;
+    let (message, bytes) = match (&scenario.scene, &scenario.scene_file) {
+        (Some(_), Some(at)) => ("both `[scene]` and `scene_file`", at.bytes()),
+        (None, None) if scenario.is_of_stacks() => return Ok(scenario),
+        (None, None) => ("neither `[scene]` nor `scene_file`", scenario.name.bytes()),
+        (Some(_), None) | (None, Some(_)) => return Ok(scenario),
+    };
+    Err(Problem::at(file, text, bytes, message, "give the scene once, in the file or by its own file").into())
+}
+
+fn from_toml<T: DeserializeOwned>(file: &str, text: &str) -> Result<T, Problems> {
+    toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e).into())
+}
+
+fn load_scene(scenario: &Path, file: &str, text: &str, at: &Located<RelativePath>) -> Result<Scene, Problems> {
+    let base = scenario.parent().unwrap_or(Path::new(""));
+    let refuse = |message: &str, remedy: &str| Problem::at(file, text, at.bytes(), message, remedy);
+    let mut path = base.to_path_buf();
+    for part in Path::new(at.as_str()).components() {
+        let Component::Normal(part) = part else {
+            return Err(refuse("path leaves the scenario directory", "write it relative, without `..`").into());
+        };
+        path.push(part);
+        match fs::symlink_metadata(&path) {
+            Ok(meta) if meta.file_type().is_symlink() => {
+                return Err(refuse("path leads through a symbolic link", "copy the file below the scenario").into());
+            }
+            Ok(_) => {}
+            Err(_) => {
+                let remedy = format!("create {} or correct the path", path.display());
+                return Err(refuse("no such file", &remedy).into());
+            }
+        }
+    }
+    let scene_file = path.display().to_string();
+    parse_scene(&scene_file, &read_text(&path, &scene_file)?)
+}
+
+fn settle(file: &str, text: &str, stem: &str, scenario: &Scenario) -> Result<(), Problems> {
+    let mut findings = check::scenario(scenario, stem);
+    if let (Some(scene), None) = (&scenario.scene, &scenario.scene_file) {
+        findings.extend(check::scene(scene));
+    }
+    Problems::none_or(place(file, text, findings))
+}
+
+fn place(file: &str, text: &str, findings: Vec<Finding>) -> Vec<Problem> {
+    findings.into_iter().map(|f| Problem::at(file, text, f.bytes, f.message, f.remedy)).collect()
+}

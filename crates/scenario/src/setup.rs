@@ -1,0 +1,186 @@
+//! Everything a trial needs beside its scenario: policy, bounds, whether sensors are rendered; and where the files lie.
+//!
+//! A waived check makes a run an ablation; the [`Setup`] says so, and whoever reports the run has to repeat it.
+
+use std::path::{Path, PathBuf};
+
+use parallel::progress::Stop;
+use perception::head::Brought;
+use wire::bounds::Bounds;
+use wire::person::Role;
+use wire::policy::Policy;
+
+use super::read::{load_platform, read_text};
+use super::{Name, Platform, Problem, Problems, Scenario};
+
+/// Every fifth set of frames of a recorded live run stays whole, if nobody asks for others: two a second, 1 GB an hour.
+pub const FRAMES: u32 = 5;
+
+/// Policy, bounds and rendering of a trial, and where its recordings go.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// Name of the policy, its file's stem.
+    pub policy_name: String,
+    /// The policy in force.
+    pub policy: Policy,
+    /// The bounds in force: the platform's, tightened by the scenario.
+    pub bounds: Bounds,
+    /// What the services are made with in their place, where it is measured what a bound that is set wrong lets through.
+    pub misset: Option<Bounds>,
+    /// The platform as its file states it.
+    pub platform: Platform,
+    /// Whether sensors are rendered and the detector runs; else candidates are drawn from the noise model.
+    pub rendered: bool,
+    /// A detector in place of the shipped one, loaded.
+    pub detector: Option<Brought>,
+    /// Directory for the trial's recordings; `None` where none are kept.
+    pub run_dir: Option<PathBuf>,
+    /// Of a live run's recordings: every which set of sensor frames stays whole; 0 for none.
+    pub frames: u32,
+    /// Of a live run: what the person at the operator's window may do; no window where absent.
+    pub window: Option<Role>,
+    /// How often a live trial is repeated at most when a stall of the host alone makes it INVALID.
+    pub retries: u32,
+    /// Set when the user wants to stop; engines look at it between steps.
+    pub stop: Stop,
+}
+
+impl Setup {
+    /// For `scenario`, with the files below `root`; `policy` is a file that takes the place of the scenario's.
+    ///
+    /// # Errors
+    /// What is wrong with the platform or policy file, or a bound that the scenario loosens.
+    pub fn load(root: &Path, scenario: &Scenario, policy: Option<&Path>, rendered: bool) -> Result<Self, Problems> {
+        let platform = load_platform(&named(root, "platforms", &scenario.platform))?;
+        let loosened = scenario.bounds.loosened(&platform.bounds);
+        let problems = loosened.iter().map(|(bound, base)| {
+            let message = format!("a bound of {} ms is looser than the platform's {base} ms", bound.get());
+            let file = format!("{}.toml", scenario.name.as_str());
+            Problem::with_file(&file, message, "a scenario may only tighten bounds: lower it or take it out")
+        });
+        Problems::none_or(problems.collect())?;
+        let in_force = scenario.bounds.over(&platform.bounds);
+        let chain = in_force.freshness_ms.get() + in_force.lease_ms.get() + in_force.control_period_ms.get();
+        if chain > in_force.to_hold_safe_ms.get() {
+            let message = format!(
+                "after a lost uplink the lease lapses {chain} ms later (freshness, lease and control period), beyond Th = {} ms",
+                in_force.to_hold_safe_ms.get()
+            );
+            let file = if scenario.bounds.is_empty() { &platform.name } else { &*scenario.name };
+            let remedy = "shorten the lease, or give Th more time (docs/bounds.md, The three bounds)";
+            return Err(Problem::with_file(&format!("{file}.toml"), message, remedy).into());
+        }
+        let path = policy.map_or_else(|| named(root, "policies", &scenario.policy), Path::to_path_buf);
+        let policy_name = stem(&path);
+        let policy = load_policy(&path, &policy_name)?;
+        let bounds = scenario.bounds.over(&platform.bounds).to_bounds();
+        let stop = Stop::default();
+        let (misset, detector, run_dir, frames) = (None, None, None, FRAMES);
+        let (window, retries) = (None, 0);
+        Ok(Self {
+            policy_name,
+            policy,
+            bounds,
+            misset,
+            platform,
+            rendered,
+            detector,
+            run_dir,
+            frames,
+            window,
+            retries,
+            stop,
+        })
+    }
+
+    /// The words that every artefact of an ablation carries; `None` where every check, guard, rule and bound stands.
+    pub fn watermark(&self) -> Option<String> {
+        let waived = (!self.policy.is_full()).then(|| format!("ABLATION: policy `{}` waives checks", self.policy_name));
+        waived.or_else(|| self.misset.map(|_| "ABLATION: a bound is set wrong on purpose".to_owned()))
+    }
+}
+
+/// Reads a policy file.
+///
+/// # Errors
+/// What is wrong with it, in its place.
+pub fn load_policy(path: &Path, name: &str) -> Result<Policy, Problems> {
+    let file = path.display().to_string();
+    parse_policy(&file, name, &read_text(path, &file)?)
+}
+
+/// Checks a policy's text by itself.
+///
+/// # Errors
+/// What is wrong with it, with `file` as its name.
+pub fn parse_policy(file: &str, name: &str, text: &str) -> Result<Policy, Problems> {
+    let policy: Policy = toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e))?;
+    if policy.name != name {
+        let message = format!("the policy is named `{}`, its file `{name}`", policy.name);
+        return Err(Problem::with_file(file, message, "make name and file name the same").into());
+    }
+    Ok(policy)
+}
+
+/// The nearest directory at or above `from` that holds scenarios and platforms.
+pub fn find_root(from: &Path) -> Option<PathBuf> {
+    let is_root = |dir: &&Path| dir.join("scenarios").is_dir() && dir.join("platforms").is_dir();
+    from.ancestors().find(is_root).map(Path::to_path_buf)
+}
+
+/// Every shipped scenario, by name.
+///
+/// # Errors
+/// When the directory cannot be listed.
+pub fn shipped(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    files(&root.join("scenarios"))
+}
+
+/// The shipped scenarios that run rendered alone.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn rendered(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    files(&root.join("scenarios/rendered"))
+}
+
+/// The shipped scenarios that are for showing: too long for the reference evaluation, and no part of it.
+///
+/// # Errors
+/// The folder cannot be read.
+pub fn demo(root: &Path) -> std::io::Result<Vec<PathBuf>> {
+    files(&root.join("scenarios/demo"))
+}
+
+/// Every shipped platform, by name.
+///
+/// # Errors
+/// The folder cannot be read, or what is wrong with one of its files.
+pub fn platforms(root: &Path) -> Result<Vec<Platform>, Problems> {
+    let folder = root.join("platforms");
+    let unread = |e: std::io::Error| {
+        Problem::with_file(&folder.display().to_string(), e.to_string(), "run from a holdsafe checkout")
+    };
+    let files = files(&folder).map_err(|e| Problems::from(unread(e)))?;
+    files.iter().map(|file| load_platform(file)).collect()
+}
+
+fn files(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|e| e == "toml") && path.is_file() {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn named(root: &Path, directory: &str, name: &Name) -> PathBuf {
+    root.join(directory).join(format!("{name}.toml"))
+}
+
+fn stem(path: &Path) -> String {
+    path.file_stem().and_then(|s| s.to_str()).unwrap_or_default().to_owned()
+}

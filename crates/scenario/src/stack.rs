@@ -1,0 +1,279 @@
+//! What is done to the real stacks in memory: each table is a cell of its scenario, with its own expected classes.
+//!
+//! There is no platform in such a scenario, so none of these has a time; the seed varies what is not written here. What
+//! the tables mean is carried out by `stacks`.
+
+use evidence::trial::Outcome;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use wire::policy::Requirement;
+
+use super::Scenario;
+use super::value::{List, Located, Whole};
+
+/// Which of the two links.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Link {
+    /// DTLS 1.2 between platform and gateway.
+    Telemetry,
+    /// TLS 1.3 between platform or gateway and broker.
+    Command,
+}
+
+/// Which end of a handshake the adversary is, or whether it stands between.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Hand {
+    /// It dials.
+    Dials,
+    /// It listens.
+    Listens,
+    /// It edits what two honest ends say to each other.
+    Relays,
+}
+
+/// What an impostor presents.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Certificate {
+    /// A good one: the control.
+    Sound,
+    /// None.
+    Missing,
+    /// One that only itself has signed.
+    SelfSigned,
+    /// One of another authority.
+    Foreign,
+    /// One that has ended.
+    Expired,
+    /// One that has not begun.
+    NotYetValid,
+    /// One on the revocation list.
+    Revoked,
+    /// A good one that comes onto the list while its session stands.
+    RevokedLater,
+    /// One for the other end of a handshake.
+    WrongRole,
+    /// One of another identity than the one that was dialled.
+    OtherName,
+    /// One of two identities.
+    TwoNames,
+}
+
+/// Somebody with this certificate opens or accepts a session.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Impostor {
+    /// On which link.
+    pub link: Link,
+    /// At which end.
+    pub end: Located<Hand>,
+    /// With what.
+    pub certificate: Located<Certificate>,
+    /// What must come of it.
+    pub expected: Located<List<Outcome, 9>>,
+}
+
+/// What a handshake is brought down to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lower {
+    /// DTLS 1.0, TLS 1.2.
+    Version,
+    /// A weaker suite: a shorter tag in DTLS, RSA key exchange in TLS.
+    Suite,
+    /// A suite without authenticated encryption.
+    Cbc,
+    /// A pre-shared key in place of certificates.
+    PreSharedKey,
+    /// No extended master secret.
+    MasterSecret,
+}
+
+/// Somebody offers less than the pinned protocol, or makes it look as if an honest end did.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Downgrade {
+    /// On which link.
+    pub link: Link,
+    /// Where it stands.
+    pub by: Located<Hand>,
+    /// To what.
+    pub to: Located<Lower>,
+    /// What must come of it.
+    pub expected: Located<List<Outcome, 9>>,
+}
+
+/// What is done to the records of a standing association.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Deed {
+    /// Records that passed are put in again.
+    Replay,
+    /// Each is put in several times as it passes.
+    Duplicate,
+    /// They are put in in another order, within the replay window.
+    Reorder,
+    /// They are kept for a minute and then put in.
+    Withhold,
+    /// One bit is flipped.
+    Flip,
+    /// The end is cut off.
+    Truncate,
+    /// Something is put behind.
+    Extend,
+    /// The head of one is put before the body of another.
+    Splice,
+    /// A plaintext fatal alert is put in.
+    Alert,
+    /// A plaintext close notification is put in.
+    Close,
+    /// Plaintext application data is put in.
+    Data,
+}
+
+/// Somebody without a key handles the datagrams of a standing association.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Handle {
+    /// What is done.
+    pub deed: Deed,
+    /// To how many records, or how often.
+    pub count: Whole<1, 512>,
+    /// Whether the target's guard drops what no key protects.
+    #[serde(default = "required")]
+    #[schemars(with = "String")]
+    pub guard: Requirement,
+    /// What must come of it.
+    pub expected: Located<List<Outcome, 9>>,
+}
+
+/// What strangers send.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Flood {
+    /// Sound ClientHellos, and then nothing, whatever is answered.
+    Hello,
+    /// ClientHellos that are cut off.
+    Broken,
+    /// Random bytes.
+    Noise,
+    /// Sound ClientHellos of those who show that they receive, begin again, and then say nothing.
+    Proving,
+}
+
+/// Strangers come to the door of a listener, each from an address of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Storm {
+    /// What they send.
+    pub content: Flood,
+    /// How many.
+    pub count: Whole<1, 4000>,
+    /// Time between two of them, microseconds.
+    pub every_us: Whole<10, 1_000_000>,
+    /// What must come of it.
+    pub expected: Located<List<Outcome, 9>>,
+}
+
+/// Where an observer stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stand {
+    /// On the path between the two ends.
+    Path,
+    /// Behind the secure layer of an end, where everything is plain: the control.
+    Behind,
+}
+
+/// Somebody sees every byte and does nothing else.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Observe {
+    /// On which link.
+    pub link: Link,
+    /// Where.
+    pub at: Stand,
+    /// What must come of it.
+    pub expected: Located<List<Outcome, 9>>,
+}
+
+fn required() -> Requirement {
+    Requirement::Required
+}
+
+impl Link {
+    fn name(self) -> &'static str {
+        match self {
+            Link::Telemetry => "telemetry",
+            Link::Command => "command",
+        }
+    }
+}
+
+/// A word as the file writes it.
+fn word(value: impl Serialize) -> String {
+    serde_json::to_value(value).ok().and_then(|v| v.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+/// Whether there is such a downgrade: who listens follows who dials, the suite of the telemetry link is one, and TLS 1.3
+/// has neither the old constructions nor keys that were agreed upon before.
+pub fn can_be_lowered(link: Link, by: Hand, to: Lower) -> bool {
+    match (link, by) {
+        (Link::Telemetry, Hand::Dials) => true,
+        (Link::Telemetry, Hand::Relays) => matches!(to, Lower::Version | Lower::Suite | Lower::MasterSecret),
+        (Link::Telemetry, Hand::Listens) => false,
+        (Link::Command, Hand::Dials | Hand::Listens) => to == Lower::Version,
+        (Link::Command, Hand::Relays) => matches!(to, Lower::Version | Lower::Suite),
+    }
+}
+
+impl Scenario {
+    /// Whether it runs on the real stacks in memory, without a platform.
+    pub fn is_of_stacks(&self) -> bool {
+        !(self.impostor.is_empty()
+            && self.downgrade.is_empty()
+            && self.handle.is_empty()
+            && self.storm.is_empty()
+            && self.observe.is_empty())
+    }
+
+    /// Each of its cells, by name, as a scenario with nothing else in it.
+    pub(super) fn stack_cells(&self) -> Vec<(String, Scenario)> {
+        let mut cells = Vec::new();
+        let bare = || {
+            let mut bare = self.clone();
+            (bare.impostor, bare.downgrade, bare.handle, bare.storm, bare.observe) = Default::default();
+            bare
+        };
+        let mut add = |label: String, expected: &Located<List<Outcome, 9>>, put: &dyn Fn(&mut Scenario)| {
+            let mut cell = bare();
+            cell.expected = expected.clone();
+            put(&mut cell);
+            cells.push((label, cell));
+        };
+        for one in &self.impostor {
+            let label = format!("{}/{}/{}", one.link.name(), word(*one.end), word(*one.certificate));
+            add(label, &one.expected, &|cell| cell.impostor = List::of([one.clone()]));
+        }
+        for one in &self.downgrade {
+            let label = format!("{}/{}/{}", one.link.name(), word(*one.by), word(*one.to));
+            add(label, &one.expected, &|cell| cell.downgrade = List::of([one.clone()]));
+        }
+        for one in &self.handle {
+            let guard = if one.guard == Requirement::Waived { "/guard-off" } else { "" };
+            let label = format!("{}{guard}", word(one.deed));
+            add(label, &one.expected, &|cell| cell.handle = List::of([one.clone()]));
+        }
+        for one in &self.storm {
+            let label = format!("{}/{}us", word(one.content), one.every_us.get());
+            add(label, &one.expected, &|cell| cell.storm = List::of([one.clone()]));
+        }
+        for one in &self.observe {
+            let label = format!("{}/{}", one.link.name(), word(one.at));
+            add(label, &one.expected, &|cell| cell.observe = List::of([one.clone()]));
+        }
+        cells
+    }
+}

@@ -1,0 +1,237 @@
+//! A list of weaknesses: each a check that is waived or a bound that is set wrong, and with what a search is to find that out.
+//!
+//! How fast it is found, and by which strategy, is `command::worth`'s to measure.
+
+use std::path::Path;
+
+use evidence::ablation::Switch;
+use evidence::trial::Outcome;
+use serde::Deserialize;
+use wire::bounds::Bounds;
+
+use super::read::read_text;
+use super::value::{List, Located, Name};
+use super::{Problem, Problems};
+
+/// A list of weaknesses.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Weaknesses {
+    /// The weaknesses, in the order in which they are reported.
+    pub weakness: Located<List<Weakness, 128>>,
+}
+
+/// One of them.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Weakness {
+    /// What it is called in reports.
+    pub name: Located<Name>,
+    /// What goes on meanwhile, a scenario of one cell.
+    pub scenario: Name,
+    /// What may be done.
+    pub alphabet: Name,
+    /// The one check that is waived; or else
+    pub waive: Option<Switch>,
+    /// the one bound that the services are made with a wrong value of. The oracle judges by the right one.
+    pub misset: Option<Misset>,
+    /// Classes that count as found.
+    pub find: Located<List<Outcome, 9>>,
+}
+
+/// A bound with a value that is not the platform's.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Misset {
+    /// Which.
+    pub bound: BoundName,
+    /// Its wrong value, milliseconds.
+    pub to_ms: u32,
+}
+
+/// Bounds on time, by their name in a platform's file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[expect(clippy::enum_variant_names, reason = "they are spelt as in a platform's file")]
+pub enum BoundName {
+    /// *Tf*.
+    FreshnessMs,
+    /// The supervision lease.
+    LeaseMs,
+    /// How old a stage's product may be.
+    ProductLimitMs,
+    /// How long a loss may last that driving depends on.
+    UnrecoveredMs,
+    /// How old a track may be.
+    TrackLimitMs,
+    /// How old an order may be.
+    CommandLimitMs,
+    /// How long authority lives.
+    AuthorityMs,
+    /// How long all has to be well before DEGRADED ends.
+    HysteresisMs,
+    /// How long a set-point is followed.
+    SetPointLeaseMs,
+    /// How long the log may go unsealed.
+    SealLimitMs,
+}
+
+impl Misset {
+    /// `bounds` with the wrong value.
+    pub fn of(&self, bounds: &Bounds) -> Bounds {
+        let mut wrong = *bounds;
+        *self.bound.value(&mut wrong) = u64::from(self.to_ms);
+        wrong
+    }
+
+    /// As a report tells it.
+    pub fn name(&self) -> String {
+        format!("{} = {}", self.bound.name(), self.to_ms)
+    }
+}
+
+impl BoundName {
+    fn value(self, bounds: &mut Bounds) -> &mut u64 {
+        match self {
+            BoundName::FreshnessMs => &mut bounds.freshness_ms,
+            BoundName::LeaseMs => &mut bounds.lease_ms,
+            BoundName::ProductLimitMs => &mut bounds.product_limit_ms,
+            BoundName::UnrecoveredMs => &mut bounds.unrecovered_ms,
+            BoundName::TrackLimitMs => &mut bounds.track_limit_ms,
+            BoundName::CommandLimitMs => &mut bounds.command_limit_ms,
+            BoundName::AuthorityMs => &mut bounds.authority_ms,
+            BoundName::HysteresisMs => &mut bounds.hysteresis_ms,
+            BoundName::SetPointLeaseMs => &mut bounds.set_point_lease_ms,
+            BoundName::SealLimitMs => &mut bounds.seal_limit_ms,
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            BoundName::FreshnessMs => "freshness_ms",
+            BoundName::LeaseMs => "lease_ms",
+            BoundName::ProductLimitMs => "product_limit_ms",
+            BoundName::UnrecoveredMs => "unrecovered_ms",
+            BoundName::TrackLimitMs => "track_limit_ms",
+            BoundName::CommandLimitMs => "command_limit_ms",
+            BoundName::AuthorityMs => "authority_ms",
+            BoundName::HysteresisMs => "hysteresis_ms",
+            BoundName::SetPointLeaseMs => "set_point_lease_ms",
+            BoundName::SealLimitMs => "seal_limit_ms",
+        }
+    }
+}
+
+impl Weakness {
+    /// What is wrong, as a report tells it.
+    pub fn wrong(&self) -> String {
+        let waived = self.waive.map(Switch::name);
+        waived.or_else(|| self.misset.as_ref().map(Misset::name)).unwrap_or_default()
+    }
+}
+
+impl Weaknesses {
+    /// Reads the list at `path`.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, in its place.
+    pub fn load(path: &Path) -> Result<Self, Problems> {
+        let file = path.display().to_string();
+        Self::parse(&file, &read_text(path, &file)?)
+    }
+
+    /// Checks the text of a list.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, with `file` as its name.
+    pub fn parse(file: &str, text: &str) -> Result<Self, Problems> {
+        let list: Self = toml::from_str(text).map_err(|e| Problem::from_toml(file, text, &e))?;
+        let wrong = list.wrong();
+        let problem = |(bytes, message, remedy): (_, String, &str)| Problem::at(file, text, bytes, message, remedy);
+        Problems::none_or(wrong.into_iter().map(problem).collect())?;
+        Ok(list)
+    }
+
+    fn wrong(&self) -> Vec<(std::ops::Range<usize>, String, &'static str)> {
+        let mut wrong = Vec::new();
+        if self.weakness.is_empty() {
+            wrong.push((self.weakness.bytes(), "no weakness".to_owned(), "add a `[[weakness]]`"));
+        }
+        for (i, of) in self.weakness.iter().enumerate() {
+            let name = of.name.as_str();
+            if self.weakness.iter().take(i).any(|before| before.name.as_str() == name) {
+                wrong.push((of.name.bytes(), format!("weakness {name} is there twice"), "give each its own name"));
+            }
+            if of.waive.is_some() == of.misset.is_some() {
+                let remedy = "name a check under `waive`, or a bound and its wrong value under `misset`";
+                wrong.push((of.name.bytes(), format!("weakness {name} is not one thing that is wrong"), remedy));
+            }
+            if of.find.is_empty() || of.find.contains(&Outcome::Invalid) {
+                let remedy = "name classes such as \"UNSAFE\"; what is INVALID shows nothing";
+                wrong.push((of.find.bytes(), "no class that can be found".to_owned(), remedy));
+            }
+        }
+        wrong
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::find_root;
+
+    const TEXT: &str = "[[weakness]]\nname = \"a\"\nscenario = \"nominal\"\nalphabet = \"path\"\n\
+                        waive = \"boundary.freshness\"\nfind = [\"UNSAFE\"]\n\
+                        [[weakness]]\nname = \"b\"\nscenario = \"nominal\"\nalphabet = \"path\"\n\
+                        waive = \"guards.lease\"\nfind = [\"LATE\"]\n";
+
+    #[test]
+    fn the_shipped_list_is_read() {
+        let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        for list in ["checks", "bounds"] {
+            let file = root.join(format!("scenarios/weaknesses/{list}.toml"));
+            assert!(!Weaknesses::load(&file).unwrap().weakness.is_empty());
+        }
+    }
+
+    #[test]
+    fn a_bound_that_is_set_wrong_is_that_bound_alone() {
+        let text = TEXT.replace("waive = \"guards.lease\"", "misset = { bound = \"lease_ms\", to_ms = 670 }");
+        let list = Weaknesses::parse("w.toml", &text).unwrap();
+        let wrong = list.weakness[1].misset.as_ref().unwrap().of(&Bounds::GROUND);
+        assert_eq!(wrong, Bounds { lease_ms: 670, ..Bounds::GROUND });
+        assert_eq!(list.weakness[1].wrong(), "lease_ms = 670");
+    }
+
+    #[test]
+    fn a_weakness_is_one_thing_that_is_wrong() {
+        let neither = TEXT.replace("waive = \"guards.lease\"\n", "");
+        let both =
+            TEXT.replace("find = [\"LATE\"]", "find = [\"LATE\"]\nmisset = { bound = \"lease_ms\", to_ms = 670 }");
+        for text in [neither, both] {
+            let problems = Weaknesses::parse("w.toml", &text).unwrap_err();
+            assert_eq!(problems.all()[0].message(), "weakness b is not one thing that is wrong");
+        }
+    }
+
+    #[test]
+    fn a_list_that_makes_no_sense_is_refused_in_its_place() {
+        assert_eq!(Weaknesses::parse("w.toml", TEXT).unwrap().weakness.len(), 2);
+        for (wrong, with, message, marked) in [
+            ("name = \"b\"", "name = \"a\"", "weakness a is there twice", "\"a\""),
+            ("[\"LATE\"]", "[]", "no class that can be found", "[]"),
+            ("[\"LATE\"]", "[\"INVALID\"]", "no class that can be found", "[\"INVALID\"]"),
+            (
+                "guards.lease",
+                "guards.leash",
+                "no check `guards.leash`; there are: boundary.freshness",
+                "\"guards.leash\"",
+            ),
+        ] {
+            let problems = Weaknesses::parse("w.toml", &TEXT.replace(wrong, with)).unwrap_err();
+            let problem = &problems.all()[0];
+            assert!(problem.message().starts_with(message), "{}", problem.message());
+            assert_eq!(problem.marked(), Some(marked));
+        }
+    }
+}

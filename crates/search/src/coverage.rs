@@ -1,0 +1,88 @@
+//! What a trial showed that others may not have: its semantic coverage.
+//!
+//! A *point* of coverage is a situation of the platform at a decision: mode × authority × modalities that last came × what was
+//! decided (accepted in which bucket of age, refused for which reason, changed for which cause, shown how old). Beside these
+//! there are *steps*: how near a trial came to the limit, in tenths of the way, so that a trial that comes nearer
+//! than any before is as new as one that sees something new. Whether anything is broken is the oracle's to say.
+
+#![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
+
+use std::collections::BTreeSet;
+
+use evidence::{Evidence, Witnessed};
+use oracle::{AT_LIMIT, Nearness};
+use sha2::{Digest, Sha256};
+use wire::event::Event;
+use wire::id::{NodeId, UnitId};
+use wire::mode::Mode;
+
+/// Points and steps, by a digest of what they are.
+pub type Coverage = BTreeSet<u64>;
+
+/// In how many steps the way to a limit is divided.
+const STEPS: u32 = 10;
+
+/// What the platform under test is in when something is decided.
+#[derive(Debug)]
+struct Situation {
+    mode: Mode,
+    authority: bool,
+    live: String,
+}
+
+/// Everything that a trial covered, which came so near to each limit.
+pub(super) fn of(evidence: &Evidence, nearness: &Nearness) -> Coverage {
+    let mut covered = Coverage::new();
+    for (limit, way) in nearness {
+        // Who came near came by what is less near.
+        let steps = (way * STEPS / AT_LIMIT).min(STEPS);
+        covered.extend((0..=steps).map(|step| point(&format!("{limit:?} {step}"))));
+    }
+    let mut now = Situation { mode: Mode::Idle, authority: false, live: String::new() };
+    for w in evidence.entries.iter().filter(|w| w.at <= evidence.duration) {
+        follow(&mut now, w);
+        if let Some(decided) = decided(w, evidence.bounds.freshness_ms) {
+            covered.insert(point(&format!("{:?} {} {} {decided}", now.mode, now.authority, now.live)));
+        }
+    }
+    covered
+}
+
+fn follow(now: &mut Situation, w: &Witnessed) {
+    match w.entry.event {
+        Event::Transition { to, .. } if w.entry.node == NodeId::UNIT_A => now.mode = to,
+        Event::Minted { .. } if w.entry.node == NodeId::UNIT_A => now.authority = true,
+        Event::Revoked { .. } | Event::Acted { .. } if w.entry.node == NodeId::UNIT_A => now.authority = false,
+        Event::FrameSeen { present, .. } => now.live = format!("{present:?}"),
+        _ => {}
+    }
+}
+
+/// What was decided, in few words: numbers in buckets, no names of records.
+fn decided(w: &Witnessed, freshness_ms: u64) -> Option<String> {
+    let node = w.entry.node;
+    match w.entry.event {
+        Event::Accepted { at, age, .. } => {
+            let bucket = age.map(|age| age.0 * 4 / (freshness_ms * 1000).max(1));
+            Some(format!("{node} accepted {at:?} {bucket:?}"))
+        }
+        Event::Refused { at, reason, .. } => Some(format!("{node} refused {at:?} {reason:?}")),
+        Event::Transition { from, to, cause, .. } => Some(format!("{node} {from:?} {to:?} {}", cause.label())),
+        Event::Revoked { cause, .. } => Some(format!("{node} revoked {}", cause.label())),
+        Event::Displayed { unit: UnitId::A, mode, authority, freshness, .. } => {
+            Some(format!("shown {mode:?} {} {freshness:?}", authority.is_some()))
+        }
+        Event::CommandShown { shown, .. } => Some(format!("shown {shown:?}")),
+        Event::Executed { kind, refused, .. } => Some(format!("{node} executed {:?} {refused:?}", kind.name())),
+        Event::GuardSaw { verdict, .. } => Some(format!("{node} guard {}", verdict.name())),
+        Event::Session { peer, open } => Some(format!("{node} session {peer:?} {open}")),
+        Event::SessionLost { peer } => Some(format!("{node} lost {peer:?}")),
+        Event::Inconsistent { unit, finding, .. } => Some(format!("{node} inconsistent {unit:?} {finding:?}")),
+        _ => None,
+    }
+}
+
+fn point(text: &str) -> u64 {
+    let digest: [u8; 32] = Sha256::digest(text.as_bytes()).into();
+    digest.iter().take(8).fold(0, |hash, byte| hash << 8 | u64::from(*byte))
+}

@@ -1,0 +1,349 @@
+//! Where words come from: three strategies, each with one fixed way to draw.
+//!
+//! *Uniform* draws length, moves, moments and numbers evenly from the alphabet: what a search is measured against.
+//! *Transitions* begins everything where the unit changes mode in the run without an attack, as AVIS does (Taylor et al., "AVIS:
+//! In-Situ Model Checking for Unmanned Aerial Vehicles", DSN 2021), numbers evenly. *Guided* deals the moves like cards, each once
+//! before any comes again, from the second deal on every other one in proportion to what it has gained (a bandit by
+//! probability matching); draws moments from changes, edges of bounds and evenly; and, as fresh words cease to show anything
+//! new, changes words that did, or that came nearest to a limit. Nothing has probability zero in any but the second. What was
+//! learned so far is `learned`'s.
+
+use std::collections::VecDeque;
+
+use oracle::Nearness;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use scenario::{Alphabet, Range};
+use serde::Serialize;
+use wire::bounds::Bounds;
+
+use super::learned::{Known, Learned, Lesson, NEWEST, Near};
+use super::moments::Moments;
+use super::word::{Letter, Word, move_of};
+
+/// Out of ten guided words, how many are made from one that showed something new, when none of the newest fresh ones did.
+const FROM_KNOWN: u32 = 7;
+/// Out of ten of these, how many are made from one that came nearest to a limit, and not from one that was new.
+const FROM_NEAREST: u32 = 5;
+/// Of ten guided moments, how many are a change of mode and a little after; how many of the others the edge of a bound. The
+/// rest are drawn evenly.
+const AT_CHANGES: u32 = 4;
+const AT_EDGES: u32 = 3;
+/// How long after a change of mode still counts as at it, ticks.
+const AFTER_CHANGE: u32 = 30;
+
+/// How words are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, clap::ValueEnum)]
+#[serde(rename_all = "kebab-case")]
+pub enum Strategy {
+    /// Evenly.
+    Uniform,
+    /// At changes of mode.
+    Transitions,
+    /// By what was new so far.
+    Guided,
+}
+
+impl Strategy {
+    /// Every strategy, that which others are measured against first.
+    pub const ALL: [Strategy; 3] = [Strategy::Uniform, Strategy::Transitions, Strategy::Guided];
+
+    /// Whether it draws from the moments of the run without a word.
+    pub(super) fn reads_moments(self) -> bool {
+        match self {
+            Strategy::Uniform => false,
+            Strategy::Transitions | Strategy::Guided => true,
+        }
+    }
+}
+
+/// Draws words.
+#[derive(Debug)]
+pub(super) struct Drawer<'a> {
+    alphabet: &'a Alphabet,
+    bounds: &'a Bounds,
+    strategy: Strategy,
+    rng: ChaCha8Rng,
+    nominal: Moments,
+    learned: Learned,
+    /// Of each word that was drawn and of which nothing was learned yet, in order: whether it is a fresh one.
+    drawn: VecDeque<bool>,
+    /// Moves that are still to be dealt, never none.
+    deck: Vec<usize>,
+    /// Whether each was dealt once.
+    all_dealt: bool,
+}
+
+impl<'a> Drawer<'a> {
+    /// Of the words over `alphabet`; `nominal` are the moments of the run without any, and `learned` knows how near it came.
+    pub(super) fn new(
+        alphabet: &'a Alphabet,
+        bounds: &'a Bounds,
+        strategy: Strategy,
+        seed: u64,
+        nominal: Moments,
+        nearness: &Nearness,
+    ) -> Self {
+        Self {
+            alphabet,
+            bounds,
+            strategy,
+            rng: ChaCha8Rng::seed_from_u64(seed),
+            nominal,
+            learned: Learned::new(alphabet.moves.len(), nearness),
+            drawn: VecDeque::new(),
+            deck: (0..alphabet.moves.len()).collect(),
+            all_dealt: false,
+        }
+    }
+
+    /// The alphabet of its words.
+    pub(super) fn alphabet(&self) -> &'a Alphabet {
+        self.alphabet
+    }
+
+    /// The platform's bounds.
+    pub(super) fn bounds(&self) -> &'a Bounds {
+        self.bounds
+    }
+
+    /// What came of the first word of which nothing was learned yet.
+    pub(super) fn learn(&mut self, lesson: Lesson) {
+        let fresh = self.drawn.pop_front() == Some(true);
+        self.learned.take(lesson, fresh);
+    }
+
+    /// The next word.
+    pub(super) fn word(&mut self) -> Word {
+        let fresh = self.strategy != Strategy::Guided || self.learned.known().is_empty() || !self.fresh_is_stale();
+        self.drawn.push_back(fresh);
+        if !fresh {
+            let nearest = if self.below(10) < FROM_NEAREST { self.nearest() } else { None };
+            return match nearest {
+                Some(near) => self.nearer(&near),
+                None => {
+                    let known = self.known();
+                    self.changed(&known)
+                }
+            };
+        }
+        let longest = self.longest();
+        let length = 1 + self.below(longest);
+        let nominal = self.nominal.clone();
+        Word::new((0..length).map(|_| self.letter(&nominal)).collect())
+    }
+
+    /// More often so the fewer of the newest fresh words showed something new: while they do, they see more than changed ones.
+    fn fresh_is_stale(&mut self) -> bool {
+        self.below(10 * NEWEST as u32) < FROM_KNOWN * self.learned.stale()
+    }
+
+    /// One that showed something new: every other time one of the newest.
+    fn known(&mut self) -> Known {
+        let n = self.learned.known().len() as u32;
+        let from = if self.below(2) == 0 { n.saturating_sub(16) } else { 0 };
+        let i = from + self.below(n - from);
+        self.learned.known()[i as usize].clone()
+    }
+
+    /// A word that came nearest to a limit, by its worth.
+    fn nearest(&mut self) -> Option<Near> {
+        let weights: Vec<u64> = self.learned.nearest().collect();
+        let n = self.by_weight(&weights);
+        self.learned.take_nearest(n)
+    }
+
+    pub(super) fn letter(&mut self, moments: &Moments) -> Letter {
+        let kind = match self.strategy {
+            Strategy::Uniform | Strategy::Transitions => self.below(self.alphabet.moves.len() as u32) as usize,
+            Strategy::Guided => self.dealt(),
+        };
+        let begins = self.moment(moments);
+        Letter { begins, kind, places: self.places(kind, moments) }
+    }
+
+    /// A move: from the deck until each was dealt once, then every other time by its worth.
+    fn dealt(&mut self) -> usize {
+        if !self.all_dealt || self.below(2) == 0 {
+            let i = self.below(self.deck.len() as u32) as usize;
+            let dealt = self.deck.swap_remove(i);
+            if self.deck.is_empty() {
+                self.all_dealt = true;
+                self.deck.extend(0..self.alphabet.moves.len());
+            }
+            return dealt;
+        }
+        let weights: Vec<u64> = self.learned.weights().collect();
+        self.by_weight(&weights)
+    }
+
+    /// The place of one of `weights`, each in proportion to what it is.
+    fn by_weight(&mut self, weights: &[u64]) -> usize {
+        let mut left = ((u128::from(self.rng.next_u32()) * u128::from(weights.iter().sum::<u64>())) >> 32) as u64;
+        let at = weights.iter().position(|weight| match left.checked_sub(*weight) {
+            Some(rest) => {
+                left = rest;
+                false
+            }
+            None => true,
+        });
+        at.unwrap_or(0)
+    }
+
+    pub(super) fn moment(&mut self, moments: &Moments) -> u32 {
+        let (first, last) = self.alphabet.begins();
+        let even = |drawer: &mut Self| first + drawer.below(last - first + 1);
+        match self.strategy {
+            Strategy::Uniform => even(self),
+            Strategy::Transitions => self.one_of(&moments.changes).unwrap_or(first),
+            Strategy::Guided => {
+                let drawn = self.below(10);
+                let moment = if drawn < AT_CHANGES {
+                    let after = self.below(AFTER_CHANGE);
+                    self.one_of(&moments.changes).map(|at| at + after)
+                } else if drawn < AT_CHANGES + AT_EDGES {
+                    self.one_of(&moments.edges)
+                } else {
+                    None
+                };
+                moment.map_or_else(|| even(self), |at| at.clamp(first, last))
+            }
+        }
+    }
+
+    pub(super) fn places(&mut self, of: usize, moments: &Moments) -> Vec<u32> {
+        let letter = Letter { begins: 0, kind: of, places: Vec::new() };
+        let ranges: Vec<Range> = move_of(self.alphabet, &letter).ranges().copied().collect();
+        ranges.iter().map(|range| self.place(range, moments)).collect()
+    }
+
+    fn place(&mut self, range: &Range, moments: &Moments) -> u32 {
+        let even = |drawer: &mut Self| drawer.below(range.last() + 1);
+        match self.strategy {
+            Strategy::Uniform | Strategy::Transitions => even(self),
+            Strategy::Guided => match self.below(3) {
+                0 => range.last(),
+                1 => self.one_of(&moments.lengths).map_or(0, |length| range.place(f64::from(length))),
+                _ => even(self),
+            },
+        }
+    }
+
+    pub(super) fn longest(&self) -> u32 {
+        self.alphabet.longest.unsigned() as u32
+    }
+
+    fn one_of(&mut self, of: &[u32]) -> Option<u32> {
+        let i = self.below(of.len() as u32) as usize;
+        of.get(i).copied()
+    }
+
+    /// Even below `n`, to within 2^-32; 0 where `n` is 0.
+    pub(super) fn below(&mut self, n: u32) -> u32 {
+        ((u64::from(self.rng.next_u32()) * u64::from(n)) >> 32) as u32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use oracle::Limit;
+    use scenario::find_root;
+
+    fn alphabet() -> Alphabet {
+        let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        Alphabet::load(&root.join("scenarios/alphabets/sensors.toml")).unwrap()
+    }
+
+    fn guided(alphabet: &Alphabet) -> Drawer<'_> {
+        Drawer::new(alphabet, &Bounds::GROUND, Strategy::Guided, 1, Moments::default(), &Nearness::new())
+    }
+
+    fn lesson(word: &Word, new: bool, nearness: Nearness) -> Lesson {
+        Lesson { known: Known { word: word.clone(), moments: Moments::default() }, new, nearness }
+    }
+
+    fn kinds(drawer: &mut Drawer<'_>, letters: usize) -> Vec<usize> {
+        let words = std::iter::repeat_with(|| drawer.word());
+        words
+            .flat_map(|word| word.letters().iter().map(|letter| letter.kind).collect::<Vec<_>>())
+            .take(letters)
+            .collect()
+    }
+
+    #[test]
+    fn guided_drawing_deals_every_move_once_before_any_comes_again() {
+        let alphabet = alphabet();
+        let mut first = kinds(&mut guided(&alphabet), alphabet.moves.len());
+        first.sort_unstable();
+        // The last word may be cut short by letters of the next round; those that were dealt are all different.
+        first.dedup();
+        assert!(first.len() >= alphabet.moves.len() - alphabet.longest.unsigned() as usize, "{first:?}");
+    }
+
+    #[test]
+    fn a_move_that_gains_is_dealt_more_often_and_every_move_goes_on_being_dealt() {
+        let alphabet = alphabet();
+        let mut drawer = guided(&alphabet);
+        for _ in 0..200 {
+            let word = drawer.word();
+            let new = word.letters().iter().any(|letter| letter.kind == 0);
+            drawer.learned.take(lesson(&word, new, Nearness::new()), false);
+        }
+        let mut counts = vec![0; alphabet.moves.len()];
+        (0..4_000).for_each(|_| counts[drawer.dealt()] += 1);
+        let others = &counts[1..];
+        assert!(counts[0] > 2 * *others.iter().max().unwrap() && *others.iter().min().unwrap() > 0, "{counts:?}");
+    }
+
+    #[test]
+    fn known_words_are_changed_only_once_fresh_ones_cease_to_show_anything_new() {
+        let alphabet = alphabet();
+        let changed = |new: bool| {
+            let mut drawer = guided(&alphabet);
+            for i in 0..200 {
+                let word = drawer.word();
+                drawer.learn(lesson(&word, new || i == 0, Nearness::new()));
+            }
+            (0..100)
+                .filter(|_| {
+                    drawer.word();
+                    !drawer.drawn.back().unwrap()
+                })
+                .count()
+        };
+        assert_eq!(changed(true), 0);
+        let stale = changed(false);
+        assert!((50..=90).contains(&stale), "{stale} of 100, where seven of ten are meant");
+    }
+
+    /// A limit that nothing new marks the way to: only who keeps to what came nearest gets there.
+    #[test]
+    fn the_way_to_a_limit_is_climbed() {
+        let alphabet = alphabet();
+        let (first, last) = alphabet.begins();
+        let wanted = first + (last - first) / 3;
+        let near = |word: &Word| {
+            let off = word.letters().iter().map(|letter| letter.begins.abs_diff(wanted)).min().unwrap_or(last);
+            1_000_u32.saturating_sub(off)
+        };
+        let found = |seed: u64, climbs: bool| {
+            let mut drawer =
+                Drawer::new(&alphabet, &Bounds::GROUND, Strategy::Guided, seed, Moments::default(), &Nearness::new());
+            let mut new = true;
+            let at = (1..=2_000_u32).find(|_| {
+                let word = drawer.word();
+                let way = near(&word);
+                let nearness = Nearness::from([(Limit::Uplink, if climbs { way } else { 0 })]);
+                drawer.learn(lesson(&word, std::mem::take(&mut new), nearness));
+                way == 1_000
+            });
+            at.unwrap_or(2_000)
+        };
+        let words = |climbs: bool| (1..=10).map(|seed| found(seed, climbs)).sum::<u32>();
+        let (climbing, blind) = (words(true), words(false));
+        assert!(3 * climbing < 2 * blind, "{climbing} words against {blind}");
+    }
+}

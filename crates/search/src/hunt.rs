@@ -1,0 +1,208 @@
+//! The hunt: rounds of words, each drawn before any of it is tried, so that what is found does not depend on threads.
+
+use std::collections::BTreeMap;
+
+use evidence::trial::Outcome;
+use oracle::Limit;
+use parallel::progress::{Progress, Stop};
+use scenario::Alphabet;
+use serde::Serialize;
+
+use super::coverage::Coverage;
+use super::draw::{Drawer, Strategy};
+use super::learned::{Known, Lesson};
+use super::moments::Moments;
+use super::tried::{Cause, Ground, Test, Tried};
+use super::word::Word;
+
+/// Words drawn at a time.
+const ROUND: u64 = 16;
+
+/// How a hunt goes, and how long it lasts.
+#[derive(Clone, Copy, Debug)]
+pub struct Quest {
+    /// How words are drawn.
+    pub strategy: Strategy,
+    /// Seed of the drawing; the trials have their own.
+    pub seed: u64,
+    /// Most trials.
+    pub budget: u64,
+    /// Whether to end with the first.
+    pub first: bool,
+}
+
+/// A finding as it was found.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The trial.
+    pub tried: Tried,
+    /// The how-manyth, from 1.
+    pub trial: u64,
+    /// CPU time of the hunt until then, seconds.
+    pub cpu_seconds: f64,
+}
+
+/// What came of a hunt.
+#[derive(Clone, Debug, Default)]
+pub struct Hunted {
+    /// Trials made.
+    pub trials: u64,
+    /// CPU time of all of them, seconds; with that of the run without a word where the strategy reads its moments.
+    pub cpu_seconds: f64,
+    /// How often which class.
+    pub outcomes: BTreeMap<Outcome, u64>,
+    /// Points and steps of coverage seen.
+    pub covered: Coverage,
+    /// Of each limit with a way to it, how far words that arrived came, in thousandths, and the first that did.
+    pub nearest: BTreeMap<Limit, (u32, Word)>,
+    /// Of each cause the first finding.
+    pub found: BTreeMap<Cause, Found>,
+}
+
+/// A hunt as a row of a report.
+#[derive(Clone, Debug, Serialize)]
+pub struct HuntRow {
+    /// How words were drawn.
+    pub strategy: Strategy,
+    /// Trials made.
+    pub trials: u64,
+    /// CPU time of all of them, seconds.
+    pub cpu_seconds: f64,
+    /// How often which class.
+    pub outcomes: BTreeMap<&'static str, u64>,
+    /// Points and steps of coverage seen.
+    pub covered: usize,
+    /// How near it came to each limit that has a way to it.
+    pub nearest: Vec<NearestRow>,
+}
+
+/// The nearest that any word came to a limit.
+#[derive(Clone, Debug, Serialize)]
+pub struct NearestRow {
+    /// Which.
+    pub limit: Limit,
+    /// In thousandths of the way to the limit that the platform's bounds state; the oracle allows for a little more.
+    pub thousandths: u32,
+    /// The word.
+    pub word: String,
+}
+
+impl Ground {
+    /// Hunts for findings.
+    ///
+    /// # Errors
+    /// Which word does not fit the scenario, or that the user wants it to stop.
+    pub fn hunt(
+        &self,
+        quest: Quest,
+        test: Test<'_>,
+        threads: usize,
+        progress: &Progress,
+        stop: &Stop,
+    ) -> Result<Hunted, String> {
+        let nominal = self.try_word(&Word::default())?;
+        let moments = |run: &Tried| Moments::of(run, &self.alphabet, &self.setup.bounds);
+        let mut drawer = Drawer::new(
+            &self.alphabet,
+            &self.setup.bounds,
+            quest.strategy,
+            quest.seed,
+            moments(&nominal),
+            &nominal.nearness,
+        );
+        let mut hunted = Hunted { covered: nominal.coverage.clone(), ..Hunted::default() };
+        if quest.strategy.reads_moments() {
+            hunted.cpu_seconds = nominal.trial.cpu_seconds;
+        }
+        while hunted.trials < quest.budget {
+            let round: Vec<Word> = (0..ROUND.min(quest.budget - hunted.trials)).map(|_| drawer.word()).collect();
+            // Of a hunt that ends with the first finding as little as can be is tried in vain behind it.
+            let at_once = if quest.first { threads.max(1) } else { round.len() };
+            for words in round.chunks(at_once) {
+                for one in self.round(words, threads, progress, stop)? {
+                    let known = Known { word: one.word.clone(), moments: moments(&one) };
+                    let nearness = one.brought_near();
+                    let new = hunted.take(one, test);
+                    drawer.learn(Lesson { known, new, nearness });
+                    if quest.first && !hunted.found.is_empty() {
+                        return Ok(hunted);
+                    }
+                }
+            }
+        }
+        Ok(hunted)
+    }
+}
+
+impl Ground {
+    /// Tries every one of `words`.
+    ///
+    /// # Errors
+    /// As [`Ground::hunt`].
+    pub fn try_all(
+        &self,
+        words: &[Word],
+        test: Test<'_>,
+        threads: usize,
+        progress: &Progress,
+        stop: &Stop,
+    ) -> Result<Hunted, String> {
+        let mut hunted = Hunted::default();
+        for round in words.chunks(ROUND as usize) {
+            for one in self.round(round, threads, progress, stop)? {
+                hunted.take(one, test);
+            }
+        }
+        Ok(hunted)
+    }
+
+    fn round(&self, words: &[Word], threads: usize, progress: &Progress, stop: &Stop) -> Result<Vec<Tried>, String> {
+        parallel::map(threads, words, |word| {
+            if stop.asked() {
+                return Err("stopped".to_owned());
+            }
+            let tried = self.try_word(word);
+            progress.step();
+            tried
+        })
+    }
+}
+
+impl Hunted {
+    /// Counts a trial; says whether it showed something new.
+    fn take(&mut self, tried: Tried, test: Test<'_>) -> bool {
+        self.trials += 1;
+        self.cpu_seconds += tried.trial.cpu_seconds;
+        *self.outcomes.entry(tried.trial.outcome).or_default() += 1;
+        let before = self.covered.len();
+        self.covered.extend(&tried.coverage);
+        let new = self.covered.len() > before;
+        for (limit, way) in tried.brought_near() {
+            if self.nearest.get(&limit).is_none_or(|(before, _)| way > *before) {
+                self.nearest.insert(limit, (way, tried.word.clone()));
+            }
+        }
+        if let Some(cause) = test(&tried) {
+            let (trial, cpu_seconds) = (self.trials, self.cpu_seconds);
+            self.found.entry(cause).or_insert(Found { tried, trial, cpu_seconds });
+        }
+        new
+    }
+
+    /// As a row of a report.
+    pub fn row(&self, alphabet: &Alphabet, strategy: Strategy) -> HuntRow {
+        let nearest = self.nearest.iter().map(|(limit, (thousandths, word))| NearestRow {
+            limit: *limit,
+            thousandths: *thousandths,
+            word: word.told(alphabet),
+        });
+        HuntRow {
+            strategy,
+            trials: self.trials,
+            cpu_seconds: self.cpu_seconds,
+            outcomes: self.outcomes.iter().map(|(outcome, n)| (outcome.name(), *n)).collect(),
+            covered: self.covered.len(),
+            nearest: nearest.collect(),
+        }
+    }
+}

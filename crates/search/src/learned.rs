@@ -1,0 +1,156 @@
+//! What a hunt has learned so far: which words showed something new, which came nearest to a limit, and what each move is worth.
+//!
+//! Drawing from it is `draw`'s.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use super::moments::Moments;
+use super::word::Word;
+use oracle::{AT_LIMIT, Limit, Nearness};
+
+/// So many of the newest fresh words say how often a fresh word still shows something new.
+pub(super) const NEWEST: usize = 16;
+/// Most words that are kept because they were new; the oldest goes.
+const MOST_KNOWN: usize = 4_096;
+/// Most words that are kept because they came nearest; no others are kept beside them then.
+const MOST_NEAREST: usize = 1_024;
+/// Beyond so far over a limit nothing is nearer: the oracle has seen it and did not mind.
+const FARTHEST: u32 = 2 * AT_LIMIT;
+
+/// A word worth changing.
+#[derive(Clone, Debug)]
+pub(super) struct Known {
+    pub(super) word: Word,
+    /// The moments of its run.
+    pub(super) moments: Moments,
+}
+
+/// The word that came nearest to a limit.
+#[derive(Clone, Debug)]
+pub(super) struct Near {
+    pub(super) limit: Limit,
+    /// How far it came, in thousandths of the way.
+    pub(super) way: u32,
+    pub(super) known: Known,
+    /// Words that were made from it.
+    pub(super) tried: u32,
+}
+
+/// What one trial taught.
+#[derive(Clone, Debug)]
+pub(super) struct Lesson {
+    pub(super) known: Known,
+    /// Whether it showed something new.
+    pub(super) new: bool,
+    /// How near it came; nothing where what was tried did not arrive.
+    pub(super) nearness: Nearness,
+}
+
+/// Words in which a move was, and those of them that showed something new or came nearer than any before.
+#[derive(Clone, Copy, Debug, Default)]
+struct Worth {
+    tried: u32,
+    gained: u32,
+}
+
+/// Everything learned.
+#[derive(Debug)]
+pub(super) struct Learned {
+    known: VecDeque<Known>,
+    /// How far the run without a word came to each limit, and how far anything.
+    nominal: Nearness,
+    furthest: Nearness,
+    /// The word that came nearest to each limit, of those that are made of the same moves: what cannot get any nearer does not
+    /// stand in the way of what can.
+    nearest: BTreeMap<(Limit, Vec<usize>), Near>,
+    /// Of each of the newest fresh words: whether it showed something new.
+    fresh: VecDeque<bool>,
+    moves: Vec<Worth>,
+}
+
+impl Learned {
+    /// Nothing yet, of an alphabet of so many moves; `nominal` is how near the run without a word came.
+    pub(super) fn new(moves: usize, nominal: &Nearness) -> Self {
+        Self {
+            known: VecDeque::new(),
+            nominal: nominal.clone(),
+            furthest: nominal.clone(),
+            nearest: BTreeMap::new(),
+            fresh: VecDeque::new(),
+            moves: vec![Worth::default(); moves],
+        }
+    }
+
+    /// Learns from a trial; `fresh` where its word was made from no other.
+    pub(super) fn take(&mut self, lesson: Lesson, fresh: bool) {
+        if fresh {
+            self.fresh.push_back(lesson.new);
+            if self.fresh.len() > NEWEST {
+                self.fresh.pop_front();
+            }
+        }
+        let nearer = self.nearer(&lesson);
+        for letter in lesson.known.word.letters() {
+            let worth = &mut self.moves[letter.kind];
+            worth.tried = worth.tried.saturating_add(1);
+            worth.gained = worth.gained.saturating_add(u32::from(lesson.new || nearer));
+        }
+        if lesson.new {
+            if self.known.len() == MOST_KNOWN {
+                self.known.pop_front();
+            }
+            self.known.push_back(lesson.known);
+        }
+    }
+
+    /// Keeps the word for each limit to which it came nearer than the run without a word, and than any of the same moves;
+    /// whether it came nearer than anything.
+    fn nearer(&mut self, lesson: &Lesson) -> bool {
+        let mut moves: Vec<usize> = lesson.known.word.letters().iter().map(|letter| letter.kind).collect();
+        moves.sort_unstable();
+        let mut any = false;
+        for (limit, way) in &lesson.nearness {
+            let (limit, way) = (*limit, (*way).min(FARTHEST));
+            if self.nominal.get(&limit).is_some_and(|nominal| way <= *nominal) {
+                continue;
+            }
+            let furthest = self.furthest.entry(limit).or_default();
+            any |= way > *furthest;
+            *furthest = way.max(*furthest);
+            let of = (limit, moves.clone());
+            let kept = self.nearest.get(&of).map(|near| near.way);
+            if kept.map_or(self.nearest.len() < MOST_NEAREST, |kept| way > kept) {
+                self.nearest.insert(of, Near { limit, way, known: lesson.known.clone(), tried: 0 });
+            }
+        }
+        any
+    }
+
+    /// How many of the newest fresh words showed nothing new.
+    pub(super) fn stale(&self) -> u32 {
+        self.fresh.iter().filter(|new| !**new).count() as u32
+    }
+
+    /// The words that showed something new, oldest first.
+    pub(super) fn known(&self) -> &VecDeque<Known> {
+        &self.known
+    }
+
+    /// What each of the words that came nearest to a limit is worth changing: the nearer the more, and the less the more often
+    /// that was tried since it came so near.
+    pub(super) fn nearest(&self) -> impl Iterator<Item = u64> + '_ {
+        self.nearest.values().map(|near| u64::from(near.way).pow(2) / (8 + u64::from(near.tried)))
+    }
+
+    /// The `n`th of them, to be changed.
+    pub(super) fn take_nearest(&mut self, n: usize) -> Option<Near> {
+        let near = self.nearest.values_mut().nth(n)?;
+        near.tried = near.tried.saturating_add(1);
+        Some(near.clone())
+    }
+
+    /// What each move is worth, by its place in the alphabet: in proportion to how often it gained, never nothing.
+    pub(super) fn weights(&self) -> impl Iterator<Item = u64> + '_ {
+        self.moves.iter().map(|worth| 1_000 * u64::from(worth.gained + 1) / u64::from(worth.tried + 1) + 1)
+    }
+}

@@ -1,0 +1,254 @@
+//! Words drawn at random, to hold live runs against the twin: findings away from their edge, words that break nothing, and words
+//! next to an edge.
+//!
+//! Which word a seed gives depends on ground, stratum and seed alone. Every draw is *uniform*: the other strategies look for what
+//! they do not know yet, and would draw one word because of another. Running them live is left to whoever asks for them.
+
+use evidence::trial::Outcome;
+use parallel::progress::{Progress, Stop, Talk};
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use scenario::{Scenario, Setup};
+use serde::{Deserialize, Serialize};
+
+use super::draw::Strategy;
+use super::hunt::Quest;
+use super::moments::Moments;
+use super::tried::{Cause, Ground, Test, Tried};
+use super::word::{Letter, Word, move_of};
+
+/// How far from an edge still is next to it, milliseconds.
+const NEXT_MS: i64 = 20;
+/// How often a word is hunted for, and how many words each hunt tries at most.
+const HUNTS: u32 = 4;
+const WORDS: u64 = 500;
+
+/// What kind of words a word is drawn from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Stratum {
+    /// It is a finding in the twin, and stays one with everything a little stronger, earlier and later ([`Ground::inside`]).
+    Finding,
+    /// It arrives in the twin and is no finding.
+    Safe,
+    /// It is a shrunk finding with one length of time moved by up to 20 ms, to either side of its edge.
+    Edge,
+}
+
+impl Stratum {
+    /// Every stratum.
+    pub const ALL: [Stratum; 3] = [Stratum::Finding, Stratum::Safe, Stratum::Edge];
+
+    /// Its name in files and tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stratum::Finding => "finding",
+            Stratum::Safe => "safe",
+            Stratum::Edge => "edge",
+        }
+    }
+}
+
+/// A word that was drawn, as the scenario that it makes.
+#[derive(Clone, Debug)]
+pub struct Drawn {
+    /// The scenario; it expects the class that the twin gave.
+    pub scenario: Scenario,
+    /// The word, for people.
+    pub word: String,
+    /// The class that the twin gave.
+    pub outcome: Outcome,
+}
+
+impl Ground {
+    /// Draws a word; `found` says what a finding is. None where none was come upon: there is no such word, or it is rare.
+    ///
+    /// # Errors
+    /// Why a word cannot be run, or that the user wants it to stop.
+    pub fn sample(&self, of: Stratum, found: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<Drawn>, String> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let safe = |tried: &Tried| safe(tried, found);
+        for _ in 0..HUNTS {
+            let drawn = match of {
+                Stratum::Safe => self.first(&safe, rng.next_u64(), stop)?.map(|(_, word)| (self.clone(), word)),
+                Stratum::Finding => match self.first(found, rng.next_u64(), stop)? {
+                    Some((cause, word)) => self.inside(&word, found, &cause)?.map(|word| (self.clone(), word)),
+                    None => None,
+                },
+                Stratum::Edge => self.next_to_edge(found, &mut rng, stop)?,
+            };
+            let Some((ground, word)) = drawn else { continue };
+            let drawn = ground.drawn(&word)?;
+            // What did not arrive in the twin says nothing that a live run could agree with.
+            if drawn.outcome != Outcome::Invalid {
+                return Ok(Some(drawn));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The first of the words drawn with this seed that `test` finds.
+    fn first(&self, test: Test<'_>, seed: u64, stop: &Stop) -> Result<Option<(Cause, Word)>, String> {
+        let quest = Quest { strategy: Strategy::Uniform, seed, budget: WORDS, first: true };
+        let hunted = self.hunt(quest, test, 1, &Progress::new("", 0, Talk::Quiet), stop)?;
+        Ok(hunted.found.into_iter().next().map(|(cause, found)| (cause, found.tried.word)))
+    }
+
+    fn drawn(&self, word: &Word) -> Result<Drawn, String> {
+        let outcome = self.try_word(word)?.trial.outcome;
+        let mut scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
+        let word = word.told(&self.alphabet);
+        scenario.expect([outcome]);
+        let alphabet = self.alphabet.name.as_str();
+        scenario.describe(
+            &format!("Drawn: {word}"),
+            &format!("Drawn over alphabet {alphabet} to hold a live run against the twin: {word}."),
+        );
+        Ok(Drawn { scenario, word, outcome })
+    }
+
+    /// What a finding shrinks to, with one of its lengths of time moved from its edge, over the same alphabet in milliseconds. It
+    /// is found and shrunk unrendered, which is sooner; the edge is that of this ground. None where none has one.
+    fn next_to_edge(
+        &self,
+        found: Test<'_>,
+        rng: &mut ChaCha8Rng,
+        stop: &Stop,
+    ) -> Result<Option<(Ground, Word)>, String> {
+        let plain = Setup { rendered: false, ..self.setup.clone() };
+        let plain = Ground::new(self.scenario.clone(), plain, self.seed, self.alphabet.in_milliseconds())?;
+        let Some((cause, word)) = plain.first(found, rng.next_u64(), stop)? else { return Ok(None) };
+        let nominal = plain.try_word(&Word::default())?;
+        let moments = Moments::of(&nominal, &plain.alphabet, &plain.setup.bounds);
+        let shrunk = plain.shrink(&word, found, &cause, &moments)?.word;
+        let (Some(length), steps) = (pick(&plain.lengths(&shrunk), rng).cloned(), offset(rng)) else { return Ok(None) };
+        let mut finer = self.clone();
+        finer.alphabet = plain.alphabet;
+        let holds = |place: u32| Ok(found(&finer.try_word(&length.at(place))?).as_ref() == Some(&cause));
+        let edge = length.edge(holds)?;
+        let moved = edge.and_then(|edge| u32::try_from(i64::from(edge) + steps).ok());
+        Ok(moved.filter(|place| *place <= length.last).map(|place| (finer, length.at(place))))
+    }
+
+    /// The lengths of time of a shrunk word that have an edge, which the weakest of its range has not.
+    fn lengths(&self, word: &Word) -> Vec<Length> {
+        let mut lengths = Vec::new();
+        for (letter, of) in word.letters().iter().enumerate() {
+            let of = move_of(&self.alphabet, of);
+            let times = of.ranges().enumerate().filter(|(number, _)| of.counts_time(*number));
+            lengths.extend(times.map(|(number, range)| Length {
+                letters: word.letters().to_vec(),
+                letter,
+                number,
+                last: range.last(),
+            }));
+        }
+        lengths.retain(|length| length.place() > 0);
+        lengths
+    }
+}
+
+/// One number of a word, which counts time in milliseconds.
+#[derive(Clone, Debug)]
+struct Length {
+    letters: Vec<Letter>,
+    letter: usize,
+    number: usize,
+    last: u32,
+}
+
+impl Length {
+    fn place(&self) -> u32 {
+        self.letters[self.letter].places[self.number]
+    }
+
+    /// The word with the number there.
+    fn at(&self, place: u32) -> Word {
+        let mut letters = self.letters.clone();
+        letters[self.letter].places[self.number] = place;
+        Word::new(letters)
+    }
+
+    /// The least place at which it holds, below one next to where it stands. None where it holds at 0, or not at that one.
+    fn edge(&self, holds: impl Fn(u32) -> Result<bool, String>) -> Result<Option<u32>, String> {
+        let (mut low, mut high) = (0, (self.place() + NEXT_MS.unsigned_abs() as u32).min(self.last));
+        if holds(low)? || !holds(high)? {
+            return Ok(None);
+        }
+        while high > low + 1 {
+            let middle = low + (high - low) / 2;
+            *(if holds(middle)? { &mut high } else { &mut low }) = middle;
+        }
+        Ok(Some(high))
+    }
+}
+
+/// Of a trial that broke nothing that was looked for and whose attack arrived.
+fn safe(tried: &Tried, found: Test<'_>) -> Option<Cause> {
+    let outcome = tried.trial.outcome;
+    let holds = tried.trial.receipt && outcome != Outcome::Invalid && found(tried).is_none();
+    holds.then(|| Cause { outcome, broken: "nothing".to_owned() })
+}
+
+fn pick<'a, T>(of: &'a [T], rng: &mut ChaCha8Rng) -> Option<&'a T> {
+    of.get(below(of.len() as u64, rng) as usize)
+}
+
+/// From -20 to 20, each as likely as any other.
+fn offset(rng: &mut ChaCha8Rng) -> i64 {
+    below(2 * NEXT_MS.unsigned_abs() + 1, rng) as i64 - NEXT_MS
+}
+
+/// Even below `n`, to within 2^-32; 0 where `n` is 0.
+fn below(n: u64, rng: &mut ChaCha8Rng) -> u64 {
+    (u64::from(rng.next_u32()) * n) >> 32
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::ends_in;
+    use scenario::{Alphabet, find_root, load};
+
+    fn ground() -> Ground {
+        let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let scenario = load(&root.join("scenarios/nominal.toml")).unwrap();
+        let setup = Setup::load(&root, &scenario, None, false).unwrap();
+        let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
+        Ground::new(scenario, setup, 1, alphabet).unwrap()
+    }
+
+    #[test]
+    fn a_seed_gives_one_word_and_it_is_of_its_stratum() {
+        let (ground, found) = (ground(), [Outcome::HoldSafe]);
+        let sample = |of: Stratum, seed| ground.sample(of, &ends_in(&found), seed, &Stop::default()).unwrap();
+        let safe = sample(Stratum::Safe, 1).unwrap();
+        assert!(!found.contains(&safe.outcome) && safe.outcome != Outcome::Invalid, "{safe:?}");
+        assert_eq!(sample(Stratum::Finding, 1).unwrap().outcome, Outcome::HoldSafe);
+        let [once, again] = [0; 2].map(|_| sample(Stratum::Edge, 1).unwrap());
+        assert_eq!((&once.word, &once.scenario), (&again.word, &again.scenario));
+        assert_ne!(once.word, sample(Stratum::Edge, 2).unwrap().word);
+    }
+
+    #[test]
+    fn the_edge_of_a_length_is_the_first_millisecond_that_holds() {
+        let mut ground = ground();
+        ground.alphabet = ground.alphabet.in_milliseconds();
+        let kind = ground.alphabet.moves.iter().position(|of| of.name.as_str() == "shake").unwrap();
+        let word = Word::new(vec![Letter { begins: 100, kind, places: vec![300, 0] }]);
+        let lengths = ground.lengths(&word);
+        assert_eq!(lengths.len(), 1, "the weakest of a range has no edge");
+        let edge = |least: u32| lengths[0].edge(|place| Ok(place >= least)).unwrap();
+        assert_eq!([1, 287, 320, 321, 0].map(edge), [Some(1), Some(287), Some(320), None, None]);
+        assert_eq!(lengths[0].at(283).told(&ground.alphabet), "shake at 1.00 s for 0.333 s (up_to_ms = 10)");
+    }
+
+    #[test]
+    fn offsets_reach_both_ends_and_none_is_beyond() {
+        let mut rng = ChaCha8Rng::seed_from_u64(1);
+        let drawn: std::collections::BTreeSet<i64> = (0..2_000).map(|_| offset(&mut rng)).collect();
+        assert_eq!((drawn.first(), drawn.last(), drawn.len()), (Some(&-20), Some(&20), 41));
+    }
+}

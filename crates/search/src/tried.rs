@@ -1,0 +1,172 @@
+//! One word tried: the trial that it makes, judged, and what a search keeps of it.
+
+use std::sync::Arc;
+
+use super::coverage::{self, Coverage};
+use super::word::{Letter, Word};
+use evidence::Property;
+use evidence::trial::{Outcome, Trial};
+use oracle::{Nearness, judged};
+use scenario::{Alphabet, Scenario, Setup};
+use twin::part::trunk::Trunk;
+use twin::trial::{conclude, start, start_along, trunk};
+
+/// The longest run that is kept as a trunk, seconds: everything that was said in it is in memory, of a rendered one a few
+/// megabytes a second.
+const LONGEST_TRUNK_S: f64 = 60.0;
+
+/// What is searched: a scenario and its setup, one seed, and what may be done to it.
+#[derive(Clone)]
+pub struct Ground {
+    /// The scenario without any word.
+    pub scenario: Scenario,
+    /// With what it runs.
+    pub setup: Setup,
+    /// The seed of every trial: trials differ by their word and by nothing else.
+    pub seed: u64,
+    /// What may be done.
+    pub alphabet: Alphabet,
+    /// The run without any word: what a word does not reach is not computed again. None of a run that is too long to keep.
+    trunk: Option<Arc<Trunk>>,
+}
+
+/// Why a trial is a finding: shrinking keeps it.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+pub struct Cause {
+    /// The class that the oracle gave.
+    pub outcome: Outcome,
+    /// What was broken, by its name: of the oracle's the property.
+    pub broken: String,
+}
+
+/// Says whether a trial is a finding, and why.
+pub type Test<'a> = &'a (dyn Fn(&Tried) -> Option<Cause> + Sync);
+
+/// A trial is a finding when it ends in one of these classes.
+pub fn ends_in(classes: &[Outcome]) -> impl Fn(&Tried) -> Option<Cause> + Sync + '_ {
+    move |tried| {
+        let broken = || tried.broken.map_or_else(|| "nothing".to_owned(), |property| format!("{property:?}"));
+        let outcome = tried.trial.outcome;
+        classes.contains(&outcome).then(|| Cause { outcome, broken: broken() })
+    }
+}
+
+/// A word and what came of it.
+#[derive(Clone, Debug)]
+pub struct Tried {
+    /// The word.
+    pub word: Word,
+    /// The judged trial.
+    pub trial: Trial,
+    /// The first property that was found broken, where one was.
+    pub broken: Option<Property>,
+    /// What it covered.
+    pub coverage: Coverage,
+    /// How near it came to each limit.
+    pub nearness: Nearness,
+    /// When the unit under test changed mode, milliseconds.
+    pub changes_ms: Vec<u32>,
+}
+
+impl Tried {
+    /// How near its word brought it to each limit: nothing where that did not arrive, whatever else was near in that trial.
+    pub(super) fn brought_near(&self) -> Nearness {
+        if self.trial.outcome == Outcome::Invalid { Nearness::new() } else { self.nearness.clone() }
+    }
+}
+
+impl Ground {
+    /// Of `scenario`, which is run once without any word.
+    ///
+    /// # Errors
+    /// Why it cannot be run.
+    pub fn new(scenario: Scenario, setup: Setup, seed: u64, alphabet: Alphabet) -> Result<Self, String> {
+        let nothing = Word::default().in_scenario(&alphabet, &scenario)?;
+        let kept = nothing.duration_s.get() <= LONGEST_TRUNK_S;
+        let trunk = kept.then(|| trunk(&nothing, &setup, seed).map(Arc::new).map_err(|e| e.to_string())).transpose()?;
+        Ok(Self { scenario, setup, seed, alphabet, trunk })
+    }
+
+    /// That each move of the alphabet fits the scenario by itself, at its weakest and its strongest, as early as it may begin.
+    ///
+    /// # Errors
+    /// Which does not, and why.
+    pub fn fits(&self) -> Result<(), String> {
+        let (begins, _) = self.alphabet.begins();
+        for (kind, of) in self.alphabet.moves.iter().enumerate() {
+            for places in [vec![0; of.ranges().count()], of.strongest()] {
+                let word = Word::new(vec![Letter { begins, kind, places }]);
+                word.in_scenario(&self.alphabet, &self.scenario).map_err(|why| {
+                    let (alphabet, scenario) = (self.alphabet.name.as_str(), self.scenario.name.as_str());
+                    format!("move {} of alphabet {alphabet} does not fit `{scenario}`: {why}", of.name.as_str())
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The scenario of a word that was found, to be run until it no longer ends in one of the classes `found`; INVALID and
+    /// UNSAFE are never fine. `why` is what was wrong.
+    ///
+    /// # Errors
+    /// Which letter does not fit.
+    pub fn as_regression(&self, word: &Word, found: &[Outcome], why: &str) -> Result<Scenario, String> {
+        let mut scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
+        let never =
+            |outcome: &Outcome| found.contains(outcome) || matches!(outcome, Outcome::Invalid | Outcome::Unsafe);
+        scenario.expect(Outcome::ALL.into_iter().filter(|outcome| !never(outcome)));
+        let word = word.told(&self.alphabet);
+        scenario.describe(
+            &format!("Found: {word}"),
+            &format!("Found by a search over alphabet {}: {word}. {why}", self.alphabet.name.as_str()),
+        );
+        Ok(scenario)
+    }
+
+    /// Tries a word.
+    ///
+    /// # Errors
+    /// Which letter does not fit the scenario, or why it cannot be run.
+    pub fn try_word(&self, word: &Word) -> Result<Tried, String> {
+        let scenario = word.in_scenario(&self.alphabet, &self.scenario)?;
+        let before = link::clock::thread_cpu_us();
+        let started = match &self.trunk {
+            Some(trunk) => start_along(&scenario, &self.setup, self.seed, trunk),
+            None => start(&scenario, &self.setup, self.seed, false),
+        };
+        let (cast, twin) = started.map_err(|e| e.to_string())?;
+        let run = conclude(cast, twin, &self.setup);
+        let mut trial = judged::trial(self.seed, scenario.level(), &run.evidence, &run.verdict);
+        let nearness = oracle::nearness(&run.evidence);
+        let coverage = coverage::of(&run.evidence, &nearness);
+        trial.cpu_seconds = link::clock::thread_cpu_us().saturating_sub(before) as f64 / 1e6;
+        let changes_ms = trial.transitions.iter().map(|row| row.t_ms as u32).collect();
+        Ok(Tried { word: word.clone(), trial, broken: first_broken(&run.verdict), coverage, nearness, changes_ms })
+    }
+}
+
+fn first_broken(verdict: &evidence::Verdict) -> Option<Property> {
+    // A lack of evidence is not what broke.
+    let breaks = |property: &Property| !matches!(property, Property::P6 | Property::P10);
+    verdict.findings.iter().map(|finding| finding.property).find(breaks)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use scenario::{find_root, load};
+
+    #[test]
+    fn a_run_too_long_to_keep_has_no_trunk_and_its_words_are_tried_all_the_same() {
+        let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let scenario = load(&root.join("scenarios/nominal.toml")).unwrap();
+        let setup = Setup::load(&root, &scenario, None, false).unwrap();
+        let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
+        let kept = |seconds: f64| Ground::new(scenario.soak(seconds, 0.0), setup.clone(), 1, alphabet.clone()).unwrap();
+        let (short, long) = (kept(LONGEST_TRUNK_S), kept(LONGEST_TRUNK_S + 1.0));
+        assert!(short.trunk.is_some() && long.trunk.is_none());
+        assert_eq!(long.try_word(&Word::default()).unwrap().trial.outcome, Outcome::Nominal);
+    }
+}

@@ -1,0 +1,134 @@
+//! Words made from others: one thing changed, one number moved a little, or by just what was missing to a limit.
+
+use super::draw::Drawer;
+use super::learned::{Known, Near};
+use super::word::{Letter, Word, move_of};
+use oracle::AT_LIMIT;
+
+/// The farthest that a nudge moves a letter, ticks; a number it moves by at most this part of its range.
+const NUDGE: u32 = 32;
+/// By how much more than what was missing a word is moved, ticks: what a property allows for beyond its limit, and what the
+/// platform rounds up to its periods, is between.
+const BEYOND: [u32; 5] = [0, 1, 2, 4, 8];
+
+impl Drawer<'_> {
+    /// A word made from the one that came nearest to a limit: half of them moved by what was missing, where that is a length of
+    /// time.
+    pub(super) fn nearer(&mut self, near: &Near) -> Word {
+        match self.below(4) {
+            0 => self.changed(&near.known),
+            1 => self.nudged(&near.known),
+            _ => self.aimed(near).unwrap_or_else(|| self.nudged(&near.known)),
+        }
+    }
+
+    /// The same word with one of its times moved by what was missing to the limit, earlier or later, or a little more.
+    fn aimed(&mut self, near: &Near) -> Option<Word> {
+        let limit = near.limit.ms(self.bounds())?;
+        let missing = limit * u64::from(AT_LIMIT.saturating_sub(near.way)) / u64::from(AT_LIMIT);
+        let tick = self.alphabet().tick_ms.unsigned();
+        let beyond = BEYOND[self.below(BEYOND.len() as u32) as usize];
+        let by_ms = (missing as f64).max(1.0) + f64::from(beyond) * tick as f64;
+        let mut letters = near.known.word.letters().to_vec();
+        let some = self.below(letters.len() as u32) as usize;
+        let of = move_of(self.alphabet(), &letters[some]);
+        let numbers: Vec<usize> = (0..letters[some].places.len()).filter(|n| of.counts_time(*n)).collect();
+        let ranges: Vec<_> = of.ranges().copied().collect();
+        let later = self.below(2) == 0;
+        let moved = |from: u32, step: f64| {
+            let steps = (by_ms / step).ceil() as u32;
+            if later { from.saturating_add(steps) } else { from.saturating_sub(steps) }
+        };
+        match (self.below(1 + numbers.len() as u32) as usize).checked_sub(1).map(|i| numbers[i]) {
+            None => {
+                let (first, last) = self.alphabet().begins();
+                letters[some].begins = moved(letters[some].begins, tick as f64).clamp(first, last);
+            }
+            Some(n) => letters[some].places[n] = moved(letters[some].places[n], ranges[n].step).min(ranges[n].last()),
+        }
+        Some(Word::new(letters))
+    }
+
+    /// The same word with one number or moment moved a little, at every scale alike.
+    fn nudged(&mut self, known: &Known) -> Word {
+        let mut letters = known.word.letters().to_vec();
+        let some = self.below(letters.len() as u32) as usize;
+        let ranges: Vec<_> = move_of(self.alphabet(), &letters[some]).ranges().copied().collect();
+        match (self.below(1 + ranges.len() as u32) as usize).checked_sub(1) {
+            None => {
+                let (first, last) = self.alphabet().begins();
+                letters[some].begins = self.moved(letters[some].begins, NUDGE).clamp(first, last);
+            }
+            Some(n) => {
+                let last = ranges[n].last();
+                letters[some].places[n] = self.moved(letters[some].places[n], (last / NUDGE).max(1)).min(last);
+            }
+        }
+        Word::new(letters)
+    }
+
+    /// Up or down by 1, 2, 4 and so on, at most by `most`.
+    fn moved(&mut self, from: u32, most: u32) -> u32 {
+        let scales = most.ilog2() + 1;
+        let by = 1_u32 << self.below(scales);
+        if self.below(2) == 0 { from.saturating_add(by) } else { from.saturating_sub(by) }
+    }
+
+    /// The same word with one thing changed.
+    pub(super) fn changed(&mut self, known: &Known) -> Word {
+        let mut letters = known.word.letters().to_vec();
+        let some = self.below(letters.len() as u32) as usize;
+        match (self.below(5), letters.get(some).cloned()) {
+            (0, _) if (letters.len() as u32) < self.longest() => letters.push(self.letter(&known.moments)),
+            (1, Some(_)) if letters.len() > 1 => drop(letters.remove(some)),
+            (2 | 0, Some(letter)) => letters[some] = Letter { begins: self.moment(&known.moments), ..letter },
+            (3 | 1, Some(letter)) => {
+                let places = self.places(letter.kind, &known.moments);
+                letters[some] = Letter { places, ..letter };
+            }
+            (_, Some(letter)) => letters[some] = Letter { begins: letter.begins, ..self.letter(&known.moments) },
+            (_, None) => letters.push(self.letter(&known.moments)),
+        }
+        Word::new(letters)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use oracle::{Limit, Nearness};
+    use scenario::{Alphabet, find_root};
+    use wire::bounds::Bounds;
+
+    use super::*;
+    use crate::draw::Strategy;
+    use crate::moments::Moments;
+
+    #[test]
+    fn a_word_short_of_a_limit_of_time_is_moved_by_what_was_missing_or_a_little_more() {
+        let root = find_root(Path::new(env!("CARGO_MANIFEST_DIR"))).unwrap();
+        let alphabet = Alphabet::load(&root.join("scenarios/alphabets/path.toml")).unwrap();
+        let bounds = Bounds::GROUND;
+        let mut drawer = Drawer::new(&alphabet, &bounds, Strategy::Guided, 1, Moments::default(), &Nearness::new());
+        // Held up for 1 s by 500 ms, 2.5 s into the run, 100 ms short of the limit.
+        let kind = alphabet.moves.iter().position(|of| of.name.as_str() == "hold-up").unwrap();
+        let letter = Letter { begins: 250, kind, places: vec![95, 49] };
+        let word = Word::new(vec![letter.clone()]);
+        let way = AT_LIMIT - 100 * AT_LIMIT / bounds.to_hold_safe_ms as u32;
+        let known = Known { word: word.clone(), moments: Moments::default() };
+        let near = |limit| Near { limit, way, known: known.clone(), tried: 0 };
+        let mut moved = std::collections::BTreeSet::new();
+        for _ in 0..200 {
+            let aimed = drawer.aimed(&near(Limit::Uplink)).unwrap();
+            let now = &aimed.letters()[0];
+            let by = [now.begins.abs_diff(letter.begins), now.places[0].abs_diff(95), now.places[1].abs_diff(49)];
+            assert_eq!(by.iter().filter(|by| **by > 0).count(), 1, "{aimed:?}");
+            let by = by.iter().sum::<u32>();
+            assert!((10..=18).contains(&by), "{by} ticks, where 100 ms were missing");
+            moved.insert((now.begins != letter.begins, now.places[0] != 95, now > &letter, by));
+        }
+        assert_eq!(moved.len(), 2 * 3 * BEYOND.len(), "every time, both ways, each a little more: {moved:?}");
+        assert!(drawer.aimed(&near(Limit::Fence)).is_none(), "a distance is not a time to move by");
+    }
+}

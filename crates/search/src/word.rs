@@ -1,0 +1,112 @@
+//! A word: moves of an alphabet, each with its beginning and its numbers; and the scenario that it makes of another.
+
+use std::fmt::Write;
+
+use scenario::{Alphabet, Move, Scenario};
+use serde::Serialize;
+
+/// One move at one moment.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct Letter {
+    /// When it begins, in ticks of the alphabet.
+    pub begins: u32,
+    /// Which move, by its place in the alphabet.
+    pub kind: usize,
+    /// The places of its numbers in their ranges, the length first where it lasts.
+    pub places: Vec<u32>,
+}
+
+/// What an adversary does in one trial, in order of time.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct Word(Vec<Letter>);
+
+impl Word {
+    /// Of these letters, in whatever order they come.
+    pub fn new(mut letters: Vec<Letter>) -> Self {
+        letters.sort();
+        Self(letters)
+    }
+
+    /// Its letters, by time.
+    pub fn letters(&self) -> &[Letter] {
+        &self.0
+    }
+
+    /// The words of `n` of its letters.
+    pub fn subwords(&self, n: usize) -> Vec<Word> {
+        let all = 0..1_u32 << self.0.len().min(16);
+        let chosen = all.filter(|set| set.count_ones() as usize == n);
+        chosen
+            .map(|set| {
+                let kept = self.0.iter().enumerate().filter(|(i, _)| set >> i & 1 == 1);
+                Word(kept.map(|(_, letter)| letter.clone()).collect())
+            })
+            .collect()
+    }
+
+    /// `base` with what this word does in it.
+    ///
+    /// # Errors
+    /// Which letter does not fit `base`, in words.
+    pub fn in_scenario(&self, alphabet: &Alphabet, base: &Scenario) -> Result<Scenario, String> {
+        let tick = alphabet.tick_ms.unsigned();
+        let entry = |letter: &Letter| {
+            let of = move_of(alphabet, letter);
+            (of.table.as_str().to_owned(), of.entry(u64::from(letter.begins) * tick, &letter.places))
+        };
+        base.with_entries(&alphabet.with, self.0.iter().map(entry))
+    }
+
+    /// What it does, for people: `cut at 4.00 s for 0.55 s, hold at 5.10 s (by_ms = 300)`.
+    pub fn told(&self, alphabet: &Alphabet) -> String {
+        let tick = alphabet.tick_ms.unsigned();
+        let tell = |letter: &Letter| {
+            let of = move_of(alphabet, letter);
+            let begins = u64::from(letter.begins) * tick;
+            let mut text = format!("{} at {:.2} s", of.name.as_str(), begins as f64 / 1000.0);
+            let mut values = of.ranges().zip(&letter.places).map(|(range, place)| range.at(*place));
+            if of.lasts_ms.is_some() {
+                // Writing to a string does not fail.
+                let _ = write!(text, " for {} s", seconds(values.next().unwrap_or_default()));
+            }
+            for (number, value) in of.varies.iter().zip(values) {
+                let _ = write!(text, " ({} = {value})", number.key.as_str());
+            }
+            text
+        };
+        if self.0.is_empty() { "nothing".to_owned() } else { self.0.iter().map(tell).collect::<Vec<_>>().join(", ") }
+    }
+}
+
+/// Milliseconds as seconds: hundredths, and thousandths where there are any.
+fn seconds(ms: f64) -> String {
+    let places = if ms % 10.0 == 0.0 { 2 } else { 3 };
+    format!("{:.places$}", ms / 1000.0)
+}
+
+/// The move of a letter.
+pub(super) fn move_of<'a>(alphabet: &'a Alphabet, letter: &Letter) -> &'a Move {
+    &alphabet.moves[letter.kind]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn letter(begins: u32, kind: usize) -> Letter {
+        Letter { begins, kind, places: Vec::new() }
+    }
+
+    #[test]
+    fn a_word_is_the_same_in_whatever_order_its_letters_come() {
+        assert_eq!(Word::new(vec![letter(5, 0), letter(2, 1)]), Word::new(vec![letter(2, 1), letter(5, 0)]));
+    }
+
+    #[test]
+    fn its_subwords_are_every_choice_of_so_many_letters_once() {
+        let word = Word::new((0..4).map(|i| letter(i, 0)).collect());
+        let counts: Vec<usize> = (0..=4).map(|n| word.subwords(n).len()).collect();
+        assert_eq!(counts, [1, 4, 6, 4, 1]);
+        assert_eq!(word.subwords(4), [word]);
+    }
+}

@@ -1,0 +1,168 @@
+//! The class of a trial on the real stacks, from what the adversary says it did and what the target's log says it saw.
+//!
+//! The classes are the oracle's, in its order. UNSAFE: somebody passed for another, or a record was delivered that
+//! nobody sent, or one twice (P5), or something was read that the link is to keep to itself. INVALID: something done was not seen at the target. LATE: an honest record did not
+//! get through in time, or the association is gone. A stack has no modes, so it neither holds nor degrades.
+
+use std::collections::BTreeMap;
+
+use evidence::log::hex;
+use evidence::trial::{Knowledge, Latency, Outcome, Trial};
+use sha2::{Digest, Sha256};
+use wire::event::wire_hash;
+
+/// What one trial showed.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Showing {
+    /// Whether anything was attacked; a control attacks nothing.
+    attacked: bool,
+    /// How often the adversary says that it put in what has this short hash.
+    deeds: BTreeMap<u64, u64>,
+    /// How often the target's log says that it arrived.
+    seen: BTreeMap<u64, u64>,
+    /// What must never happen and did.
+    pub(super) breaches: Vec<String>,
+    /// What an observer read and must not be able to read.
+    pub(super) read: Vec<String>,
+    /// What an observer read that the protocol does not hide.
+    pub(super) in_the_clear: Vec<String>,
+    /// What should have got through in time and did not.
+    pub(super) missed: Vec<String>,
+    /// Refused by an end, by name.
+    refused: BTreeMap<String, u64>,
+    /// Refused by a guard, by name.
+    pub(super) guard_refused: BTreeMap<String, u64>,
+    /// Records delivered to an application.
+    pub(super) delivered: u64,
+}
+
+impl Showing {
+    /// Of an attack, or of a control.
+    pub(super) fn of(attacked: bool) -> Self {
+        Self { attacked, ..Self::default() }
+    }
+
+    /// The adversary put these bytes in.
+    pub(super) fn did(&mut self, bytes: &[u8]) {
+        self.did_hash(wire_hash(bytes));
+    }
+
+    /// The adversary put in what has this short hash.
+    pub(super) fn did_hash(&mut self, hash: u64) {
+        *self.deeds.entry(hash).or_default() += 1;
+    }
+
+    /// These bytes arrived at the target.
+    pub(super) fn saw(&mut self, bytes: &[u8]) {
+        self.saw_hash(wire_hash(bytes));
+    }
+
+    /// What has this short hash arrived at the target.
+    pub(super) fn saw_hash(&mut self, hash: u64) {
+        *self.seen.entry(hash).or_default() += 1;
+    }
+
+    /// An end refused something by this name.
+    pub(super) fn refused(&mut self, name: &str) {
+        self.refused_n(name, 1);
+    }
+
+    /// An end refused so many by this name.
+    pub(super) fn refused_n(&mut self, name: &str, n: u64) {
+        if n > 0 {
+            *self.refused.entry(name.to_owned()).or_default() += n;
+        }
+    }
+
+    /// Whether everything that was done was seen, as often as it was done.
+    fn receipt(&self) -> bool {
+        let arrived = |(hash, n): (&u64, &u64)| self.seen.get(hash).is_some_and(|seen| seen >= n);
+        !self.attacked || (!self.deeds.is_empty() && self.deeds.iter().all(arrived))
+    }
+
+    fn outcome(&self) -> Outcome {
+        if !self.breaches.is_empty() || !self.read.is_empty() {
+            Outcome::Unsafe
+        } else if !self.receipt() {
+            Outcome::Invalid
+        } else if !self.missed.is_empty() {
+            Outcome::Late
+        } else if !self.attacked {
+            Outcome::Nominal
+        } else if self.refused.is_empty() && self.guard_refused.is_empty() {
+            Outcome::Undetected
+        } else {
+            Outcome::Rejected
+        }
+    }
+}
+
+/// The counts by themselves: the order of short hashes is another in each run of the libraries.
+fn in_order(of: &BTreeMap<u64, u64>) -> Vec<u64> {
+    let mut counts: Vec<u64> = of.values().copied().collect();
+    counts.sort_unstable();
+    counts
+}
+
+/// Judges a trial. Its hashes are over names and counts, for the bytes are new in each run of the libraries.
+pub(super) fn judge(seed: u64, showing: &Showing) -> Trial {
+    let outcome = showing.outcome();
+    let breaches = showing.breaches.iter().map(|what| format!("P5: {what}"));
+    let read = showing.read.iter().map(|what| format!("read: {what}"));
+    let missed = showing.missed.iter().map(|what| format!("late: {what}"));
+    let clear = showing.in_the_clear.iter().map(|what| format!("in the clear: {what}"));
+    let unseen = (!showing.receipt()).then(|| "something that was done was not seen at its target".to_owned());
+    // Records at the boundary, as of every other trial; what a guard refused is none and stands in `guard_refused`.
+    let refused: u64 = showing.refused.values().sum();
+    let decisions = (outcome.name(), &showing.refused, &showing.guard_refused, showing.delivered);
+    let decision_hash = hex(&Sha256::digest(format!("{decisions:?}")));
+    let counts = [&showing.deeds, &showing.seen].map(in_order);
+    Trial {
+        seed,
+        cell: None,
+        knowledge: Knowledge::default(),
+        steps: Vec::new(),
+        outcome,
+        findings: breaches.chain(read).chain(missed).chain(unseen).chain(clear).collect(),
+        receipt: showing.receipt(),
+        injections: Vec::new(),
+        log_hash: hex(&Sha256::digest(format!("{decisions:?}{counts:?}"))),
+        decision_hash,
+        received: showing.delivered + refused,
+        accepted: showing.delivered,
+        dropped: showing.refused.clone(),
+        guard_refused: showing.guard_refused.clone(),
+        outsiders: BTreeMap::new(),
+        host_stall_ms: None,
+        host_spoilt_ms: Vec::new(),
+        claims: None,
+        mission: None,
+        transitions: Vec::new(),
+        latency_ms: Latency::default(),
+        responses: Vec::new(),
+        held: None,
+        sim_seconds: 0.0,
+        false_trips: 0,
+        nominal_seconds: 0.0,
+        cpu_seconds: 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hashes_do_not_depend_on_the_bytes_that_the_libraries_drew() {
+        let showing = |deeds: &[u64]| {
+            let mut showing = Showing::of(true);
+            for hash in deeds {
+                showing.did_hash(*hash);
+                showing.saw_hash(*hash);
+            }
+            judge(1, &showing)
+        };
+        assert_eq!(showing(&[3, 8, 8]).log_hash, showing(&[5, 5, 9]).log_hash);
+        assert_ne!(showing(&[3, 8, 8]).log_hash, showing(&[3, 8, 9]).log_hash);
+    }
+}

@@ -1,0 +1,101 @@
+//! Trials on the real stacks: the guard, the DTLS library and the TLS library between two ends in memory (`link::memory`),
+//! and where somebody only looks the live broker between two clients (`broker::watched`).
+//!
+//! There is no platform here and so no mode. What is asked is what the links promise: nobody passes for another, what
+//! nobody sent is not delivered and nothing twice, nothing that is said can be read, and honest records still get through. The seed draws names, numbers
+//! and places; the libraries draw keys of their own, so that a seed repeats what was done and not every byte.
+//!
+//! `handshake`, `records`, `storm` and `observe` (with `words` and `search`) do it, `judge` gives the class.
+
+mod handshake;
+mod judge;
+mod observe;
+mod records;
+mod search;
+mod storm;
+mod words;
+
+use broker::watched::WatchError;
+use evidence::trial::Trial;
+use link::dtls::DtlsError;
+use link::pki::PkiError;
+use scenario::Scenario;
+
+/// A trial that could not be run.
+#[derive(Debug, thiserror::Error)]
+pub enum StackError {
+    /// Certificates could not be made or used.
+    #[error(transparent)]
+    Pki(#[from] PkiError),
+    /// The stack could not be set up.
+    #[error(transparent)]
+    Dtls(#[from] DtlsError),
+    /// The exchange over the broker did not come about.
+    #[error(transparent)]
+    Watch(#[from] WatchError),
+    /// The honest association did not come about, so that there was nothing to attack.
+    #[error("two honest ends have no association")]
+    NoAssociation,
+    /// The scenario has not exactly one of the tables that run here.
+    #[error("not one cell of a scenario on the real stacks")]
+    NotOneCell,
+}
+
+/// Runs and judges one trial of one cell.
+///
+/// # Errors
+/// When it could not be run at all.
+pub fn trial(cell: &Scenario, seed: u64) -> Result<Trial, StackError> {
+    let showing = match (&cell.impostor[..], &cell.downgrade[..], &cell.handle[..], &cell.storm[..], &cell.observe[..])
+    {
+        ([one], [], [], [], []) => handshake::impostor(one, seed)?,
+        ([], [one], [], [], []) => handshake::downgrade(one, seed)?,
+        ([], [], [one], [], []) => records::handled(one, seed)?,
+        ([], [], [], [one], []) => storm::stormed(one, seed)?,
+        ([], [], [], [], [one]) => observe::observed(one, seed)?,
+        _ => return Err(StackError::NotOneCell),
+    };
+    Ok(Trial { knowledge: cell.level(), ..judge::judge(seed, &showing) })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::judge::{Showing, judge};
+    use evidence::trial::Outcome;
+
+    fn attacked() -> Showing {
+        let mut showing = Showing::of(true);
+        showing.did(b"deed");
+        showing
+    }
+
+    #[test]
+    fn a_trial_has_the_first_class_that_matches() {
+        let mut showing = attacked();
+        assert_eq!(judge(1, &showing).outcome, Outcome::Invalid, "said and not seen at the target");
+        showing.saw(b"deed");
+        assert_eq!(judge(1, &showing).outcome, Outcome::Undetected);
+        showing.refused("foreign");
+        assert_eq!(judge(1, &showing).outcome, Outcome::Rejected);
+        showing.missed.push("an honest record".to_owned());
+        assert_eq!(judge(1, &showing).outcome, Outcome::Late);
+        showing.breaches.push("a record that nobody sent".to_owned());
+        assert_eq!(judge(1, &showing).outcome, Outcome::Unsafe);
+        assert_eq!(judge(1, &Showing::default()).outcome, Outcome::Nominal);
+        let mut looked = attacked();
+        looked.saw(b"deed");
+        looked.in_the_clear.push("a name".to_owned());
+        assert_eq!(judge(1, &looked).outcome, Outcome::Undetected, "what cannot be hidden is told");
+        looked.read.push("an order".to_owned());
+        assert_eq!(judge(1, &looked).outcome, Outcome::Unsafe);
+    }
+
+    #[test]
+    fn a_deed_done_twice_is_seen_twice_or_has_no_receipt() {
+        let mut showing = attacked();
+        showing.did(b"deed");
+        showing.saw(b"deed");
+        let trial = judge(1, &showing);
+        assert_eq!((trial.outcome, trial.receipt), (Outcome::Invalid, false));
+    }
+}

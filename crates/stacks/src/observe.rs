@@ -1,0 +1,217 @@
+//! Somebody who sees every byte of a link and does nothing else: what can be read there.
+//!
+//! Unit, gateway and operator say what they say in a mission, over a real association or through the real broker. Nothing of it,
+//! no key and no session secret may be read on the path. What a handshake says in the clear is told, not hidden: with DTLS 1.2 the
+//! certificates of both ends, with TLS 1.3 the name of the end that is dialled and no other.
+//!
+//! The receipt: what the observer saw is what arrived at the ends, and the same search finds every mark in what came out
+//! there. An observer behind the secure layer is the control in which it has to be found.
+
+use std::collections::BTreeSet;
+
+use broker::watched::{Papers, Watched, watch};
+use link::guard::observe::digest;
+use link::guard::record::{Split, split};
+use link::memory::{Pair, Party, clear};
+use link::pki::{Authority, Credential, Role, dns_name};
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use scenario::stack::{Link, Observe, Stand};
+use wire::core::Side;
+use wire::id::{PeerId, UnitId};
+
+use super::StackError;
+use super::judge::Showing;
+use super::search::Search;
+use super::words::{Mark, Speakers};
+
+/// Bytes of a certificate by which it is known.
+const MARK: usize = 64;
+
+/// What stands before the secret number in the PKCS #8 form of a P-256 key (RFC 5915: version 1, then an octet string).
+const BEFORE_SCALAR: [u8; 5] = [2, 1, 1, 4, 32];
+
+/// What begins a key or certificate as text.
+const AS_TEXT: [&str; 2] = ["-----BEGIN ", "PRIVATE KEY"];
+
+/// Looks at a link while it is used.
+pub(super) fn observed(one: &Observe, seed: u64) -> Result<Showing, StackError> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let units = [UnitId::A, UnitId::B, UnitId::C];
+    let unit = units[rng.next_u32() as usize % units.len()];
+    let peer = PeerId::from_name(unit.name()).ok_or(StackError::NotOneCell)?;
+    let authority = Authority::new()?;
+    let ends = Ends {
+        unit: (peer, authority.issue(peer, Role::Dials)?),
+        gateway: (PeerId::GATEWAY, authority.issue(PeerId::GATEWAY, Role::Both)?),
+        broker: (PeerId::BROKER, authority.issue(PeerId::BROKER, Role::Listens)?),
+    };
+    let mut speakers = Speakers::new(unit, rng);
+    let seen = match one.link {
+        Link::Telemetry => over_dtls(&ends, &mut speakers)?,
+        Link::Command => over_the_broker(&ends, unit, &mut speakers)?,
+    };
+    let mut secrets = seen.secrets.clone();
+    secrets.extend(speakers.keys());
+    secrets.extend(ends.keys());
+    Ok(judged(one, &seen, &ends, &secrets))
+}
+
+/// Who takes part, each with its certificate.
+struct Ends {
+    unit: (PeerId, Credential),
+    gateway: (PeerId, Credential),
+    broker: (PeerId, Credential),
+}
+
+impl Ends {
+    fn all(&self) -> [&(PeerId, Credential); 3] {
+        [&self.unit, &self.gateway, &self.broker]
+    }
+
+    /// Their private keys, also as text. The public half stands in the certificate, so that it is no mark.
+    fn keys(&self) -> Vec<Mark> {
+        let mut marks: Vec<Mark> =
+            AS_TEXT.iter().map(|text| Mark::new("a key or certificate as text", *text)).collect();
+        for (peer, credential) in self.all() {
+            let der = &credential.key_pkcs8_der;
+            let at = der.windows(BEFORE_SCALAR.len()).position(|window| window == BEFORE_SCALAR);
+            let from = at.map_or(0, |at| at + BEFORE_SCALAR.len());
+            let scalar = der.get(from..from + 32).unwrap_or_default();
+            let hex: String = scalar.iter().map(|byte| format!("{byte:02x}")).collect();
+            marks.push(Mark::new(format!("the private key of {peer}"), scalar));
+            marks.push(Mark::new(format!("the private key of {peer} as text"), hex));
+        }
+        marks
+    }
+}
+
+/// What passed, and what came out.
+struct Sight {
+    /// What passed on the path, direction by direction.
+    path: Vec<Vec<Vec<u8>>>,
+    /// Hashes of what the ends saw arrive, direction by direction; nothing of a direction that arrived otherwise.
+    arrived: Vec<Option<Vec<u8>>>,
+    /// What came out at the ends.
+    plain: Vec<Vec<u8>>,
+    /// What was said.
+    said: Vec<Mark>,
+    /// Session secrets.
+    secrets: Vec<Mark>,
+    /// How many messages were said.
+    messages: u64,
+}
+
+fn over_dtls(ends: &Ends, speakers: &mut Speakers) -> Result<Sight, StackError> {
+    let parties = [&ends.unit, &ends.gateway].map(|(_, credential)| Party::honest(credential.clone()));
+    let mut pair = Pair::open([&parties[0], &parties[1]], PeerId::GATEWAY, clear())?;
+    if pair.peer(Side::Client).is_err() || pair.peer(Side::Server).is_err() {
+        return Err(StackError::NoAssociation);
+    }
+    let (pairs, said) = speakers.session();
+    let mut path = vec![pair.take(Side::Client), pair.take(Side::Server)];
+    let mut plain = Vec::new();
+    for records in &pairs {
+        for (from, record) in [Side::Client, Side::Server].into_iter().zip(records) {
+            let datagram = pair.send(from, record).ok_or(StackError::NoAssociation)?;
+            plain.extend(pair.put(from.other(), &datagram));
+            path[from as usize].push(datagram);
+        }
+    }
+    let told = |pair: &mut Pair, at| pair.observed(at).iter().flat_map(|seen| seen.digest).collect::<Vec<u8>>();
+    let arrived = vec![Some(told(&mut pair, Side::Server)), Some(told(&mut pair, Side::Client))];
+    let secret = |bytes: Vec<u8>| Mark::new("the association's master secret", bytes);
+    let secrets = pair.secrets()?.into_iter().map(secret).collect();
+    Ok(Sight { path, arrived, plain, said, secrets, messages: 2 * pairs.len() as u64 })
+}
+
+fn over_the_broker(ends: &Ends, who: UnitId, speakers: &mut Speakers) -> Result<Sight, StackError> {
+    let (orders, mut said) = speakers.commands();
+    said.extend(orders.iter().take(2).map(|(subject, _)| Mark::new("a topic", subject.topic())));
+    let [unit, gateway, broker] = ends.all().map(|(_, credential)| credential.clone());
+    let Watched { seen, delivered, secrets } = watch(&Papers { broker, gateway, unit, who }, &orders)?;
+    let arrived = seen.iter().map(|one| one.arrived.then(|| digests([&one.bytes[..]]))).collect();
+    let path = seen.into_iter().map(|one| vec![one.bytes]).collect();
+    let secrets = secrets.into_iter().map(|bytes| Mark::new("a secret of a TLS session", bytes)).collect();
+    // Topics go to the broker and come out as no payload.
+    let plain = delivered.into_iter().chain(orders.iter().map(|(subject, _)| subject.topic().into_bytes())).collect();
+    Ok(Sight { path, arrived, plain, said, secrets, messages: orders.len() as u64 })
+}
+
+fn digests<'a>(pieces: impl IntoIterator<Item = &'a [u8]>) -> Vec<u8> {
+    pieces.into_iter().flat_map(digest).collect()
+}
+
+/// The records of datagrams, as a guard tells of them.
+fn records(datagrams: &[Vec<u8>]) -> Vec<u8> {
+    let pieces = datagrams.iter().flat_map(|datagram| split(datagram));
+    digests(pieces.map(|piece| match piece {
+        Split::Record(record) => record.bytes,
+        Split::Remainder(bytes) => bytes,
+    }))
+}
+
+fn judged(one: &Observe, seen: &Sight, ends: &Ends, secrets: &[Mark]) -> Showing {
+    let mut showing = Showing::of(true);
+    for (direction, arrived) in seen.path.iter().zip(&seen.arrived) {
+        showing.did(&match one.link {
+            Link::Telemetry => records(direction),
+            Link::Command => digests(direction.iter().map(Vec::as_slice)),
+        });
+        if let Some(arrived) = arrived {
+            showing.saw(arrived);
+        }
+    }
+    let plain = || seen.plain.iter().map(Vec::as_slice);
+    let path = || seen.path.iter().flatten().map(Vec::as_slice);
+    let readable = Search::new(&seen.said).read_in(plain());
+    for mark in &seen.said {
+        showing.did(mark.what.as_bytes());
+        if readable.contains(mark.what.as_str()) {
+            showing.saw(mark.what.as_bytes());
+        }
+    }
+    showing.delivered = seen.messages;
+    let marks: Vec<Mark> = seen.said.iter().chain(secrets).cloned().collect();
+    let search = Search::new(&marks);
+    let read = match one.at {
+        Stand::Path => search.read_in(path()),
+        Stand::Behind => search.read_in(plain()),
+    };
+    showing.read.extend(read.into_iter().map(|what| format!("{what} can be read")));
+    if one.at == Stand::Path {
+        in_the_clear(one.link, ends, &path, &mut showing);
+    }
+    showing
+}
+
+/// Names and certificates that anyone on the path can read, against those that the protocol cannot hide.
+fn in_the_clear<'a, I>(link: Link, ends: &Ends, path: &dyn Fn() -> I, showing: &mut Showing)
+where
+    I: Iterator<Item = &'a [u8]>,
+{
+    let stands = |bytes: &[u8]| path().any(|piece| piece.windows(bytes.len()).any(|window| window == bytes));
+    let (mut told, mut known) = (BTreeSet::new(), BTreeSet::new());
+    for (peer, credential) in ends.all() {
+        if stands(dns_name(*peer).as_bytes()) || stands(peer.uri().as_bytes()) {
+            told.insert(format!("the name of {peer}"));
+        }
+        if credential.cert_der.get(..MARK).is_some_and(&stands) {
+            told.insert(format!("the certificate of {peer}"));
+        }
+    }
+    let certified: &[PeerId] = match link {
+        Link::Telemetry => &[ends.unit.0, ends.gateway.0],
+        Link::Command => &[],
+    };
+    let dialled = match link {
+        Link::Telemetry => ends.gateway.0,
+        Link::Command => ends.broker.0,
+    };
+    known.insert(format!("the name of {dialled}"));
+    for peer in certified {
+        known.extend([format!("the name of {peer}"), format!("the certificate of {peer}")]);
+    }
+    showing.read.extend(told.difference(&known).map(|what| format!("{what} can be read")));
+    showing.in_the_clear.extend(told.intersection(&known).cloned());
+}

@@ -1,0 +1,80 @@
+//! What has to be there for an injection to arrive: processes that run, and something to take hold of.
+
+use evidence::{Needs, Planned, Takes};
+use scenario::{Direction, Order};
+use sim::fault::is_imaging;
+use wire::core::Side;
+use wire::event::Action;
+use wire::id::NodeId;
+
+/// Both ends of the telemetry link and what is between them.
+const LINK: &[NodeId] = &[NodeId::RELAY_TELEMETRY, NodeId::GATEWAY, NodeId::UNIT_A];
+/// The same of the command plane.
+const PLANE: &[NodeId] = &[NodeId::BROKER, NodeId::GATEWAY, NodeId::UNIT_A];
+/// What is killed or stopped.
+static PROCESSES: [NodeId; 8] = [
+    NodeId::SIM,
+    NodeId::PERCEPTION,
+    NodeId::UNIT_A,
+    NodeId::GATEWAY,
+    NodeId::BROKER,
+    NodeId::CONSOLE,
+    NodeId::RECORDER,
+    NodeId::RELAY_TELEMETRY,
+];
+/// What a broker that is stopped would have passed on.
+const ANYTHING: Takes = Takes::Publications { to: None, asks: None, ever: false };
+
+/// Of what is planned, without what its table says of it.
+pub(super) fn of(planned: Planned) -> Needs {
+    let (running, takes): (&[NodeId], _) = match planned {
+        // It brings its bytes along, and either end will do.
+        Planned::Action(Action::Inject) => (&[NodeId::RELAY_TELEMETRY], None),
+        Planned::Action(Action::Forward | Action::Resend | Action::Lie | Action::Confuse) | Planned::Malformed => {
+            (&[NodeId::GATEWAY], None)
+        }
+        // Which readers it has depends on the channel.
+        Planned::Action(Action::Forge | Action::Republish) => (&[], None),
+        Planned::Action(_) => (LINK, None),
+        Planned::Stream(_) | Planned::Broker(_) => (PLANE, None),
+        Planned::Feed(_) | Planned::Late(_) => (&[NodeId::GATEWAY, NodeId::CONSOLE, NodeId::UNIT_A], None),
+        Planned::Swallowed => (&[NodeId::GATEWAY, NodeId::CONSOLE], None),
+        Planned::Fault(sensor, _) if is_imaging(sensor) => (&[NodeId::SIM, NodeId::PERCEPTION], None),
+        Planned::Fault(..) => (&[NodeId::SIM, NodeId::UNIT_A], None),
+        // It is fed by the sim and leaves no mark without it.
+        Planned::Suspend(NodeId::PERCEPTION) => (&[NodeId::PERCEPTION, NodeId::SIM], None),
+        Planned::Suspend(NodeId::BROKER) => (itself(NodeId::BROKER), Some(ANYTHING)),
+        Planned::Kill(node) | Planned::Suspend(node) | Planned::Fill(node) => (itself(node), None),
+        Planned::Takeover(_) => (PLANE, None),
+        Planned::Disguise(..) | Planned::Print(..) | Planned::Perturbation(_) => (&[], None),
+        // By whichever way its orders go.
+        Planned::Rogue | Planned::Step(_) => (&[], None),
+    };
+    Needs { running, takes }
+}
+
+fn itself(node: NodeId) -> &'static [NodeId] {
+    PROCESSES.iter().find(|of| **of == node).map(std::slice::from_ref).unwrap_or_default()
+}
+
+/// Whither datagrams and publications of this direction go; either way without one.
+pub(super) fn side(direction: Direction) -> Option<Side> {
+    match direction {
+        Direction::Up => Some(Side::Server),
+        Direction::Down => Some(Side::Client),
+        Direction::Both => None,
+    }
+}
+
+/// What an order asks, by its name in the log.
+pub(super) fn asks(order: Order) -> &'static str {
+    match order {
+        Order::Hold => "hold",
+        Order::Disarm => "disarm",
+        Order::Enable => "enable",
+        Order::Resume => "resume",
+        Order::Arm => "arm",
+        Order::Confirm => "confirm",
+        Order::Configure => "configure",
+    }
+}

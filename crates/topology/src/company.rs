@@ -1,0 +1,229 @@
+//! The members of one trial, put together in the order that breaks ties: the vehicle under test, control, adversaries.
+
+use adversary::plan::AdversaryConfig;
+use autonomy::AutonomyConfig;
+use gateway::GatewayConfig;
+use perception::PerceptionConfig;
+use scenario::Scenario;
+use sim::SimConfig;
+use wire::core::Topic;
+use wire::id::{Boot, NodeId, PeerId, UnitId, WorldId};
+use wire::setup::{Ablation, Setup};
+
+use super::draw::Draw;
+use super::keys::{self, RunSecret};
+use super::member::{Host, Member, Role, Seat};
+use super::{OPERATORS, attack, rogue, scene, script, station};
+
+/// Members on their way into a cast.
+pub(super) struct Company<'a> {
+    pub(super) scenario: &'a Scenario,
+    pub(super) with: &'a scenario::Setup,
+    pub(super) seed: u64,
+    pub(super) secret: &'a RunSecret,
+    pub(super) public_keys: Vec<(NodeId, [u8; 32])>,
+    pub(super) members: Vec<Member>,
+}
+
+impl Company<'_> {
+    fn setup(&self, node: NodeId, host: Host, topics: &[(Topic, NodeId)]) -> Setup {
+        let ablation =
+            (!self.with.policy.is_full()).then(|| Ablation { scenario: self.scenario.name.as_str().to_owned() });
+        Setup {
+            node,
+            boot: Boot(1),
+            world: WorldId(0),
+            seed: self.seed ^ (node.index() as u64) << 56,
+            policy: self.with.policy.clone(),
+            bounds: self.with.misset.unwrap_or(self.with.bounds),
+            secret: self.secret.of(keys::signer(node)),
+            public_keys: self.public_keys.clone(),
+            channels: self.secret.channels(host, node, topics),
+            ablation,
+            verified: None,
+        }
+    }
+
+    fn add(
+        &mut self,
+        host: Host,
+        role: Role,
+        node: NodeId,
+        reads: &[(Topic, NodeId)],
+        writes: &[Topic],
+    ) -> &mut Member {
+        let topics: Vec<_> = reads.iter().copied().chain(writes.iter().map(|t| (*t, node))).collect();
+        let setup = self.setup(node, host, &topics);
+        let mut subscribes: Vec<Topic> = reads.iter().map(|(t, _)| *t).collect();
+        subscribes.dedup(); // A topic with several producers is still one topic.
+        let member = Member {
+            host,
+            role,
+            setup,
+            subscribes,
+            publishes: writes.to_vec(),
+            peer: None,
+            commands: false,
+            seat: Seat::Outside,
+        };
+        self.members.push(member);
+        self.members.last_mut().expect("just pushed")
+    }
+
+    pub(super) fn vehicle_a(&mut self, draw: &Draw) {
+        self.vehicle(Host::VehicleA, UnitId::A, draw, None);
+        let recorder = NodeId::RECORDER;
+        self.add(Host::VehicleA, Role::Recorder, recorder, &[], &[Topic::Seals]);
+    }
+
+    /// Sim, perception and autonomy of one unit; a teammate starts elsewhere and is never rendered.
+    fn vehicle(&mut self, host: Host, unit: UnitId, draw: &Draw, start: Option<&scenario::Pose>) {
+        let under_test = unit == UnitId::A;
+        let rendered = under_test && self.with.rendered;
+        let (sim, perception) =
+            if under_test { (NodeId::SIM, NodeId::PERCEPTION) } else { (NodeId::SIM_C, NodeId::PERCEPTION_C) };
+        let node = unit.node();
+        let faults = if under_test { attack::faults(self.scenario, draw.phase_ms) } else { Vec::new() };
+        let world = scene::of(self.scenario, draw.shift_m, start);
+        let seen = if rendered { Topic::Frames } else { Topic::Candidates };
+        let config = SimConfig {
+            node: sim,
+            unit,
+            boot: Boot(1),
+            seed: draw.noise.wrapping_add(unit.node().index() as u64),
+            rendered,
+            witness: true,
+            scene: world.clone(),
+            faults,
+            noise: sim::NoiseModel::default(),
+            fidelity: scene::fidelity(&self.scenario.models),
+            clock_ppm: draw.clocks[host as usize].drift_ppm as i32,
+        };
+        let writes = [Topic::Frames, Topic::Candidates, Topic::Navigation];
+        self.add(host, Role::Sim(config), sim, &[(Topic::Drive, node), (Topic::Act, node)], &writes);
+        let detector = self.with.detector.clone().filter(|_| rendered);
+        let config = PerceptionConfig { rendered, detector, ..PerceptionConfig::default() };
+        self.add(
+            host,
+            Role::Perception(config),
+            perception,
+            &[(seen, sim), (Topic::Navigation, sim)],
+            &[Topic::Tracks],
+        );
+        let config = self.autonomy(unit, &world);
+        let reads = [(Topic::Navigation, sim), (Topic::Tracks, perception), (Topic::Seals, NodeId::RECORDER)];
+        let member = self.add(host, Role::Autonomy(config), node, &reads, &[Topic::Drive, Topic::Act]);
+        member.peer = peer_of(node);
+        member.commands = true;
+    }
+
+    fn autonomy(&self, unit: UnitId, world: &sim::scene::Scene) -> AutonomyConfig {
+        let silent = unit == UnitId::C && attack::third_is_silent(self.scenario);
+        let others = [UnitId::A, UnitId::B, UnitId::C].into_iter().filter(|u| *u != unit);
+        AutonomyConfig {
+            unit,
+            route: world.route.iter().map(|p| scene::millimetres(*p)).collect(),
+            looped: false,
+            geofence: world.geofence.iter().map(|p| scene::millimetres(*p)).collect(),
+            obstacles: scene::map(world),
+            teammates: others.collect(),
+            operators: OPERATORS.to_vec(),
+            mandates: station::mandates(self.scenario),
+            supervisor: if silent { PeerId::UNIT_B } else { PeerId::GATEWAY },
+        }
+    }
+
+    pub(super) fn control(&mut self) {
+        let units = vec![UnitId::A, UnitId::B, UnitId::C];
+        let config = GatewayConfig {
+            units: units.clone(),
+            fanout: units,
+            operators: OPERATORS.to_vec(),
+            mandates: station::mandates(self.scenario),
+        };
+        let (gateway, console) = (NodeId::GATEWAY, NodeId::CONSOLE);
+        let stations = std::iter::once(console).chain(station::channel(self.scenario));
+        let reads: Vec<_> = stations.map(|station| (Topic::Intents, station)).collect();
+        let member = self.add(Host::Control, Role::Gateway(config), gateway, &reads, &[Topic::Feed]);
+        member.peer = peer_of(gateway);
+        member.commands = true;
+        if attack::gateway::plan(self.scenario, 0).is_some() {
+            self.members.iter_mut().filter(|m| m.node() == gateway).for_each(|m| m.seat = Seat::Inside);
+        }
+        let (secret, revocations) = (self.secret.of(NodeId::OPERATOR), self.secret.revocations());
+        let config = script::console(self.scenario, secret, revocations);
+        self.add(Host::Control, Role::Console(config), console, &[(Topic::Feed, gateway)], &[Topic::Intents]);
+    }
+
+    /// An adversary on no channel.
+    fn hostile(&mut self, host: Host, node: NodeId, config: AdversaryConfig) -> &mut Member {
+        self.add(host, Role::Adversary(config), node, &[], &[])
+    }
+
+    pub(super) fn adversary(&mut self, draw: &Draw) {
+        let relay = attack::datagrams(self.scenario, draw.phase_ms);
+        self.hostile(Host::Adversary, NodeId::RELAY_TELEMETRY, AdversaryConfig::DatagramRelay(relay));
+        let stream = attack::stream(self.scenario, draw.phase_ms);
+        self.hostile(Host::Adversary, NodeId::RELAY_COMMAND, AdversaryConfig::StreamRelay(stream));
+        if let Some(config) = attack::teammate(self.scenario, draw.phase_ms) {
+            let member = self.hostile(Host::Insider, NodeId::INSIDER_B, AdversaryConfig::InsiderTeammate(config));
+            member.peer = Some(PeerId::UNIT_B);
+        }
+        if let Some(third) = self.scenario.unit.iter().find(|u| u.name.as_str() == "unit-c") {
+            let start = third.start;
+            self.vehicle(Host::VehicleC, UnitId::C, draw, Some(&start));
+        }
+        if let Some(config) = attack::broker::plan(self.scenario, draw.phase_ms) {
+            let member = self.hostile(Host::Control, NodeId::INSIDER_BROKER, AdversaryConfig::InsiderBroker(config));
+            member.peer = Some(PeerId::BROKER);
+        }
+        if let Some(config) = attack::gateway::plan(self.scenario, draw.phase_ms) {
+            let reads = [(Topic::Feed, NodeId::GATEWAY), (Topic::Intents, NodeId::CONSOLE)];
+            let insider = Role::Adversary(AdversaryConfig::InsiderGateway(config));
+            let member = self.add(Host::Control, insider, NodeId::INSIDER_GATEWAY, &reads, &[]);
+            member.publishes = vec![Topic::Feed, Topic::Intents];
+            member.seat = Seat::Between;
+        }
+        if let Some(config) = station::plan(self.scenario, draw.phase_ms, self.secret) {
+            let peer = config.certificate;
+            let writes: &[Topic] = if peer.is_none() { &[Topic::Intents] } else { &[] };
+            let (rogue, reads) = (NodeId::INSIDER_OPERATOR, [(Topic::Feed, NodeId::GATEWAY)]);
+            let member = self.add(
+                Host::Control,
+                Role::Adversary(AdversaryConfig::InsiderOperator(config)),
+                rogue,
+                &reads,
+                writes,
+            );
+            member.peer = peer;
+            member.commands = peer.is_some();
+        }
+        if let Some(config) = station::thief(self.scenario, draw.phase_ms) {
+            let peer = config.certificate;
+            let member = self.hostile(Host::Control, NodeId::IMPOSTOR, AdversaryConfig::SessionThief(config));
+            member.peer = Some(peer);
+            member.commands = true;
+        }
+        if let Some(casting) = rogue::of(self.scenario, draw.phase_ms) {
+            self.rogue(casting);
+        }
+    }
+
+    /// A rogue hears and writes like anybody on its host; what it holds is its holder's, or nothing.
+    fn rogue(&mut self, casting: rogue::Casting) {
+        let rogue::Casting { host, node, holder, topics, config } = casting;
+        let held = self.members.iter().find(|m| Some(m.node()) == holder).map(|m| m.setup.channels.clone());
+        let member = self.hostile(host, node, AdversaryConfig::Rogue(config));
+        member.setup.channels = held.unwrap_or_default();
+        member.subscribes.clone_from(&topics);
+        member.publishes = topics;
+    }
+
+    pub(super) fn finish(self) -> Vec<Member> {
+        self.members
+    }
+}
+
+fn peer_of(node: NodeId) -> Option<PeerId> {
+    PeerId::from_name(node.name())
+}

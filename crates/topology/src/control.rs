@@ -1,0 +1,50 @@
+//! The same trial with nobody who acts: what a receipt has to tell from the trial in which somebody did.
+
+use adversary::AdversaryConfig;
+use scenario::Scenario;
+use sim::scene::Disguise;
+
+use super::{Cast, Role, attack};
+
+impl Cast {
+    /// The same cast with idle hands: relays pass, insiders keep their place and misuse nothing, nothing fails, nobody is
+    /// killed, kept from running or short of disk, nothing is in disguise or printed on, and the recording is left alone. The link's own weather stays, and so does what was planned.
+    #[must_use]
+    pub fn disarmed(mut self, scenario: &Scenario) -> Cast {
+        for member in &mut self.members {
+            match &mut member.role {
+                Role::Sim(config) => {
+                    config.faults.clear();
+                    for object in &mut config.scene.objects {
+                        (object.disguise, object.print) = (Disguise::default(), None);
+                    }
+                }
+                Role::Adversary(config) => idle(config, scenario),
+                Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => {}
+            }
+        }
+        self.ordeals.clear();
+        self.tampering = None;
+        self.cues.clear();
+        self
+    }
+}
+
+fn idle(config: &mut AdversaryConfig, scenario: &Scenario) {
+    match config {
+        AdversaryConfig::DatagramRelay(config) => config.actions = attack::conditions(scenario).collect(),
+        AdversaryConfig::StreamRelay(config) => config.actions.clear(),
+        AdversaryConfig::InsiderTeammate(config) => {
+            config.forwards.clear();
+            config.malformed.clear();
+            config.resend = None;
+            config.falsehoods.clear();
+            config.confusions.clear();
+        }
+        AdversaryConfig::InsiderOperator(config) => config.orders.clear(),
+        AdversaryConfig::InsiderBroker(config) => config.actions.clear(),
+        AdversaryConfig::InsiderGateway(config) => config.actions.clear(),
+        AdversaryConfig::Rogue(config) => config.moves.clear(),
+        AdversaryConfig::SessionThief(config) => config.takeovers.clear(),
+    }
+}

@@ -1,0 +1,273 @@
+//! Who takes part in a trial: from a scenario and a seed to the cores' setups, the same for the twin and for live.
+//!
+//! Everything a seed varies is drawn here, once, in a fixed order. The twin makes the cores in its own thread, the
+//! live launcher hands the same setups to processes; neither adds anything of its own.
+
+mod attack;
+mod company;
+mod control;
+mod draw;
+mod keys;
+mod member;
+mod peer;
+mod process;
+mod rogue;
+mod scene;
+mod script;
+mod start;
+mod station;
+
+use std::collections::BTreeMap;
+
+use adversary::insider::InsiderRecorder;
+use adversary::plan::Tampering;
+use evidence::cue::Cue;
+use evidence::custody::{Held, HeldClock, Life};
+use evidence::log::hex;
+use evidence::mission::Script;
+use evidence::{Plan, Planned};
+use scenario::Scenario;
+use wire::core::Topic;
+use wire::id::{Boot, NodeId};
+use wire::person::Role as Person;
+use wire::policy::{Check, Requirement};
+use wire::setup::{Secret, Setup};
+use wire::sign::Key;
+use wire::trust::Mandate;
+
+use company::Company;
+use draw::Draw;
+
+pub use attack::is_attacked;
+pub use keys::RunSecret;
+pub use member::{Host, Member, Role, Seat};
+pub use process::{Ordeal, OrdealKind, Turn, next_turn, node_of};
+pub use scene::needs_rendering;
+
+/// Who may give commands, in every run. Nobody holds the second one's key but the rogue of some scenarios.
+const OPERATORS: [NodeId; 2] = [NodeId::OPERATOR, NodeId::OPERATOR_2];
+
+/// A secure session between two members.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Link {
+    /// Who dials.
+    pub client: NodeId,
+    /// Who listens.
+    pub server: NodeId,
+    /// Whether the datagram relay is in the path.
+    pub relayed: bool,
+}
+
+/// A clock's arbitrary zero and drift.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClockDraw {
+    /// Reading at the start, microseconds.
+    pub zero_us: u64,
+    /// Drift, parts per million.
+    pub drift_ppm: i64,
+}
+
+/// Everybody and everything of one trial.
+#[derive(Clone, Debug)]
+pub struct Cast {
+    /// Members, in the order that breaks ties.
+    pub members: Vec<Member>,
+    /// Sessions.
+    pub links: Vec<Link>,
+    /// One clock a host, in the order of [`Host::ALL`].
+    pub clocks: Vec<ClockDraw>,
+    /// Processes that are to end, or to be kept from running.
+    pub ordeals: Vec<Ordeal>,
+    /// Steps that wait for what the instrument plane tells.
+    pub cues: Vec<Cue>,
+    /// What the oracle needs receipts for.
+    pub planned: Vec<Plan>,
+    /// What the operator is to do, as the oracle is told of it.
+    pub script: Script,
+    /// For how long identities are admitted.
+    pub mandates: Vec<Mandate>,
+    /// Length of the trial, microseconds.
+    pub duration: u64,
+    /// Whether link and stage delays vary with the seed.
+    pub varied_delays: bool,
+    /// The keys under which guards sign what they saw, and the launcher what it noted.
+    pub witnesses: BTreeMap<NodeId, Secret>,
+    /// What the recorder's insider does to the recording, and the seed of where.
+    pub tampering: Option<(Tampering, u64)>,
+}
+
+impl Cast {
+    /// The same with a console for a person in this role at a live run, who reads in words what it shows. In a twin nobody
+    /// reads. Who may only look has no pen there, and neither has the script then.
+    #[must_use]
+    pub fn seating(mut self, role: Person) -> Cast {
+        for member in &mut self.members {
+            if let Role::Console(config) = &mut member.role {
+                (config.text, config.role) = (true, role);
+            }
+        }
+        self
+    }
+
+    /// The world of the unit under test.
+    pub fn world(&self) -> Option<&sim::SimConfig> {
+        self.members.iter().find_map(|member| {
+            let Role::Sim(config) = &member.role else { return None };
+            (config.node == NodeId::SIM).then_some(config)
+        })
+    }
+
+    /// Whether the broker's table of rights stands: the policy's word, which is the same for everybody.
+    pub fn rights(&self) -> Requirement {
+        self.members.first().map_or(Requirement::Required, |member| member.setup.policy.check(Check::Rights))
+    }
+
+    /// The public keys under which everybody's log is signed, the clocks by which it is stamped, and who owes no last
+    /// signature; no head yet. Live the broker signs too, and an entry may be handed over so much later than it was written,
+    /// microseconds. In the twin it may be later by as long as the process is to be stopped.
+    pub fn held(&self, live: Option<(&Secret, u64)>) -> Held {
+        let key = |node: NodeId, secret: &Secret| (node, hex(&Key::from_bytes(&secret.0).public()));
+        let members = self.members.iter().map(|m| key(m.node(), &m.setup.secret));
+        let broker = live.map(|(secret, _)| key(NodeId::BROKER, secret));
+        let witnesses = self.witnesses.iter().map(|(node, secret)| key(*node, secret));
+        let killed = self.killed().into_iter();
+        // In the twin a guard outlives its process; live it is a part of it.
+        let lives = killed.flat_map(|node| [Some(node), self.mouth_of(node).filter(|_| live.is_some())]).flatten();
+        Held {
+            keys: members.chain(broker).chain(witnesses).collect(),
+            killed: lives.map(|node| Life { node, boot: Boot(1) }).collect(),
+            clocks: self.held_clocks(live.map(|(_, late_us)| late_us)),
+            ..Held::default()
+        }
+    }
+
+    /// Live, guards and launcher go by the recording's own clock; in the twin a member's guard goes by that of its host.
+    fn held_clocks(&self, live_late_us: Option<u64>) -> BTreeMap<NodeId, HeldClock> {
+        let of_host = |host: Host, late_us: u64| {
+            let ClockDraw { zero_us, drift_ppm } = self.clocks[host as usize];
+            HeldClock { zero_us, drift_ppm, late_us }
+        };
+        let late_us = |node: NodeId| live_late_us.unwrap_or_else(|| self.stopped(node));
+        let mut clocks: BTreeMap<NodeId, HeldClock> =
+            self.witnesses.keys().map(|node| (*node, HeldClock::default())).collect();
+        clocks.insert(NodeId::BROKER, of_host(Host::Control, late_us(NodeId::BROKER)));
+        for member in &self.members {
+            clocks.insert(member.node(), of_host(member.host, late_us(member.node())));
+            if let Some(guard) = member.node().guard().filter(|_| live_late_us.is_none()) {
+                clocks.insert(guard, of_host(member.host, 0));
+            }
+        }
+        clocks
+    }
+
+    /// What stands at the mouth of this node's sessions and streams; whoever stands in the broker's place has the broker's.
+    pub fn mouth_of(&self, node: NodeId) -> Option<NodeId> {
+        if node == self.broker() { NodeId::BROKER.guard() } else { node.guard() }
+    }
+
+    /// Processes that are to be kept from running, whose cores' mouths are watched for it.
+    pub fn watched(&self) -> Vec<NodeId> {
+        let suspended = |plan: &Plan| if let Planned::Suspend(node) = plan.what { Some(node) } else { None };
+        self.planned.iter().filter_map(suspended).collect()
+    }
+
+    /// Whether the recorder's disk is to be full for a time, and so the recording is looked at while it grows.
+    pub fn fills(&self) -> bool {
+        self.planned.iter().any(|plan| matches!(plan.what, Planned::Fill(_)))
+    }
+
+    /// The longest time for which `node` is to be kept from running, microseconds.
+    pub fn stopped(&self, node: NodeId) -> u64 {
+        let lasts = |ordeal: &Ordeal| match ordeal.kind {
+            OrdealKind::Suspend { lasts, .. } => lasts,
+            OrdealKind::Kill { .. } | OrdealKind::Fill { .. } => 0,
+        };
+        self.ordeals.iter().filter(|ordeal| ordeal.node == node).map(lasts).max().unwrap_or(0)
+    }
+
+    /// The insider whose hands the recorder is in, when the scenario has one.
+    pub fn hands(&self) -> Option<InsiderRecorder> {
+        let (does, seed) = self.tampering?;
+        let recorder = self.members.iter().find(|m| m.node() == NodeId::RECORDER)?;
+        Some(InsiderRecorder::new(recorder.setup.key(), does, seed))
+    }
+
+    /// Who routes the command plane: the broker, or the one who stands in its place.
+    pub fn broker(&self) -> NodeId {
+        let hostile = self.members.iter().any(|m| m.node() == NodeId::INSIDER_BROKER);
+        if hostile { NodeId::INSIDER_BROKER } else { NodeId::BROKER }
+    }
+
+    /// Who may give commands, and until when, microseconds of the run.
+    pub fn operators(&self) -> Vec<(NodeId, u64)> {
+        let until = |who: NodeId| self.mandates.iter().find(|m| m.who == who).map_or(u64::MAX, |m| m.until_ms * 1000);
+        OPERATORS.map(|who| (who, until(who))).to_vec()
+    }
+
+    /// Processes that are to end, and so owe no closing account.
+    pub fn killed(&self) -> Vec<NodeId> {
+        let ends = |ordeal: &&Ordeal| matches!(ordeal.kind, OrdealKind::Kill { .. });
+        self.ordeals.iter().filter(ends).map(|ordeal| ordeal.node).collect()
+    }
+}
+
+/// Puts the cast of one trial together.
+pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &RunSecret) -> Cast {
+    let draw = Draw::of(scenario, seed);
+    let public_keys = secret.public_keys();
+    let mut company = Company { scenario, with, seed, secret, public_keys, members: Vec::new() };
+    company.vehicle_a(&draw);
+    company.control();
+    company.adversary(&draw);
+    let members = company.finish();
+    Cast {
+        links: links(scenario, &members),
+        clocks: draw.clocks,
+        ordeals: process::ordeals(scenario, draw.phase_ms),
+        cues: attack::cues(scenario, draw.phase_ms),
+        planned: attack::planned::of(scenario, draw.phase_ms),
+        script: script::presumed(scenario),
+        mandates: station::mandates(scenario),
+        duration: (scenario.duration_s.get() * 1e6) as u64,
+        varied_delays: scenario.varies.delays,
+        tampering: attack::tampering(scenario, seed),
+        witnesses: witnesses(&members, secret),
+        members,
+    }
+}
+
+/// Of every guard that there is, and of the launcher.
+fn witnesses(members: &[Member], secret: &RunSecret) -> BTreeMap<NodeId, Secret> {
+    let guards = members.iter().filter_map(|member| member.node().guard());
+    let others = NodeId::BROKER.guard().into_iter().chain([NodeId::CAMPAIGN]);
+    guards.chain(others).map(|node| (node, secret.witness(node))).collect()
+}
+
+fn links(scenario: &Scenario, members: &[Member]) -> Vec<Link> {
+    let has = |node: NodeId| members.iter().any(|m| m.node() == node);
+    let mut links = vec![Link { client: NodeId::UNIT_A, server: NodeId::GATEWAY, relayed: true }];
+    if has(NodeId::INSIDER_B) {
+        links.push(Link { client: NodeId::INSIDER_B, server: NodeId::GATEWAY, relayed: false });
+    }
+    if has(NodeId::UNIT_C) {
+        let server = if attack::third_is_silent(scenario) { NodeId::INSIDER_B } else { NodeId::GATEWAY };
+        links.push(Link { client: NodeId::UNIT_C, server, relayed: false });
+    }
+    links
+}
+
+/// The sim's channel keys out of its setup. A channel that the setup lacks gets a key that nobody else has.
+pub fn sim_keys(setup: &Setup) -> sim::ChannelKeys {
+    let of = |topic: Topic, reader: usize| {
+        let listed = setup.channels.iter().filter(|c| c.topic == topic).nth(reader).map(|c| c.key.clone());
+        listed.unwrap_or(wire::bus::ChannelKey(setup.secret.0))
+    };
+    let key = |topic: Topic| of(topic, 0);
+    sim::ChannelKeys {
+        frames: key(Topic::Frames),
+        candidates: key(Topic::Candidates),
+        navigation: [of(Topic::Navigation, 0), of(Topic::Navigation, 1)],
+        drive: key(Topic::Drive),
+        act: key(Topic::Act),
+    }
+}

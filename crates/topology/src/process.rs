@@ -1,0 +1,123 @@
+//! What befalls processes: they end, hang, run for a share of the time, or find their disk full. The twin and the launcher carry it out.
+
+use evidence::Planned;
+use scenario::{Ending, Kill, Process, Scenario};
+use wire::event::Suspension;
+use wire::id::NodeId;
+use wire::step::StepName;
+use wire::time::Span;
+
+use super::start::{start_ms, step_name};
+
+/// What befalls one process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ordeal {
+    /// Which.
+    pub node: NodeId,
+    /// What.
+    pub kind: OrdealKind,
+    /// When, microseconds; where its step waits, the earliest.
+    pub at: u64,
+    /// Its step's name.
+    pub step: Option<StepName>,
+    /// So many microseconds after its step is called it begins; without it, at its time.
+    pub waits: Option<u64>,
+}
+
+/// What can befall a process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OrdealKind {
+    /// It ends at once.
+    Kill {
+        /// And is started again so many microseconds later.
+        restart: Option<u64>,
+    },
+    /// It is kept from running.
+    Suspend {
+        /// How.
+        how: Suspension,
+        /// For so many microseconds.
+        lasts: u64,
+    },
+    /// Its disk takes nothing more.
+    Fill {
+        /// For so many microseconds.
+        lasts: u64,
+    },
+}
+
+/// What happens to a process by an ordeal's plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Turn {
+    /// It begins.
+    Begin,
+    /// It is stopped, for a while.
+    Halt,
+    /// It goes on, for a while or for good; or its disk has room again.
+    Release,
+    /// It is started again.
+    Restart,
+}
+
+/// What follows a turn of a suspension of which `left` microseconds are left, and after how many; a slow process is
+/// stopped first.
+pub fn next_turn(turn: Turn, how: Suspension, left: u64) -> (Turn, u64) {
+    let share = |permille: u16, period: Span| period.0 * u64::from(permille.min(1000)) / 1000;
+    let (next, after) = match (turn, how) {
+        (Turn::Halt, Suspension::Slow { quota, period }) => (Turn::Release, share(1000 - quota.min(1000), period)),
+        (Turn::Begin | Turn::Release | Turn::Restart, Suspension::Slow { quota, period }) => {
+            (Turn::Halt, share(quota, period))
+        }
+        (_, Suspension::Hang) => (Turn::Release, left),
+    };
+    (next, after.min(left))
+}
+
+/// Everything that befalls processes in a trial.
+pub(super) fn ordeals(s: &Scenario, phase_ms: u64) -> Vec<Ordeal> {
+    let ordeal = |k: &Kill| Ordeal {
+        node: node_of(k.process),
+        kind: kind(k),
+        at: start_ms(k, phase_ms) * 1000,
+        step: step_name(k),
+        waits: k.when.as_ref().map(|when| when.after_ms.span().0),
+    };
+    s.kill.iter().map(ordeal).collect()
+}
+
+fn kind(k: &Kill) -> OrdealKind {
+    let lasts = k.duration_s.span().0;
+    let suspend = |how| OrdealKind::Suspend { how, lasts };
+    match k.ending {
+        Ending::Kill => OrdealKind::Kill { restart: k.restart_after_s.as_ref().map(|s| s.span().0) },
+        Ending::Hang => suspend(Suspension::Hang),
+        Ending::Slow => {
+            let quota = k.quota.as_ref().map_or(1000, |share| (share.get() * 1000.0) as u16);
+            suspend(Suspension::Slow { quota, period: Span::ms(k.period_ms.unsigned()) })
+        }
+        Ending::Full => OrdealKind::Fill { lasts },
+    }
+}
+
+/// What needs a receipt of it.
+pub(super) fn planned(k: &Kill) -> Planned {
+    match k.ending {
+        Ending::Kill => Planned::Kill(node_of(k.process)),
+        Ending::Hang | Ending::Slow => Planned::Suspend(node_of(k.process)),
+        Ending::Full => Planned::Fill(node_of(k.process)),
+    }
+}
+
+/// The node that a process of a scenario is.
+pub fn node_of(process: Process) -> NodeId {
+    match process {
+        Process::Sim => NodeId::SIM,
+        Process::Perception => NodeId::PERCEPTION,
+        Process::Autonomy => NodeId::UNIT_A,
+        Process::Gateway => NodeId::GATEWAY,
+        Process::Broker => NodeId::BROKER,
+        Process::Console => NodeId::CONSOLE,
+        Process::Adversary => NodeId::RELAY_TELEMETRY,
+        Process::Recorder => NodeId::RECORDER,
+    }
+}

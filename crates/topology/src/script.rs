@@ -1,0 +1,103 @@
+//! From a scenario's `[operator]` to the console's script, and to what the oracle is told of it.
+
+use console::ConsoleConfig;
+use console::operator::{Action, Step, TrackCondition, When};
+use evidence::mission::{Due, Script, Verb};
+use scenario::{DisplayedState, Scenario, Seconds};
+use wire::id::{NodeId, UnitId};
+use wire::mode::Mode;
+use wire::person::Role;
+use wire::sensor::Class;
+use wire::setup::Secret;
+
+/// Confidence from which the operator acts on a displayed track, permille.
+const CONFIDENCE: u16 = 600;
+
+/// The console's configuration, with the operator's own key.
+pub(super) fn console(
+    scenario: &Scenario,
+    operator_secret: Secret,
+    revocations: Vec<(NodeId, Vec<u8>)>,
+) -> ConsoleConfig {
+    ConsoleConfig {
+        units: vec![UnitId::A, UnitId::B, UnitId::C],
+        awaited: awaited(scenario),
+        operator: NodeId::OPERATOR,
+        operator_secret,
+        role: Role::Supervise,
+        script: scenario.operator.step.iter().map(step).collect(),
+        revocations,
+        text: false,
+    }
+}
+
+/// The orders that the operator is to give, and how far the mission is stated to come. A revocation is no order: the unit does
+/// not carry it out.
+pub(super) fn presumed(scenario: &Scenario) -> Script {
+    let us = |seconds: Seconds| (seconds.get() * 1e6) as u64;
+    let orders = scenario.operator.step.iter().filter(|step| *step.verb != Verb::Revoke);
+    let due = |step: &scenario::Step| Due {
+        verb: *step.verb,
+        at_us: us(*step.at_s),
+        within_us: us(step.within_s),
+        mode: step.when_state.map(mode),
+        track: step.when_track.map(class),
+    };
+    Script { mission: scenario.mission.as_deref().copied(), steps: orders.map(due).collect() }
+}
+
+/// The unit under test and the teammates that the scenario brings.
+fn awaited(scenario: &Scenario) -> Vec<UnitId> {
+    let brought = |unit: &UnitId| scenario.unit.iter().any(|u| u.name.as_str() == unit.node().name());
+    [UnitId::A, UnitId::B, UnitId::C].into_iter().filter(|unit| *unit == UnitId::A || brought(unit)).collect()
+}
+
+fn step(step: &scenario::Step) -> Step {
+    let class = step.when_track.map_or(Class::Vehicle, class);
+    Step {
+        at_ms: Some((step.at_s.get() * 1000.0) as u64),
+        unit: UnitId::A,
+        when: When {
+            mode: step.when_state.map(mode),
+            track: step.when_track.map(|_| TrackCondition { class, confidence: CONFIDENCE }),
+        },
+        action: match *step.verb {
+            Verb::Enable => Action::Enable,
+            Verb::Arm => Action::Arm(class),
+            Verb::Confirm => Action::Confirm,
+            Verb::Hold => Action::Hold,
+            Verb::Resume => Action::Resume,
+            Verb::Disarm => Action::Disarm,
+            Verb::Configure => {
+                let values = step.values.expect("invariant: a loaded step that configures has its values");
+                Action::Configure(values.settings())
+            }
+            Verb::Revoke => {
+                let who = step.who.as_ref().and_then(|name| NodeId::from_name(name.as_str()));
+                Action::Revoke(who.expect("invariant: a loaded step that revokes names somebody"))
+            }
+        },
+        reason: step.reason.as_ref().map(|r| r.as_str().to_owned()).unwrap_or_default(),
+        within_ms: (step.within_s.get() * 1000.0) as u64,
+    }
+}
+
+fn class(class: scenario::Class) -> Class {
+    match class {
+        scenario::Class::Vehicle => Class::Vehicle,
+        scenario::Class::Person => Class::Person,
+        scenario::Class::Decoy => Class::Decoy,
+        scenario::Class::Obstacle => Class::Obstacle,
+    }
+}
+
+/// The mode that a displayed state is.
+pub(super) fn mode(state: DisplayedState) -> Mode {
+    match state {
+        DisplayedState::Idle => Mode::Idle,
+        DisplayedState::Ready => Mode::Ready,
+        DisplayedState::PrepareToAct => Mode::PrepareToAct,
+        DisplayedState::Degraded => Mode::Degraded,
+        DisplayedState::HoldSafe => Mode::HoldSafe,
+    }
+}

@@ -1,0 +1,96 @@
+//! From a cast to a twin: the cores are made here from the very setups that a live run hands to processes.
+
+use std::sync::Arc;
+
+use topology::{Cast, Member, Ordeal, OrdealKind};
+use wire::id::{NodeId, SessionId, WorldId};
+use wire::policy::Requirement;
+use wire::setup::{Secret, Setup};
+use wire::sign::{Key, Verified};
+
+use super::clock::HostClock;
+use super::delay::Delays;
+use super::holder::Client;
+use super::net::Association;
+use super::part::Part;
+use super::part::make::{AssemblyError, core};
+use super::part::trunk::Trunk;
+use super::queue::NodeIndex;
+use super::{Assembly, Node};
+
+/// Makes every core of `cast`, but for those that go along with `trunk`. `seed` drives the delays.
+pub fn assemble(
+    cast: &Cast,
+    seed: u64,
+    guard: Requirement,
+    mouths: bool,
+    trunk: Option<&Arc<Trunk>>,
+) -> Result<Assembly, AssemblyError> {
+    let clocks: Vec<HostClock> = cast.clocks.iter().copied().map(HostClock::from).collect();
+    let verified = trunk.map_or_else(Verified::default, |trunk| trunk.verified());
+    let made = cast.members.iter().map(|member| {
+        let along = trunk.and_then(|trunk| trunk.along(member, WorldId(0)));
+        let core = along.map_or_else(|| fresh(member, &clocks, &verified), |along| Ok(Part::Along(Box::new(along))))?;
+        Ok(node(member, core))
+    });
+    let nodes = made.collect::<Result<Vec<_>, _>>()?;
+    let index = |id: NodeId| nodes.iter().position(|n: &Node| n.id == id).map(|n| n as NodeIndex);
+    let relay = index(NodeId::RELAY_TELEMETRY);
+    let mut associations = Vec::new();
+    for (i, link) in cast.links.iter().enumerate() {
+        let end = |id: NodeId| {
+            let member = cast.members.iter().find(|m| m.node() == id);
+            let missing = || AssemblyError { node: id, why: "no such member with a certificate".into() };
+            let peer = member.and_then(|m| m.peer).ok_or_else(missing)?;
+            Ok((index(id).ok_or_else(missing)?, SessionId(i as u32 + 1), peer))
+        };
+        let secret =
+            blake3::derive_key("holdsafe twin association v1", &[&seed.to_le_bytes()[..], &[i as u8]].concat());
+        let between = relay.filter(|_| link.relayed);
+        associations.push(Association::new(end(link.client)?, end(link.server)?, between, guard, secret));
+    }
+    let secret = blake3::derive_key("holdsafe twin command stream v1", &seed.to_le_bytes());
+    let commands = index(NodeId::UNIT_A).zip(index(NodeId::RELAY_COMMAND)).map(|(unit, relay)| (unit, relay, secret));
+    Ok(Assembly {
+        commands,
+        rights: cast.rights(),
+        nodes,
+        clocks,
+        associations,
+        delays: Delays::new(seed, cast.varied_delays),
+        spare: cast.members.iter().filter(|m| restarts(cast, m.node())).cloned().collect(),
+        ordeals: cast.ordeals.clone(),
+        watched: cast.watched(),
+        fills: cast.fills(),
+        cues: cast.cues.clone(),
+        mouths,
+        witnesses: cast.witnesses.iter().map(|(node, secret)| (*node, witness(secret, &verified))).collect(),
+        verified,
+    })
+}
+
+fn witness(secret: &Secret, verified: &Verified) -> Key {
+    Key::from_bytes(&secret.0).sharing(verified.clone())
+}
+
+fn fresh(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<Part, AssemblyError> {
+    let setup = Setup { verified: Some(verified.clone()), ..member.setup.clone() };
+    core(&member.role, setup, clocks[member.host as usize].read(0))
+}
+
+fn node(member: &Member, core: Part) -> Node {
+    let mut node = Node::new(member.node(), core, member.host as u8);
+    node.subscribes.clone_from(&member.subscribes);
+    node.seat = member.seat;
+    // The unit under test has its session over the modelled stream.
+    let from_start = member.node() != NodeId::UNIT_A && !member.role.joins_later();
+    node.commands = member.peer.filter(|_| member.commands).map(|peer| Client::new(peer, from_start));
+    node.takes_cues = member.role.takes_cues();
+    node
+}
+
+/// Whether a killed `node` is started again.
+fn restarts(cast: &Cast, node: NodeId) -> bool {
+    let again = |o: &Ordeal| o.node == node && matches!(o.kind, OrdealKind::Kill { restart: Some(_) });
+    cast.ordeals.iter().any(again)
+}

@@ -1,0 +1,212 @@
+//! What one trial costs by stage, what the physics in it costs with nobody looking, and the same trial again where a run
+//! is known: along with it, and forked from it. Reading a clock, repeating and putting numbers together is left to the
+//! caller.
+
+use std::sync::Arc;
+
+use evidence::trial::Trial;
+use oracle::judged;
+use scenario::{Scenario, Setup};
+use sim::fidelity::Fidelity;
+use sim::plant::{Plant, SetPoint};
+use sim::scene::Scene;
+use sim::world::{STEP, World};
+use topology::{Cast, Role};
+use wire::id::{NodeId, WorldId};
+use wire::sign::Asked;
+use wire::time::Instant;
+
+use super::Twin;
+use super::part::Part;
+use super::part::make::AssemblyError;
+use super::part::trunk::Trunk;
+use super::queue::Micros;
+use super::stopwatch::{Stage, Stopwatch};
+use super::trial::{Run, conclude, start, start_along, trunk};
+
+/// A trial that was watched.
+pub struct Watched {
+    /// Its time by stage.
+    pub stopwatch: Stopwatch,
+    /// How often a core signed, asked about a signature, and had to verify one.
+    pub signatures: Asked,
+    /// Its row.
+    pub trial: Trial,
+}
+
+/// Runs and judges one trial as `run` does, its time added up on `clock`.
+pub fn watched(scenario: &Scenario, setup: &Setup, seed: u64, clock: fn() -> u64) -> Result<Watched, AssemblyError> {
+    let mut stopwatch = Stopwatch::start(clock, Stage::Setup);
+    let (cast, mut twin) = start(scenario, setup, seed, false)?;
+    twin.watch(stopwatch.clone());
+    let mut run = conclude(cast, twin, setup);
+    if let Some(watched) = run.stopwatch.take() {
+        stopwatch = watched;
+    }
+    let trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
+    let signatures = run.signatures;
+    // Giving the memory back is part of the trial.
+    drop(run);
+    stopwatch.enter(Stage::Setup);
+    Ok(Watched { stopwatch, signatures, trial })
+}
+
+/// A trial that is known, to be run again.
+pub struct Known {
+    seed: u64,
+    trunk: Arc<Trunk>,
+    cast: Cast,
+    /// The trial a while before its end.
+    twin: Twin,
+}
+
+impl Known {
+    /// Runs the trial once as a trunk, and once up to `suffix` before its end.
+    pub fn of(scenario: &Scenario, setup: &Setup, seed: u64, suffix: Micros) -> Result<Known, AssemblyError> {
+        let trunk = Arc::new(trunk(scenario, setup, seed)?);
+        let (cast, mut twin) = start(scenario, setup, seed, false)?;
+        twin.run_until(cast.duration.saturating_sub(suffix));
+        Ok(Known { seed, trunk, cast, twin })
+    }
+
+    /// Runs and judges it with every core going along with the trunk: casting, the engine and the judge are left.
+    pub fn along(&self, scenario: &Scenario, setup: &Setup) -> Result<Run, AssemblyError> {
+        let (cast, twin) = start_along(scenario, setup, self.seed, &self.trunk)?;
+        Ok(conclude(cast, twin, setup))
+    }
+
+    /// Forks it, runs the fork to its end and judges the whole.
+    pub fn forked(&self, setup: &Setup) -> Run {
+        conclude(self.cast.clone(), self.twin.fork(WorldId(1)), setup)
+    }
+}
+
+/// The course of the unit under test in one trial: its scene, and what its plant was asked at each step.
+pub struct Course {
+    scene: Arc<Scene>,
+    asked: Vec<Option<SetPoint>>,
+}
+
+impl Course {
+    /// Runs the trial once and notes its course; nothing if the cast has no unit under test.
+    pub fn of(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Option<Course>, AssemblyError> {
+        let (cast, mut twin) = start(scenario, setup, seed, false)?;
+        let Some(scene) = scene(&cast) else { return Ok(None) };
+        let steps = cast.duration / STEP.0;
+        let asked = (1..=steps).map(|step| {
+            twin.run_until(step * STEP.0);
+            set_point(&twin)
+        });
+        Ok(Some(Course { asked: asked.collect(), scene: Arc::new(scene) }))
+    }
+
+    /// Simulated seconds.
+    pub fn seconds(&self) -> f64 {
+        (self.asked.len() as u64 * STEP.0) as f64 / 1e6
+    }
+
+    /// World and vehicle at the start, for [`Bare::drive`].
+    pub fn bare(&self) -> Bare<'_> {
+        let mut world = World::new(Arc::clone(&self.scene));
+        let plant = Plant::new(&mut world, &self.scene.start, &Fidelity::SHIPPED);
+        Bare { course: self, world, plant }
+    }
+}
+
+/// Rapier with the world and the vehicle, and nothing else.
+pub struct Bare<'a> {
+    course: &'a Course,
+    world: World,
+    plant: Plant,
+}
+
+impl Bare<'_> {
+    /// Steps through the whole course.
+    pub fn drive(&mut self) {
+        for (k, asked) in (1..).zip(&self.course.asked) {
+            let now = Instant(k * STEP.0);
+            if let Some(asked) = asked {
+                self.plant.accept(now, SetPoint { until: now + STEP, ..*asked });
+            }
+            self.plant.step(now, &mut self.world);
+        }
+    }
+
+    /// How far the vehicle has come from the start, metres.
+    pub fn way(&self) -> f32 {
+        let at = self.plant.state(&self.world).position;
+        let start = &self.course.scene.start;
+        ((at.x - start.east).powi(2) + (at.y - start.north).powi(2)).sqrt()
+    }
+}
+
+fn scene(cast: &Cast) -> Option<Scene> {
+    let sim = cast.members.iter().find(|m| m.node() == NodeId::SIM)?;
+    if let Role::Sim(config) = &sim.role { Some(config.scene.clone()) } else { None }
+}
+
+fn set_point(twin: &Twin) -> Option<SetPoint> {
+    let sim = twin.nodes().iter().find(|n| n.id == NodeId::SIM)?;
+    if let Part::Sim(sim) = &sim.part { sim.truth().1.set_point() } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn nominal() -> (Scenario, Setup) {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let scenario = scenario::load(&root.join("scenarios/nominal.toml")).unwrap();
+        let setup = Setup::load(&root, &scenario, None, false).unwrap();
+        (scenario, setup)
+    }
+
+    #[test]
+    fn watching_changes_nothing_and_no_time_is_lost() {
+        let (scenario, setup) = nominal();
+        let watched = watched(&scenario, &setup, 1, link::clock::trace_us).unwrap();
+        let (cast, twin) = start(&scenario, &setup, 1, false).unwrap();
+        let run = conclude(cast, twin, &setup);
+        assert!(run.stopwatch.is_none());
+        let alone = judged::trial(1, scenario.level(), &run.evidence, &run.verdict);
+        assert_eq!((watched.trial.log_hash, watched.trial.outcome), (alone.log_hash, alone.outcome));
+        for stage in Stage::ALL.into_iter().filter(|s| *s != Stage::Broker) {
+            assert!(watched.stopwatch.spent(stage) > 0, "{}", stage.name());
+        }
+    }
+
+    #[test]
+    fn in_the_twin_what_its_own_cores_signed_is_known_to_be_good() {
+        let (scenario, setup) = nominal();
+        let signatures = watched(&scenario, &setup, 1, || 0).unwrap().signatures;
+        assert!(signatures.made > 100 && signatures.asked > 100 && signatures.verified == 0, "{signatures:?}");
+    }
+
+    #[test]
+    fn what_is_known_is_run_again_to_the_same_log() {
+        let (scenario, setup) = nominal();
+        let known = Known::of(&scenario, &setup, 1, 3_000_000).unwrap();
+        let (cast, twin) = start(&scenario, &setup, 1, false).unwrap();
+        let plain = conclude(cast, twin, &setup);
+        assert_eq!(known.along(&scenario, &setup).unwrap().log, plain.log);
+        let hash = |run: &Run| judged::trial(1, scenario.level(), &run.evidence, &run.verdict).log_hash;
+        assert_eq!(hash(&known.forked(&setup)), hash(&plain));
+    }
+
+    #[test]
+    fn bare_rapier_drives_the_course_of_the_twin() {
+        let (scenario, setup) = nominal();
+        let course = Course::of(&scenario, &setup, 1).unwrap().unwrap();
+        let mut bare = course.bare();
+        bare.drive();
+        let (cast, mut twin) = start(&scenario, &setup, 1, false).unwrap();
+        twin.run_until(cast.duration);
+        let node = twin.nodes().iter().find(|n| n.id == NodeId::SIM).unwrap();
+        let Part::Sim(sim) = &node.part else { panic!("the sim is no sim") };
+        let (world, plant) = sim.truth();
+        let apart = plant.state(world).position - bare.plant.state(&bare.world).position;
+        assert!(bare.way() > 2.0 && apart.length() < 0.5, "{} m of way, {} m apart", bare.way(), apart.length());
+    }
+}

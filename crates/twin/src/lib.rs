@@ -1,0 +1,599 @@
+//! The in-process twin: all cores in one thread on a virtual clock, links as a seeded model, one event queue.
+//!
+//! Every sender encodes and every receiver gets bytes; no Rust value crosses between cores. The same seed gives the
+//! same log; the whole state can be forked. What the link models leave out is listed in [`net`] and [`stream`].
+
+pub mod assemble;
+mod branch;
+pub mod clock;
+mod command;
+pub mod cost;
+pub mod delay;
+mod disk;
+mod flights;
+mod guard;
+pub mod holder;
+pub mod net;
+pub mod part;
+mod process;
+pub mod queue;
+mod records;
+pub mod refeed;
+pub mod sabotage;
+mod sessions;
+pub mod stopwatch;
+pub mod stream;
+mod tamper;
+pub mod trial;
+
+use std::collections::{BTreeMap, VecDeque};
+
+use evidence::cue::{Cue, Watch};
+use evidence::log::{Logged, by_recorder};
+use evidence::sights::Claims;
+use topology::{Member, Ordeal, Seat, Turn};
+use wire::audit::Journal;
+use wire::core::{Core, Input, Output, Side, Subject, Topic};
+use wire::event::GuardVerdict;
+use wire::id::{NodeId, PeerId, SessionId, WorldId};
+use wire::policy::Requirement;
+use wire::sign::{Asked, Key, Verified};
+use wire::time::Instant;
+
+use clock::HostClock;
+use command::{Along, Relayed};
+use delay::{Delays, Way};
+use disk::Disk;
+use guard::Guard;
+use holder::Client;
+use net::Association;
+use part::Part;
+use process::Processes;
+use queue::{Micros, NodeIndex, Queue};
+use stopwatch::{Stage, Stopwatch};
+
+pub use guard::STRANGER;
+
+/// From the start of a process to its first dial.
+const OPENS_AT: Micros = 20_000;
+/// How long after the relays have ended something they passed may still be under way.
+const UNDER_WAY: Micros = 50_000;
+/// One process of the twin.
+pub struct Node {
+    /// Who it is.
+    pub id: NodeId,
+    /// Its core.
+    pub part: Part,
+    /// Its host: shared memory reaches the nodes of one host only, and they share a clock.
+    pub host: u8,
+    /// Channels it reads.
+    pub subscribes: Vec<Topic>,
+    /// Where it sits on its host's shared memory.
+    pub seat: Seat,
+    /// What it is on the command plane.
+    pub commands: Option<Client>,
+    /// Whether it has steps that can be called.
+    pub takes_cues: bool,
+    /// Whether its process lives.
+    pub alive: bool,
+    armed: Option<Micros>,
+    generation: u64,
+}
+
+impl Node {
+    /// A running node without channels.
+    pub fn new(id: NodeId, part: Part, host: u8) -> Self {
+        Self {
+            id,
+            part,
+            host,
+            subscribes: Vec::new(),
+            seat: Seat::Outside,
+            commands: None,
+            takes_cues: false,
+            alive: true,
+            armed: None,
+            generation: 0,
+        }
+    }
+}
+
+#[derive(Clone)]
+enum Happening {
+    Input(Input),
+    Timer(u64),
+    Datagram { association: u8, end: u8, bytes: Vec<u8> },
+    Stranger { association: u8, bytes: Vec<u8> },
+    Open(u8),
+    Along(Along),
+    Due(sessions::Due),
+    Unfinished { bytes: Vec<u8> },
+    Distribute { subject: Subject, bytes: Vec<u8> },
+    Connect,
+    Displaced,
+    Ordeal(usize, Turn),
+}
+
+/// What a core was fed and what it gave back.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Mouthful {
+    /// Local time.
+    pub now: Instant,
+    /// Input.
+    pub input: Input,
+    /// Outputs, in order.
+    pub outputs: Vec<Output>,
+    /// When it wants to be woken after that.
+    pub deadline: Option<Instant>,
+}
+
+/// The twin of a whole platform, its operator, and the adversary between them.
+pub struct Twin {
+    /// Which world this is; a fork makes a new one.
+    pub world: WorldId,
+    now: Micros,
+    queue: Queue<Happening>,
+    nodes: Vec<Node>,
+    clocks: Vec<HostClock>,
+    associations: Vec<Association>,
+    /// The dialler's next pause, by association.
+    pauses: Vec<Micros>,
+    /// By node; those without secure sessions have none.
+    guards: Vec<Option<Guard>>,
+    broker: Option<broker::Broker>,
+    /// The command path with the stream relay in it.
+    commands: Option<Relayed>,
+    delays: Delays,
+    /// When the last thing from one node to another arrives: channels and sockets keep their order.
+    latest: Vec<Micros>,
+    processes: Processes,
+    /// The recorder's disk, where it is to be full for a time.
+    disk: Option<Disk>,
+    cues: Watch,
+    log: Vec<Logged>,
+    journal: Journal,
+    /// What the broker says of what it refuses.
+    refusals: Journal,
+    /// What insiders said that they sent.
+    claims: Claims,
+    mouths: Option<Vec<Vec<Mouthful>>>,
+    verified: Verified,
+    stopwatch: Option<Stopwatch>,
+}
+
+/// What a twin is put together from.
+pub struct Assembly {
+    /// Nodes, in the order that breaks ties.
+    pub nodes: Vec<Node>,
+    /// One clock a host.
+    pub clocks: Vec<HostClock>,
+    /// Secure associations.
+    pub associations: Vec<Association>,
+    /// The client whose way to the broker leads through a stream relay, that relay, and the secret of the model's keys.
+    pub commands: Option<(NodeIndex, NodeIndex, [u8; 32])>,
+    /// Whether the broker's table of rights stands.
+    pub rights: Requirement,
+    /// Delays.
+    pub delays: Delays,
+    /// What befalls processes.
+    pub ordeals: Vec<Ordeal>,
+    /// What those are made from that may be started again.
+    pub spare: Vec<Member>,
+    /// Processes whose mouths are watched for being kept from running.
+    pub watched: Vec<NodeId>,
+    /// Whether the recorder's disk is to be full for a time.
+    pub fills: bool,
+    /// Steps that wait for what the instrument plane tells.
+    pub cues: Vec<Cue>,
+    /// Whether to keep what every core was fed and gave back.
+    pub mouths: bool,
+    /// The keys of guards and launcher.
+    pub witnesses: BTreeMap<NodeId, Key>,
+    /// What its cores share about signatures.
+    pub verified: Verified,
+}
+
+impl Twin {
+    /// A twin at time zero.
+    pub fn new(assembly: Assembly) -> Twin {
+        let mut broker = broker::Broker::under(assembly.rights);
+        for peer in assembly.nodes.iter().filter_map(|n| n.commands.as_ref().map(|client| client.peer)) {
+            // A refusal here is the broker's answer; such a peer then hears nothing.
+            let filter =
+                if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{}", peer.name()) };
+            let _ = broker.subscribe(peer, &filter);
+        }
+        let key = |node: NodeId| assembly.witnesses.get(&node).map(Key::fork);
+        let guard = |n: &Node| n.id.guard().map(|id| Guard::new(id, key(id)));
+        let guards = assembly.nodes.iter().map(guard).collect();
+        let (mouth, notes) = (key(command::BROKER_MOUTH), key(NodeId::CAMPAIGN));
+        let mut twin = Twin {
+            world: WorldId(0),
+            now: 0,
+            queue: Queue::default(),
+            mouths: assembly.mouths.then(|| vec![Vec::new(); assembly.nodes.len()]),
+            latest: vec![0; assembly.nodes.len() * assembly.nodes.len()],
+            nodes: assembly.nodes,
+            pauses: vec![sessions::PAUSES.0; assembly.associations.len()],
+            clocks: assembly.clocks,
+            associations: assembly.associations,
+            guards,
+            broker: Some(broker),
+            commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret, mouth)),
+            delays: assembly.delays,
+            processes: Processes::new(assembly.ordeals, assembly.spare, &assembly.watched),
+            disk: assembly.fills.then(Disk::new),
+            cues: Watch::new(&assembly.cues),
+            log: Vec::new(),
+            journal: Journal::new(NodeId::CAMPAIGN, wire::id::Boot(1), notes),
+            refusals: Journal::new(NodeId::BROKER, wire::id::Boot(1), None),
+            claims: Claims::default(),
+            verified: assembly.verified,
+            stopwatch: None,
+        };
+        for association in 0..twin.associations.len() {
+            let [dialler, listener] = [0, 1].map(|end| twin.associations[association].ends[end].node);
+            let at = twin.delays.start(twin.way(dialler, listener));
+            twin.queue.push(at, dialler, Happening::Open(association as u8));
+        }
+        twin.open_commands();
+        twin.await_ordeals();
+        (0..twin.nodes.len()).for_each(|n| twin.settle(n as NodeIndex, None));
+        twin
+    }
+
+    /// The same state in a world of its own; the two do not affect each other, and nobody watches the new one.
+    #[must_use]
+    pub fn fork(&self, world: WorldId) -> Twin {
+        Twin { log: self.log.clone(), ..self.copy(world) }
+    }
+
+    /// A fork without what was logged so far.
+    fn copy(&self, world: WorldId) -> Twin {
+        let nodes = self.nodes.iter().map(|n| Node {
+            id: n.id,
+            part: n.part.fork(world),
+            host: n.host,
+            subscribes: n.subscribes.clone(),
+            seat: n.seat,
+            commands: n.commands.clone(),
+            takes_cues: n.takes_cues,
+            alive: n.alive,
+            armed: n.armed,
+            generation: n.generation,
+        });
+        Twin {
+            world,
+            now: self.now,
+            queue: self.queue.clone(),
+            nodes: nodes.collect(),
+            clocks: self.clocks.clone(),
+            associations: self.associations.clone(),
+            pauses: self.pauses.clone(),
+            guards: self.guards.iter().map(|g| g.as_ref().map(Guard::fork)).collect(),
+            broker: self.broker.clone(),
+            commands: self.commands.as_ref().map(Relayed::fork),
+            delays: self.delays,
+            processes: self.processes.clone(),
+            disk: self.disk.clone(),
+            cues: self.cues.clone(),
+            latest: self.latest.clone(),
+            log: Vec::new(),
+            journal: self.journal.fork(),
+            refusals: self.refusals.fork(),
+            claims: self.claims.clone(),
+            mouths: self.mouths.clone(),
+            verified: self.verified.clone(),
+            stopwatch: None,
+        }
+    }
+
+    /// True time.
+    pub fn now(&self) -> Micros {
+        self.now
+    }
+
+    /// Every audit entry so far, in the order in which it was written.
+    pub fn log(&self) -> &[Logged] {
+        &self.log
+    }
+
+    /// Whether the recorder's disk takes nothing, and so the recording lacks what came last.
+    pub fn cut_short(&self) -> bool {
+        self.disk.as_ref().is_some_and(Disk::full)
+    }
+
+    /// The log and the stopwatch of a twin that has ended.
+    pub fn into_log(self) -> (Vec<Logged>, Option<Stopwatch>) {
+        (self.log, self.stopwatch)
+    }
+
+    /// Has the time that it takes from now on added up by stage.
+    pub fn watch(&mut self, stopwatch: Stopwatch) {
+        self.stopwatch = Some(stopwatch);
+        self.enter(Stage::Engine);
+    }
+
+    /// How often its cores asked about a signature, and how often one was verified.
+    pub fn signatures(&self) -> Asked {
+        self.verified.counts()
+    }
+
+    /// The nodes.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// What every core was fed and gave back, by node, when that was asked for.
+    pub fn mouths(&self) -> Option<&[Vec<Mouthful>]> {
+        self.mouths.as_deref()
+    }
+
+    /// The same of a twin that has ended.
+    pub fn into_mouths(self) -> Vec<Vec<Mouthful>> {
+        self.mouths.unwrap_or_default()
+    }
+
+    /// What its cores know of signatures.
+    pub(crate) fn verified(&self) -> &Verified {
+        &self.verified
+    }
+
+    /// What the clock of `host` shows at the start.
+    pub(crate) fn local_start(&self, host: u8) -> Instant {
+        self.clocks[usize::from(host)].read(0)
+    }
+
+    /// Runs to `end`.
+    pub fn run_until(&mut self, end: Micros) {
+        while self.step(end) {}
+        self.now = end;
+    }
+
+    /// Lets the next thing happen, if one does by `end`.
+    fn step(&mut self, end: Micros) -> bool {
+        if self.queue.next_time().is_none_or(|t| t > end) {
+            return false;
+        }
+        let Some((at, node, happening)) = self.queue.pop() else { return false };
+        self.now = at;
+        self.happen(node, happening);
+        true
+    }
+
+    /// Ends the run: nothing new is sent, what is under way arrives, and everyone writes the closing account.
+    pub fn finish(&mut self, grace: Micros) {
+        self.release_all();
+        (0..self.nodes.len() as NodeIndex).for_each(|node| self.feed(node, Input::Quiesce));
+        self.run_until(self.now + grace);
+        // As live: the relays first, which pass nothing more then, so that nothing is under way while its two ends count.
+        for relay in [NodeId::RELAY_TELEMETRY, NodeId::RELAY_COMMAND] {
+            self.index(relay).into_iter().for_each(|relay| self.part_with(relay));
+        }
+        self.run_until(self.now + UNDER_WAY);
+        (0..self.nodes.len()).for_each(|node| self.close_guard(node as NodeIndex));
+        self.run_until(self.now + 1_000);
+        let recorder = self.index(NodeId::RECORDER);
+        (0..self.nodes.len() as NodeIndex).filter(|node| Some(*node) != recorder).for_each(|node| self.part_with(node));
+        self.run_until(self.now + 1_000);
+        recorder.into_iter().for_each(|recorder| self.part_with(recorder));
+        self.sign_witnesses();
+    }
+
+    /// Has a node write its closing account. As live it is over then: what comes for it later finds nobody.
+    fn part_with(&mut self, node: NodeIndex) {
+        self.feed(node, Input::Finish);
+        self.nodes[usize::from(node)].alive = false;
+    }
+
+    fn index(&self, id: NodeId) -> Option<NodeIndex> {
+        self.nodes.iter().position(|n| n.id == id).map(|n| n as NodeIndex)
+    }
+
+    fn happen(&mut self, node: NodeIndex, happening: Happening) {
+        let Some(happening) = self.keep(node, happening) else { return };
+        match happening {
+            Happening::Timer(generation) => {
+                let n = &mut self.nodes[usize::from(node)];
+                if generation == n.generation && n.armed.take().is_some() {
+                    self.feed(node, Input::Timeout);
+                }
+            }
+            Happening::Input(input) => self.take(node, input),
+            Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
+            Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
+            Happening::Open(association) => self.open(association),
+            Happening::Along(along) => {
+                self.enter(Stage::Broker);
+                self.along(along);
+                self.enter(Stage::Engine);
+            }
+            Happening::Due(due) => self.come_due(due),
+            Happening::Unfinished { bytes } => self.note_stranger(node, &bytes, GuardVerdict::Unfinished),
+            Happening::Distribute { subject, bytes } => self.distribute(node, self.now, subject, bytes),
+            Happening::Connect => self.connect(node),
+            Happening::Displaced => self.displaced(node),
+            Happening::Ordeal(ordeal, turn) => self.ordeal(ordeal, turn),
+        }
+    }
+
+    fn local(&self, node: NodeIndex) -> Instant {
+        self.clocks[usize::from(self.nodes[usize::from(node)].host)].read(self.now)
+    }
+
+    /// Something comes to a node, which takes it at once, or when it runs again.
+    fn take(&mut self, node: NodeIndex, input: Input) {
+        let Some(Happening::Input(input)) = self.keep(node, Happening::Input(input)) else { return };
+        let Some(input) = self.written(input) else { return };
+        if let Input::Published { bytes, .. } = &input {
+            self.note_delivered(node, bytes);
+        }
+        self.feed(node, input);
+    }
+
+    /// Feeds one input to a core and carries its outputs away.
+    fn feed(&mut self, node: NodeIndex, input: Input) {
+        let Some(Happening::Input(input)) = self.keep(node, Happening::Input(input)) else { return };
+        if self.nodes[usize::from(node)].alive {
+            let now = self.local(node);
+            self.note_running(node);
+            if let Some(sight) = self.claims.sight(self.nodes[usize::from(node)].id, &input) {
+                self.note(sight);
+            }
+            self.enter(Stage::of(&self.nodes[usize::from(node)].part));
+            self.nodes[usize::from(node)].part.handle(now, &input);
+            self.enter(Stage::Engine);
+            self.settle(node, Some((now, input)));
+        }
+    }
+
+    fn enter(&mut self, stage: Stage) {
+        if let Some(stopwatch) = &mut self.stopwatch {
+            stopwatch.enter(stage);
+        }
+    }
+
+    /// Drains a core and re-arms its timer.
+    fn settle(&mut self, node: NodeIndex, fed: Option<(Instant, Input)>) {
+        let mut outputs: VecDeque<Output> = VecDeque::new();
+        while let Some(output) = self.nodes[usize::from(node)].part.output() {
+            outputs.push_back(output);
+        }
+        if let (Some(mouths), Some((now, input))) = (&mut self.mouths, fed) {
+            let deadline = self.nodes[usize::from(node)].part.deadline();
+            mouths[usize::from(node)].push(Mouthful {
+                now,
+                input,
+                outputs: outputs.iter().cloned().collect(),
+                deadline,
+            });
+        }
+        if !outputs.is_empty() {
+            let at = self.now + self.stage_delay(node, &outputs);
+            outputs.into_iter().for_each(|output| self.carry(node, at, output));
+        }
+        self.arm(node);
+    }
+
+    fn arm(&mut self, node: NodeIndex) {
+        let n = &self.nodes[usize::from(node)];
+        let clock = self.clocks[usize::from(n.host)];
+        let due = n.part.deadline().map(|d| clock.when(d).max(self.now));
+        if due != n.armed {
+            let n = &mut self.nodes[usize::from(node)];
+            n.generation += 1;
+            n.armed = due;
+            if let Some(due) = due {
+                self.queue.push(due, node, Happening::Timer(n.generation));
+            }
+        }
+    }
+
+    fn stage_delay(&self, node: NodeIndex, outputs: &VecDeque<Output>) -> Micros {
+        let n = &self.nodes[usize::from(node)];
+        self.delays.stage(n.id, &n.part, outputs, self.now)
+    }
+
+    fn way(&self, from: NodeIndex, to: NodeIndex) -> Way {
+        (self.nodes[usize::from(from)].id, self.nodes[usize::from(to)].id)
+    }
+
+    fn carry(&mut self, node: NodeIndex, at: Micros, output: Output) {
+        match output {
+            Output::Bus { topic, bytes } => self.publish_bus(node, at, topic, &bytes),
+            Output::Record { session, bytes } => {
+                if let Some((association, end)) = self.session(node, session) {
+                    self.send(association, end, at, &bytes);
+                }
+            }
+            Output::Close { session } => {
+                if let Some((association, end)) = self.session(node, session) {
+                    self.close(association, end, at + self.delays.datagram(self.way(node, node), at));
+                }
+            }
+            Output::Publish { subject, bytes } => {
+                self.enter(Stage::Broker);
+                self.publish_command(node, at, subject, bytes);
+                self.enter(Stage::Engine);
+            }
+            Output::Datagram { side, bytes } => {
+                let end = if side == Side::Client { 0 } else { 1 };
+                if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
+                    let target = self.associations[association].ends[end].node;
+                    let hop = self.delays.datagram(self.way(node, target), at);
+                    let at = self.in_order(node, target, at + hop);
+                    let datagram = Happening::Datagram { association: association as u8, end: end as u8, bytes };
+                    self.queue.push(at, target, datagram);
+                }
+            }
+            Output::Stranger { bytes } => {
+                if let Some(association) = self.associations.iter().position(|a| a.relay == Some(node)) {
+                    let target = self.associations[association].ends[1].node;
+                    let at = at + self.delays.datagram(self.way(node, target), at);
+                    self.queue.push(at, target, Happening::Stranger { association: association as u8, bytes });
+                }
+            }
+            Output::Audit { bytes } => self.record(self.nodes[usize::from(node)].id, bytes),
+            Output::Stream { connection, side, bytes } => {
+                self.relayed(node, at, side, Along::Piece(connection.0, side, bytes));
+            }
+            Output::Reset { connection } => self.relayed(node, at, Side::Client, Along::Reset(connection.0)),
+            Output::Join => self.want(node, true),
+            Output::Leave => self.want(node, false),
+            // For a person.
+            Output::Text { .. } => {}
+        }
+    }
+
+    /// The association, and its end at `node`, that stands as `session` there.
+    fn session(&self, node: NodeIndex, session: SessionId) -> Option<(usize, usize)> {
+        self.associations.iter().enumerate().find_map(|(i, a)| Some((i, a.end_of(node, session)?)))
+    }
+
+    fn publish_bus(&mut self, node: NodeIndex, at: Micros, topic: Topic, bytes: &[u8]) {
+        // The live publisher refuses it too.
+        if bytes.len() > topic.max_len() || !self.flushed(node, topic) {
+            return;
+        }
+        let Node { host, seat, .. } = self.nodes[usize::from(node)];
+        let inside = seat.writes_inside(topic);
+        for reader in 0..self.nodes.len() {
+            let n = &self.nodes[reader];
+            if n.host == host && n.subscribes.contains(&topic) && n.seat.reads_inside(topic) == inside {
+                let hop = self.delays.bus(self.way(node, reader as NodeIndex), at);
+                let at = self.in_order(node, reader as NodeIndex, at + hop);
+                let input = Input::Bus { topic, bytes: bytes.to_vec() };
+                self.queue.push(at, reader as NodeIndex, Happening::Input(input));
+            }
+        }
+    }
+
+    /// `at`, or later if something from `from` to `to` is still under way.
+    fn in_order(&mut self, from: NodeIndex, to: NodeIndex, at: Micros) -> Micros {
+        let latest = &mut self.latest[usize::from(from) * self.nodes.len() + usize::from(to)];
+        *latest = at.max(*latest);
+        *latest
+    }
+
+    fn record_all(&mut self, id: NodeId, out: VecDeque<Output>) {
+        for output in out {
+            if let Output::Audit { bytes } = output {
+                self.record(id, bytes);
+            }
+        }
+    }
+
+    /// Writes an entry to the log and sends it to the recorder.
+    fn record(&mut self, id: NodeId, bytes: Vec<u8>) {
+        if id != NodeId::RECORDER
+            && by_recorder(id)
+            && let Some(recorder) = self.index(NodeId::RECORDER)
+        {
+            let at = self.now + delay::INSTRUMENT;
+            self.queue.push(at, recorder, Happening::Input(Input::Audit { bytes: bytes.clone() }));
+        }
+        self.claims.note(id, &bytes);
+        self.watch_entry(&bytes);
+        self.log.push(Logged { at: self.now, node: id, bytes });
+    }
+}

@@ -1,0 +1,60 @@
+//! One core from the setup that a live run hands to its process.
+
+use adversary::Adversary;
+use autonomy::Autonomy;
+use console::Console;
+use gateway::Gateway;
+use perception::Perception;
+use sim::Sim;
+use topology::{Member, Role, sim_keys};
+use wire::audit::Recorder;
+use wire::id::NodeId;
+use wire::setup::Setup;
+use wire::time::Instant;
+
+use super::Part;
+
+/// A core could not be made from its setup.
+#[derive(Debug, thiserror::Error)]
+#[error("{node}: {why}")]
+pub struct AssemblyError {
+    pub(crate) node: NodeId,
+    pub(crate) why: String,
+}
+
+/// One core, as it starts at `now` on its host's clock. It shares nothing with another and verifies for itself.
+pub fn part(member: &Member, now: Instant) -> Result<Part, AssemblyError> {
+    core(&member.role, member.setup.clone(), now)
+}
+
+/// The core of `role`, made from `setup` at `now`.
+pub(crate) fn core(role: &Role, setup: Setup, now: Instant) -> Result<Part, AssemblyError> {
+    let node = setup.node;
+    let failed = |why: String| AssemblyError { node, why };
+    Ok(match role {
+        Role::Sim(config) => {
+            let keys = sim_keys(&setup);
+            Part::Sim(Box::new(Sim::new(config, keys, Some(setup.key()), now).map_err(|e| failed(e.to_string()))?))
+        }
+        Role::Perception(config) => {
+            let core = Perception::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?;
+            Part::Perception { core: Box::new(core), rendered: config.rendered }
+        }
+        Role::Autonomy(config) => {
+            Part::Autonomy(Box::new(Autonomy::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
+        }
+        Role::Gateway(config) => {
+            Part::Gateway(Box::new(Gateway::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
+        }
+        Role::Console(config) => {
+            Part::Console(Box::new(Console::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?))
+        }
+        Role::Recorder => {
+            let seals = setup.channels.first().ok_or_else(|| failed("no channel for seals".into()))?.key.clone();
+            Part::Recorder(Box::new(Recorder::new(setup.boot, setup.key(), seals, now)))
+        }
+        Role::Adversary(config) => {
+            Part::Adversary(Adversary::new(setup, config.clone(), now).map_err(|e| failed(e.to_string()))?)
+        }
+    })
+}

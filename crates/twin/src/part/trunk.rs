@@ -1,0 +1,167 @@
+//! A run that is known, and cores that go along with it for as long as they are fed the same.
+//!
+//! A core is a function of its mouth (`tests/properties/mouths.rs`). So while the core of another run, made from the same
+//! setup, is fed what it was fed here, byte for byte and at the same time, its outputs and its next deadline are those
+//! from here, and nothing is computed: neither physics nor inference nor signatures. At the first difference it is forked
+//! from the last snapshot here, is fed what has come since, and runs by itself from then on. What it gives is the same
+//! either way (`tests/properties/trunk.rs`); the trunk of a search is the run without a word.
+
+use std::sync::Arc;
+
+use topology::{Cast, Member};
+use wire::core::{Core, Input, Output};
+use wire::id::WorldId;
+use wire::sign::Verified;
+use wire::time::Instant;
+
+use super::Part;
+use super::make::{AssemblyError, part};
+use crate::{Mouthful, Twin};
+
+/// Snapshots of each core, evenly over the run: what is computed again when a core leaves the trunk is less than one part.
+const SNAPSHOTS: u64 = 64;
+
+/// A run that is known.
+pub struct Trunk {
+    tracks: Vec<Track>,
+    verified: Verified,
+}
+
+/// What one core was fed and gave back, and its state now and then.
+struct Track {
+    member: Member,
+    /// What it gave before it was fed anything, and when it wanted to be woken.
+    start: (Vec<Output>, Option<Instant>),
+    mouth: Vec<Mouthful>,
+    /// After how many mouthfuls, in order; the first after none.
+    snapshots: Vec<(usize, Part)>,
+}
+
+impl Trunk {
+    /// Runs `twin`, which has just been made from `cast` and keeps its mouths, to its end.
+    ///
+    /// # Errors
+    /// Which core cannot be made a second time.
+    pub fn record(cast: &Cast, mut twin: Twin, grace: u64) -> Result<Self, AssemblyError> {
+        let mut tracks = Vec::new();
+        for (member, node) in cast.members.iter().zip(twin.nodes()) {
+            let mut fresh = part(member, twin.local_start(node.host))?;
+            let said = std::iter::from_fn(|| fresh.output()).collect();
+            let start = (said, fresh.deadline());
+            let snapshots = vec![(0, node.part.fork(twin.world))];
+            tracks.push(Track { member: member.clone(), start, mouth: Vec::new(), snapshots });
+        }
+        for n in 1..=SNAPSHOTS {
+            twin.run_until(cast.duration * n / SNAPSHOTS);
+            let mouths = twin.mouths().unwrap_or_default();
+            for ((track, node), mouth) in tracks.iter_mut().zip(twin.nodes()).zip(mouths) {
+                track.snapshots.push((mouth.len(), node.part.fork(twin.world)));
+            }
+        }
+        twin.finish(grace);
+        let verified = twin.verified().apart();
+        for (track, mouth) in tracks.iter_mut().zip(twin.into_mouths()) {
+            track.mouth = mouth;
+        }
+        Ok(Self { tracks, verified })
+    }
+
+    /// A core of `member` that goes along; none where the trunk has none that was made in the same way.
+    pub fn along(self: &Arc<Self>, member: &Member, world: WorldId) -> Option<Along> {
+        let same = |track: &Track| track.member.setup == member.setup && track.member.role == member.role;
+        let track = self.tracks.iter().position(same)?;
+        Some(Along { trunk: Arc::clone(self), track, world, fed: 0, said: 0, left: None })
+    }
+
+    /// The signatures that its cores know to be good, in a memory of its own.
+    pub fn verified(&self) -> Verified {
+        self.verified.apart()
+    }
+}
+
+/// A core that goes along with a trunk, or has left it.
+pub struct Along {
+    trunk: Arc<Trunk>,
+    track: usize,
+    world: WorldId,
+    /// Mouthfuls that were the same.
+    fed: usize,
+    /// Outputs given of the last of these.
+    said: usize,
+    left: Option<Part>,
+}
+
+impl Along {
+    /// The same in a forked world.
+    #[must_use]
+    pub fn fork(&self, world: WorldId) -> Along {
+        let left = self.left.as_ref().map(|part| part.fork(world));
+        Along { trunk: Arc::clone(&self.trunk), world, left, ..*self }
+    }
+
+    /// The core once it runs by itself, or one of the same kind.
+    pub fn like(&self) -> &Part {
+        self.left.as_ref().unwrap_or(&self.track().snapshots[0].1)
+    }
+
+    /// Whether it still goes along.
+    pub fn follows(&self) -> bool {
+        self.left.is_none()
+    }
+
+    /// The core, which runs by itself from now on.
+    pub fn leave_for_good(&mut self) -> &mut Part {
+        let part = self.left.take().unwrap_or_else(|| self.leave());
+        self.left.insert(part)
+    }
+
+    fn track(&self) -> &Track {
+        &self.trunk.tracks[self.track]
+    }
+
+    /// The core in the state in which it has been fed what came so far.
+    fn leave(&self) -> Part {
+        let Track { mouth, snapshots, .. } = self.track();
+        let last = snapshots.partition_point(|(fed, _)| *fed <= self.fed) - 1;
+        let (from, snapshot) = &snapshots[last];
+        let mut part = snapshot.fork(self.world);
+        for Mouthful { now, input, .. } in &mouth[*from..self.fed] {
+            part.handle(*now, input);
+            while part.output().is_some() {}
+        }
+        part
+    }
+}
+
+impl Core for Along {
+    fn handle(&mut self, now: Instant, input: &Input) {
+        if let Some(part) = &mut self.left {
+            return part.handle(now, input);
+        }
+        let known = self.track().mouth.get(self.fed).is_some_and(|known| known.now == now && known.input == *input);
+        if known {
+            (self.fed, self.said) = (self.fed + 1, 0);
+        } else {
+            self.leave_for_good().handle(now, input);
+        }
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        match (&self.left, self.fed.checked_sub(1)) {
+            (Some(part), _) => part.deadline(),
+            (None, None) => self.track().start.1,
+            (None, Some(last)) => self.track().mouth[last].deadline,
+        }
+    }
+
+    fn output(&mut self) -> Option<Output> {
+        if let Some(part) = &mut self.left {
+            return part.output();
+        }
+        let track = self.track();
+        let all = self.fed.checked_sub(1).map_or(&track.start.0, |last| &track.mouth[last].outputs);
+        let output = all.get(self.said).cloned();
+        self.said += usize::from(output.is_some());
+        output
+    }
+}

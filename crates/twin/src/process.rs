@@ -1,0 +1,326 @@
+//! What befalls the processes of a twin: they end, are kept from running, find their disk full, are started again; and the calls to steps that
+//! wait for something on the instrument plane.
+//!
+//! A process that does not run is fed nothing and wakes at no deadline, while its host's clock goes on. What comes for it
+//! waits as it would in front of a stopped process: as much as the channel or socket keeps. A slow process is one that
+//! is stopped for a part of each period, whether or not it has anything to do, which is harsher than a processor quota.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use evidence::sights::Running;
+use topology::{Member, Ordeal, OrdealKind, Turn, next_turn};
+use wire::core::{Input, Side};
+use wire::event::{Event, Suspension};
+use wire::id::{Boot, NodeId};
+use wire::setup::Setup;
+use wire::step::StepName;
+use wire::time::Instant;
+
+use super::command::Along;
+use super::part::make::core;
+use super::queue::{Micros, NodeIndex};
+use super::{Happening, OPENS_AT, Twin};
+
+/// From an entry on the instrument plane to who is called because of it: the recorder, the launcher, a pipe.
+const CUE: Micros = 500;
+/// Datagrams that wait in front of a socket: what the kernel's usual limit on buffers keeps of small ones.
+const DATAGRAMS: usize = 256;
+/// Anything else that waits for one process: the instrument plane's own bound, the longest of all.
+const WAITING: usize = link::instrument::QUEUE;
+
+/// Ordeals and who is halted.
+#[derive(Clone, Default)]
+pub(super) struct Processes {
+    ordeals: Vec<Ordeal>,
+    /// When each began, once it has.
+    begun: Vec<Option<Micros>>,
+    /// What waits for each process that does not run, in order.
+    halted: BTreeMap<NodeId, VecDeque<(NodeIndex, Happening)>>,
+    /// What those are made from that may be started again.
+    spare: Vec<Member>,
+    /// Whose mouths are watched.
+    running: Running,
+}
+
+impl Processes {
+    pub(super) fn new(ordeals: Vec<Ordeal>, spare: Vec<Member>, watched: &[NodeId]) -> Self {
+        let running = Running::new(watched);
+        Self { begun: vec![None; ordeals.len()], ordeals, halted: BTreeMap::new(), spare, running }
+    }
+}
+
+impl Twin {
+    /// Ordeals that begin by their time.
+    pub(super) fn await_ordeals(&mut self) {
+        for (i, ordeal) in self.processes.ordeals.clone().into_iter().enumerate() {
+            if ordeal.waits.is_none() {
+                self.turn_at(i, Turn::Begin, ordeal.at);
+            }
+        }
+    }
+
+    fn turn_at(&mut self, ordeal: usize, turn: Turn, at: Micros) {
+        // The broker is no node here: it only routes.
+        let node = self.index(self.processes.ordeals[ordeal].node).unwrap_or(0);
+        self.queue.push(at, node, Happening::Ordeal(ordeal, turn));
+    }
+
+    /// An entry was written: steps that waited for it are called.
+    pub(super) fn watch_entry(&mut self, bytes: &[u8]) {
+        if !self.cues.waits() {
+            return;
+        }
+        let Ok(entry) = wire::audit::Entry::decode(bytes) else { return };
+        for step in self.cues.take(self.now, entry.node, &entry.event) {
+            self.call(step);
+        }
+    }
+
+    fn call(&mut self, step: StepName) {
+        let at = self.now + CUE;
+        for node in 0..self.nodes.len() {
+            if self.nodes[node].takes_cues {
+                self.queue.push(at, node as NodeIndex, Happening::Input(Input::Cue { step }));
+            }
+        }
+        for (i, ordeal) in self.processes.ordeals.clone().into_iter().enumerate() {
+            if let Some(after) = ordeal.waits.filter(|_| ordeal.step == Some(step)) {
+                self.turn_at(i, Turn::Begin, at.max(ordeal.at) + after);
+            }
+        }
+    }
+
+    pub(super) fn ordeal(&mut self, i: usize, turn: Turn) {
+        let ordeal = self.processes.ordeals[i];
+        match (turn, ordeal.kind) {
+            (Turn::Begin, kind) => {
+                if self.processes.begun[i].replace(self.now).is_none() {
+                    self.tell_step(ordeal, true);
+                    self.begin(i, ordeal, kind);
+                }
+            }
+            (Turn::Restart, _) => self.restart(ordeal.node),
+            (Turn::Halt | Turn::Release, OrdealKind::Suspend { how, lasts }) => {
+                let end = self.processes.begun[i].unwrap_or(self.now) + lasts;
+                self.alternate(i, ordeal, turn, how, end);
+            }
+            (Turn::Release, OrdealKind::Fill { .. }) => {
+                self.fill(ordeal.node, false);
+                self.tell_step(ordeal, false);
+            }
+            (Turn::Halt, OrdealKind::Fill { .. }) | (Turn::Halt | Turn::Release, OrdealKind::Kill { .. }) => {}
+        }
+    }
+
+    fn begin(&mut self, i: usize, ordeal: Ordeal, kind: OrdealKind) {
+        match kind {
+            OrdealKind::Kill { restart } => {
+                self.end_process(ordeal.node);
+                if let Some(after) = restart {
+                    self.turn_at(i, Turn::Restart, self.now + after);
+                }
+            }
+            OrdealKind::Suspend { how, lasts } => {
+                self.note(Event::Suspended { node: ordeal.node, how, on: true });
+                self.alternate(i, ordeal, Turn::Halt, how, self.now + lasts);
+            }
+            OrdealKind::Fill { lasts } => {
+                self.fill(ordeal.node, true);
+                self.turn_at(i, Turn::Release, self.now + lasts);
+            }
+        }
+    }
+
+    /// Halts or releases, and says when the other is due. At `end` it is over.
+    fn alternate(&mut self, i: usize, ordeal: Ordeal, turn: Turn, how: Suspension, end: Micros) {
+        let over = self.now >= end;
+        let halts = turn == Turn::Halt && !over;
+        if matches!(how, Suspension::Slow { .. }) {
+            self.note(Event::Halted { node: ordeal.node, on: halts });
+        }
+        if halts {
+            self.processes.halted.entry(ordeal.node).or_default();
+        } else {
+            self.release(ordeal.node);
+        }
+        if over {
+            self.note(Event::Suspended { node: ordeal.node, how, on: false });
+            return self.tell_step(ordeal, false);
+        }
+        let (next, after) = next_turn(turn, how, end - self.now);
+        self.turn_at(i, next, self.now + after);
+    }
+
+    /// What waited is taken in order, then the deadline that has passed.
+    fn release(&mut self, id: NodeId) {
+        let Some(waiting) = self.processes.halted.remove(&id) else { return };
+        for (node, happening) in waiting {
+            self.happen(node, happening);
+        }
+        if let Some(node) = self.index(id) {
+            self.nodes[usize::from(node)].armed = None;
+            self.arm(node);
+        }
+    }
+
+    /// At the end of a run everybody runs, so that everybody can close its account.
+    pub(super) fn release_all(&mut self) {
+        for id in self.processes.halted.keys().copied().collect::<Vec<_>>() {
+            self.release(id);
+        }
+    }
+
+    /// Keeps what happens to a process that does not run; gives back what is to happen now.
+    pub(super) fn keep(&mut self, node: NodeIndex, happening: Happening) -> Option<Happening> {
+        if self.processes.halted.is_empty() {
+            return Some(happening);
+        }
+        let Some(id) = self.concerned(node, &happening) else { return Some(happening) };
+        if matches!(happening, Happening::Timer(_)) {
+            // Armed again when it runs again.
+            return None;
+        }
+        let overflows = overflows(self.processes.halted.get(&id)?, &happening);
+        match overflows {
+            Overflow::None => {}
+            Overflow::Newest => {
+                if let Some(guard) = self.index(id).and_then(|at| self.guards[usize::from(at)].as_mut()) {
+                    guard.kernel_dropped += u64::from(!matches!(happening, Happening::Input(_)));
+                }
+                return None;
+            }
+            Overflow::Oldest(at) => {
+                self.processes.halted.get_mut(&id)?.remove(at);
+            }
+        }
+        self.processes.halted.get_mut(&id)?.push_back((node, happening));
+        None
+    }
+
+    /// The halted process that this waits for, if it does.
+    fn concerned(&self, node: NodeIndex, happening: &Happening) -> Option<NodeId> {
+        let id = |node: NodeIndex| self.nodes[usize::from(node)].id;
+        let end = |association: u8, end: usize| id(self.associations[usize::from(association)].ends[end].node);
+        let halted = |id: NodeId| self.processes.halted.contains_key(&id).then_some(id);
+        match happening {
+            Happening::Input(_) | Happening::Timer(_) | Happening::Unfinished { .. } | Happening::Displaced => {
+                halted(id(node))
+            }
+            Happening::Datagram { association, end: at, .. } => halted(end(*association, usize::from(*at))),
+            Happening::Stranger { association, .. } => halted(end(*association, 1)),
+            Happening::Open(association) => halted(end(*association, 0)),
+            Happening::Due(due) => halted(end(due.association, usize::from(due.end))),
+            Happening::Distribute { .. } | Happening::Connect => halted(NodeId::BROKER),
+            Happening::Along(along) => match along {
+                Along::Dial | Along::Patience(_) | Along::KeepAlive(_) | Along::Piece(_, Side::Client, _) => {
+                    halted(id(node))
+                }
+                Along::Order(..) | Along::Handshake(_) | Along::Piece(_, Side::Server, _) => halted(NodeId::BROKER),
+                Along::Reset(_) => None,
+            },
+            Happening::Ordeal(..) => None,
+        }
+    }
+
+    pub(super) fn end_process(&mut self, id: NodeId) {
+        self.processes.halted.remove(&id);
+        match self.index(id) {
+            Some(node) => {
+                let n = &mut self.nodes[usize::from(node)];
+                n.alive = false;
+                n.generation += 1;
+                self.note(Event::Ended { node: id, killed: true });
+                self.killed_on_path(node);
+            }
+            None if id == NodeId::BROKER => {
+                self.broker = None;
+                self.broker_killed();
+                self.note(Event::Ended { node: id, killed: true });
+            }
+            None => {}
+        }
+    }
+
+    /// A new core under the next boot, as a supervisor would start it: it knows nothing of the one before.
+    fn restart(&mut self, id: NodeId) {
+        let member = self.processes.spare.iter().find(|m| m.node() == id).cloned();
+        let (Some(member), Some(node)) = (member, self.index(id)) else { return };
+        let member = member.again(self.now);
+        let boot = Boot(member.setup.boot.0 + 1);
+        let setup = Setup { boot, verified: Some(self.verified.clone()), ..member.setup };
+        // The same setup made the first one.
+        let Ok(part) = core(&member.role, setup, self.local(node)) else { return };
+        let n = &mut self.nodes[usize::from(node)];
+        (n.part, n.alive, n.armed) = (part, true, None);
+        n.generation += 1;
+        self.note(Event::Restarted { node: id, boot });
+        for a in 0..self.associations.len() {
+            for end in [0, 1] {
+                if self.associations[a].ends[end].node == node {
+                    self.associations[a].forget(end);
+                }
+            }
+            if self.associations[a].ends[0].node == node {
+                self.queue.push(self.now + OPENS_AT, node, Happening::Open(a as u8));
+            }
+        }
+        if self.commands.as_ref().is_some_and(|commands| commands.client == node) {
+            self.queue.push(self.now + OPENS_AT, node, Happening::Along(Along::Dial));
+        }
+        self.settle(node, None);
+    }
+
+    fn tell_step(&mut self, ordeal: Ordeal, begun: bool) {
+        if let Some(step) = ordeal.step {
+            self.note(Event::Step { step, begun });
+        }
+    }
+
+    /// The core of a node whose mouth is watched is fed: told once in a few milliseconds.
+    pub(super) fn note_running(&mut self, node: NodeIndex) {
+        let (id, now) = (self.nodes[usize::from(node)].id, self.now);
+        if self.processes.running.told(id, now) {
+            self.note(Event::Ran { node: id });
+        }
+    }
+
+    /// The launcher signs what it noted, where it noted something, for the last time.
+    pub(super) fn sign_notes(&mut self) {
+        if self.journal.counter() > 0 {
+            let mut out = VecDeque::new();
+            self.journal.sign(Instant(self.now), &mut out);
+            self.record_all(NodeId::CAMPAIGN, out);
+        }
+    }
+
+    /// An entry of the campaign's own.
+    pub(super) fn note(&mut self, event: Event) {
+        let mut out = VecDeque::new();
+        self.journal.write(Instant(self.now), event, &mut out);
+        self.record_all(NodeId::CAMPAIGN, out);
+    }
+}
+
+/// What has to go so that something may wait.
+enum Overflow {
+    None,
+    /// What has just come: a socket's buffer is full.
+    Newest,
+    /// The one at this place: a channel keeps the newest.
+    Oldest(usize),
+}
+
+fn overflows(waiting: &VecDeque<(NodeIndex, Happening)>, happening: &Happening) -> Overflow {
+    let datagram = |h: &Happening| {
+        let relayed = matches!(h, Happening::Input(Input::Datagram { .. }));
+        relayed || matches!(h, Happening::Datagram { .. } | Happening::Stranger { .. })
+    };
+    if let Happening::Input(Input::Bus { topic, .. }) = happening {
+        let same = |h: &Happening| matches!(h, Happening::Input(Input::Bus { topic: t, .. }) if t == topic);
+        let full = waiting.iter().filter(|(_, h)| same(h)).count() >= link::bus::kept(*topic);
+        let oldest = waiting.iter().position(|(_, h)| same(h)).filter(|_| full);
+        return oldest.map_or(Overflow::None, Overflow::Oldest);
+    }
+    let full = datagram(happening) && waiting.iter().filter(|(_, h)| datagram(h)).count() >= DATAGRAMS;
+    if full || waiting.len() >= WAITING { Overflow::Newest } else { Overflow::None }
+}

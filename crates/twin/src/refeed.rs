@@ -1,0 +1,155 @@
+//! What the cores of a run in the twin were fed, fed to fresh ones.
+//!
+//! Under the same policy every byte has to come out again: a core is a function of its mouth. Under another policy the first
+//! decision that differs is what the policy would have changed. All inputs after it are still those of the run, which would have gone
+//! on otherwise too: how the verdicts on them differ says something of a boundary, and nothing of where the policy leads. For that,
+//! run the scenario under it.
+
+use std::collections::BTreeMap;
+
+use evidence::Micros;
+use evidence::log::{decision, kind_of};
+use evidence::passed::{Passed, kept};
+use scenario::{Scenario, Setup};
+use topology::{Cast, Member};
+use wire::audit::Entry;
+use wire::core::{Core, Output};
+use wire::event::Event;
+use wire::id::NodeId;
+
+use crate::clock::HostClock;
+use crate::part::make::{AssemblyError, part};
+use crate::trial::{GRACE, start};
+use crate::{Mouthful, Twin};
+
+/// A run of which is known what each core was fed and gave back.
+pub struct Fed {
+    cast: Cast,
+    mouths: Vec<Vec<Mouthful>>,
+}
+
+/// Runs the scenario and keeps what passed every mouth.
+///
+/// # Errors
+/// When a core cannot be made.
+pub fn fed(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Fed, AssemblyError> {
+    let (cast, mut twin): (Cast, Twin) = start(scenario, setup, seed, true)?;
+    twin.run_until(cast.duration);
+    twin.finish(GRACE);
+    Ok(Fed { cast, mouths: twin.into_mouths() })
+}
+
+/// What has to be the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Same {
+    /// Every byte.
+    Bytes,
+    /// What was decided, whatever was waived.
+    Decisions,
+}
+
+/// What came of feeding one core.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Refed {
+    /// Which.
+    pub node: NodeId,
+    /// Inputs fed; where bytes are compared, up to the first difference.
+    pub inputs: u64,
+    /// Outputs compared and found equal.
+    pub outputs: u64,
+    /// The first difference.
+    pub parted: Option<Parted>,
+    /// Inputs on which it decided otherwise, by what then and what now.
+    pub otherwise: BTreeMap<(String, String), u64>,
+}
+
+/// Where a core did something else than in the run.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Parted {
+    /// Time of the run.
+    pub at: Micros,
+    /// The input, from 0.
+    pub input: u64,
+    /// What it gave back in the run.
+    pub then: Vec<Output>,
+    /// What it gives back now.
+    pub now: Vec<Output>,
+}
+
+impl Fed {
+    /// Feeds every core of `cast`, which has the members of the run: its own cast, or that of another policy.
+    ///
+    /// A core whose process ended meanwhile had several lives and one mouth; it is left out.
+    ///
+    /// # Errors
+    /// When a core cannot be made.
+    pub fn again(&self, cast: &Cast, same: Same) -> Result<Vec<Refed>, AssemblyError> {
+        let lived_once = |member: &Member| cast.ordeals.iter().all(|o| o.node != member.node());
+        let each = cast.members.iter().zip(&self.mouths).filter(|(member, _)| lived_once(member));
+        each.map(|(member, mouth)| one(cast, member, mouth, same)).collect()
+    }
+
+    /// The same of these cores alone.
+    #[must_use]
+    pub fn only(mut self, wanted: impl Fn(NodeId) -> bool) -> Fed {
+        let kept = self.cast.members.iter().map(|m| wanted(m.node())).collect::<Vec<_>>();
+        let mut keep = kept.iter();
+        self.mouths.retain(|_| keep.next().copied().unwrap_or(false));
+        self.cast.members.retain(|m| wanted(m.node()));
+        self
+    }
+
+    /// What passed between the services, in order of time.
+    pub fn passed(&self) -> Vec<Passed> {
+        let each = self.cast.members.iter().zip(&self.mouths).flat_map(|(member, mouth)| {
+            let (node, clock) = (member.node(), HostClock::from(self.cast.clocks[member.host as usize]));
+            mouth.iter().filter_map(move |of| kept(node, clock.when(of.now), &of.input))
+        });
+        let mut passed: Vec<Passed> = each.collect();
+        passed.sort_by_key(|of| of.at);
+        passed
+    }
+
+    /// The cast of the run.
+    pub fn cast(&self) -> &Cast {
+        &self.cast
+    }
+}
+
+fn one(cast: &Cast, member: &Member, mouth: &[Mouthful], same: Same) -> Result<Refed, AssemblyError> {
+    let clock = HostClock::from(cast.clocks[member.host as usize]);
+    let mut core = part(member, clock.read(0))?;
+    // What a core says when it is made went into the run's log before its mouth opened.
+    while core.output().is_some() {}
+    let mut refed = Refed { node: member.node(), inputs: 0, outputs: 0, parted: None, otherwise: BTreeMap::new() };
+    for mouthful in mouth {
+        core.handle(mouthful.now, &mouthful.input);
+        let now: Vec<Output> = std::iter::from_fn(|| core.output()).collect();
+        let equal = match same {
+            Same::Bytes => now == mouthful.outputs,
+            Same::Decisions => decisions(&now) == decisions(&mouthful.outputs),
+        };
+        if equal {
+            refed.outputs += now.len() as u64;
+        } else {
+            let kinds = |outputs: &[Output]| decisions(outputs).iter().map(kind_of).collect::<Vec<_>>().join(", ");
+            *refed.otherwise.entry((kinds(&mouthful.outputs), kinds(&now))).or_default() += 1;
+            let (at, input) = (clock.when(mouthful.now), refed.inputs);
+            refed.parted.get_or_insert_with(|| Parted { at, input, then: mouthful.outputs.clone(), now });
+            if same == Same::Bytes {
+                break;
+            }
+        }
+        refed.inputs += 1;
+    }
+    Ok(refed)
+}
+
+/// The decisions among what a core gave back.
+pub fn decisions(outputs: &[Output]) -> Vec<Event> {
+    let events = outputs.iter().filter_map(|output| {
+        let Output::Audit { bytes } = output else { return None };
+        Entry::decode(bytes).ok().map(|entry| entry.event)
+    });
+    events.filter_map(decision).collect()
+}

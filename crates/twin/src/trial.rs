@@ -1,0 +1,112 @@
+//! One trial in the twin, from scenario and seed to judged evidence.
+
+use std::sync::Arc;
+
+use super::Twin;
+use super::assemble::assemble;
+use super::part::make::AssemblyError;
+use super::part::trunk::Trunk;
+use super::queue::Micros;
+use super::stopwatch::{Stage, Stopwatch};
+use crate::tamper::tamper;
+use evidence::custody::Held;
+use evidence::log::Logged;
+use evidence::reading::{heads, read_against};
+use evidence::{Evidence, Verdict};
+use oracle::judge;
+use scenario::{Scenario, Setup};
+use topology::{Cast, RunSecret, cast};
+use wire::sign::{Asked, Verified};
+
+/// How long what is under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the
+/// shipped scenarios; what is still held by a relay then is in its own account.
+pub const GRACE: Micros = 1_500_000;
+
+/// A finished run.
+pub struct Run {
+    /// Who took part.
+    pub cast: Cast,
+    /// Everything written to the instrument plane.
+    pub log: Vec<Logged>,
+    /// What is held of it outside the recorder.
+    pub held: Held,
+    /// What the oracle saw.
+    pub evidence: Evidence,
+    /// What it said.
+    pub verdict: Verdict,
+    /// How often a core asked about a signature, and how often one was verified.
+    pub signatures: Asked,
+    /// The stopwatch of a twin that was watched, still in its last stage.
+    pub stopwatch: Option<Stopwatch>,
+}
+
+/// Starts the twin of `scenario` at time zero.
+pub fn start(scenario: &Scenario, setup: &Setup, seed: u64, mouths: bool) -> Result<(Cast, Twin), AssemblyError> {
+    let cast = cast(scenario, setup, seed, &RunSecret::seeded(seed));
+    let twin = begin(&cast, setup, seed, mouths)?;
+    Ok((cast, twin))
+}
+
+/// Starts the twin of a cast at time zero.
+pub fn begin(cast: &Cast, setup: &Setup, seed: u64, mouths: bool) -> Result<Twin, AssemblyError> {
+    Ok(Twin::new(assemble(cast, seed, setup.policy.record_guard, mouths, None)?))
+}
+
+/// Runs the twin of `scenario` and keeps it as a trunk.
+pub fn trunk(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trunk, AssemblyError> {
+    let (cast, twin) = start(scenario, setup, seed, true)?;
+    Trunk::record(&cast, twin, GRACE)
+}
+
+/// Starts the twin of `scenario` at time zero, each core along with `trunk` for as long as it is fed the same. Nothing but
+/// the time that it takes depends on that.
+pub fn start_along(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    trunk: &Arc<Trunk>,
+) -> Result<(Cast, Twin), AssemblyError> {
+    let cast = cast(scenario, setup, seed, &RunSecret::seeded(seed));
+    let twin = Twin::new(assemble(&cast, seed, setup.policy.record_guard, false, Some(trunk))?);
+    Ok((cast, twin))
+}
+
+/// Runs the twin to its end and judges it.
+pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
+    twin.run_until(cast.duration);
+    twin.finish(GRACE);
+    let (signatures, verified) = (twin.signatures(), twin.verified().clone());
+    let cut_short = twin.cut_short();
+    let (mut log, mut stopwatch) = twin.into_log();
+    if let Some(stopwatch) = &mut stopwatch {
+        stopwatch.enter(Stage::Judging);
+    }
+    let held = Held { heads: heads(&log), cut_short, ..cast.held(None) };
+    if let Some(hands) = cast.hands() {
+        tamper(&hands, &mut log);
+    }
+    let mut evidence = evidence(&cast, setup, &log, &held, verified);
+    if cut_short {
+        // As live: read from what the mouths of the others saw, and no recording to hold against anything.
+        evidence.custody.clear();
+    }
+    let verdict = judge(&evidence);
+    Run { cast, log, held, evidence, verdict, signatures, stopwatch }
+}
+
+fn evidence(cast: &Cast, setup: &Setup, log: &[Logged], held: &Held, verified: Verified) -> Evidence {
+    let (entries, broken_log, custody) = read_against(log, held, verified);
+    Evidence {
+        entries,
+        broken_log,
+        custody: custody.flaws,
+        differences: Vec::new(),
+        bounds: setup.bounds,
+        planned: cast.planned.clone(),
+        duration: cast.duration,
+        stall_limit: Micros::MAX,
+        operators: cast.operators(),
+        script: cast.script.clone(),
+        killed: cast.killed(),
+    }
+}
