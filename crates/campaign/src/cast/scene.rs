@@ -1,7 +1,8 @@
 //! From a scenario's world to the sim's.
 
 use sim::fidelity::Fidelity;
-use sim::scene::{Disguise, Ground, Object, Scene, SceneError, Start};
+use sim::limits::SceneError;
+use sim::scene::{Disguise, Ground, Object, Scene, Start};
 use sim::weather::Weather;
 use wire::sensor::Class;
 

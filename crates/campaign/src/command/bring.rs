@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use perception::detector::Detector;
-use perception::head::Brought;
+use perception::detector::{Brought, Detector};
 use perception::process;
 use perception::stages::Stages;
 

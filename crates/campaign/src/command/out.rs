@@ -8,7 +8,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 pub(super) use link::terminal::say;
-use perception::head::Brought;
+use perception::detector::Brought;
 use perception::model::hex_digest;
 use serde::Serialize;
 use wire::bounds::Bounds;

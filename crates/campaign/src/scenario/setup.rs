@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use perception::head::Brought;
+use perception::detector::Brought;
 use wire::bounds::Bounds;
 use wire::person::Role;
 use wire::policy::Policy;

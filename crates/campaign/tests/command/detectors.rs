@@ -10,7 +10,7 @@ use campaign::live::vet::{Limits, vet};
 use campaign::live::{LiveError, Options};
 use campaign::progress::Stop;
 use campaign::scenario::{self, Setup, parse_labels};
-use perception::head::Brought;
+use perception::detector::Brought;
 use perception::process::{load, pin};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
