@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
+use link::clock::pause;
 use serde::{Deserialize, Serialize};
 
 use super::leftovers::Mark;
@@ -114,9 +115,4 @@ fn is_service(pid: i32) -> bool {
     let command = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
     let running = !status.is_empty() && !status.contains(") Z ");
     running && String::from_utf8_lossy(&command).contains("holdsafe")
-}
-
-#[expect(clippy::disallowed_methods, reason = "the janitor has nobody to wait for but the clock")]
-fn pause(time: Duration) {
-    std::thread::sleep(time);
 }
