@@ -15,7 +15,7 @@ enum Way {
     /// To the recorder.
     Recorder(Instrument),
     /// This is the recorder.
-    Recording(Recording),
+    Recording(Box<Recording>),
 }
 
 /// The way of entries, and the last: what this process itself says of how far its chain went.
@@ -32,7 +32,7 @@ impl Audit {
         let way = match (&spec.recorder, &spec.instrument) {
             (Some(recorder), _) => {
                 instrument::serve(&recorder.socket, senders.frames.clone()).opened("recorder socket")?;
-                Way::Recording(Recording::new(recorder.directory.clone()))
+                Way::Recording(Box::new(Recording::new(recorder.directory.clone())))
             }
             (None, Some(socket)) => Way::Recorder(Instrument::start(socket.clone()).opened("instrument")?),
             (None, None) => Way::Nowhere,
