@@ -5,9 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use holdsafe_tests::root;
-use perception::detector::{Detector, DetectorError};
-use perception::grid::{HEIGHT, WIDTH};
-use perception::head::{Brought, Head};
+use perception::detector::{Brought, Detector, DetectorError};
+use perception::head::Head;
+use perception::letterbox::{HEIGHT, WIDTH};
 use perception::model::{MAX_MODEL, ModelError};
 use perception::onnx::OnnxError;
 use perception::process::{LoadError, load, pin};

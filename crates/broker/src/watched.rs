@@ -13,14 +13,16 @@ use link::mqtt::Mqtt;
 use link::pki::{Credential, PkiError};
 use link::relay::StreamRelay;
 use link::spec::RelayLeg;
-use link::stream::{StreamLog, StreamSight};
+use link::stream::StreamLog;
 use link::vet::list::Revocations;
+use link::witness::StreamSight;
 use rustls::{ClientConfig, KeyLog};
 use tokio::sync::mpsc;
 use wire::core::{Input, Side, Subject};
 use wire::event::wire_hash;
 use wire::id::{PeerId, UnitId};
-use wire::stream::{Place, Sight};
+use wire::place::Place;
+use wire::stream::Sight;
 
 use crate::server::{Limits, Server, StartError};
 

@@ -1,7 +1,7 @@
 //! What happened at this display: modes as they were reported, orders as they were given, alarms as they came, went and were
 //! taken note of.
 //!
-//! It is bounded, and what it no longer has the recording has. What an operator still has to take note of is `alarm`'s; what a
+//! It is bounded, and what it no longer has the recording has. What an operator still has to take note of is `alarms`'s; what a
 //! recording is jumped to is `moment`'s, which looks at two pictures.
 
 use std::collections::{BTreeMap, VecDeque};

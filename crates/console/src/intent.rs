@@ -12,8 +12,6 @@ use wire::command::{CommandKind, Confirmation, Intent, IntentHash};
 use wire::id::{Boot, CommandId, NodeId, Nonce, Sequence, UnitId};
 use wire::sign::{Key, Purpose};
 
-use crate::shown::ShownUnit;
-
 /// The operator's pen.
 #[derive(Debug)]
 pub struct Issuer {
@@ -85,14 +83,4 @@ impl Issuer {
     pub fn confirmation(&self, id: CommandId, intent: IntentHash) -> Vec<u8> {
         self.key.sign(Purpose::Confirmation, &codec::encode(&Confirmation { id, intent }))
     }
-}
-
-/// The nonce that an intent of this kind may repeat. Away from safe only one that is displayed as fresh. Towards safe
-/// any, even none: a HOLD is never kept back because the display is stale, for the gateway withholds the lease even if
-/// the unit finds the nonce too old.
-pub fn nonce_for(kind: CommandKind, shown: Option<&ShownUnit>) -> Option<Nonce> {
-    if kind.towards_safe() {
-        return Some(shown.map(|unit| unit.state.get().0.nonce).unwrap_or_default());
-    }
-    shown?.state.fresh().map(|state| state.nonce)
 }

@@ -1,17 +1,19 @@
 //! The supervisory console: what the gateway accepted, as it may be believed by now, and the operator's signed intents.
 //!
 //! [`Console`] is a deterministic core: feed → [`intake`] → [`model`] → [`shown::Shown`], which is drawn ([`text`]), told to the
-//! oracle ([`display`]) and seen by the scripted [`operator`] and by a person, whose acts come in as inputs ([`act`]). What
+//! oracle ([`display`]) and seen by the scripted [`operator`] and by a person, whose acts come in as inputs ([`act`], [`hand`]). What
 //! either of them orders is signed in [`intent`]. It knows nothing of how anything is transported, and cannot send a
 //! command: it asks the gateway to.
 
 pub mod act;
 pub mod age;
 pub mod alarm;
+pub mod alarms;
 pub mod beside;
 pub mod display;
 #[cfg(feature = "gui")]
 pub mod gui;
+pub mod hand;
 pub mod history;
 pub mod intake;
 pub mod intent;

@@ -2,7 +2,7 @@
 //!
 //! [`Model::shown`] gives [`Shown`], which is what views draw, what the operator sees and what the oracle is told; no
 //! other way leads from the model to a screen. Judging messages is left to `intake`, following commands to `life`,
-//! raising alarms to `alarm`, judging acts to `act`, deciding to `operator`.
+//! raising alarms to `alarms`, judging acts to `hand`, deciding to `operator`.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -16,9 +16,9 @@ use wire::sensor::{Pose, ProductMode};
 use wire::time::{Age, Instant, PeerStamp, Span};
 use wire::trust::{Accepted, SignedReport};
 
-use crate::act::Hand;
 use crate::age::{Aged, Limits};
-use crate::alarm::Alarms;
+use crate::alarms::Alarms;
+use crate::hand::Hand;
 use crate::history::{History, Incident};
 use crate::life::{Commands, Giver};
 use crate::shown::{LostTrack, Marks, Origin, Shown, ShownLink, ShownRefusals, ShownUnit, State};

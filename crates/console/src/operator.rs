@@ -15,9 +15,8 @@ use wire::sensor::Class;
 use wire::settings::Settings;
 use wire::time::{Instant, Span};
 
-use crate::intent::nonce_for;
 use crate::life::{Giver, Life};
-use crate::shown::{Shown, ShownUnit};
+use crate::shown::{Shown, ShownUnit, nonce_for};
 
 /// Steps a script may have.
 pub const MAX_STEPS: usize = 32;
@@ -95,7 +94,7 @@ pub enum Action {
 /// What the operator wants done now.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Wish {
-    /// Give an intent; its hash is to be told to whoever wished for it ([`Operator::given`], `act::Hand::given`).
+    /// Give an intent; its hash is to be told to whoever wished for it ([`Operator::given`], `hand::Hand::given`).
     Intend {
         /// Step of the script; none where a person wishes it.
         step: Option<usize>,

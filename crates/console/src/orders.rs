@@ -1,6 +1,6 @@
 //! From wishes to signed requests: the one way for the script and for a person.
 //!
-//! What a person does is judged by `act`, what the script does by `operator`; signing is left to `intent`.
+//! What a person does is judged by `hand`, what the script does by `operator`; signing is left to `intent`.
 
 use wire::codec;
 use wire::command::Request;
@@ -11,7 +11,8 @@ use wire::person::{Order, Unable};
 use wire::time::Instant;
 
 use crate::Console;
-use crate::act::{Answer, Deed};
+use crate::act::Answer;
+use crate::hand::Deed;
 use crate::life::Giver;
 use crate::operator::Wish;
 use crate::shown::Shown;

@@ -6,7 +6,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 
 use wire::bounds::Bounds;
-use wire::command::IntentHash;
+use wire::command::{CommandKind, IntentHash};
 use wire::event::Freshness;
 use wire::id::{Boot, NodeId, Nonce, PeerId, RecordId, UnitId};
 use wire::measured::Measured;
@@ -242,4 +242,14 @@ impl Shown {
     pub fn command(&self, intent: &IntentHash) -> Option<&ShownCommand> {
         self.commands.iter().find(|shown| shown.intent == *intent)
     }
+}
+
+/// The nonce that an intent of this kind may repeat. Away from safe only one that is displayed as fresh. Towards safe
+/// any, even none: a HOLD is never kept back because the display is stale, for the gateway withholds the lease even if
+/// the unit finds the nonce too old.
+pub fn nonce_for(kind: CommandKind, shown: Option<&ShownUnit>) -> Option<Nonce> {
+    if kind.towards_safe() {
+        return Some(shown.map(|unit| unit.state.get().0.nonce).unwrap_or_default());
+    }
+    shown?.state.fresh().map(|state| state.nonce)
 }

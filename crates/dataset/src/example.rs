@@ -1,7 +1,8 @@
 //! One labelled frame with the scene that it is of.
 
 use minicbor::bytes::ByteSlice;
-use sim::scene::{Scene, SceneError, Start};
+use sim::limits::SceneError;
+use sim::scene::{Scene, Start};
 use sim::{Label, Labelled, render};
 use wire::id::FrameId;
 use wire::sensor::Frames;

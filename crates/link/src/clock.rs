@@ -87,10 +87,21 @@ pub fn wall() -> SystemTime {
     SystemTime::now()
 }
 
-/// Pauses a helper thread between attempts to reach something outside the process. No core waits for it.
+/// Pauses a helper thread, or the janitor of a run, between attempts at something outside the process. No core waits for it.
 #[expect(clippy::disallowed_methods, reason = "the pause between two attempts, on a thread that owns no core")]
-pub(crate) fn pause(time: Duration) {
+pub fn pause(time: Duration) {
     std::thread::sleep(time);
+}
+
+/// How late a thread wakes from each of `naps` sleeps of this length, microseconds: what the host's scheduler adds.
+#[expect(clippy::disallowed_methods, reason = "how late a sleeper wakes is what is measured")]
+pub fn oversleeps(nap: Duration, naps: usize) -> Vec<u64> {
+    let late = || {
+        let before = trace_us();
+        std::thread::sleep(nap);
+        trace_us().saturating_sub(before).saturating_sub(nap.as_micros() as u64)
+    };
+    (0..naps).map(|_| late()).collect()
 }
 
 fn saturate(value: i128) -> u64 {

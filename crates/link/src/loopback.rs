@@ -60,6 +60,20 @@ impl LoopbackAddr {
     }
 }
 
+/// Whether the loopback interface is up and a socket can be bound at `own`.
+///
+/// # Errors
+/// Why not.
+pub fn probe(own: LoopbackAddr) -> Result<(), String> {
+    // Bit 0 of the interface's flags says that it is up.
+    let flags = std::fs::read_to_string("/sys/class/net/lo/flags").ok();
+    let value = flags.as_deref().and_then(|f| u32::from_str_radix(f.trim().trim_start_matches("0x"), 16).ok());
+    if value.is_none_or(|flags| flags & 1 == 0) {
+        return Err("down or unknown".to_owned());
+    }
+    std::net::UdpSocket::bind(own.socket()).map(|_| ()).map_err(|error| format!("{own}: {error}"))
+}
+
 impl TryFrom<SocketAddr> for LoopbackAddr {
     type Error = AddressRefused;
 

@@ -46,10 +46,35 @@ pub enum PkiError {
     UriNames(usize),
     /// The revocation list beside the certificate is none of its authority.
     #[error(transparent)]
-    List(#[from] crate::vet::list::ListRefused),
+    List(#[from] ListRefused),
     /// The URI is not a name of the closed set.
     #[error("peer certificate names `{0}`, which is nobody here")]
     UnknownName(String),
+}
+
+/// The longest revocation list that is looked at, in bytes.
+pub const MAX_LIST: usize = 16 * 1024;
+
+/// Why a revocation list was not taken; the one before stays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ListRefused {
+    /// Longer than [`MAX_LIST`].
+    #[error("a revocation list of at most {MAX_LIST} bytes expected, got {0}")]
+    Length(usize),
+    /// Not a list with a number.
+    #[error("a numbered revocation list expected, got something else")]
+    Unreadable,
+    /// Not signed by the authority of this end's certificate.
+    #[error("a revocation list of this run's authority expected, got another's")]
+    Foreign,
+    /// Not newer than the one that is held.
+    #[error("a revocation list after number {held} expected, got {got}")]
+    Old {
+        /// Number of the list that is held.
+        held: u64,
+        /// Number of the list that came.
+        got: u64,
+    },
 }
 
 /// Which end of a handshake a certificate may serve.

@@ -1,7 +1,7 @@
 //! The mouth of a byte stream: what arrives at an end, when, and how it ended, as the second witness of what a relay
 //! says it did.
 //!
-//! It stands below TLS and sees what anyone on the path sees; names and places are `wire::stream`'s. What a log has no
+//! It stands below TLS and sees what anyone on the path sees; names and places are `wire::place`'s. What a log has no
 //! room for is not logged, and so proves nothing. Judging is left to the oracle.
 
 use std::io::{Error, Result};
@@ -14,27 +14,11 @@ use std::task::{Context, Poll, ready};
 use tokio::io::{AsyncRead, AsyncWrite, AsyncWriteExt, ReadBuf};
 use tokio::net::{TcpStream, UnixStream};
 use wire::event::wire_hash;
-use wire::stream::{Place, Sight};
+use wire::place::Place;
+use wire::stream::Sight;
 
 use crate::clock::trace_us;
-use crate::witness::WitnessLog;
-
-/// One sight.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StreamSight {
-    /// Raw monotonic microseconds, for traces only.
-    pub trace_us: u64,
-    /// What was seen.
-    pub sight: Sight,
-    /// Name of the direction.
-    pub stream: u64,
-    /// Bytes of the direction before these.
-    pub offset: u64,
-    /// Bytes.
-    pub length: u32,
-    /// Their short hash.
-    pub hash: u64,
-}
+use crate::witness::{StreamSight, WitnessLog};
 
 /// Where a process notes what its streams' mouths see.
 #[derive(Clone, Debug)]

@@ -16,6 +16,7 @@ use wire::core::Output;
 use wire::event::{Account, Event, Interface};
 use wire::id::NodeId;
 use wire::sign::Key;
+use wire::stream::Sight;
 use wire::time::Instant;
 
 use crate::clock::trace_us;
@@ -24,12 +25,28 @@ use crate::files;
 use crate::guard::observe::Observation;
 use crate::instrument;
 use crate::spec::ServiceSpec;
-use crate::stream::StreamSight;
 
 /// Room for what is seen, in bytes.
 const LOG_BYTES: u64 = 128 << 20;
 /// What an entry and the signature behind it take at most, bytes.
 const MOST: u64 = 2 * (4 + MAX_ENTRY as u64);
+
+/// What a stream's mouth saw once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StreamSight {
+    /// Raw monotonic microseconds, for traces only.
+    pub trace_us: u64,
+    /// What was seen.
+    pub sight: Sight,
+    /// Name of the direction.
+    pub stream: u64,
+    /// Bytes of the direction before these.
+    pub offset: u64,
+    /// Bytes.
+    pub length: u32,
+    /// Their short hash.
+    pub hash: u64,
+}
 
 /// The log of one guard, from wherever in the process something is seen.
 #[derive(Clone, Debug)]
@@ -204,7 +221,6 @@ mod tests {
     use wire::audit::{Chains, Entry};
     use wire::id::Boot;
     use wire::setup::Secret;
-    use wire::stream::Sight;
 
     fn spec(folder: &Path) -> ServiceSpec {
         let clock = HostClock { zero_us: 0, drift_ppm: 0 };

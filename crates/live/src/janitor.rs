@@ -8,6 +8,8 @@ use std::io::{BufRead, Read};
 use std::process::ExitCode;
 use std::time::Duration;
 
+use link::clock::pause;
+
 use super::leftovers::{Mark, sweep};
 use super::remains::Remains;
 
@@ -17,6 +19,7 @@ const STEPS: u32 = 20;
 
 /// The line by which a launcher says that it ends in its own time: its logs, and then the mark, it takes away itself.
 pub const DONE: &str = "done\n";
+
 /// The process. Standard input: one line of JSON ([`Remains`]), then process ids and perhaps [`DONE`],
 /// one a line, until the end.
 pub fn main() -> ExitCode {
@@ -53,9 +56,4 @@ fn is_service(pid: i32) -> bool {
     let command = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
     let running = !status.is_empty() && !status.contains(") Z ");
     running && String::from_utf8_lossy(&command).contains("holdsafe")
-}
-
-#[expect(clippy::disallowed_methods, reason = "the janitor has nobody to wait for but the clock")]
-fn pause(time: Duration) {
-    std::thread::sleep(time);
 }

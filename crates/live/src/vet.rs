@@ -8,7 +8,7 @@ use std::os::unix::process::ExitStatusExt;
 use std::process::{Child, ExitStatus, Stdio};
 
 use nix::sys::signal::Signal;
-use perception::head::Brought;
+use perception::detector::Brought;
 use rustix::process::{Pid, Resource, Rlimit, prlimit};
 
 use super::child::{Line, Services};

@@ -3,7 +3,7 @@
 use wire::codec::List;
 use wire::sensor::{Class, Detection, PixelBox};
 
-use crate::grid::{HEIGHT, WIDTH};
+use crate::letterbox::{HEIGHT, WIDTH};
 
 /// Two boxes that share more than this of their union show one object.
 const SAME: f32 = 0.45;

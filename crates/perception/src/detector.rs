@@ -1,21 +1,22 @@
-//! The colour detector: one ONNX model over `[1, 3, H, W]` in 0..1, and the [`Head`] that reads what it gives.
+//! The colour detector: one ONNX model over `[1, 3, H, W]` in 0..1, and the [`Head`] that reads what it gives. A run may
+//! bring one in place of the shipped one.
 //!
 //! The file is inspected before the runtime reads it; input and output are checked when the model is loaded, so that
 //! one of another shape is refused before the first frame. A session is shared by all forks of a core; a run depends
 //! on its image alone.
 
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use ort::session::Session;
 use ort::session::builder::GraphOptimizationLevel;
 use ort::value::{Outlet, TensorElementType, TensorRef};
+use serde::{Deserialize, Serialize};
 use wire::codec::List;
 use wire::sensor::Detection;
 
-use crate::grid::{HEIGHT, WIDTH};
 use crate::head::Head;
-use crate::letterbox::{Letterbox, SIDES};
-use crate::model::{Model, ModelError};
+use crate::letterbox::{HEIGHT, Letterbox, SIDES, WIDTH};
+use crate::model::{Model, ModelError, ModelRef};
 use crate::onnx::{Inspected, OnnxError};
 use crate::runtime::{RuntimeError, environment};
 
@@ -129,6 +130,26 @@ impl Detector {
         let shape = shape.ok_or_else(|| other(first.dtype().to_string()))?;
         let (_, raw) = first.try_extract_tensor::<f32>().map_err(failed)?;
         Ok(self.head.decode(raw, shape, &self.letterbox, least))
+    }
+}
+
+/// A detector in place of the shipped one.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Brought {
+    /// Its file, pinned.
+    pub model: ModelRef,
+    /// How its output is read.
+    pub head: Head,
+    /// The same, loaded. It cannot be sent: every process reads the file and holds it to the pin itself.
+    #[serde(skip)]
+    pub loaded: Option<Arc<Detector>>,
+}
+
+/// Hash and head say which detector it is, loaded or not.
+impl PartialEq for Brought {
+    fn eq(&self, other: &Self) -> bool {
+        (&self.model, &self.head) == (&other.model, &other.head)
     }
 }
 

@@ -8,11 +8,8 @@ use wire::codec::List;
 use wire::sensor::{Class, Detection};
 
 use crate::boxes::{Candidate, best};
+use crate::letterbox::{HEIGHT, WIDTH};
 
-/// Image width, pixels.
-pub const WIDTH: usize = 160;
-/// Image height, pixels.
-pub const HEIGHT: usize = 120;
 /// Side of a cell, pixels.
 pub const CELL: f32 = 4.0;
 /// Cells in a row.

@@ -1,15 +1,11 @@
-//! What a detector's output means, and the detectors that a run may bring in place of the shipped one.
-
-use std::sync::Arc;
+//! What a detector's output means.
 
 use serde::{Deserialize, Serialize};
 use wire::codec::List;
 use wire::sensor::Detection;
 
-use crate::detector::Detector;
 use crate::grid::{self, CHANNELS, COLUMNS, ROWS};
 use crate::letterbox::Letterbox;
-use crate::model::ModelRef;
 use crate::yolo::Yolo;
 
 /// The grid's shape.
@@ -56,25 +52,5 @@ impl Head {
             Head::Grid => grid::decode(raw, least),
             Head::Yolo(yolo) => yolo.decode(raw, yolo.boxes(shape).unwrap_or(0), letterbox, least),
         }
-    }
-}
-
-/// A detector in place of the shipped one.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Brought {
-    /// Its file, pinned.
-    pub model: ModelRef,
-    /// How its output is read.
-    pub head: Head,
-    /// The same, loaded. It cannot be sent: every process reads the file and holds it to the pin itself.
-    #[serde(skip)]
-    pub loaded: Option<Arc<Detector>>,
-}
-
-/// Hash and head say which detector it is, loaded or not.
-impl PartialEq for Brought {
-    fn eq(&self, other: &Self) -> bool {
-        (&self.model, &self.head) == (&other.model, &other.head)
     }
 }

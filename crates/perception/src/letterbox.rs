@@ -2,8 +2,10 @@
 
 use ndarray::Array4;
 
-use crate::grid::{HEIGHT, WIDTH};
-
+/// Width of the camera's image, pixels.
+pub const WIDTH: usize = 160;
+/// Its height, pixels.
+pub const HEIGHT: usize = 120;
 /// Smallest and largest side of a model's image, pixels.
 pub const SIDES: std::ops::RangeInclusive<usize> = 32..=640;
 /// The grey around the image: the one that the common exporters train with.

@@ -50,8 +50,7 @@ use wire::trust::BusGate;
 
 use crate::content::{Contents, Prints};
 use crate::corroborate::{Limits, Sighting};
-use crate::detector::{Detector, DetectorError};
-use crate::head::Brought;
+use crate::detector::{Brought, Detector, DetectorError};
 use crate::model::ModelRef;
 use crate::pose::Ego;
 use crate::provenance::Provenance;

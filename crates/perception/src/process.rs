@@ -14,9 +14,8 @@ use link::spec::ServiceSpec;
 use serde::{Deserialize, Serialize};
 use wire::setup::Setup;
 
-use crate::detector::{Detector, DetectorError};
-use crate::grid::{HEIGHT, WIDTH};
-use crate::head::Brought;
+use crate::detector::{Brought, Detector, DetectorError};
+use crate::letterbox::{HEIGHT, WIDTH};
 use crate::model::{MAX_MODEL, Model, ModelError, ModelRef, hex_digest};
 use crate::runtime::{self, RuntimeError};
 use crate::{Perception, PerceptionConfig};

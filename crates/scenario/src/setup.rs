@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use parallel::progress::Stop;
-use perception::head::Brought;
+use perception::detector::Brought;
 use wire::bounds::Bounds;
 use wire::person::Role;
 use wire::policy::Policy;

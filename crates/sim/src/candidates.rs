@@ -17,7 +17,7 @@ use wire::time::{Instant, Span};
 use crate::chaff;
 use crate::fault::{Effect, Faults, imaging};
 use crate::noise::{Noise, Stream};
-use crate::occlusion::{Eye, Part, Scan, Sight, corners, overlap};
+use crate::occlusion::{Eye, Part, Scan, Sight, around, corners, overlap};
 use crate::past::Past;
 use crate::plant::{Plant, State};
 use crate::scene::Object;
@@ -360,15 +360,11 @@ fn sight(view: &View<'_>, origin: Vector, centre: Vector, id: ObjectId) -> Optio
 
 /// The image box around the object's eight corners.
 pub(crate) fn bounds(camera: &Camera, state: &State, object: &Object, place: &Placement) -> Option<PixelBox> {
-    let (mut low, mut high) = ([f32::MAX; 2], [f32::MIN; 2]);
-    for corner in corners(object, place) {
-        let (at, _) = project(camera, state, corner)?;
-        for axis in 0..2 {
-            low[axis] = low[axis].min(at[axis]);
-            high[axis] = high[axis].max(at[axis]);
-        }
+    let projected = corners(object, place).map(|corner| project(camera, state, corner));
+    if projected.iter().any(Option::is_none) {
+        return None;
     }
-    clip(camera, low, high)
+    around(camera, projected.iter().flatten())
 }
 
 /// What the LiDAR meets of an object.

@@ -11,7 +11,7 @@ use wire::event::{FaultKind, Sensor};
 use wire::step::StepName;
 use wire::time::Span;
 
-use crate::scene::SceneError;
+use crate::limits::SceneError;
 
 /// Most faults of one run.
 pub const MAX_FAULTS: usize = 32;

@@ -5,7 +5,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::SceneError;
+use crate::limits::SceneError;
 
 /// Factors on the models, 1 as they ship.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

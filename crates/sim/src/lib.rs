@@ -16,6 +16,7 @@ mod chaff;
 mod channel;
 pub mod fault;
 pub mod fidelity;
+pub mod limits;
 mod noise;
 mod occlusion;
 mod past;
@@ -48,14 +49,15 @@ use wire::time::{Instant, Span};
 
 pub use candidates::NoiseModel;
 pub use channel::{ChannelKeys, FRESHNESS};
-pub use render::{Label, Labelled, Skin, render, settled};
+pub use render::{Label, Labelled, render, settled};
 
 use crate::candidates::Stages;
 use crate::channel::Channels;
 use crate::fault::{Disturbance, Fault, Faults, imaging};
 use crate::fidelity::Fidelity;
+use crate::limits::SceneError;
 use crate::plant::{Plant, SetPoint};
-use crate::scene::{Scene, SceneError};
+use crate::scene::Scene;
 use crate::sensor::Imagers;
 use crate::sensor::localisation::Navigators;
 use crate::truth::Witness;

@@ -142,8 +142,8 @@ impl Eye<'_> {
     }
 }
 
-/// The box around image points.
-fn around(camera: &Camera, points: &[([f32; 2], f32)]) -> Option<PixelBox> {
+/// The box around image points, each with its depth.
+pub(crate) fn around<'a>(camera: &Camera, points: impl IntoIterator<Item = &'a ([f32; 2], f32)>) -> Option<PixelBox> {
     let (mut low, mut high) = ([f32::MAX; 2], [f32::MIN; 2]);
     for (at, _) in points {
         for axis in 0..2 {

@@ -5,6 +5,7 @@
 //! is not known here.
 
 use serde::{Deserialize, Serialize};
+use wire::id::ObjectId;
 
 /// Rows of fields, from the top.
 pub const ROWS: usize = 8;
@@ -68,6 +69,21 @@ pub(crate) fn field([along, across, up]: [f32; 3]) -> Option<usize> {
     let place = if long > broad { across } else { along };
     let of = |share: f32, most: usize| ((0.5 + 0.5 * share).clamp(0.0, 0.999) * most as f32) as usize;
     Some(of(-up, ROWS) * COLUMNS + of(place, COLUMNS))
+}
+
+/// What a pixel shows of an object's print.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Skin {
+    /// Which object.
+    pub object: ObjectId,
+    /// Which field of its print.
+    pub field: u16,
+    /// The coat under it.
+    pub paint: [u8; 3],
+    /// Share of a shift of the field that reaches the camera.
+    pub light: f32,
+    /// Share of the field's warmth above the ground that reaches the thermal camera.
+    pub heat: f32,
 }
 
 #[cfg(test)]

@@ -11,8 +11,10 @@ use wire::time::{Instant, Span};
 
 use crate::fault::Faults;
 use crate::fidelity::Fidelity;
+use crate::limits::SceneError;
 use crate::plant::Plant;
-use crate::scene::{Scene, SceneError, Start};
+use crate::print::Skin;
+use crate::scene::{Scene, Start};
 use crate::sensor::{Imagers, rgb};
 use crate::world::{STEP, Surface, World};
 
@@ -32,21 +34,6 @@ pub struct Label {
     pub pixels: u32,
     /// Depth of its nearest visible point, millimetres along the optical axis.
     pub range_mm: u32,
-}
-
-/// What a pixel shows of an object's print.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Skin {
-    /// Which object.
-    pub object: ObjectId,
-    /// Which field of its print.
-    pub field: u16,
-    /// The coat under it.
-    pub paint: [u8; 3],
-    /// Share of a shift of the field that reaches the camera.
-    pub light: f32,
-    /// Share of the field's warmth above the ground that reaches the thermal camera.
-    pub heat: f32,
 }
 
 /// A frame with its labels, objects in order of their ids.

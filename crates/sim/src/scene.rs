@@ -8,6 +8,7 @@
 use serde::{Deserialize, Serialize};
 use wire::sensor::Class;
 
+use crate::limits::{SceneError, count, within};
 use crate::perturbation::{self, Perturbation};
 use crate::print::{self, Print};
 use crate::weather::Weather;
@@ -21,47 +22,6 @@ pub const HALF_EXTENT: f32 = 50.0;
 
 /// A point on the ground: metres east, metres north.
 pub type Point = [f32; 2];
-
-/// Why a scene cannot be built.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum SceneError {
-    /// A number is NaN, infinite or beyond what the field allows.
-    #[error("{field} is {got}, outside {low} to {high}")]
-    OutOfRange {
-        /// Field.
-        field: &'static str,
-        /// Value in the scene.
-        got: f32,
-        /// Least value.
-        low: f32,
-        /// Greatest value.
-        high: f32,
-    },
-    /// A list has too few or too many items.
-    #[error("{field} has {got} items, {low} to {high} allowed")]
-    Count {
-        /// Field.
-        field: &'static str,
-        /// Items in the scene.
-        got: usize,
-        /// Fewest.
-        low: usize,
-        /// Most.
-        high: usize,
-    },
-    /// A fault names an effect that its sensor cannot have, or a perturbation that its scene has not.
-    #[error("fault {index}: this sensor in this scene has no such effect")]
-    FaultDoesNotApply {
-        /// Index in the list of faults.
-        index: usize,
-    },
-    /// Weather, a print or a perturbation without the sensors that would see it.
-    #[error("the scene has {what}, which only rendered sensors know")]
-    NeedsRendering {
-        /// What it has.
-        what: &'static str,
-    },
-}
 
 /// Where a unit starts, standing still.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -312,14 +272,6 @@ fn distance_to_segment(p: Point, a: Point, b: Point) -> f32 {
 fn point(field: &'static str, p: Point) -> Result<(), SceneError> {
     within(field, p[0], -HALF_EXTENT, HALF_EXTENT)?;
     within(field, p[1], -HALF_EXTENT, HALF_EXTENT)
-}
-
-pub(crate) fn within(field: &'static str, got: f32, low: f32, high: f32) -> Result<(), SceneError> {
-    if (low..=high).contains(&got) { Ok(()) } else { Err(SceneError::OutOfRange { field, got, low, high }) }
-}
-
-fn count(field: &'static str, got: usize, low: usize, high: usize) -> Result<(), SceneError> {
-    if (low..=high).contains(&got) { Ok(()) } else { Err(SceneError::Count { field, got, low, high }) }
 }
 
 #[cfg(test)]

@@ -7,8 +7,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::scene::{SceneError, within};
-use crate::sensor::lidar::REACH;
+use crate::limits::{SceneError, within};
 
 /// `-ln 0.05`: extinction per metre is this over the visibility (Koschmieder 1924, with a contrast threshold of 5 %).
 const KOSCHMIEDER: f32 = 2.996;
@@ -79,10 +78,10 @@ impl Weather {
     }
 
     /// Whether a pulse comes back from so far: spread by the square of the range and dimmed both ways, it has to be as
-    /// strong as one from the greatest range in clear air.
-    pub(crate) fn returns(&self, metres: f32) -> bool {
+    /// strong as one from `reach`, the greatest range in clear air.
+    pub(crate) fn returns(&self, metres: f32, reach: f32) -> bool {
         let clarity = self.clarity(metres);
-        clarity * clarity * REACH * REACH >= metres * metres
+        clarity * clarity * reach * reach >= metres * metres
     }
 
     /// Share of beams that a drop sends back.
@@ -110,7 +109,7 @@ mod tests {
         let fog = Weather { visibility_m: Some(40.0), ..Weather::CLEAR };
         assert!((fog.clarity(40.0) - 0.05).abs() < 1e-3);
         assert_eq!([Weather::CLEAR.clarity(60.0), Weather::CLEAR.warmth(60.0), Weather::CLEAR.gain()], [1.0; 3]);
-        assert!(Weather::CLEAR.returns(60.0) && fog.returns(15.0) && !fog.returns(30.0));
+        assert!(Weather::CLEAR.returns(60.0, 60.0) && fog.returns(15.0, 60.0) && !fog.returns(30.0, 60.0));
     }
 
     #[test]

@@ -6,9 +6,10 @@
 use std::collections::BTreeMap;
 
 use sim::fault::{Disturbance, Fault, Faults};
+use sim::limits::SceneError;
 use sim::perturbation::{COLUMNS, Perturbation, ROWS};
 use sim::plant::STANDSTILL;
-use sim::scene::{Scene, SceneError, Start};
+use sim::scene::{Scene, Start};
 use sim::{ChannelKeys, Sim, SimConfig};
 use wire::audit::Entry;
 use wire::bus::{ChannelKey, Sender};

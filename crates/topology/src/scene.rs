@@ -2,7 +2,8 @@
 
 use scenario::Scenario;
 use sim::fidelity::Fidelity;
-use sim::scene::{Disguise, Ground, Object, Scene, SceneError, Start};
+use sim::limits::SceneError;
+use sim::scene::{Disguise, Ground, Object, Scene, Start};
 use sim::weather::Weather;
 use wire::sensor::Class;
 

@@ -12,7 +12,8 @@ use burn::tensor::{Device, Tensor, TensorData};
 use dataset::cells::{self, Split};
 use dataset::example::Example as Frame;
 use dataset::precision::judge;
-use perception::grid::{HEIGHT, WIDTH, decode};
+use perception::grid::decode;
+use perception::letterbox::{HEIGHT, WIDTH};
 use sim::Label;
 
 use crate::data::{felt, heated, seen};

@@ -7,7 +7,7 @@
 
 use burn::tensor::{Device, Tensor, TensorData};
 use dataset::draw::uniform;
-use perception::grid::{HEIGHT, WIDTH};
+use perception::letterbox::{HEIGHT, WIDTH};
 use rand_chacha::ChaCha8Rng;
 use sim::Label;
 use sim::print::{COLUMNS, ROWS};

@@ -16,7 +16,7 @@ use dataset::example::{Example as Frame, counts};
 use dataset::sightings::stands_near;
 use perception::corroborate::Limits;
 use perception::detector::Detector;
-use perception::grid::{HEIGHT, WIDTH};
+use perception::letterbox::{HEIGHT, WIDTH};
 use perception::model::{Model, hex_digest};
 use perception::stages::Stages;
 use rand_chacha::ChaCha8Rng;

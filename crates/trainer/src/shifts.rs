@@ -18,7 +18,7 @@ use dataset::quality::LEAST;
 use dataset::sightings::stands_near;
 use perception::corroborate::Limits;
 use perception::detector::Detector;
-use perception::grid::{HEIGHT, WIDTH};
+use perception::letterbox::{HEIGHT, WIDTH};
 use perception::stages::Stages;
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};

@@ -8,7 +8,8 @@ use burn::optim::{AdamWConfig, GradientsParams};
 use burn::tensor::{Device, Tensor, TensorData};
 use burn_onnx::export::OnnxExporter;
 use dataset::draw::uniform;
-use perception::grid::{COLUMNS, HEIGHT, ROWS, WIDTH};
+use perception::grid::{COLUMNS, ROWS};
+use perception::letterbox::{HEIGHT, WIDTH};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 

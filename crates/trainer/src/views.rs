@@ -6,7 +6,7 @@
 use dataset::cells::{self, Split};
 use dataset::draw;
 use dataset::example::{Example, ExampleError, counts};
-use perception::grid::{HEIGHT, WIDTH};
+use perception::letterbox::{HEIGHT, WIDTH};
 use perception::thermal::{BANDS, bands};
 use sim::Label;
 use sim::fault::MAX_STRENGTH;

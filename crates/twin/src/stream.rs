@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 use wire::codec;
 use wire::core::{Input, Side, Subject};
 use wire::id::SessionId;
-use wire::stream::Place;
+use wire::place::Place;
 
 use super::records::mask;
 

@@ -34,6 +34,7 @@ pub mod id;
 pub mod measured;
 pub mod mode;
 pub mod person;
+pub mod place;
 pub mod policy;
 pub mod refusal;
 pub mod report;

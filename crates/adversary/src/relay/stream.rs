@@ -11,8 +11,9 @@ use rand_chacha::ChaCha8Rng;
 use wire::core::{Core, Input, Output, Side};
 use wire::event::{Event, wire_hash};
 use wire::id::{SessionId, WorldId};
+use wire::place::Place;
 use wire::setup::Setup;
-use wire::stream::{Deed, Place};
+use wire::stream::Deed;
 use wire::time::{Instant, Span};
 
 use super::{SIDES, Tally, forge};

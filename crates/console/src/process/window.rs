@@ -26,7 +26,7 @@ use crate::site::Site;
 const WAKE_EVERY: Span = Span::ms(200);
 
 // To take note of all of them is one press.
-const _: () = assert!(drive::ACTS > crate::alarm::MAX_ALARMS);
+const _: () = assert!(drive::ACTS > crate::alarms::MAX_ALARMS);
 
 #[derive(Default)]
 struct Slot {

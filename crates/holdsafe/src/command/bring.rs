@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use live::child::Services;
 use live::vet::{Limits, vet};
-use perception::detector::Detector;
-use perception::head::Brought;
+use perception::detector::{Brought, Detector};
 use perception::process;
 use perception::stages::Stages;
 use scenario::load_labels;

@@ -101,18 +101,9 @@ fn window() -> Need {
 }
 
 fn loopback() -> Need {
-    // Bit 0 of the interface's flags says that it is up.
-    let flags = std::fs::read_to_string("/sys/class/net/lo/flags").ok();
-    let value = flags.as_deref().and_then(|f| u32::from_str_radix(f.trim().trim_start_matches("0x"), 16).ok());
-    let up = value.is_some_and(|flags| flags & 1 == 1);
     // Each live run has an address of its own in 127.0.0.0/8.
-    let own = LoopbackAddr::of_run(std::process::id());
-    let bound = std::net::UdpSocket::bind(own.socket()).map_err(|error| format!("{own}: {error}"));
-    let (met, found) = match (up, bound) {
-        (true, Ok(_)) => (true, "up".to_owned()),
-        (true, Err(why)) => (false, why),
-        (false, _) => (false, "down or unknown".to_owned()),
-    };
+    let probed = link::loopback::probe(LoopbackAddr::of_run(std::process::id()));
+    let (met, found) = probed.map_or_else(|why| (false, why), |()| (true, "up".to_owned()));
     Need { need: "loopback interface", met, found, remedy: "bring it up with all of 127.0.0.0/8: `ip link set lo up`" }
 }
 

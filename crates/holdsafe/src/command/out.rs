@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
 pub(super) use link::terminal::say;
-use perception::head::Brought;
+use perception::detector::Brought;
 use perception::model::hex_digest;
 use serde::Serialize;
 use wire::bounds::Bounds;

@@ -4,7 +4,7 @@
 
 use std::time::Duration;
 
-use link::clock::trace_us;
+use link::clock::oversleeps;
 use live::OVERSLEPT_US;
 use serde::Serialize;
 
@@ -45,20 +45,10 @@ const ADVICE: &str =
 pub(super) fn measure() -> Scheduling {
     let threads = parallel::cores().clamp(1, MAX_THREADS);
     let all: Vec<u64> = std::thread::scope(|scope| {
-        let sleepers: Vec<_> = (0..threads).map(|_| scope.spawn(naps)).collect();
+        let sleepers: Vec<_> = (0..threads).map(|_| scope.spawn(|| oversleeps(NAP, NAPS))).collect();
         sleepers.into_iter().flat_map(|sleeper| sleeper.join().unwrap_or_default()).collect()
     });
     Scheduling::of(threads, all)
-}
-
-#[expect(clippy::disallowed_methods, reason = "how late a sleeper wakes is what is measured")]
-fn naps() -> Vec<u64> {
-    let nap = || {
-        let before = trace_us();
-        std::thread::sleep(NAP);
-        trace_us().saturating_sub(before).saturating_sub(NAP.as_micros() as u64)
-    };
-    (0..NAPS).map(|_| nap()).collect()
 }
 
 impl Scheduling {

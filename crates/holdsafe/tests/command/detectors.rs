@@ -9,7 +9,7 @@ use live::trial::run_live;
 use live::vet::{Limits, vet};
 use live::{LiveError, Options};
 use parallel::progress::Stop;
-use perception::head::Brought;
+use perception::detector::Brought;
 use perception::process::{load, pin};
 use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};

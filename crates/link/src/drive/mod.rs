@@ -4,7 +4,7 @@
 //! core runs here and nowhere else. Every input and output is written to the mouth log on its way. What a message means
 //! is left to the core.
 
-mod outlets;
+mod ports;
 mod sources;
 
 use std::process::ExitCode;
@@ -15,12 +15,13 @@ use tokio::sync::mpsc;
 use wire::core::{Core, Input};
 use wire::time::Instant;
 
-use self::outlets::Outlets;
+use self::ports::Ports;
 use self::sources::Sources;
 use crate::clock::HostClock;
 use crate::dtls::SessionEvent;
 use crate::guard::observe::Observation;
 use crate::instrument::Frame;
+use crate::recorder::Recording;
 use crate::spec::{Control, ServiceSpec, watch};
 
 /// How often buffered logs are handed to the operating system.
@@ -42,8 +43,15 @@ pub enum DriveError {
     },
 }
 
-fn cannot(link: &'static str) -> impl Fn(&dyn std::fmt::Display) -> DriveError {
-    move |why| DriveError::Link { link, why: why.to_string() }
+/// Names the link that was opened, where it could not be.
+trait Opened<T> {
+    fn opened(self, link: &'static str) -> Result<T, DriveError>;
+}
+
+impl<T, E: std::fmt::Display> Opened<T> for Result<T, E> {
+    fn opened(self, link: &'static str) -> Result<T, DriveError> {
+        self.map_err(|why| DriveError::Link { link, why: why.to_string() })
+    }
 }
 
 /// Acts of a person that may wait: more than one press can give, which is to take note of every alarm that a display has.
@@ -100,14 +108,11 @@ pub fn run(spec: ServiceSpec, core: Box<dyn Core>) -> ExitCode {
 /// [`run`] for a core that a person has a hand in, on whatever thread it is called.
 pub fn run_for(spec: ServiceSpec, core: Box<dyn Core>, acts: Acts) -> ExitCode {
     let runtime = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build();
-    let outcome = match runtime {
-        Ok(runtime) => {
-            let outcome = runtime.block_on(drive(&spec, core, acts));
-            runtime.shutdown_timeout(Duration::from_millis(200));
-            outcome
-        }
-        Err(error) => Err(cannot("runtime")(&error)),
-    };
+    let outcome = runtime.opened("runtime").and_then(|runtime| {
+        let outcome = runtime.block_on(drive(&spec, core, acts));
+        runtime.shutdown_timeout(Duration::from_millis(200));
+        outcome
+    });
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => refuse(spec.node.name(), &why.to_string()),
@@ -115,16 +120,14 @@ pub fn run_for(spec: ServiceSpec, core: Box<dyn Core>, acts: Acts) -> ExitCode {
 }
 
 async fn drive(spec: &ServiceSpec, core: Box<dyn Core>, acts: Acts) -> Result<(), DriveError> {
-    let controls = watch().map_err(|e| cannot("stdin")(&e))?;
-    let (sources, senders) = sources::open(controls, acts.0);
-    let outlets = Outlets::open(spec, &senders)?;
-    say("ready", &outlets.ready(spec.node));
-    let tells = spec.recorder.as_ref().is_some_and(|recorder| recorder.tell);
-    let mut driver = Driver { clock: spec.clock, core, outlets, tells, latest: Instant(0), inputs: 0, late_us: 0 };
+    let (sources, senders) = sources::open(watch().opened("stdin")?, acts.0);
+    let ports = Ports::open(spec, &senders)?;
+    say("ready", &ports.ready(spec.node));
+    let mut driver = Driver { clock: spec.clock, core, ports, latest: Instant(0), inputs: 0, late_us: 0 };
     driver.run(sources).await;
     tokio::time::sleep(LINGER).await;
-    driver.outlets.hang_up().await;
-    let stats = driver.outlets.finish();
+    driver.ports.telemetry.hang_up().await;
+    let stats = driver.ports.finish();
     say("stats", &json!({ "node": spec.node, "inputs": driver.inputs, "late_max_us": driver.late_us, "links": stats }));
     // Kept until here, so that no source looks ended while the loop runs.
     drop(senders);
@@ -150,9 +153,7 @@ pub fn say(word: &str, value: &serde_json::Value) {
 struct Driver {
     clock: HostClock,
     core: Box<dyn Core>,
-    outlets: Outlets,
-    /// Whether the launcher is told of entries that are waited for.
-    tells: bool,
+    ports: Ports,
     latest: Instant,
     inputs: u64,
     late_us: u64,
@@ -178,23 +179,12 @@ impl Driver {
     fn on(&mut self, wake: Wake) -> bool {
         match wake {
             Wake::Input(input) => self.feed(&input),
-            Wake::Session(SessionEvent::Opened(handle)) => {
-                let input = Input::Opened { session: handle.session, peer: handle.peer };
-                self.outlets.opened(handle);
+            Wake::Session(event) => {
+                let input = self.ports.telemetry.heard(event);
                 self.feed(&input);
             }
-            Wake::Session(SessionEvent::Record(session, bytes)) => self.feed(&Input::Record { session, bytes }),
-            Wake::Session(SessionEvent::Closed(session)) => {
-                self.outlets.closed(session);
-                self.feed(&Input::Closed { session });
-            }
-            Wake::Audit(frame) => {
-                if self.tells && wire::audit::is_awaited(&frame.bytes) {
-                    say("entry", &json!(frame.bytes));
-                }
-                self.outlets.record(frame);
-            }
-            Wake::Observed(observation) => self.outlets.observed(&observation),
+            Wake::Audit(frame) => self.ports.audit.receive(frame),
+            Wake::Observed(observation) => self.ports.logs.observed(&observation),
             Wake::Control(Control::Quiesce) => self.feed(&Input::Quiesce),
             Wake::Control(Control::Cue(step)) => self.feed(&Input::Cue { step }),
             Wake::Control(Control::Act(bytes)) => self.feed(&Input::Act { bytes }),
@@ -203,7 +193,7 @@ impl Driver {
                 return true;
             }
             Wake::Deadline => self.deadline(),
-            Wake::Flush => self.outlets.flush(),
+            Wake::Flush => self.ports.logs.flush(),
         }
         self.feed_recorded();
         false
@@ -224,7 +214,7 @@ impl Driver {
 
     /// What is written now and was not before: a recorder hears of nothing else.
     fn feed_recorded(&mut self) {
-        while let Some(bytes) = self.outlets.recorded() {
+        while let Some(bytes) = self.ports.audit.recording().and_then(Recording::written) {
             self.feed(&Input::Audit { bytes });
         }
     }
@@ -232,10 +222,10 @@ impl Driver {
     fn feed(&mut self, input: &Input) {
         let now = self.now();
         self.inputs += 1;
-        self.outlets.note_input(now, input);
+        self.ports.logs.input(now, input);
         self.core.handle(now, input);
         while let Some(output) = self.core.output() {
-            self.outlets.carry_out(output);
+            self.ports.carry_out(output);
         }
     }
 

@@ -20,7 +20,7 @@ use crate::dtls::path::{Outlet, Path};
 use crate::dtls::{DtlsError, Secure, client, server};
 use crate::guard::observe::{GuardCounters, GuardStats, Observation, ObservationLog};
 use crate::guard::{GuardMode, GuardSettings};
-use crate::pki::{Credential, PkiError};
+use crate::pki::{Credential, ListRefused, PkiError};
 use crate::vet::list::Revocations;
 
 /// Datagrams that a network holds on one way.
@@ -198,7 +198,7 @@ impl Pair {
     ///
     /// # Errors
     /// When it refuses the list.
-    pub fn revoke(&self, at: Side, list: Vec<u8>) -> Result<(), crate::vet::list::ListRefused> {
+    pub fn revoke(&self, at: Side, list: Vec<u8>) -> Result<(), ListRefused> {
         match &self.seen[at as usize].revocations {
             Some(held) => held.replace(list),
             None => Ok(()),

@@ -6,32 +6,7 @@ use rustls::pki_types::CertificateRevocationListDer;
 use tokio::sync::watch;
 use x509_parser::prelude::{CertificateRevocationList, FromDer, X509Certificate};
 
-use crate::pki::Credential;
-
-/// The longest list that is looked at, in bytes.
-pub const MAX_LIST: usize = 16 * 1024;
-
-/// Why a list was not taken; the one before stays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ListRefused {
-    /// Longer than [`MAX_LIST`].
-    #[error("a revocation list of at most {MAX_LIST} bytes expected, got {0}")]
-    Length(usize),
-    /// Not a list with a number.
-    #[error("a numbered revocation list expected, got something else")]
-    Unreadable,
-    /// Not signed by the authority of this end's certificate.
-    #[error("a revocation list of this run's authority expected, got another's")]
-    Foreign,
-    /// Not newer than the one that is held.
-    #[error("a revocation list after number {held} expected, got {got}")]
-    Old {
-        /// Number of the list that is held.
-        held: u64,
-        /// Number of the list that came.
-        got: u64,
-    },
-}
+use crate::pki::{Credential, ListRefused, MAX_LIST};
 
 /// A revocation list that may be replaced by a newer one; clones share it.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@
 use std::io::Read;
 use std::process::ExitCode;
 
-use crate::head::Brought;
+use crate::detector::Brought;
 
 /// Longest request, bytes.
 const MAX_REQUEST: u64 = 64 * 1024;

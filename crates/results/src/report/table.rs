@@ -213,7 +213,7 @@ mod tests {
 
     #[test]
     fn trials_that_show_nothing_have_no_bound() {
-        let trials = (0..2).map(|s| trial(s, Outcome::Invalid)).collect();
+        let trials = (0..2).map(|s| Trial::example(s, Outcome::Invalid)).collect();
         let text = run_table(&RunObject::new("delay", Mode::Twin, 7, trials, &[]));
         assert!(text.contains("INVALID 2") && !text.contains("100.00 %"), "{text}");
     }

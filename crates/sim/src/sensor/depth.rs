@@ -22,7 +22,7 @@ pub(crate) fn expose(sweep: &Sweep, noise: &mut Noise, effect: &Effect, weather:
         let millimetres = if k % sweep.width() < covered {
             COVER_MM
         } else {
-            let seen = pixel.hit.filter(|hit| weather.returns(hit.distance));
+            let seen = pixel.hit.filter(|hit| weather.returns(hit.distance, REACH));
             seen.map_or(0, |hit| reading(hit.distance, jitter * effect.noise))
         };
         out.copy_from_slice(&millimetres.to_le_bytes());

@@ -66,7 +66,7 @@ impl Lidar {
                 COVER_MM
             } else {
                 let hit = view.cast(origin, state.rotation * *direction, REACH);
-                let seen = hit.map(|h| h.distance).filter(|metres| weather.returns(*metres));
+                let seen = hit.map(|h| h.distance).filter(|metres| weather.returns(*metres, REACH));
                 let metres = drop(weather, noise).or(seen);
                 metres.map_or(0, |m| (m * 1000.0 + jitter * NOISE_MM).clamp(1.0, 65_535.0) as u16)
             };

@@ -9,8 +9,7 @@ use wire::sensor::Class;
 
 use crate::fault::Effect;
 use crate::noise::Noise;
-use crate::print;
-use crate::render::Skin;
+use crate::print::{self, Skin};
 use crate::scene::Object;
 use crate::sensor::camera::{Pixel, REACH, Sweep};
 use crate::sensor::{covered, thermal};

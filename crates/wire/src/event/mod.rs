@@ -160,7 +160,7 @@ pub enum Event {
         #[n(0)] deed: Deed,
         /// Side that the direction leads to.
         #[n(1)] side: Side,
-        /// Name of the direction ([`crate::stream::Place`]), as it leaves the adversary.
+        /// Name of the direction ([`crate::place::Place`]), as it leaves the adversary.
         #[n(2)] stream: u64,
         /// Bytes of the direction before these.
         #[n(3)] offset: u64,

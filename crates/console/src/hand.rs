@@ -1,0 +1,187 @@
+//! The hand of the person at the console: each act judged here, once, against what is shown.
+//!
+//! An act that is carried out becomes a [`Wish`], as a step of the script does; from there on both go one way, to a signed
+//! intent and its confirmation. Towards safe one act is enough. Away from safe the order is prepared, which lapses after
+//! [`PREPARED_FOR`] or with the first of its interlocks, and confirmed with a reason. What a person confirmed is
+//! released to the unit as soon as the gateway has staged it. Signing is left to `intent`, the conditions to `interlock`.
+
+use std::collections::VecDeque;
+
+use wire::codec::{self, Text};
+use wire::command::IntentHash;
+use wire::id::CommandId;
+use wire::person::MAX_ACT;
+use wire::time::Instant;
+
+use crate::act::{Act, Alarm, Answer, MAX_ANSWERS, Numbered, Order, PREPARED_FOR, Prepared, Role, Unable};
+use crate::life::{Giver, Life, MAX_COMMANDS};
+use crate::operator::Wish;
+use crate::shown::{Shown, nonce_for};
+
+/// What is to be done about an act.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Deed {
+    /// Nothing more.
+    Nothing,
+    /// An order is given.
+    Wish(Wish),
+    /// An alarm was taken note of.
+    Note(Alarm, Instant),
+}
+
+/// The hand of the person at the console.
+#[derive(Clone, Debug, Default)]
+pub struct Hand {
+    /// The last act's number.
+    last: u64,
+    prepared: Option<Prepared>,
+    /// Intents that were confirmed and wait to be staged; at most [`MAX_COMMANDS`].
+    confirmed: VecDeque<IntentHash>,
+    answers: VecDeque<Answer>,
+}
+
+impl Hand {
+    /// Reads an act. Its number counts from then on, whatever comes of it.
+    pub fn read(&mut self, bytes: &[u8]) -> Result<Numbered, Unable> {
+        let numbered: Numbered = codec::decode(bytes, MAX_ACT).map_err(|_| Unable::Malformed)?;
+        if numbered.serial <= self.last {
+            return Err(Unable::Repeated);
+        }
+        self.last = numbered.serial;
+        Ok(numbered)
+    }
+
+    /// What is to be done about `act`, by what is shown.
+    pub fn judge(&mut self, numbered: &Numbered, shown: &Shown) -> Result<Deed, Unable> {
+        if shown.role == Role::View || shown.marks.replay {
+            return Err(Unable::Role);
+        }
+        match numbered.act {
+            Act::Now(order) if !order.towards_safe() => Err(Unable::TwoSteps),
+            Act::Now(order) => self.now(order, shown),
+            Act::Prepare(order) if order.towards_safe() => Err(Unable::OneStep),
+            Act::Prepare(order) => self.prepare(numbered.serial, order, shown),
+            Act::Confirm(order, reason) => self.confirm(order, reason, shown),
+            Act::Withdraw => self.withdraw(),
+            Act::Acknowledge(alarm, since) => {
+                let stands = |a: &&crate::alarm::ShownAlarm| a.alarm == alarm && a.since == since && !a.acknowledged;
+                shown.alarms.iter().find(stands).map(|_| Deed::Note(alarm, since)).ok_or(Unable::NoAlarm)
+            }
+        }
+    }
+
+    fn now(&mut self, order: Order, shown: &Shown) -> Result<Deed, Unable> {
+        let deed = give(order, Text::new(""), shown)?;
+        self.prepared = None;
+        self.confirmed.clear();
+        Ok(deed)
+    }
+
+    fn prepare(&mut self, serial: u64, order: Order, shown: &Shown) -> Result<Deed, Unable> {
+        shown.unable(&order).map_or(Ok(()), Err)?;
+        self.prepared = Some(Prepared { serial, order, since: shown.at, until: shown.at + PREPARED_FOR });
+        Ok(Deed::Nothing)
+    }
+
+    fn confirm(&mut self, order: Order, reason: Text<64>, shown: &Shown) -> Result<Deed, Unable> {
+        let prepared = self.prepared.filter(|prepared| prepared.order == order).ok_or(Unable::NotPrepared)?;
+        if shown.at >= prepared.until {
+            return Err(Unable::Lapsed);
+        }
+        if reason.as_str().trim().is_empty() {
+            return Err(Unable::NoReason);
+        }
+        let deed = give(order, reason, shown)?;
+        self.prepared = None;
+        Ok(deed)
+    }
+
+    fn withdraw(&mut self) -> Result<Deed, Unable> {
+        if self.prepared.take().is_none() && self.confirmed.is_empty() {
+            return Err(Unable::NotPrepared);
+        }
+        self.confirmed.clear();
+        Ok(Deed::Nothing)
+    }
+
+    /// What a person ordered is this signed intent.
+    pub fn given(&mut self, intent: IntentHash) {
+        if self.confirmed.len() >= MAX_COMMANDS {
+            self.confirmed.pop_front();
+        }
+        self.confirmed.push_back(intent);
+    }
+
+    /// The next confirmed order that the gateway has staged. Each is released once.
+    pub fn release(&mut self, shown: &Shown) -> Option<Wish> {
+        let life = |intent: &IntentHash| shown.command(intent).map(|command| command.life);
+        self.confirmed.retain(|intent| matches!(life(intent), Some(Life::Requested | Life::Staged)));
+        let staged = self.confirmed.iter().position(|intent| life(intent) == Some(Life::Staged))?;
+        self.confirmed.remove(staged).map(Wish::Release)
+    }
+
+    /// Gives up what is prepared once its time is over or an interlock of it fails.
+    pub fn lapse(&mut self, shown: &Shown) -> Option<(Order, Unable)> {
+        let Prepared { serial, order, until, .. } = self.prepared?;
+        let why = if shown.at >= until { Unable::Lapsed } else { shown.unable(&order)? };
+        self.prepared = None;
+        self.answer(Answer { serial, at: shown.at, act: Some(Act::Prepare(order)), outcome: Err(why) });
+        Some((order, why))
+    }
+
+    /// Keeps an answer to be shown.
+    pub fn answer(&mut self, answer: Answer) {
+        if self.answers.len() >= MAX_ANSWERS {
+            self.answers.pop_front();
+        }
+        self.answers.push_back(answer);
+    }
+
+    /// The last act gave this command.
+    pub fn gave(&mut self, command: CommandId) {
+        if let Some(Answer { outcome: Ok(given), .. }) = self.answers.back_mut() {
+            *given = Some(command);
+        }
+    }
+
+    /// What is prepared.
+    pub fn prepared(&self) -> Option<Prepared> {
+        self.prepared
+    }
+
+    /// The last answers, oldest first.
+    pub fn answers(&self) -> Vec<Answer> {
+        self.answers.iter().copied().collect()
+    }
+}
+
+fn give(order: Order, reason: Text<64>, shown: &Shown) -> Result<Deed, Unable> {
+    shown.unable(&order).map_or(Ok(()), Err)?;
+    let wish = match order {
+        Order::Revoke(who) => Wish::Revoke(who, Giver::Person),
+        Order::Command(unit, kind) => {
+            let nonce = nonce_for(kind, shown.unit(unit)).ok_or(Unable::Interlock)?;
+            Wish::Intend { step: None, unit, kind, nonce, reason: reason.as_str().to_owned() }
+        }
+    };
+    Ok(Deed::Wish(wish))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn orders_that_wait_to_be_staged_are_all_kept_up_to_their_bound_and_then_the_newest() {
+        let mut hand = Hand::default();
+        for n in 0..MAX_COMMANDS as u8 + 3 {
+            let kept = hand.confirmed.len();
+            hand.given([n; 32]);
+            assert_eq!(hand.confirmed.len(), (kept + 1).min(MAX_COMMANDS));
+        }
+        assert_eq!(
+            (hand.confirmed.front(), hand.confirmed.back()),
+            (Some(&[3; 32]), Some(&[MAX_COMMANDS as u8 + 2; 32]))
+        );
+    }
+}

@@ -1,0 +1,117 @@
+//! The ports of a process, composed of the parts that its specification names.
+//!
+//! A part is one kind of link; it knows its own links and nothing of the others. Which part carries which output is said
+//! here and nowhere else.
+
+mod audit;
+mod command;
+mod logs;
+mod memory;
+mod relay;
+mod telemetry;
+
+use serde_json::{Value, json};
+use wire::core::{Output, Topic};
+use wire::id::NodeId;
+
+use self::audit::Audit;
+use self::command::Command;
+use self::logs::Logs;
+use self::memory::Memory;
+use self::relay::Relay;
+use self::telemetry::Telemetry;
+use super::{DriveError, Senders, say};
+use crate::sockets::kernel_drops;
+use crate::spec::ServiceSpec;
+
+/// Every link of the process, and the logs of what passes.
+pub(super) struct Ports {
+    pub(super) logs: Logs,
+    memory: Memory,
+    pub(super) telemetry: Telemetry,
+    command: Command,
+    relay: Relay,
+    pub(super) audit: Audit,
+    undeliverable: u64,
+}
+
+impl Ports {
+    /// Opens every link of the specification.
+    pub(super) fn open(spec: &ServiceSpec, senders: &Senders) -> Result<Self, DriveError> {
+        let logs = Logs::open(spec)?;
+        Ok(Self {
+            audit: Audit::open(spec, senders)?,
+            memory: Memory::open(spec, senders)?,
+            telemetry: Telemetry::open(spec, senders)?,
+            command: Command::open(spec, logs.streams(), senders)?,
+            relay: Relay::open(spec, senders)?,
+            logs,
+            undeliverable: 0,
+        })
+    }
+
+    /// The `ready` line: the addresses that were bound.
+    pub(super) fn ready(&self, node: NodeId) -> Value {
+        json!({
+            "node": node,
+            "pid": std::process::id(),
+            "dtls": self.telemetry.local(),
+            "relay_datagram": self.relay.datagrams().map(|relay| relay.local()),
+            "relay_stream": self.relay.streams().map(|relay| relay.local()),
+            "mqtt": self.command.broker().map(|broker| broker.local()),
+        })
+    }
+
+    /// Notes an output and carries it out. Nothing here waits.
+    pub(super) fn carry_out(&mut self, output: Output) {
+        self.logs.output(&output);
+        let carried = match output {
+            // A seal goes out only when what it seals has been handed to the operating system.
+            Output::Bus { topic: Topic::Seals, .. } if self.audit.recording().is_some_and(|r| !r.flush()) => false,
+            Output::Record { session, bytes } => self.telemetry.send(session, bytes),
+            Output::Publish { subject, bytes } => self.command.publish(subject, bytes),
+            Output::Join => self.command.join(),
+            Output::Datagram { side, bytes } => self.relay.datagrams().map(|relay| relay.emit(side, &bytes)).is_some(),
+            Output::Stranger { bytes } => self.relay.datagrams().map(|relay| relay.emit_stranger(&bytes)).is_some(),
+            Output::Stream { connection, side, bytes } => {
+                self.relay.streams().map(|relay| relay.emit(connection, side, bytes)).is_some()
+            }
+            Output::Reset { connection } => self.relay.streams().map(|relay| relay.reset(connection)).is_some(),
+            Output::Audit { bytes } => self.audit.write(bytes),
+            // A channel keeps count of its own losses.
+            Output::Bus { topic, bytes } => return self.memory.publish(topic, &bytes),
+            // What is over already is no loss.
+            Output::Close { session } => return self.telemetry.close(session),
+            Output::Leave => return self.command.leave(),
+            Output::Text { text, .. } => {
+                // Whoever follows the log is to have it now: what is shown ages.
+                self.logs.flush();
+                return say("text", &json!(text));
+            }
+        };
+        self.undeliverable += u64::from(!carried);
+    }
+
+    /// Flushes everything and gives the closing account of the links.
+    pub(super) fn finish(&mut self) -> Value {
+        self.logs.flush();
+        let (recording, instrument) = self.audit.finish();
+        let sessions = self.telemetry.account();
+        json!({
+            "dtls": sessions.map(|(stats, _)| stats),
+            "dtls_kernel_drops": sessions.map(|(_, dropped)| dropped),
+            "mqtt": self.command.session().map(|session| session.stats()),
+            "bus_published_failed": self.memory.published(),
+            "bus_received": self.memory.received(),
+            "relay_datagram": self.relay.datagrams().map(|relay| relay.stats()),
+            "relay_datagram_kernel_drops": self.relay.datagrams().and_then(|relay| kernel_drops(relay.local())),
+            "relay_stream": self.relay.streams().map(|relay| relay.stats()),
+            "instrument": instrument,
+            "recording": recording,
+            "head": self.audit.head(),
+            "witness": self.logs.close(sessions),
+            "mouth_entries_dropped": self.logs.mouth_counts(),
+            "undeliverable": self.undeliverable,
+        })
+    }
+}

@@ -1,0 +1,91 @@
+//! The logs that a process keeps of itself: what passed the core's mouth, and what the guards at its links saw.
+
+use std::fs::File;
+use std::io::{BufWriter, Result};
+
+use serde_json::Value;
+use wire::core::{Input, Output};
+use wire::time::Instant;
+
+use crate::drive::{DriveError, Opened};
+use crate::dtls::session::SessionStats;
+use crate::files;
+use crate::guard::observe::Observation;
+use crate::mouth::{Header, Writer};
+use crate::spec::ServiceSpec;
+use crate::stream::StreamLog;
+use crate::witness::WitnessLog;
+
+type Mouth = Writer<BufWriter<File>>;
+
+/// Both logs, each only where the specification asks for it.
+pub(in crate::drive) struct Logs {
+    /// None, too, once it could not be written.
+    mouth: Option<Mouth>,
+    witness: Option<WitnessLog>,
+    /// Whether they could not be handed over the last time.
+    unflushed: bool,
+}
+
+impl Logs {
+    pub(super) fn open(spec: &ServiceSpec) -> std::result::Result<Self, DriveError> {
+        let mouth = (spec.mouth_bytes > 0).then(|| mouth(spec)).transpose().opened("mouth log")?;
+        Ok(Self { mouth, witness: WitnessLog::create(spec).opened("guard's log")?, unflushed: false })
+    }
+
+    /// Where the mouths of byte streams note what they see.
+    pub(super) fn streams(&self) -> StreamLog {
+        StreamLog::of(self.witness.as_ref())
+    }
+
+    pub(in crate::drive) fn input(&mut self, now: Instant, input: &Input) {
+        self.note(|mouth| mouth.input(now, input));
+    }
+
+    pub(super) fn output(&mut self, output: &Output) {
+        self.note(|mouth| mouth.output(output));
+    }
+
+    fn note(&mut self, write: impl FnOnce(&mut Mouth) -> Result<()>) {
+        if let Some(Err(error)) = self.mouth.as_mut().map(write) {
+            tracing::warn!(%error, "mouth log ended");
+            self.mouth = None;
+        }
+    }
+
+    pub(in crate::drive) fn observed(&self, observation: &Observation) {
+        if let Some(witness) = &self.witness {
+            witness.observed(observation);
+        }
+    }
+
+    /// Hands both to the operating system.
+    pub(in crate::drive) fn flush(&mut self) {
+        let mouth = self.mouth.as_mut().map_or(Ok(()), Mouth::flush);
+        let witness = self.witness.as_ref().map_or(Ok(()), WitnessLog::flush);
+        let flushed = mouth.and(witness);
+        let failed = std::mem::replace(&mut self.unflushed, flushed.is_err());
+        // Told once: a full disk says the same ten times a second.
+        if let Err(error) = flushed
+            && !failed
+        {
+            tracing::warn!(%error, "logs not flushed");
+        }
+    }
+
+    /// Closes the guards' log with the account of the sessions; says how far it goes.
+    pub(super) fn close(&self, sessions: Option<(SessionStats, u64)>) -> Option<Value> {
+        self.witness.as_ref().map(|witness| witness.close(sessions))
+    }
+
+    /// Entries of the mouth log that were written, and that found no room.
+    pub(super) fn mouth_counts(&self) -> Option<(u64, u64)> {
+        self.mouth.as_ref().map(Mouth::counts)
+    }
+}
+
+fn mouth(spec: &ServiceSpec) -> Result<Mouth> {
+    let file = files::create(&spec.run_dir.join("mouth").join(spec.log_name()))?;
+    let header = Header { node: spec.node, boot: spec.boot, started: spec.started() };
+    Writer::new(BufWriter::with_capacity(1 << 16, file), header, spec.mouth_bytes)
+}

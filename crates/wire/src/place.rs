@@ -1,0 +1,63 @@
+//! A place in a byte stream, as a relay and the end behind it name the same bytes.
+//!
+//! A stream has no records that both could hash: pieces are cut and joined on the way. Both can name the direction, by the
+//! hash of its first bytes, and a place in it, by how many bytes came before. TLS puts 32 random bytes of each side among
+//! the first ones, so no two connections share a name.
+
+use crate::event::wire_hash;
+
+/// How many of a direction's first bytes make its name: past the randoms of a TLS 1.3 hello.
+const HEAD: usize = 128;
+
+/// Name of a direction and place in it, kept while its bytes go by.
+#[derive(Clone, Debug)]
+pub struct Place {
+    head: [u8; HEAD],
+    offset: u64,
+}
+
+impl Default for Place {
+    fn default() -> Self {
+        Self { head: [0; HEAD], offset: 0 }
+    }
+}
+
+impl Place {
+    /// These bytes went by.
+    pub fn pass(&mut self, bytes: &[u8]) {
+        let at = usize::try_from(self.offset).unwrap_or(HEAD).min(HEAD);
+        let n = bytes.len().min(HEAD - at);
+        self.head[at..at + n].copy_from_slice(&bytes[..n]);
+        self.offset += bytes.len() as u64;
+    }
+
+    /// The direction's name; final once its first 128 bytes have gone by.
+    pub fn name(&self) -> u64 {
+        wire_hash(&self.head[..usize::try_from(self.offset).unwrap_or(HEAD).min(HEAD)])
+    }
+
+    /// Bytes that have gone by.
+    pub fn offset(&self) -> u64 {
+        self.offset
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_direction_has_one_name_however_its_bytes_are_cut() {
+        let bytes: Vec<u8> = (0..=255).collect();
+        let mut whole = Place::default();
+        whole.pass(&bytes);
+        let mut cut = Place::default();
+        bytes.chunks(7).for_each(|piece| cut.pass(piece));
+        assert_eq!((cut.name(), cut.offset()), (whole.name(), 256));
+        whole.pass(&[1, 2, 3]);
+        assert_eq!((cut.name(), whole.offset()), (whole.name(), 259), "what follows changes no name");
+        let mut other = Place::default();
+        other.pass(&bytes[1..]);
+        assert_ne!(other.name(), cut.name());
+    }
+}
