@@ -15,7 +15,7 @@ use wire::codec;
 use wire::event::Event;
 use wire::id::{Boot, NodeId, WorldId};
 use wire::policy::Waived;
-use wire::sign::Verified;
+use wire::sign::SharedVerifier;
 
 use crate::custody::{Custodian, Custody, Held, HeldHead, Life};
 use crate::oracle::Witnessed;
@@ -62,10 +62,10 @@ pub fn tamper(hands: &InsiderRecorder, log: &mut Vec<Logged>) {
     log.extend(noted);
 }
 
-/// Decodes a twin's log and follows its chains; it is set against what is `held` elsewhere, and `verified` are the signatures that its cores know to be good. Gives the entries in (time, node, counter) order, the first
+/// Decodes a twin's log and follows its chains; it is set against what is `held` elsewhere, and `verifier` is that of its cores. Gives the entries in (time, node, counter) order, the first
 /// problem found, and what became of the recording.
-pub fn read_against(log: &[Logged], held: &Held, verified: Verified) -> (Vec<Witnessed>, Option<String>, Custody) {
-    let mut custodian = Custodian::new(held).sharing(verified);
+pub fn read_against(log: &[Logged], held: &Held, verifier: SharedVerifier) -> (Vec<Witnessed>, Option<String>, Custody) {
+    let mut custodian = Custodian::new(held).asking(verifier);
     let (entries, problem) = follow_all(log, |l| custodian.take(l.at, l.node, &l.bytes));
     (entries, problem, custodian.close())
 }

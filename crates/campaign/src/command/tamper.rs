@@ -25,6 +25,7 @@ use crate::evidence::{Logged, by_recorder};
 use crate::parallel;
 use crate::progress::Progress;
 use crate::report::SCHEMA_VERSION;
+use crate::twin::verified::Verified;
 
 /// Stories that a hostile recorder writes anew, of each kind.
 const STORIES: u64 = 100;
@@ -150,7 +151,7 @@ struct Recorded {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let of = recorded(context, args)?;
-    let sweep = Sweep::new(&of.file, &of.held).map_err(Failure::internal)?;
+    let sweep = Sweep::new(&of.file, &of.held, Verified::default().shared()).map_err(Failure::internal)?;
     let n = sweep.entries();
     let changes = changes(context, &sweep, &of, args.values)?;
     let mut rng = ChaCha8Rng::seed_from_u64(context.seed);

@@ -12,7 +12,7 @@ use wire::audit::Recorder;
 use wire::id::{NodeId, SessionId, WorldId};
 use wire::policy::Requirement;
 use wire::setup::{Secret, Setup};
-use wire::sign::{Key, Verified};
+use wire::sign::Key;
 use wire::time::Instant;
 
 use super::clock::HostClock;
@@ -22,6 +22,7 @@ use super::net::Association;
 use super::part::Part;
 use super::queue::NodeIndex;
 use super::trunk::Trunk;
+use super::verified::Verified;
 use super::{Assembly, Node};
 use crate::cast::{Cast, Member, Ordeal, OrdealKind, Role, sim_keys};
 
@@ -85,11 +86,11 @@ pub fn assemble(
 }
 
 fn witness(secret: &Secret, verified: &Verified) -> Key {
-    Key::from_bytes(&secret.0).sharing(verified.clone())
+    Key::from_bytes(&secret.0).told_to(verified.shared())
 }
 
 fn fresh(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<Part, AssemblyError> {
-    let setup = Setup { verified: Some(verified.clone()), ..member.setup.clone() };
+    let setup = Setup { verifier: Some(verified.shared()), ..member.setup.clone() };
     core(&member.role, setup, clocks[member.host as usize].read(0))
 }
 

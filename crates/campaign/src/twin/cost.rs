@@ -9,7 +9,6 @@ use sim::plant::{Plant, SetPoint};
 use sim::scene::Scene;
 use sim::world::{STEP, World};
 use wire::id::{NodeId, WorldId};
-use wire::sign::Asked;
 use wire::time::Instant;
 
 use super::Twin;
@@ -19,6 +18,7 @@ use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
 use super::trial::{Run, conclude, start, start_along, trunk};
 use super::trunk::Trunk;
+use super::verified::Asked;
 use crate::cast::{Cast, Role};
 use crate::judged;
 use crate::scenario::{Scenario, Setup};

@@ -23,6 +23,7 @@ pub mod stopwatch;
 pub mod stream;
 pub mod trial;
 pub mod trunk;
+pub mod verified;
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -31,7 +32,7 @@ use wire::core::{Core, Input, Output, Side, Subject, Topic};
 use wire::event::GuardVerdict;
 use wire::id::{NodeId, PeerId, SessionId, WorldId};
 use wire::policy::Requirement;
-use wire::sign::{Asked, Key, Verified};
+use wire::sign::Key;
 use wire::time::Instant;
 
 use clock::HostClock;
@@ -45,6 +46,7 @@ use part::Part;
 use process::Processes;
 use queue::{Micros, NodeIndex, Queue};
 use stopwatch::{Stage, Stopwatch};
+use verified::{Asked, Verified};
 
 pub use guard::STRANGER;
 
@@ -199,7 +201,7 @@ impl Twin {
         for peer in assembly.nodes.iter().filter_map(|n| n.commands.as_ref().map(|client| client.peer)) {
             // A refusal here is the broker's answer; such a peer then hears nothing.
             let filter =
-                if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{}", peer.name()) };
+                if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{peer}") };
             let _ = broker.subscribe(peer, &filter);
         }
         let key = |node: NodeId| assembly.witnesses.get(&node).map(Key::fork);

@@ -10,11 +10,11 @@ use std::sync::Arc;
 
 use wire::core::{Core, Input, Output};
 use wire::id::WorldId;
-use wire::sign::Verified;
 use wire::time::Instant;
 
 use super::assemble::{AssemblyError, part};
 use super::part::Part;
+use super::verified::Verified;
 use super::{Mouthful, Twin};
 use crate::cast::{Cast, Member};
 
