@@ -170,7 +170,7 @@ impl CommandGate {
             let ordered = attributed.once(policy, &mut self.counters, &claimed.intent)?;
             self.rates.charge(who, lane, now);
             let moved = self.counters.newest(who).filter(|newest| before != Some(*newest));
-            Ok(Ordered::new(ordered.accept_message(), &claimed, moved, confirmation))
+            Ok(Ordered::new(ordered.accept(policy)?, &claimed, moved, confirmation))
         });
         judged.map_err(|refusal| Rejected { refusal, claimed: Some(claimed) })
     }

@@ -87,7 +87,7 @@ impl Intake {
             .fresh(&self.display, age, lost_after(&self.bounds), self.bounds.echo_limit())?
             .by_signature(&self.display, &self.keys)?
             .from_origin(&self.display, message.via, &mut self.reports)?
-            .accept(&self.display, |signed| signed.report.product)?;
+            .accept(&self.display)?;
         if let Some(ages) = ages {
             self.ages.insert(message.unit, ages);
         }

@@ -160,8 +160,10 @@ impl Staging {
             .and_then(|standing| self.admissible(station, &claim).map(|()| standing))
             .and_then(|admissible| admissible.by_operator(policy, keys, &signed))
             .map_err(rejected)?;
-        let accepted =
-            attributed.unrepeated(policy, &mut self.counters, &command.intent).map_err(rejected)?.accept_message();
+        let accepted = attributed
+            .unrepeated(policy, &mut self.counters, &command.intent)
+            .and_then(|ordered| ordered.accept(policy))
+            .map_err(rejected)?;
         Ok(self.advance(now, station, accepted, bytes))
     }
 

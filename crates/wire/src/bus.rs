@@ -169,7 +169,7 @@ mod tests {
         let key = ChannelKey([1; 32]);
         let mut gate = BusGate::new(Topic::Tracks, NodeId::PERCEPTION, key.clone(), Span::ms(300));
         let mut admit = |bytes: &[u8]| {
-            gate.admit_product(&Policy::default(), NOW, bytes, |tracks: &Tracks| tracks.mode).map(|_| ())
+            gate.admit::<Tracks>(&Policy::default(), NOW, bytes).map(|_| ())
         };
         let mut genuine = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(1), key.clone());
         let mut other = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(2), key);

@@ -81,6 +81,9 @@ pub enum Refusal {
         /// Theirs.
         got: Nonce,
     },
+    /// Of no session that stands.
+    #[error("session: one that stands expected, got none")]
+    NoSession,
     /// From before the sender's newest boot.
     #[error("epoch: boot {expected:?} or later expected, got {got:?}")]
     Epoch {
@@ -132,6 +135,12 @@ pub enum Refusal {
     Role {
         /// Signer.
         got: NodeId,
+    },
+    /// The peer may not have a session, or not say this in one.
+    #[error("role: one that may do this expected, got {got}")]
+    Peer {
+        /// Who the session authenticated.
+        got: PeerId,
     },
     /// The intent repeats no nonce that is still answerable: it is too old, or was never for us.
     #[error("late: a nonce issued within {limit} expected, got {got:?}")]
@@ -391,14 +400,14 @@ impl Refusal {
             Refusal::Origin { .. } => Reason::Origin,
             Refusal::Signature { .. } => Reason::Signature,
             Refusal::Signer { .. } => Reason::Signer,
-            Refusal::Session { .. } => Reason::Session,
+            Refusal::Session { .. } | Refusal::NoSession => Reason::Session,
             Refusal::Epoch { .. } => Reason::Epoch,
             Refusal::Replayed { .. } => Reason::Replayed,
             Refusal::Jump { .. } => Reason::Jump,
             Refusal::Tag { .. } => Reason::Tag,
             Refusal::Product { .. } => Reason::Product,
             Refusal::Unit { .. } => Reason::Unit,
-            Refusal::Role { .. } => Reason::Role,
+            Refusal::Role { .. } | Refusal::Peer { .. } => Reason::Role,
             Refusal::Late { .. } => Reason::Late,
             Refusal::Duplicate { .. } | Refusal::Repeated { .. } => Reason::Duplicate,
             Refusal::Confirmation { .. } => Reason::Confirmation,
