@@ -199,6 +199,19 @@ fn only_the_twin_and_who_judges_one_recording_over_and_over_share_verified_signa
     assert_eq!(implementers, ["crates/campaign/src/twin/verified.rs"]);
 }
 
+/// A peer gives away neither name nor number (`tests/boundary`); what is left are its certificate's text and how `wire` numbers it.
+#[test]
+fn peer_and_origin_meet_in_attribution_alone() {
+    let ways = ["PeerId::from_name", "PeerId::from_uri", "NodeId::numbered", "peer.number()", "NodeId::from_name"];
+    for folder in ["wire", "autonomy", "gateway", "console"] {
+        for (file, text) in sources(&format!("crates/{folder}/src")) {
+            let found = ways.iter().find(|way| code(&text).contains(**way));
+            let here = file == "crates/wire/src/trust/attribution.rs";
+            assert!(here || found.is_none(), "{file} makes a peer or a node of a name: {}", found.unwrap_or(&""));
+        }
+    }
+}
+
 #[test]
 fn every_file_says_what_it_is() {
     for (file, text) in ["crates", "fuzz", "tests"].into_iter().flat_map(sources) {

@@ -31,7 +31,7 @@ impl Autonomy {
             Topic::Seals => self.seal(now, bytes),
             // Channels that no launcher connects to autonomy.
             Topic::Frames | Topic::Candidates | Topic::Drive | Topic::Act | Topic::Feed | Topic::Intents => {
-                Err(Refusal::Schema { at: 0 })
+                Err(Refusal::Channel)
             }
         };
         match taken {
@@ -200,7 +200,7 @@ impl Autonomy {
     /// A publication on the command plane.
     pub(crate) fn published(&mut self, now: Instant, subject: Subject, bytes: &[u8]) {
         if subject != Subject::Command(self.identity.unit) {
-            return self.reject(now, None, &Refusal::Schema { at: 0 });
+            return self.reject(now, None, &Refusal::Channel);
         }
         let identity = Arc::clone(&self.identity);
         match self.commands.admit(&identity.policy, &identity.keys, &self.roll, now, bytes) {

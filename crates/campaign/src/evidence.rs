@@ -64,7 +64,11 @@ pub fn tamper(hands: &InsiderRecorder, log: &mut Vec<Logged>) {
 
 /// Decodes a twin's log and follows its chains; it is set against what is `held` elsewhere, and `verifier` is that of its cores. Gives the entries in (time, node, counter) order, the first
 /// problem found, and what became of the recording.
-pub fn read_against(log: &[Logged], held: &Held, verifier: SharedVerifier) -> (Vec<Witnessed>, Option<String>, Custody) {
+pub fn read_against(
+    log: &[Logged],
+    held: &Held,
+    verifier: SharedVerifier,
+) -> (Vec<Witnessed>, Option<String>, Custody) {
     let mut custodian = Custodian::new(held).asking(verifier);
     let (entries, problem) = follow_all(log, |l| custodian.take(l.at, l.node, &l.bytes));
     (entries, problem, custodian.close())

@@ -257,8 +257,7 @@ impl Staging {
     fn admissible(&self, station: NodeId, intent: &Intent) -> Result<(), Refusal> {
         let one_step = intent.kind.towards_safe();
         if !self.rules.units.contains(&intent.unit) {
-            let expected = self.rules.units.first().copied().unwrap_or(intent.unit);
-            return Err(Refusal::Unit { expected, got: intent.unit });
+            return Err(Refusal::NoUnit { got: intent.unit });
         }
         if !one_step && intent.reason.as_str().trim().is_empty() {
             return Err(Refusal::NoReason);

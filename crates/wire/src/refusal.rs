@@ -25,6 +25,9 @@ pub enum Refusal {
         /// Offset.
         at: usize,
     },
+    /// On a channel that is none of this service's.
+    #[error("schema: a channel of this service's expected, got another")]
+    Channel,
     /// Not the canonical encoding.
     #[error("canonical: other than the canonical encoding at byte {at}")]
     Canonical {
@@ -127,6 +130,12 @@ pub enum Refusal {
     Unit {
         /// Us.
         expected: UnitId,
+        /// Addressee.
+        got: UnitId,
+    },
+    /// Not addressed to a unit of this gateway's.
+    #[error("unit: one of this gateway's expected, got {got}")]
+    NoUnit {
         /// Addressee.
         got: UnitId,
     },
@@ -392,7 +401,7 @@ impl Refusal {
     pub fn reason(&self) -> Reason {
         match self {
             Refusal::Length { .. } => Reason::Length,
-            Refusal::Schema { .. } => Reason::Schema,
+            Refusal::Schema { .. } | Refusal::Channel => Reason::Schema,
             Refusal::Canonical { .. } => Reason::Canonical,
             Refusal::Version { .. } => Reason::Version,
             Refusal::Stale { .. } => Reason::Stale,
@@ -406,7 +415,7 @@ impl Refusal {
             Refusal::Jump { .. } => Reason::Jump,
             Refusal::Tag { .. } => Reason::Tag,
             Refusal::Product { .. } => Reason::Product,
-            Refusal::Unit { .. } => Reason::Unit,
+            Refusal::Unit { .. } | Refusal::NoUnit { .. } => Reason::Unit,
             Refusal::Role { .. } | Refusal::Peer { .. } => Reason::Role,
             Refusal::Late { .. } => Reason::Late,
             Refusal::Duplicate { .. } | Refusal::Repeated { .. } => Reason::Duplicate,

@@ -200,8 +200,7 @@ impl Twin {
         let mut broker = broker::Broker::under(assembly.rights);
         for peer in assembly.nodes.iter().filter_map(|n| n.commands.as_ref().map(|client| client.peer)) {
             // A refusal here is the broker's answer; such a peer then hears nothing.
-            let filter =
-                if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{peer}") };
+            let filter = if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{peer}") };
             let _ = broker.subscribe(peer, &filter);
         }
         let key = |node: NodeId| assembly.witnesses.get(&node).map(Key::fork);

@@ -67,7 +67,6 @@ impl Verified {
     pub fn counts(&self) -> Asked {
         self.0.with(|memory| memory.counts)
     }
-
 }
 
 impl Known {

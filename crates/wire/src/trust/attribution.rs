@@ -13,7 +13,7 @@ use crate::bus::{self, ChannelKey};
 use crate::command::Intent;
 use crate::hop::Hop;
 use crate::id::{NodeId, PeerId, RecordId, UnitId};
-use crate::policy::{Check, Policy};
+use crate::policy::{Check, DisplayPolicy, Policy};
 use crate::refusal::Refusal;
 use crate::sign::{Keyring, Purpose, Signed};
 use crate::time::{Age, AgeBound};
@@ -101,15 +101,19 @@ impl<'b> Fresh<SignedReport<'b>> {
             Bearer::Origin => Ok(()),
             Bearer::Other(peer) => Err(Refusal::Origin { peer, origin: m.report.origin }),
         })?;
-        bound.by_signature(policy, keys)
+        bound.signed(policy, keys)
     }
 
-    /// The report's origin signed it, whoever carries it.
+    /// The report's origin signed it, whoever carries it: for a display, which has no session with it.
     pub fn by_signature(
         self,
-        policy: &Policy,
+        policy: &DisplayPolicy,
         keys: &Keyring,
     ) -> Result<Record<Attributed, SignedReport<'b>>, Refusal> {
+        self.signed(policy.checks(), keys)
+    }
+
+    fn signed(self, policy: &Policy, keys: &Keyring) -> Result<Record<Attributed, SignedReport<'b>>, Refusal> {
         self.check(policy, Check::Signature, Attributed::earned(), |m, _| {
             keys.verify(m.report.origin, Purpose::Report, &m.signed)
         })
@@ -150,15 +154,9 @@ impl<S: Screened> Record<S, Intent> {
 
 impl<'b, M: Statement> Decoded<SignedStatement<'b, M>> {
     /// The statement is `signer`'s, by its signature.
-    pub fn by_signer(
-        self,
-        policy: &Policy,
-        signer: NodeId,
-        keys: &Keyring,
-    ) -> Result<Record<Attributed, M>, Refusal> {
-        let signed = self.check(policy, Check::Signature, Attributed::earned(), |m, _| {
-            keys.verify(signer, M::PURPOSE, &m.signed)
-        })?;
+    pub fn by_signer(self, policy: &Policy, signer: NodeId, keys: &Keyring) -> Result<Record<Attributed, M>, Refusal> {
+        let signed = self
+            .check(policy, Check::Signature, Attributed::earned(), |m, _| keys.verify(signer, M::PURPOSE, &m.signed))?;
         Ok(signed.map(|statement| statement.message))
     }
 }

@@ -37,12 +37,7 @@ impl<M> Decoded<M> {
 impl Decoded<Intent> {
     /// The intent repeats a nonce that its unit issued at most `limit` ago (`age` since that issue; absent when the
     /// nonce is not answerable), so it cannot be older than that, whoever held it back.
-    pub fn in_time(
-        self,
-        policy: &Policy,
-        age: Option<Age>,
-        limit: Span,
-    ) -> Result<Record<InTime, Intent>, Refusal> {
+    pub fn in_time(self, policy: &Policy, age: Option<Age>, limit: Span) -> Result<Record<InTime, Intent>, Refusal> {
         self.check(policy, Check::Late, InTime(()), |intent, _| match age {
             Some(age) if age.upper() <= limit => Ok(()),
             Some(_) | None => Err(Refusal::Late { limit, got: intent.nonce }),

@@ -49,11 +49,7 @@ impl SessionGate<'_> {
         (Some(exchange), self.judge(now, decoded))
     }
 
-    fn judge<'b>(
-        &mut self,
-        now: Instant,
-        decoded: Decoded<Hop<'b>>,
-    ) -> Result<Accepted<SessionRecord<'b>>, Refusal> {
+    fn judge<'b>(&mut self, now: Instant, decoded: Decoded<Hop<'b>>) -> Result<Accepted<SessionRecord<'b>>, Refusal> {
         let age = self.ages.age(decoded.message.stamp, now);
         let fresh = decoded.fresh(self.policy, age, self.freshness, self.echo_limit)?;
         let attributed = fresh.by_session(self.peer);

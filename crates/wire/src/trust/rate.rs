@@ -158,7 +158,9 @@ impl<S> Record<S, Intent> {
         who: NodeId,
         now: Instant,
     ) -> Result<Record<WithinRate<S>, Intent>, Refusal> {
-        self.check(policy, Check::Rate, WithinRate(PhantomData), |intent, _| rates.room(who, Lane::of(intent.kind), now))
+        self.check(policy, Check::Rate, WithinRate(PhantomData), |intent, _| {
+            rates.room(who, Lane::of(intent.kind), now)
+        })
     }
 
     /// Not so much has come to nothing lately that no more is verified.

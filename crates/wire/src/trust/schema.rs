@@ -65,10 +65,7 @@ impl<'a> Record<Framed, &'a [u8]> {
     }
 
     /// Schema of a shared-memory message on `topic`: header, body of type `M`, tags (kept for attribution).
-    pub fn decode_bus<M: Decode<'a, ()>>(
-        self,
-        topic: Topic,
-    ) -> Result<Record<Decoded, BusMessage<'a, M>>, Refusal> {
+    pub fn decode_bus<M: Decode<'a, ()>>(self, topic: Topic) -> Result<Record<Decoded, BusMessage<'a, M>>, Refusal> {
         let bus::Parts { header, signed, body, tags } = bus::split(self.message).ok_or(Refusal::Schema { at: 0 })?;
         if header.topic != topic {
             return Err(Refusal::Schema { at: 0 });

@@ -110,9 +110,7 @@ impl<S> Record<S, Intent> {
         roll: &Roll,
         now: Instant,
     ) -> Result<Record<NotRevoked<S>, Intent>, Refusal> {
-        self.check(policy, Check::Standing, NotRevoked(PhantomData), |intent, _| {
-            roll.stands(intent.id.operator, now)
-        })
+        self.check(policy, Check::Standing, NotRevoked(PhantomData), |intent, _| roll.stands(intent.id.operator, now))
     }
 }
 
