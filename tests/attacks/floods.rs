@@ -49,7 +49,7 @@ fn setup(node: NodeId) -> Setup {
             Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: ChannelKey([2; 32]) },
         ],
         ablation: None,
-        verified: None,
+        verifier: None,
     }
 }
 

@@ -143,3 +143,17 @@ fn every_stop_of_the_audit_exists() {
         assert!(root().join(place).exists(), "docs/audit.md sends its reader to {place}: there is no such place");
     }
 }
+
+#[test]
+fn the_audit_route_takes_an_hour() {
+    let page = read("docs/audit.md");
+    let stops = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").nth(1));
+    let files = stops.flat_map(|stop| stop.split('`')).filter(|text| text.contains('/'));
+    let words =
+        |file: &str| read(file).split("#[cfg(test)]\nmod tests").next().map_or(0, |t| t.split_whitespace().count());
+    let total: usize = files.map(words).sum();
+    assert!(
+        (15_000..20_000).contains(&total),
+        "the files of docs/audit.md are {total} words: at 330 a minute not an hour"
+    );
+}

@@ -188,10 +188,29 @@ fn cores_are_forked_at_one_place() {
 fn only_the_twin_and_who_judges_one_recording_over_and_over_share_verified_signatures() {
     let sharers: Vec<String> = sources("crates")
         .into_iter()
-        .filter(|(file, text)| code(text).contains("Verified::default") && !file.starts_with("crates/wire/src/sign"))
+        .filter(|(file, text)| code(text).contains("Verified::default") && !file.ends_with("twin/src/verified.rs"))
         .map(|(file, _)| file)
         .collect();
-    assert_eq!(sharers, ["crates/evidence/src/custody/sweep.rs", "crates/twin/src/assemble.rs"]);
+    assert_eq!(sharers, ["crates/holdsafe/src/command/tamper.rs", "crates/twin/src/assemble.rs"]);
+    let implementers: Vec<String> = sources("crates")
+        .into_iter()
+        .filter(|(_, text)| code(text).contains("impl Verifier for"))
+        .map(|(file, _)| file)
+        .collect();
+    assert_eq!(implementers, ["crates/twin/src/verified.rs"]);
+}
+
+/// A peer gives away neither name nor number (`tests/boundary`); what is left are its certificate's text and how `wire` numbers it.
+#[test]
+fn peer_and_origin_meet_in_attribution_alone() {
+    let ways = ["PeerId::from_name", "PeerId::from_uri", "NodeId::numbered", "peer.number()", "NodeId::from_name"];
+    for folder in ["wire", "autonomy", "gateway", "console"] {
+        for (file, text) in sources(&format!("crates/{folder}/src")) {
+            let found = ways.iter().find(|way| code(&text).contains(**way));
+            let here = file == "crates/wire/src/trust/attribution.rs";
+            assert!(here || found.is_none(), "{file} makes a peer or a node of a name: {}", found.unwrap_or(&""));
+        }
+    }
 }
 
 #[test]

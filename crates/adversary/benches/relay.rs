@@ -169,7 +169,7 @@ impl Relay {
             public_keys: Vec::new(),
             channels: Vec::new(),
             ablation: None,
-            verified: None,
+            verifier: None,
         };
         let clock = HostClock { zero_us: 0, drift_ppm: 0 };
         let mut spec = ServiceSpec::new(node, Boot(1), 1, clock, folder.path().to_owned());

@@ -21,7 +21,7 @@ pub(crate) fn setup(node: NodeId, secret: u8) -> Setup {
         public_keys: Vec::new(),
         channels: Vec::new(),
         ablation: None,
-        verified: None,
+        verifier: None,
     }
 }
 

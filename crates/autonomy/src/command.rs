@@ -11,21 +11,24 @@
 //! };
 //! ```
 
+mod confirmation;
 pub mod given;
 
 use std::collections::VecDeque;
 
 use sha2::{Digest, Sha256};
 use wire::codec;
-use wire::command::{Ack, CommandKind, Confirmation, Intent, MAX_ORDER, Order};
+use wire::command::{Ack, CommandKind, Intent, MAX_ORDER, Order};
 use wire::id::{CommandId, NodeId, Nonce, UnitId};
 use wire::mode::Mode;
-use wire::policy::{Check, Policy, Requirement, Waived};
+use wire::policy::{Policy, Waived};
 use wire::refusal::{Reason, Refusal};
 use wire::sign::{Key, Keyring, Purpose};
 use wire::time::{Age, Instant, Span};
 use wire::trust::rate::Lane;
-use wire::trust::{Accepted, Counters, Decoded, Rates, Roll, SignedStatement};
+use wire::trust::{Accepted, Counters, Decoded, Rates, Roll};
+
+use confirmation::Confirmed;
 
 /// Nonces kept; more than are issued within any command limit in use.
 const NONCES: usize = 16;
@@ -81,9 +84,9 @@ pub struct Rejected {
 }
 
 impl Ordered {
-    fn new(accepted: Accepted<Intent>, claimed: &Claimed, moved: Option<CommandId>, confirmation: Waived) -> Ordered {
+    fn new(accepted: Accepted<Intent>, claimed: &Claimed, moved: Option<CommandId>, confirmed: &Confirmed) -> Ordered {
         let (intent, evidence) = accepted.into_parts();
-        let waived = evidence.waived.union(confirmation);
+        let waived = evidence.waived.union(confirmed.waived());
         Ordered { id: intent.id, kind: intent.kind, intent: claimed.intent, moved, waived }
     }
 
@@ -162,15 +165,16 @@ impl CommandGate {
             let needed = new.within_rate(policy, &self.rates, who, now)?.worth_verifying(policy, &self.rates, now)?;
             let second = order.confirmation.map(|bytes| &**bytes);
             let proven = needed.by_operator(policy, keys, &signed).and_then(|attributed| {
-                confirm(policy, keys, now, (&claim, &claimed), second).map(|waived| (attributed, waived))
+                let confirmed = Confirmed::judge(policy, keys, now, (&claim, &claimed), second)?;
+                Ok((attributed, confirmed))
             });
             let lane = Lane::of(claim.kind);
-            let (attributed, confirmation) = proven.inspect_err(|_| self.rates.unproven(lane, now))?;
+            let (attributed, confirmed) = proven.inspect_err(|_| self.rates.unproven(lane, now))?;
             let before = self.counters.newest(who);
             let ordered = attributed.once(policy, &mut self.counters, &claimed.intent)?;
             self.rates.charge(who, lane, now);
             let moved = self.counters.newest(who).filter(|newest| before != Some(*newest));
-            Ok(Ordered::new(ordered.accept_message(), &claimed, moved, confirmation))
+            Ok(Ordered::new(ordered.accept(policy)?, &claimed, moved, &confirmed))
         });
         judged.map_err(|refusal| Rejected { refusal, claimed: Some(claimed) })
     }
@@ -188,31 +192,6 @@ impl CommandGate {
     fn age(&self, claim: &Intent, now: Instant) -> Option<Age> {
         let issued = self.nonces.iter().find(|issued| issued.nonce == claim.nonce)?;
         (!issued.void || claim.kind.towards_safe()).then(|| Age::on_one_host(issued.at, now))
-    }
-}
-
-/// The second step of an order away from safe: a reason, and the same operator's signature over this very intent.
-fn confirm(
-    policy: &Policy,
-    keys: &Keyring,
-    now: Instant,
-    (claim, claimed): (&Intent, &Claimed),
-    confirmation: Option<&[u8]>,
-) -> Result<Waived, Refusal> {
-    if claim.kind.towards_safe() {
-        return Ok(Waived::default());
-    }
-    if claim.reason.as_str().trim().is_empty() {
-        return Err(Refusal::NoReason);
-    }
-    match policy.check(Check::Confirmation) {
-        Requirement::Waived => Ok(Waived::default().with(Check::Confirmation)),
-        Requirement::Required => {
-            let bytes = confirmation.ok_or(Refusal::Confirmation { expected: claim.id })?;
-            let statement = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes)?;
-            let attributed = statement.by_signer(policy, claim.id.operator, keys)?;
-            Ok(attributed.about(claim.id, &claimed.intent)?.evidence().waived)
-        }
     }
 }
 

@@ -6,14 +6,14 @@ use std::sync::Arc;
 use wire::audit::Seal;
 use wire::core::{Subject, Topic};
 use wire::event::{Event, Interface};
-use wire::hop::{Hop, HopBody, Teammate};
-use wire::id::{NodeId, PeerId, RecordId, SessionId};
+use wire::hop::{HopBody, Teammate};
+use wire::id::{PeerId, RecordId, SessionId};
 use wire::policy::{Check, Requirement};
 use wire::refusal::Refusal;
 use wire::sensor::Navigation;
 use wire::time::{Age, Instant, Span};
 use wire::track::Tracks;
-use wire::trust::Evidence;
+use wire::trust::{Evidence, SessionRecord};
 
 use crate::command::{Claimed, Ordered};
 use crate::intake::{self, Session};
@@ -31,7 +31,7 @@ impl Autonomy {
             Topic::Seals => self.seal(now, bytes),
             // Channels that no launcher connects to autonomy.
             Topic::Frames | Topic::Candidates | Topic::Drive | Topic::Act | Topic::Feed | Topic::Intents => {
-                Err(Refusal::Schema { at: 0 })
+                Err(Refusal::Channel)
             }
         };
         match taken {
@@ -76,8 +76,7 @@ impl Autonomy {
     }
 
     fn tracks(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
-        let accepted =
-            self.gates.tracks.admit_product(&self.identity.policy, now, bytes, |tracks: &Tracks| tracks.mode)?;
+        let accepted = self.gates.tracks.admit::<Tracks>(&self.identity.policy, now, bytes)?;
         let (tracks, evidence) = accepted.into_parts();
         self.picture.take(tracks, evidence.waived);
         Ok(())
@@ -115,21 +114,20 @@ impl Autonomy {
     pub(crate) fn record(&mut self, now: Instant, id: SessionId, bytes: &[u8]) {
         let identity = Arc::clone(&self.identity);
         let Some(session) = self.session.as_mut().filter(|session| session.id() == id) else {
-            let refusal = Refusal::Session { expected: Default::default(), got: Default::default() };
-            return self.refuse(now, Interface::Downlink, None, &refusal);
+            return self.refuse(now, Interface::Downlink, None, &Refusal::NoSession);
         };
         let peer = session.peer();
         match session.admit(&identity.policy, &identity.bounds, now, bytes) {
             Ok(accepted) => {
-                let (hop, evidence) = accepted.into_parts();
-                self.hop(now, peer, &hop, evidence);
+                let (record, evidence) = accepted.into_parts();
+                self.session_record(now, peer, &record, evidence);
             }
             Err(refusal) => self.refuse(now, Interface::Downlink, Some(peer), &refusal),
         }
     }
 
-    fn hop(&mut self, now: Instant, peer: PeerId, hop: &Hop<'_>, evidence: Evidence) {
-        match &hop.body {
+    fn session_record(&mut self, now: Instant, peer: PeerId, record: &SessionRecord<'_>, evidence: Evidence) {
+        match &record.hop.body {
             HopBody::Grant(length) => {
                 let longest = Span::ms(self.identity.bounds.lease_ms);
                 self.lease.grant(*length, longest, evidence.received, evidence.age);
@@ -149,8 +147,7 @@ impl Autonomy {
             // A supervisor reports nothing to a unit; if it does, nothing follows from it.
             HopBody::Hello(_) | HopBody::Report(_) => {}
         }
-        let record = RecordId { node: node_of(peer), boot: hop.boot, sequence: hop.sequence };
-        self.accept(now, peer, record, &evidence);
+        self.accept(now, peer, record.id(), &evidence);
     }
 
     /// A revocation in a record that was accepted: the supervisor brings it, the authority's signature makes it good.
@@ -203,7 +200,7 @@ impl Autonomy {
     /// A publication on the command plane.
     pub(crate) fn published(&mut self, now: Instant, subject: Subject, bytes: &[u8]) {
         if subject != Subject::Command(self.identity.unit) {
-            return self.reject(now, None, &Refusal::Schema { at: 0 });
+            return self.reject(now, None, &Refusal::Channel);
         }
         let identity = Arc::clone(&self.identity);
         match self.commands.admit(&identity.policy, &identity.keys, &self.roll, now, bytes) {
@@ -271,9 +268,4 @@ impl Autonomy {
             self.write(now, event);
         }
     }
-}
-
-/// The node of the same name; both come from one closed set.
-fn node_of(peer: PeerId) -> NodeId {
-    NodeId::from_name(peer.name()).expect("invariant: peers and nodes are named from one closed set")
 }

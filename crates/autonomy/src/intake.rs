@@ -12,7 +12,7 @@ use wire::policy::Policy;
 use wire::refusal::Refusal;
 use wire::sign::Keyring;
 use wire::time::{Age, AgeBound, Echo, Instant};
-use wire::trust::{Accepted, Decoded, Exchange, SessionGate, SignedReport, Window, Windows};
+use wire::trust::{Accepted, Decoded, Exchange, SessionGate, SessionRecord, SignedReport, Window, Windows};
 
 /// One secure session with the supervisor.
 #[derive(Clone, Debug)]
@@ -74,7 +74,7 @@ impl Session {
         bounds: &Bounds,
         now: Instant,
         bytes: &'b [u8],
-    ) -> Result<Accepted<Hop<'b>>, Refusal> {
+    ) -> Result<Accepted<SessionRecord<'b>>, Refusal> {
         let mut gate = SessionGate {
             policy,
             peer: self.peer,
@@ -88,8 +88,8 @@ impl Session {
         if let Some(exchange) = exchange {
             self.note(now, &exchange);
         }
-        if let Ok(hop) = &verdict {
-            self.heard |= hop.message().session == self.nonce;
+        if let Ok(record) = &verdict {
+            self.heard |= record.message().hop.session == self.nonce;
         }
         verdict
     }
@@ -131,11 +131,11 @@ impl Session {
         self.sent = self.sent.next();
         codec::encode(&Hop {
             version: HOP_VERSION,
-            session: self.theirs.unwrap_or_default(),
+            session: self.theirs.unwrap_or(Nonce::NONE),
             boot,
             sequence: self.sent,
             stamp: now.stamp(),
-            challenge: self.ages.current().unwrap_or_default(),
+            challenge: self.ages.current().unwrap_or(Nonce::NONE),
             echo: self.challenges[0],
             body,
         })
@@ -172,5 +172,5 @@ pub fn teammate<'b>(
         .fresh(policy, age, bounds.freshness(), bounds.echo_limit())?
         .by_origin(policy, envelope.via, keys)?
         .from_origin(policy, envelope.via, windows)?
-        .accept(policy, |signed| signed.report.product)
+        .accept(policy)
 }

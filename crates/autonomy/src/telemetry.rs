@@ -4,7 +4,7 @@
 //! `intake`; whether anyone believes it, to the gateway.
 
 use wire::codec;
-use wire::id::{CommandId, Sequence};
+use wire::id::{CommandId, Nonce, Sequence};
 use wire::measured::Measured;
 use wire::mode::{Cause, Guards, Mode};
 use wire::policy::Waived;
@@ -88,7 +88,7 @@ impl Sources<'_> {
             speed_mm_s: self.localisation.speed() as i32,
             pose_age,
             authority: authority.map(|held| ReportedAuthority { track: held.track(), left: held.left(now) }),
-            command_nonce: self.commands.current().map(|(nonce, _)| nonce).unwrap_or_default(),
+            command_nonce: self.commands.current().map_or(Nonce::NONE, |(nonce, _)| nonce),
             last_command: self.standing.last_command,
             progress: self.mission.progress(),
             tracks: self.picture.tracks().iter().map(|track| reported(track, now)).collect(),

@@ -241,7 +241,7 @@ fn family(subject: Subject) -> Family {
 
 /// The vehicle that this certificate is of, when it is of one.
 fn vehicle(peer: PeerId) -> Option<UnitId> {
-    UnitId::from_name(peer.name()).filter(|unit| unit.node().unit().is_some())
+    wire::trust::unit_of(peer)
 }
 
 fn granted(pattern: &Option<Pattern>) -> String {

@@ -16,7 +16,7 @@ use mqtt5::packet::connect::ConnectPacket;
 use mqtt5::protocol::v5::reason_codes::ReasonCode;
 use thiserror::Error;
 use tokio::sync::mpsc;
-use wire::id::{NODES, PeerId};
+use wire::id::{ByPeer, PeerId};
 use wire::policy::Requirement;
 
 use crate::acl::{self, Refusal};
@@ -186,7 +186,7 @@ impl Events {
 }
 
 /// How many connections of each identity have been admitted and stand.
-pub(crate) type Standing = Arc<[AtomicU32; NODES]>;
+pub(crate) type Standing = Arc<ByPeer<AtomicU32>>;
 
 /// The gate of one connection.
 pub(crate) struct Gate {
@@ -207,7 +207,7 @@ impl Gate {
     /// The session stands; one of the same identity that stood before is taken over.
     fn admit(&self) {
         let first = !self.admitted.swap(true, Ordering::Relaxed);
-        if first && self.standing[self.peer.index()].fetch_add(1, Ordering::Relaxed) > 0 {
+        if first && self.standing[self.peer].fetch_add(1, Ordering::Relaxed) > 0 {
             self.events.note(Event::TakenOver { peer: self.peer });
         }
         self.events.note(Event::Admitted { peer: self.peer });
@@ -223,7 +223,7 @@ impl Gate {
         if connect.protocol_version != PROTOCOL_LEVEL {
             return Err(Denial::ProtocolLevel { peer, got: connect.protocol_version });
         }
-        if connect.client_id != peer.name() {
+        if connect.client_id != peer.to_string() {
             return Err(Denial::ClientId { expected: peer, got: shown(&connect.client_id) });
         }
         match &connect.will {
@@ -249,7 +249,7 @@ impl Gate {
 impl Drop for Gate {
     fn drop(&mut self) {
         if self.admitted().is_some() {
-            self.standing[self.peer.index()].fetch_sub(1, Ordering::Relaxed);
+            self.standing[self.peer].fetch_sub(1, Ordering::Relaxed);
         }
     }
 }
@@ -265,7 +265,7 @@ impl AuthProvider for Gate {
         let result = match self.check_connect(connect) {
             Ok(()) => {
                 self.admit();
-                AuthResult::success_with_user(self.peer.name())
+                AuthResult::success_with_user(self.peer.to_string())
             }
             Err(denial) => {
                 let reason = denial.reason();

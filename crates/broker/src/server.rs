@@ -34,7 +34,7 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Semaphore, broadcast, mpsc};
 use tokio::task::{JoinHandle, JoinSet};
 use tokio_rustls::TlsAcceptor;
-use wire::id::{NODES, PeerId};
+use wire::id::{ByPeer, PeerId};
 use wire::policy::Requirement;
 
 use crate::gate::{Denial, Event, Events, Gate, Standing};
@@ -184,7 +184,7 @@ struct Front {
     log: StreamLog,
     stop: broadcast::Sender<()>,
     connections: Arc<Semaphore>,
-    of_peer: [Arc<Semaphore>; NODES],
+    of_peer: ByPeer<Arc<Semaphore>>,
     standing: Standing,
     config: Arc<BrokerConfig>,
     storage: Arc<DynamicStorage>,
@@ -204,8 +204,8 @@ impl Front {
             log,
             stop,
             connections: Arc::new(Semaphore::new(limits.connections)),
-            of_peer: std::array::from_fn(|_| Arc::new(Semaphore::new(MAX_CONNECTIONS_OF_PEER))),
-            standing: Arc::new(std::array::from_fn(|_| AtomicU32::new(0))),
+            of_peer: ByPeer::new(|| Arc::new(Semaphore::new(MAX_CONNECTIONS_OF_PEER))),
+            standing: Arc::new(ByPeer::new(|| AtomicU32::new(0))),
             config: Arc::new(bounds(limits)),
             router: Arc::new(MessageRouter::with_storage(Arc::clone(&storage))),
             storage,
@@ -326,7 +326,7 @@ async fn serve(
         },
     };
     let peer = tls::principal(stream.get_ref().1.peer_certificates())?;
-    let Ok(_slot) = Arc::clone(&front.of_peer[peer.index()]).try_acquire_owned() else {
+    let Ok(_slot) = Arc::clone(&front.of_peer[peer]).try_acquire_owned() else {
         return Err(Denial::ConnectionsOfPeer { peer, expected: MAX_CONNECTIONS_OF_PEER });
     };
     let chain: Vec<_> = stream.get_ref().1.peer_certificates().unwrap_or_default().to_vec();

@@ -11,7 +11,7 @@ use wire::bounds::Bounds;
 use wire::command::{Ack, IntentHash};
 use wire::feed::{AcceptedReport, Feed};
 use wire::id::{CommandId, Nonce, UnitId};
-use wire::policy::{Check, DisplayRule, Policy, Requirement};
+use wire::policy::{DisplayPolicy, DisplayRule, Policy, Requirement};
 use wire::refusal::Refusal;
 use wire::sign::Keyring;
 use wire::time::{Age, AgeBound, Instant};
@@ -23,8 +23,7 @@ use crate::age::lost_after;
 #[derive(Clone, Debug)]
 pub struct Intake {
     policy: Policy,
-    /// The policy with the display's own rule on signatures in place of the boundary's.
-    display: Policy,
+    display: DisplayPolicy,
     bounds: Bounds,
     keys: Keyring,
     gate: BusGate,
@@ -36,8 +35,7 @@ pub struct Intake {
 impl Intake {
     /// An intake behind `gate`.
     pub fn new(policy: Policy, bounds: Bounds, keys: Keyring, gate: BusGate, units: &[UnitId]) -> Self {
-        let mut display = policy.clone();
-        display.boundary.insert(Check::Signature, policy.display(DisplayRule::Signature));
+        let display = policy.of_display();
         let reports = Windows::new(bounds.replay_window, bounds.sequence_jump);
         let ages = units.iter().map(|unit| (*unit, AgeBound::new(bounds.echo_limit()))).collect();
         Self { policy, display, bounds, keys, gate, reports, ages }
@@ -83,11 +81,12 @@ impl Intake {
             Requirement::Required => claimed.zip(own).map(|(claimed, own)| claimed.max(own)),
             Requirement::Waived => claimed,
         };
+        let checks = self.display.checks();
         let accepted = decoded
-            .fresh(&self.display, age, lost_after(&self.bounds), self.bounds.echo_limit())?
+            .fresh(checks, age, lost_after(&self.bounds), self.bounds.echo_limit())?
             .by_signature(&self.display, &self.keys)?
-            .from_origin(&self.display, message.via, &mut self.reports)?
-            .accept(&self.display, |signed| signed.report.product)?;
+            .from_origin(checks, message.via, &mut self.reports)?
+            .accept(checks)?;
         if let Some(ages) = ages {
             self.ages.insert(message.unit, ages);
         }

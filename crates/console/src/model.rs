@@ -14,7 +14,7 @@ use wire::refusal::Reason;
 use wire::report::{Report, ReportedTrack};
 use wire::sensor::{Pose, ProductMode};
 use wire::time::{Age, Instant, PeerStamp, Span};
-use wire::trust::{Accepted, SignedReport};
+use wire::trust::{Accepted, Bearer, SignedReport};
 
 use crate::age::{Aged, Limits};
 use crate::alarms::Alarms;
@@ -50,6 +50,7 @@ struct Heard {
     report: RecordId,
     stamp: PeerStamp,
     via: PeerId,
+    bearer: Bearer,
     waived: Waived,
     since: Instant,
     state: Aged<State>,
@@ -189,6 +190,7 @@ impl Model {
             report: report.id(),
             stamp: report.stamp,
             via,
+            bearer: accepted.message().bearer(via),
             waived: waived.union(evidence.waived),
             since,
             state: Aged::new(state_of(report), arrived, age),
@@ -356,7 +358,7 @@ impl Model {
             report: heard.report,
             via: heard.via,
             waived: heard.waived,
-            origin: origin(unit, heard),
+            origin: origin(heard),
             since: heard.since,
             state: heard.state.at(now, &self.limits),
             pose: heard.pose.at(now, &self.limits),
@@ -387,15 +389,16 @@ fn lost_by(report: &Report, before: Option<Heard>, now: Instant) -> Lost {
     lost
 }
 
-fn origin(unit: UnitId, heard: &Heard) -> Origin {
+fn origin(heard: &Heard) -> Origin {
     if !heard.waived.is_empty() {
-        Origin::Unverified
-    } else if heard.product != ProductMode::Live {
-        Origin::NotLive(heard.product)
-    } else if heard.via != unit.peer() {
-        Origin::Relayed(heard.via)
-    } else {
-        Origin::Direct
+        return Origin::Unverified;
+    }
+    if heard.product != ProductMode::Live {
+        return Origin::NotLive(heard.product);
+    }
+    match heard.bearer {
+        Bearer::Origin => Origin::Direct,
+        Bearer::Other(via) => Origin::Relayed(via),
     }
 }
 

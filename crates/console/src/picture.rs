@@ -31,18 +31,18 @@ pub(crate) fn line(shown: &Shown) -> String {
         "units": shown.units.iter().map(|of| unit(shown, of)).collect::<Value>(),
         "silent": shown.silent.iter().map(|unit| unit.name()).collect::<Value>(),
         "links": shown.links.iter().map(|link| json!({
-            "peer": link.peer.name(),
+            "peer": link.peer,
             "open": labelled(&link.open, json!(link.open.get().0)),
             "heard_ms": link.heard.map(ms),
         })).collect::<Value>(),
         "refusals": shown.refusals.iter().map(|of| json!({
             "reason": of.reason.name(),
-            "peer": of.peer.map(|peer| peer.name()),
+            "peer": of.peer,
             "by": if of.here { "console" } else { "gateway" },
             "times": of.n,
             "last_ms": ago(of.last),
         })).collect::<Value>(),
-        "sessions_lost": shown.losses.iter().map(|(peer, times)| json!({ "peer": peer.name(), "times": times }))
+        "sessions_lost": shown.losses.iter().map(|(peer, times)| json!({ "peer": peer, "times": times }))
             .collect::<Value>(),
         "commands": shown.commands.iter().map(|of| json!({
             "id": of.id.to_string(),
@@ -82,7 +82,7 @@ fn unit(shown: &Shown, of: &ShownUnit) -> Value {
     let ((state, _), (pose, _)) = (of.state.get(), of.pose.get());
     json!({
         "unit": of.unit.name(),
-        "via": of.via.name(),
+        "via": of.via,
         "origin": of.origin.words(),
         "checks_waived": !of.waived.is_empty(),
         "since_ms": ms(shown.at.since(of.since)),

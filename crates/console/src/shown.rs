@@ -249,7 +249,7 @@ impl Shown {
 /// the unit finds the nonce too old.
 pub fn nonce_for(kind: CommandKind, shown: Option<&ShownUnit>) -> Option<Nonce> {
     if kind.towards_safe() {
-        return Some(shown.map(|unit| unit.state.get().0.nonce).unwrap_or_default());
+        return Some(shown.map_or(Nonce::NONE, |unit| unit.state.get().0.nonce));
     }
     shown?.state.fresh().map(|state| state.nonce)
 }

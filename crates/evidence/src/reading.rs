@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use wire::audit::{ChainError, Chains, Entry, Head};
 use wire::event::Event;
 use wire::id::{Boot, NodeId};
-use wire::sign::Verified;
+use wire::sign::SharedVerifier;
 
 use crate::custody::{Custodian, Custody, Held, HeldHead, Life};
 use crate::log::Logged;
@@ -30,10 +30,14 @@ pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
     last.into_values().filter_map(|l| Head::of(&l.bytes)).map(HeldHead::from).collect()
 }
 
-/// Decodes a twin's log and follows its chains; it is set against what is `held` elsewhere, and `verified` are the signatures that its cores know to be good. Gives the entries in (time, node, counter) order, the first
+/// Decodes a twin's log and follows its chains; it is set against what is `held` elsewhere, and `verifier` is that of its cores. Gives the entries in (time, node, counter) order, the first
 /// problem found, and what became of the recording.
-pub fn read_against(log: &[Logged], held: &Held, verified: Verified) -> (Vec<Witnessed>, Option<String>, Custody) {
-    let mut custodian = Custodian::new(held).sharing(verified);
+pub fn read_against(
+    log: &[Logged],
+    held: &Held,
+    verifier: SharedVerifier,
+) -> (Vec<Witnessed>, Option<String>, Custody) {
+    let mut custodian = Custodian::new(held).asking(verifier);
     let (entries, problem) = follow_all(log, |l| custodian.take(l.at, l.node, &l.bytes));
     (entries, problem, custodian.close())
 }

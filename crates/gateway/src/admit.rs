@@ -27,13 +27,13 @@
 //! truth; that is left to consistency at the receiving unit.
 
 use wire::bounds::Bounds;
-use wire::hop::{Hop, HopBody};
+use wire::hop::HopBody;
 use wire::id::{RecordId, Sequence};
 use wire::policy::{Policy, Waived};
 use wire::refusal::Refusal;
 use wire::sign::Keyring;
-use wire::time::{Age, Instant};
-use wire::trust::{Accepted, Decoded, Evidence, SessionGate, SignedReport, Windows};
+use wire::time::Instant;
+use wire::trust::{Accepted, Evidence, SessionGate, SessionRecord, SignedReport, Windows};
 
 use crate::session::Session;
 
@@ -101,13 +101,14 @@ impl Boundary {
 
     /// Judges one record that `session` delivered at `now`.
     pub fn admit<'b>(&mut self, session: &mut Session, now: Instant, bytes: &'b [u8]) -> Result<Admitted<'b>, Refusal> {
-        let (hop, evidence) = self.session_record(session, now, bytes)?.into_parts();
-        let content = match hop.body {
-            HopBody::Hello(_) => Content::Exchange(without_report(session, &hop)),
+        let (record, evidence) = self.session_record(session, now, bytes)?.into_parts();
+        let content = match record.hop.body {
+            // Reports count from 1, so 0 is never one of theirs.
+            HopBody::Hello(_) => Content::Exchange(RecordId { sequence: Sequence(0), ..record.id() }),
             HopBody::Report(report) => Content::Report(self.report(session, evidence, report)?),
             // Supervision, teammates' reports, the display's challenges and revocations are the gateway's to give, not a unit's.
             HopBody::Grant(_) | HopBody::Teammate(_) | HopBody::Watch(_) | HopBody::Revoked(_) => {
-                return Err(Refusal::Role { got: session.unit().node() });
+                return Err(Refusal::Peer { got: session.peer() });
             }
         };
         Ok(Admitted { hop: evidence, content })
@@ -119,7 +120,7 @@ impl Boundary {
         session: &mut Session,
         now: Instant,
         bytes: &'b [u8],
-    ) -> Result<Accepted<Hop<'b>>, Refusal> {
+    ) -> Result<Accepted<SessionRecord<'b>>, Refusal> {
         let mut gate = SessionGate {
             policy: &self.policy,
             peer: session.peer(),
@@ -133,9 +134,9 @@ impl Boundary {
         if let Some(exchange) = exchange {
             session.exchange(now, exchange);
         }
-        let hop = verdict?;
+        let record = verdict?;
         session.establish();
-        Ok(hop)
+        Ok(record)
     }
 
     /// The report in an accepted session record: length, schema, freshness, origin, signature, sequence, provenance.
@@ -147,27 +148,11 @@ impl Boundary {
     ) -> Result<Accepted<SignedReport<'b>>, Refusal> {
         let (policy, peer) = (&self.policy, session.peer());
         let decoded = SignedReport::decode(hop.received, bytes)?;
-        let age = age_of(&decoded, session, hop)?;
+        let age = decoded.age(peer, &session.ages, hop)?;
         decoded
             .fresh(policy, age, self.bounds.freshness(), self.bounds.echo_limit())?
             .by_origin(policy, peer, &self.keys)?
             .from_origin(policy, peer, &mut self.reports)?
-            .accept(policy, |signed| signed.report.product)
+            .accept(policy)
     }
-}
-
-/// How old the report can be: by its own stamp if it claims to be the peer's, whose clock our challenge has bound;
-/// else as old as the record that carried it, which leaves out how long the peer had held it.
-fn age_of(decoded: &Decoded<SignedReport<'_>>, session: &Session, hop: Evidence) -> Result<Option<Age>, Refusal> {
-    let (origin, stamp) = decoded.claim();
-    if origin.unit().is_none() {
-        return Err(Refusal::Role { got: origin });
-    }
-    let own = origin == session.unit().node();
-    Ok(if own { session.ages.age(stamp, hop.received) } else { hop.age })
-}
-
-/// The identity of a record without a report. Reports count from 1, so 0 is never one of theirs.
-fn without_report(session: &Session, hop: &Hop<'_>) -> RecordId {
-    RecordId { node: session.unit().node(), boot: hop.boot, sequence: Sequence(0) }
 }

@@ -9,7 +9,7 @@ use wire::bounds::Bounds;
 use wire::codec;
 use wire::core::Output;
 use wire::hop::{HOP_VERSION, Hop, HopBody};
-use wire::id::{Boot, NodeId, Nonce, PeerId, Sequence, SessionId, UnitId};
+use wire::id::{Boot, Nonce, PeerId, Sequence, SessionId, UnitId};
 use wire::refusal::Refusal;
 use wire::time::{AgeBound, Echo, Instant, Span};
 use wire::trust::{Exchange, Window};
@@ -156,11 +156,11 @@ impl Session {
         self.sent = Some(now);
         let hop = Hop {
             version: HOP_VERSION,
-            session: self.theirs.unwrap_or_default(),
+            session: self.theirs.unwrap_or(Nonce::NONE),
             boot,
             sequence: self.sequence,
             stamp: now.stamp(),
-            challenge: self.ages.current().unwrap_or_default(),
+            challenge: self.ages.current().unwrap_or(Nonce::NONE),
             echo: self.echo,
             body,
         };
@@ -224,11 +224,12 @@ impl Sessions {
     fn why_not(&self, id: SessionId) -> (Option<PeerId>, Refusal) {
         let barred = self.barred.iter().find(|(barred, _)| *barred == id);
         let peer = barred.map(|(_, peer)| *peer);
-        let newer = self.standing.iter().find(|session| Some(session.peer) == peer);
-        let expected = newer.map(|session| session.nonce).unwrap_or_default();
-        let stranger = peer.filter(|_| newer.is_none()).and_then(|peer| NodeId::from_name(peer.name()));
-        let no_session = Refusal::Session { expected, got: Nonce::default() };
-        (peer, stranger.map_or(no_session, |got| Refusal::Role { got }))
+        let superseded = self.standing.iter().any(|session| Some(session.peer) == peer);
+        let refusal = match peer.filter(|_| !superseded) {
+            Some(got) => Refusal::Peer { got },
+            None => Refusal::NoSession,
+        };
+        (peer, refusal)
     }
 }
 

@@ -160,8 +160,10 @@ impl Staging {
             .and_then(|standing| self.admissible(station, &claim).map(|()| standing))
             .and_then(|admissible| admissible.by_operator(policy, keys, &signed))
             .map_err(rejected)?;
-        let accepted =
-            attributed.unrepeated(policy, &mut self.counters, &command.intent).map_err(rejected)?.accept_message();
+        let accepted = attributed
+            .unrepeated(policy, &mut self.counters, &command.intent)
+            .and_then(|ordered| ordered.accept(policy))
+            .map_err(rejected)?;
         Ok(self.advance(now, station, accepted, bytes))
     }
 
@@ -255,8 +257,7 @@ impl Staging {
     fn admissible(&self, station: NodeId, intent: &Intent) -> Result<(), Refusal> {
         let one_step = intent.kind.towards_safe();
         if !self.rules.units.contains(&intent.unit) {
-            let expected = self.rules.units.first().copied().unwrap_or(intent.unit);
-            return Err(Refusal::Unit { expected, got: intent.unit });
+            return Err(Refusal::NoUnit { got: intent.unit });
         }
         if !one_step && intent.reason.as_str().trim().is_empty() {
             return Err(Refusal::NoReason);

@@ -8,11 +8,11 @@ use wire::core::Output;
 use wire::event::{Account, Event, Interface};
 use wire::feed::{AcceptedReport, Feed};
 use wire::hop::HopBody;
-use wire::id::{NodeId, Nonce, PeerId, SessionId, UnitId};
+use wire::id::{NodeId, Nonce, PeerId, SessionId};
 use wire::policy::{Check, Policy, Requirement, Waived};
 use wire::refusal::Refusal;
 use wire::time::{Instant, Span};
-use wire::trust::{Accepted, Roll, SignedReport};
+use wire::trust::{Accepted, Bearer, Roll, SignedReport, unit_of};
 
 use crate::Gateway;
 use crate::admit::{Admitted, Content};
@@ -24,7 +24,7 @@ const IDLE_HELLO: Span = Span::ms(250);
 
 impl Gateway {
     pub(crate) fn opened(&mut self, now: Instant, id: SessionId, peer: PeerId) {
-        let unit = UnitId::from_name(peer.name()).filter(|unit| self.config.units.contains(unit));
+        let unit = unit_of(peer).filter(|unit| self.config.units.contains(unit));
         let Some(unit) = unit else {
             self.sessions.bar(id, peer);
             return self.out.push_back(Output::Close { session: id });
@@ -102,7 +102,7 @@ impl Gateway {
         let Some(unit) = signed.report.origin.unit() else { return };
         let Ok(session) = self.sessions.get_mut(id) else { return };
         if let Some(age) = age
-            && session.unit() == unit
+            && signed.bearer(session.peer()) == Bearer::Origin
         {
             session.heard(evidence.received, age);
         }

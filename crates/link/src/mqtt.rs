@@ -160,7 +160,7 @@ fn options(
 ) -> MqttOptions {
     crate::crypto::init();
     // The name is checked against the broker's certificate; the connector below never resolves it.
-    let mut options = MqttOptions::new(own.name(), (dns_name(broker), at.port()));
+    let mut options = MqttOptions::new(own.to_string(), (dns_name(broker), at.port()));
     options.set_transport(Transport::tls_with_config(TlsConfiguration::Rustls(Arc::new(tls))));
     options.set_session_mode(SessionMode::Clean);
     options.set_keep_alive(KEEP_ALIVE_S);

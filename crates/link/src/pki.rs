@@ -237,7 +237,7 @@ fn leaf(holders: &[PeerId], role: Role) -> Result<CertificateParams, PkiError> {
     for holder in holders {
         params.subject_alt_names.push(SanType::URI(holder.uri().try_into()?));
     }
-    params.distinguished_name = common_name(holders.first().map_or("nobody", |h| h.name()));
+    params.distinguished_name = common_name(&holders.first().map_or_else(|| "nobody".to_owned(), PeerId::to_string));
     params.key_usages = vec![KeyUsagePurpose::DigitalSignature];
     params.extended_key_usages = match role {
         Role::Dials => vec![ExtendedKeyUsagePurpose::ClientAuth],
@@ -256,7 +256,7 @@ fn serial(cert_der: &[u8]) -> Result<Vec<u8>, PkiError> {
 
 /// The host name in the certificate of `holder`, checked by whoever dials it. Reserved, so it resolves nowhere.
 pub fn dns_name(holder: PeerId) -> String {
-    format!("{}.holdsafe.invalid", holder.name())
+    format!("{holder}.holdsafe.invalid")
 }
 
 /// Who a verified leaf certificate names: exactly one URI, out of the closed set.

@@ -260,7 +260,7 @@ impl Specs<'_> {
         } else {
             self.address(self.cast.broker(), "mqtt")?
         };
-        let subscribe = match UnitId::from_name(own.name()).filter(|unit| unit.node().unit().is_some()) {
+        let subscribe = match wire::trust::unit_of(own) {
             Some(unit) => vec![Subject::Command(unit)],
             None if own != PeerId::GATEWAY => Vec::new(),
             None => [UnitId::A, UnitId::B, UnitId::C].map(Subject::Ack).to_vec(),

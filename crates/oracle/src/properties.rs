@@ -171,15 +171,18 @@ fn commands(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
 /// P9: HOLD_SAFE ends by an operator's Resume only; PREPARE_TO_ACT begins by a new Arm only. That the unit executed one is
 /// half of it; the other is that an operator gave one of that kind.
 fn recovery(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
-    let by = |kind: &str, from: Micros, to: Micros| {
+    let by = |wanted: fn(&CommandKind) -> bool, from: Micros, to: Micros| {
         let mut near = line.executed.iter().filter(|(at, ..)| *at + SLACK >= from && *at <= to + SLACK);
-        near.any(|(at, id, k)| k.name() == kind && line.gave(*id, *k, *at))
+        near.any(|(at, id, kind)| wanted(kind) && line.gave(*id, *kind, *at))
     };
+    let resume = |kind: &CommandKind| matches!(kind, CommandKind::Resume);
+    let enable = |kind: &CommandKind| matches!(kind, CommandKind::Enable);
+    let arm = |kind: &CommandKind| matches!(kind, CommandKind::Arm(_));
     let mut found = Vec::new();
     for change in &line.changes {
         let near = change.at.saturating_sub(SLACK);
         let left_hold = change.from == Mode::HoldSafe && change.to != Mode::HoldSafe && change.cause != Cause::Start;
-        if left_hold && !(change.cause == Cause::Operator && by("resume", near, change.at)) {
+        if left_hold && !(change.cause == Cause::Operator && by(resume, near, change.at)) {
             found.push(finding(Property::P9, change.at, "HOLD_SAFE left without an operator's resume"));
         }
         let least = (evidence.bounds.hysteresis_ms * 1000).saturating_sub(SLACK);
@@ -191,10 +194,10 @@ fn recovery(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
         }
         // A stop is safe from any mode.
         let left_idle = change.from == Mode::Idle && !matches!(change.to, Mode::Idle | Mode::HoldSafe);
-        if left_idle && !(change.cause == Cause::Operator && by("enable", near, change.at)) {
+        if left_idle && !(change.cause == Cause::Operator && by(enable, near, change.at)) {
             found.push(finding(Property::P9, change.at, "IDLE left without an operator's enable"));
         }
-        if change.to == Mode::PrepareToAct && !(change.cause == Cause::Operator && by("arm", near, change.at)) {
+        if change.to == Mode::PrepareToAct && !(change.cause == Cause::Operator && by(arm, near, change.at)) {
             found.push(finding(Property::P9, change.at, "PREPARE_TO_ACT entered without an operator's arm"));
         }
     }

@@ -21,7 +21,7 @@ const SHOWN_WITHIN: Micros = 1_000_000;
 
 /// The thief's first entry within `window` that the broker confirms, and that the owner of the session lost it.
 pub(super) fn receipt(evidence: &Evidence, peer: PeerId, window: Window) -> Option<Micros> {
-    let owner = NodeId::from_name(peer.name())?;
+    let owner = NodeId::from_name(&peer.to_string())?;
     let joins = evidence.entries.iter().filter(|w| match w.entry.event {
         Event::Joins { certificate } => w.entry.node == NodeId::IMPOSTOR && certificate == peer && window.has(w.at),
         _ => false,

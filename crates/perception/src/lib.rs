@@ -228,8 +228,7 @@ impl Perception {
                 (stages.candidates(frames, self.config.limits.score), prints)
             }
             None => {
-                let mode = |candidates: &Candidates| candidates.mode;
-                let candidates = self.observations.admit_product(policy, now, bytes, mode)?.into_parts().0;
+                let candidates = self.observations.admit::<Candidates>(policy, now, bytes)?.into_parts().0;
                 let prints = content::of_candidates(&candidates);
                 (candidates, prints)
             }

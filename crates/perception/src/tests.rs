@@ -67,7 +67,7 @@ impl Rig {
                 key(Topic::Tracks, NodeId::PERCEPTION),
             ],
             ablation: None,
-            verified: None,
+            verifier: None,
         };
         let sim = setup(NodeId::SIM);
         let now = Instant(5_000_000);

@@ -204,7 +204,7 @@ fn shaken(parties: [&tls::Party; 2], listens: bool, attacked: bool, tap: tls::Ta
     }
     match &shaken.ends[target] {
         Ok(peer) if attacked => {
-            let peer = peer.map_or("nobody", PeerId::name);
+            let peer = peer.map_or_else(|| "nobody".to_owned(), |peer| peer.to_string());
             showing.breaches.push(format!("somebody passed for {peer}"));
         }
         Ok(_) => showing.delivered += 1,

@@ -40,7 +40,7 @@ impl Company<'_> {
             public_keys: self.public_keys.clone(),
             channels: self.secret.channels(host, node, topics),
             ablation,
-            verified: None,
+            verifier: None,
         }
     }
 

@@ -109,6 +109,6 @@ fn setup(key: impl Fn(Topic) -> ChannelKey) -> Setup {
             channel(Topic::Tracks, NodeId::PERCEPTION),
         ],
         ablation: None,
-        verified: None,
+        verifier: None,
     }
 }

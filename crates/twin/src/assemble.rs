@@ -6,7 +6,7 @@ use topology::{Cast, Member, Ordeal, OrdealKind};
 use wire::id::{NodeId, SessionId, WorldId};
 use wire::policy::Requirement;
 use wire::setup::{Secret, Setup};
-use wire::sign::{Key, Verified};
+use wire::sign::Key;
 
 use super::clock::HostClock;
 use super::delay::Delays;
@@ -16,6 +16,7 @@ use super::part::Part;
 use super::part::make::{AssemblyError, core};
 use super::part::trunk::Trunk;
 use super::queue::NodeIndex;
+use super::verified::Verified;
 use super::{Assembly, Node};
 
 /// Makes every core of `cast`, but for those that go along with `trunk`. `seed` drives the delays.
@@ -70,11 +71,11 @@ pub fn assemble(
 }
 
 fn witness(secret: &Secret, verified: &Verified) -> Key {
-    Key::from_bytes(&secret.0).sharing(verified.clone())
+    Key::from_bytes(&secret.0).told_to(verified.shared())
 }
 
 fn fresh(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<Part, AssemblyError> {
-    let setup = Setup { verified: Some(verified.clone()), ..member.setup.clone() };
+    let setup = Setup { verifier: Some(verified.shared()), ..member.setup.clone() };
     core(&member.role, setup, clocks[member.host as usize].read(0))
 }
 

@@ -13,7 +13,6 @@ use sim::scene::Scene;
 use sim::world::{STEP, World};
 use topology::{Cast, Role};
 use wire::id::{NodeId, WorldId};
-use wire::sign::Asked;
 use wire::time::Instant;
 
 use super::Twin;
@@ -23,6 +22,7 @@ use super::part::trunk::Trunk;
 use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
 use super::trial::{Run, conclude, start, start_along, trunk};
+use super::verified::Asked;
 
 /// A trial that was watched.
 pub struct Watched {

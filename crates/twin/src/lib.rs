@@ -25,6 +25,7 @@ pub mod stopwatch;
 pub mod stream;
 mod tamper;
 pub mod trial;
+pub mod verified;
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -37,7 +38,7 @@ use wire::core::{Core, Input, Output, Side, Subject, Topic};
 use wire::event::GuardVerdict;
 use wire::id::{NodeId, PeerId, SessionId, WorldId};
 use wire::policy::Requirement;
-use wire::sign::{Asked, Key, Verified};
+use wire::sign::Key;
 use wire::time::Instant;
 
 use clock::HostClock;
@@ -51,6 +52,7 @@ use part::Part;
 use process::Processes;
 use queue::{Micros, NodeIndex, Queue};
 use stopwatch::{Stage, Stopwatch};
+use verified::{Asked, Verified};
 
 pub use guard::STRANGER;
 
@@ -199,8 +201,7 @@ impl Twin {
         let mut broker = broker::Broker::under(assembly.rights);
         for peer in assembly.nodes.iter().filter_map(|n| n.commands.as_ref().map(|client| client.peer)) {
             // A refusal here is the broker's answer; such a peer then hears nothing.
-            let filter =
-                if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{}", peer.name()) };
+            let filter = if peer == PeerId::GATEWAY { "hs/ack/+".to_owned() } else { format!("hs/cmd/{peer}") };
             let _ = broker.subscribe(peer, &filter);
         }
         let key = |node: NodeId| assembly.witnesses.get(&node).map(Key::fork);

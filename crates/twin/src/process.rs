@@ -247,7 +247,7 @@ impl Twin {
         let (Some(member), Some(node)) = (member, self.index(id)) else { return };
         let member = member.again(self.now);
         let boot = Boot(member.setup.boot.0 + 1);
-        let setup = Setup { boot, verified: Some(self.verified.clone()), ..member.setup };
+        let setup = Setup { boot, verifier: Some(self.verified.shared()), ..member.setup };
         // The same setup made the first one.
         let Ok(part) = core(&member.role, setup, self.local(node)) else { return };
         let n = &mut self.nodes[usize::from(node)];

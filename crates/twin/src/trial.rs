@@ -8,6 +8,7 @@ use super::part::make::AssemblyError;
 use super::part::trunk::Trunk;
 use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
+use super::verified::Asked;
 use crate::tamper::tamper;
 use evidence::custody::Held;
 use evidence::log::Logged;
@@ -16,7 +17,7 @@ use evidence::{Evidence, Verdict};
 use oracle::judge;
 use scenario::{Scenario, Setup};
 use topology::{Cast, RunSecret, cast};
-use wire::sign::{Asked, Verified};
+use wire::sign::SharedVerifier;
 
 /// How long what is under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the
 /// shipped scenarios; what is still held by a relay then is in its own account.
@@ -75,7 +76,7 @@ pub fn start_along(
 pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     twin.run_until(cast.duration);
     twin.finish(GRACE);
-    let (signatures, verified) = (twin.signatures(), twin.verified().clone());
+    let (signatures, verifier) = (twin.signatures(), twin.verified().shared());
     let cut_short = twin.cut_short();
     let (mut log, mut stopwatch) = twin.into_log();
     if let Some(stopwatch) = &mut stopwatch {
@@ -85,7 +86,7 @@ pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     if let Some(hands) = cast.hands() {
         tamper(&hands, &mut log);
     }
-    let mut evidence = evidence(&cast, setup, &log, &held, verified);
+    let mut evidence = evidence(&cast, setup, &log, &held, verifier);
     if cut_short {
         // As live: read from what the mouths of the others saw, and no recording to hold against anything.
         evidence.custody.clear();
@@ -94,8 +95,8 @@ pub fn conclude(cast: Cast, mut twin: Twin, setup: &Setup) -> Run {
     Run { cast, log, held, evidence, verdict, signatures, stopwatch }
 }
 
-fn evidence(cast: &Cast, setup: &Setup, log: &[Logged], held: &Held, verified: Verified) -> Evidence {
-    let (entries, broken_log, custody) = read_against(log, held, verified);
+fn evidence(cast: &Cast, setup: &Setup, log: &[Logged], held: &Held, verifier: SharedVerifier) -> Evidence {
+    let (entries, broken_log, custody) = read_against(log, held, verifier);
     Evidence {
         entries,
         broken_log,

@@ -168,9 +168,7 @@ mod tests {
     fn a_product_that_is_not_live_leaves_nothing_behind_in_the_window() {
         let key = ChannelKey([1; 32]);
         let mut gate = BusGate::new(Topic::Tracks, NodeId::PERCEPTION, key.clone(), Span::ms(300));
-        let mut admit = |bytes: &[u8]| {
-            gate.admit_product(&Policy::default(), NOW, bytes, |tracks: &Tracks| tracks.mode).map(|_| ())
-        };
+        let mut admit = |bytes: &[u8]| gate.admit::<Tracks>(&Policy::default(), NOW, bytes).map(|_| ());
         let mut genuine = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(1), key.clone());
         let mut other = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(2), key);
         assert_eq!(admit(&genuine.seal(NOW, &tracks(ProductMode::Live))), Ok(()));

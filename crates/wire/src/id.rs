@@ -1,6 +1,7 @@
 //! Identities. Two of them are deliberately different types: [`PeerId`] is who the session authenticated, [`NodeId`]
 //! is who a record says it is. The project's central finding lives in the gap between them, so there is no `From`
-//! between the two; comparing them is the business of `trust::attribution` alone.
+//! between the two; comparing them is the business of `trust::attribution` alone. So a peer gives away neither name nor
+//! number, by which a node could be found: it can be printed, and told from other peers.
 
 use core::fmt;
 
@@ -60,15 +61,6 @@ macro_rules! name_id {
                 NAMES.iter().position(|n| *n == name).map(|i| Self(i as u8))
             }
 
-            /// The name, as in certificates and logs.
-            pub fn name(self) -> &'static str {
-                NAMES[self.0 as usize]
-            }
-
-            /// Position in the closed set, for tables indexed by identity.
-            pub fn index(self) -> usize {
-                self.0 as usize
-            }
         }
 
         impl<'b, C> Decode<'b, C> for $name {
@@ -84,19 +76,19 @@ macro_rules! name_id {
 
         impl fmt::Display for $name {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str(self.name())
+                f.write_str(NAMES[self.0 as usize])
             }
         }
 
         impl fmt::Debug for $name {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                write!(f, "{}({})", stringify!($name), self.name())
+                write!(f, "{}({self})", stringify!($name))
             }
         }
 
         impl serde::Serialize for $name {
             fn serialize<S: serde::Serializer>(&self, s: S) -> Result<S::Ok, S::Error> {
-                s.serialize_str(self.name())
+                s.serialize_str(NAMES[self.0 as usize])
             }
         }
 
@@ -196,6 +188,21 @@ impl NodeId {
         matches!(self.0, 12 | 22 | 24..=28 | 30)
     }
 
+    /// The name, as in scenario files and logs.
+    pub fn name(self) -> &'static str {
+        NAMES[self.0 as usize]
+    }
+
+    /// Position in the closed set, for tables indexed by identity.
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+
+    /// The node at a position in the closed set: of a peer's, by `trust::attribution` alone.
+    pub(crate) fn numbered(number: u8) -> NodeId {
+        NodeId(number)
+    }
+
     /// The unit this node speaks for, when it is one.
     pub fn unit(self) -> Option<UnitId> {
         (self.0 < 4).then_some(UnitId(self.0))
@@ -216,7 +223,12 @@ impl PeerId {
 
     /// The subject alternative name in this peer's certificate.
     pub fn uri(self) -> String {
-        format!("urn:holdsafe:{}", self.name())
+        format!("urn:holdsafe:{self}")
+    }
+
+    /// Position in the closed set, for `trust::attribution` alone.
+    pub(crate) fn number(self) -> u8 {
+        self.0
     }
 
     /// Reads the subject alternative name of a certificate.
@@ -233,6 +245,11 @@ impl UnitId {
     /// The third unit.
     pub const C: UnitId = UnitId(2);
 
+    /// The name, as in scenario files and logs.
+    pub fn name(self) -> &'static str {
+        NAMES[self.0 as usize]
+    }
+
     /// The node that speaks for this unit.
     pub fn node(self) -> NodeId {
         NodeId(self.0)
@@ -241,6 +258,25 @@ impl UnitId {
     /// The certificate of that node.
     pub fn peer(self) -> PeerId {
         PeerId(self.0)
+    }
+}
+
+/// One `T` for each peer.
+#[derive(Debug)]
+pub struct ByPeer<T>([T; NODES]);
+
+impl<T> ByPeer<T> {
+    /// Each made anew.
+    pub fn new(mut make: impl FnMut() -> T) -> Self {
+        Self(core::array::from_fn(|_| make()))
+    }
+}
+
+impl<T> core::ops::Index<PeerId> for ByPeer<T> {
+    type Output = T;
+
+    fn index(&self, peer: PeerId) -> &T {
+        &self.0[usize::from(peer.0)]
     }
 }
 
@@ -280,10 +316,15 @@ impl Sequence {
     }
 }
 
-/// An unguessable number that a receiver issues and a sender repeats.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
+/// An unguessable number that a receiver issues and a sender repeats. It has no default, so that none is made up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode)]
 #[cbor(transparent)]
 pub struct Nonce(#[n(0)] pub u64);
+
+impl Nonce {
+    /// Stands on the wire where none is known yet.
+    pub const NONE: Nonce = Nonce(0);
+}
 
 /// A record, wherever it travels: (node, boot, sequence).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]

@@ -194,7 +194,26 @@ pub struct Policy {
     pub record_guard: Requirement,
 }
 
+/// What a display judges reports by: the display's own rule on signatures stands in place of the boundary's. A report is
+/// attributed by its signature alone under no other policy.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DisplayPolicy(Policy);
+
+impl DisplayPolicy {
+    /// The checks.
+    pub fn checks(&self) -> &Policy {
+        &self.0
+    }
+}
+
 impl Policy {
+    /// What a display under this policy judges reports by.
+    pub fn of_display(&self) -> DisplayPolicy {
+        let mut display = self.clone();
+        display.boundary.insert(Check::Signature, self.display(DisplayRule::Signature));
+        DisplayPolicy(display)
+    }
+
     /// Whether `check` stands.
     pub fn check(&self, check: Check) -> Requirement {
         self.boundary.get(&check).copied().unwrap_or_default()

@@ -25,6 +25,9 @@ pub enum Refusal {
         /// Offset.
         at: usize,
     },
+    /// On a channel that is none of this service's.
+    #[error("schema: a channel of this service's expected, got another")]
+    Channel,
     /// Not the canonical encoding.
     #[error("canonical: other than the canonical encoding at byte {at}")]
     Canonical {
@@ -81,6 +84,9 @@ pub enum Refusal {
         /// Theirs.
         got: Nonce,
     },
+    /// Of no session that stands.
+    #[error("session: one that stands expected, got none")]
+    NoSession,
     /// From before the sender's newest boot.
     #[error("epoch: boot {expected:?} or later expected, got {got:?}")]
     Epoch {
@@ -127,11 +133,23 @@ pub enum Refusal {
         /// Addressee.
         got: UnitId,
     },
+    /// Not addressed to a unit of this gateway's.
+    #[error("unit: one of this gateway's expected, got {got}")]
+    NoUnit {
+        /// Addressee.
+        got: UnitId,
+    },
     /// The peer or signer may not do this.
     #[error("role: one that may do this expected, got {got}")]
     Role {
         /// Signer.
         got: NodeId,
+    },
+    /// The peer may not have a session, or not say this in one.
+    #[error("role: one that may do this expected, got {got}")]
+    Peer {
+        /// Who the session authenticated.
+        got: PeerId,
     },
     /// The intent repeats no nonce that is still answerable: it is too old, or was never for us.
     #[error("late: a nonce issued within {limit} expected, got {got:?}")]
@@ -383,7 +401,7 @@ impl Refusal {
     pub fn reason(&self) -> Reason {
         match self {
             Refusal::Length { .. } => Reason::Length,
-            Refusal::Schema { .. } => Reason::Schema,
+            Refusal::Schema { .. } | Refusal::Channel => Reason::Schema,
             Refusal::Canonical { .. } => Reason::Canonical,
             Refusal::Version { .. } => Reason::Version,
             Refusal::Stale { .. } => Reason::Stale,
@@ -391,14 +409,14 @@ impl Refusal {
             Refusal::Origin { .. } => Reason::Origin,
             Refusal::Signature { .. } => Reason::Signature,
             Refusal::Signer { .. } => Reason::Signer,
-            Refusal::Session { .. } => Reason::Session,
+            Refusal::Session { .. } | Refusal::NoSession => Reason::Session,
             Refusal::Epoch { .. } => Reason::Epoch,
             Refusal::Replayed { .. } => Reason::Replayed,
             Refusal::Jump { .. } => Reason::Jump,
             Refusal::Tag { .. } => Reason::Tag,
             Refusal::Product { .. } => Reason::Product,
-            Refusal::Unit { .. } => Reason::Unit,
-            Refusal::Role { .. } => Reason::Role,
+            Refusal::Unit { .. } | Refusal::NoUnit { .. } => Reason::Unit,
+            Refusal::Role { .. } | Refusal::Peer { .. } => Reason::Role,
             Refusal::Late { .. } => Reason::Late,
             Refusal::Duplicate { .. } | Refusal::Repeated { .. } => Reason::Duplicate,
             Refusal::Confirmation { .. } => Reason::Confirmation,

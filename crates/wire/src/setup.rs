@@ -8,7 +8,7 @@ use crate::bus::{ChannelKey, Sender};
 use crate::core::Topic;
 use crate::id::{Boot, NodeId, WorldId};
 use crate::policy::Policy;
-use crate::sign::{Key, Keyring, Verified};
+use crate::sign::{Key, Keyring, SharedVerifier};
 use crate::time::Span;
 use crate::trust::BusGate;
 
@@ -46,10 +46,10 @@ pub struct Setup {
     pub channels: Vec<Channel>,
     /// The scenario loader's consent to a policy that waives something.
     pub ablation: Option<Ablation>,
-    /// Signatures that another core of the same process made or found good. Only the twin shares one, and it cannot be sent:
-    /// a live service verifies everything itself.
+    /// What verifies signatures for all cores of one process. Only the twin has one, and it cannot be sent: a live service
+    /// verifies everything itself.
     #[serde(skip)]
-    pub verified: Option<Verified>,
+    pub verifier: Option<SharedVerifier>,
 }
 
 /// 32 secret bytes; never printed.
@@ -83,15 +83,15 @@ impl Setup {
     /// The signing key of somebody for whom the core signs.
     pub fn key_of(&self, secret: &Secret) -> Key {
         let key = Key::from_bytes(&secret.0);
-        match &self.verified {
-            Some(verified) => key.sharing(verified.clone()),
+        match &self.verifier {
+            Some(verifier) => key.told_to(verifier.clone()),
             None => key,
         }
     }
 
     /// Everybody's public keys.
     pub fn keyring(&self) -> Keyring {
-        let mut ring = self.verified.clone().map_or_else(Keyring::default, Keyring::sharing);
+        let mut ring = self.verifier.clone().map_or_else(Keyring::default, Keyring::asking);
         for (node, public) in &self.public_keys {
             ring.insert(*node, public);
         }

@@ -16,10 +16,6 @@ use crate::codec;
 use crate::id::{NODES, NodeId};
 use crate::refusal::Refusal;
 
-mod verified;
-
-pub use verified::{Asked, Verified};
-
 /// `{1: -8}`: algorithm EdDSA.
 const PROTECTED: [u8; 3] = [0xa1, 0x01, 0x27];
 
@@ -59,7 +55,7 @@ impl Purpose {
 /// A node's own signing key. Neither printed nor copied about.
 pub struct Key {
     signing: Arc<Ed25519KeyPair>,
-    verified: Option<Verified>,
+    verifier: Option<SharedVerifier>,
 }
 
 impl Key {
@@ -67,13 +63,13 @@ impl Key {
     pub fn from_bytes(secret: &[u8; 32]) -> Self {
         #[expect(clippy::expect_used, reason = "32 bytes are a seed, whatever they are")]
         let signing = Ed25519KeyPair::from_seed_unchecked(secret).expect("a seed of 32 bytes");
-        Key { signing: Arc::new(signing), verified: None }
+        Key { signing: Arc::new(signing), verifier: None }
     }
 
-    /// The same, and what it signs is known to be good to those who share `verified`.
+    /// The same, and `verifier` is told what it signs.
     #[must_use]
-    pub fn sharing(self, verified: Verified) -> Self {
-        Key { verified: Some(verified), ..self }
+    pub fn told_to(self, verifier: SharedVerifier) -> Self {
+        Key { verifier: Some(verifier), ..self }
     }
 
     /// The public half.
@@ -88,8 +84,8 @@ impl Key {
         let message = to_be_signed(purpose, payload);
         let mut signature = [0; 64];
         signature.copy_from_slice(self.signing.sign(&message).as_ref());
-        if let Some(verified) = &self.verified {
-            verified.signed(&self.public(), &message, &signature);
+        if let Some(SharedVerifier(verifier)) = &self.verifier {
+            verifier.made(&self.public(), &message, &signature);
         }
         codec::encode(&Sign1 {
             protected: <&ByteSlice>::from(&PROTECTED[..]),
@@ -102,7 +98,7 @@ impl Key {
     /// A second handle on the same key, for a forked world.
     #[must_use]
     pub fn fork(&self) -> Key {
-        Key { signing: self.signing.clone(), verified: self.verified.clone() }
+        Key { signing: self.signing.clone(), verifier: self.verifier.clone() }
     }
 }
 
@@ -112,24 +108,70 @@ impl core::fmt::Debug for Key {
     }
 }
 
+/// A public key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PublicKey(VerifyingKey);
+
+impl PublicKey {
+    /// From its encoding; none when that is no point on the curve.
+    pub fn from_bytes(public: &[u8; 32]) -> Option<Self> {
+        VerifyingKey::from_bytes(public).ok().map(PublicKey)
+    }
+
+    /// Its encoding.
+    pub fn as_bytes(&self) -> &[u8; 32] {
+        self.0.as_bytes()
+    }
+
+    /// Whether `signature` over `message` is this key's (strict verification, no malleability).
+    pub fn verifies(&self, message: &[u8], signature: &[u8; 64]) -> bool {
+        self.0.verify_strict(message, &Signature::from_bytes(signature)).is_ok()
+    }
+}
+
+/// What answers for signatures in place of [`PublicKey`], for several cores in one process.
+///
+/// A service has none and verifies everything itself: a verifier is no part of what a launcher can send.
+pub trait Verifier: core::fmt::Debug + Send + Sync {
+    /// A key of this process made `signature` over `message`.
+    fn made(&self, key: &[u8; 32], message: &[u8], signature: &[u8; 64]);
+
+    /// The key of this encoding; none when that is no point on the curve.
+    fn key(&self, public: &[u8; 32]) -> Option<PublicKey>;
+
+    /// Whether `signature` over `message` is `key`'s: the answer of [`PublicKey::verifies`], however it is found.
+    fn verify(&self, key: &PublicKey, message: &[u8], signature: &[u8; 64]) -> bool;
+}
+
+/// A verifier that keys and keyrings of several cores share.
+#[derive(Clone, Debug)]
+pub struct SharedVerifier(pub Arc<dyn Verifier>);
+
+impl PartialEq for SharedVerifier {
+    /// One and the same, not one that answers alike.
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+}
+
 /// The public keys of the closed set of identities.
 #[derive(Clone, Debug, Default)]
 pub struct Keyring {
-    keys: [Option<VerifyingKey>; NODES],
-    verified: Option<Verified>,
+    keys: [Option<PublicKey>; NODES],
+    verifier: Option<SharedVerifier>,
 }
 
 impl Keyring {
-    /// An empty ring that asks `verified` before it verifies.
-    pub fn sharing(verified: Verified) -> Self {
-        Self { keys: Default::default(), verified: Some(verified) }
+    /// An empty ring that asks `verifier`.
+    pub fn asking(verifier: SharedVerifier) -> Self {
+        Self { keys: Default::default(), verifier: Some(verifier) }
     }
 
     /// Adds a public key; false when the bytes are not a point on the curve.
     pub fn insert(&mut self, node: NodeId, public: &[u8; 32]) -> bool {
-        let key = match &self.verified {
-            Some(verified) => verified.point(public),
-            None => VerifyingKey::from_bytes(public).ok(),
+        let key = match &self.verifier {
+            Some(SharedVerifier(verifier)) => verifier.key(public),
+            None => PublicKey::from_bytes(public),
         };
         self.keys[node.index()] = key;
         key.is_some()
@@ -138,12 +180,10 @@ impl Keyring {
     /// Verifies that `signed` is `signer`'s for `purpose` (strict verification, no malleability).
     pub fn verify(&self, signer: NodeId, purpose: Purpose, signed: &Signed<'_>) -> Result<(), Refusal> {
         let key = self.keys[signer.index()].as_ref().ok_or(Refusal::Signer { got: signer })?;
-        let signature = Signature::from_bytes(signed.signature);
         let message = to_be_signed(purpose, signed.payload);
-        let verify = || key.verify_strict(&message, &signature).is_ok();
-        let good = match &self.verified {
-            Some(verified) => verified.or_verify(key, &message, &signature, verify),
-            None => verify(),
+        let good = match &self.verifier {
+            Some(SharedVerifier(verifier)) => verifier.verify(key, &message, signed.signature),
+            None => key.verifies(&message, signed.signature),
         };
         if good { Ok(()) } else { Err(Refusal::Signature { signer }) }
     }

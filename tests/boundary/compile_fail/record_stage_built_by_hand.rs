@@ -1,8 +1,8 @@
 use wire::hop::Hop;
-use wire::trust::{Accepted, Evidence, Record};
+use wire::trust::{Accepted, Evidence, Record, stage};
 
 fn accepted<'b>(message: Hop<'b>, evidence: Evidence) -> Accepted<Hop<'b>> {
-    Record { message, evidence, stage: std::marker::PhantomData }
+    Record { message, evidence, stage: stage::Accepted(()) }
 }
 
 fn main() {}

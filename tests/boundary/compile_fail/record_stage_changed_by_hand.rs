@@ -1,8 +1,8 @@
 use wire::hop::Hop;
-use wire::trust::{Accepted, Decoded};
+use wire::trust::{Accepted, Decoded, stage};
 
 fn promoted(record: Decoded<Hop<'_>>) -> Accepted<Hop<'_>> {
-    record.pass()
+    record.next(stage::Accepted(()))
 }
 
 fn main() {}

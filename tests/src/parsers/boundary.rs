@@ -47,7 +47,7 @@ fn admit<'b>(window: &mut Window, bytes: &'b [u8]) -> Result<Hop<'b>, Refusal> {
     let peer = PeerId::UNIT_A;
     let mut gate =
         SessionGate { policy: &policy, peer, ages: &mut ages, session: SESSION, window, freshness, echo_limit };
-    gate.admit(NOW, bytes).1.map(|record| record.into_parts().0)
+    gate.admit(NOW, bytes).1.map(|record| record.into_parts().0.hop)
 }
 
 /// What the peer would say now.
@@ -76,9 +76,7 @@ pub fn bus(bytes: &[u8]) -> bool {
     let (frame, mode) = (FrameId(1), ProductMode::Live);
     let tracks = codec::encode(&Tracks { frame, stamp: NOW, mode, products: [None; 4], tracks: List::default() });
     let genuine = Sender::new(Topic::Tracks, NodeId::PERCEPTION, Boot(1), key()).seal(NOW, &tracks);
-    let of_tracks = |gate: &mut BusGate, bytes: &[u8]| {
-        gate.admit_product(&policy, NOW, bytes, |tracks: &Tracks| tracks.mode).map(|_| ())
-    };
+    let of_tracks = |gate: &mut BusGate, bytes: &[u8]| gate.admit::<Tracks>(&policy, NOW, bytes).map(|_| ());
     let tracks = judged(gate(Topic::Tracks, NodeId::PERCEPTION), bytes, &genuine, of_tracks);
     let still = codec::encode(&Navigation { stamp: NOW, fix: None, odometry: None });
     let genuine = Sender::new(Topic::Navigation, NodeId::SIM, Boot(1), key()).seal(NOW, &still);

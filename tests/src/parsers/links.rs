@@ -205,6 +205,6 @@ fn setup() -> Setup {
         public_keys: Vec::new(),
         channels: Vec::new(),
         ablation: None,
-        verified: None,
+        verifier: None,
     }
 }

@@ -91,7 +91,7 @@ pub fn signature(bytes: &[u8]) -> bool {
     let now = Instant(1);
     let (policy, age) = (Policy::default(), Some(Age::on_one_host(now, now)));
     let report = SignedReport::decode(now, bytes).and_then(|r| r.fresh(&policy, age, Span::ZERO, Span::ZERO));
-    if report.and_then(|report| report.by_signature(&policy, &keys)).is_ok() {
+    if report.and_then(|report| report.by_signature(&policy.of_display(), &keys)).is_ok() {
         let payload = Signed::parse(bytes, MAX_REPORT).map(|signed| signed.payload).unwrap_or_default();
         assert_eq!(key.sign(Purpose::Report, payload), bytes, "a report that nobody signed");
     }

@@ -208,7 +208,7 @@ impl InsiderBroker {
     fn connected(&mut self, now: Instant, peer: PeerId) {
         let retains = |side: Side| self.open(now, side).any(|action| action == BrokerAction::Retain);
         let of_peer = |p: &&Publication| match p.subject {
-            Subject::Command(unit) => unit.name() == peer.name(),
+            Subject::Command(unit) => unit.peer() == peer,
             Subject::Ack(_) => peer == PeerId::GATEWAY,
         };
         let newest = self.seen.iter().rev().find(of_peer).filter(|p| retains(towards(p.subject)));

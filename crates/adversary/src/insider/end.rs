@@ -95,7 +95,7 @@ impl End {
         self.sequence = self.sequence.next();
         Hop {
             version: HOP_VERSION,
-            session: self.theirs.unwrap_or_default(),
+            session: self.theirs.unwrap_or(Nonce::NONE),
             boot: self.boot,
             sequence: self.sequence,
             stamp: now.stamp(),

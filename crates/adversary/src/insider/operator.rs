@@ -12,7 +12,7 @@ use wire::command::{CommandKind, Confirmation, Intent, Order, Request};
 use wire::core::{Core, Input, Output, Subject, Topic};
 use wire::event::Event;
 use wire::feed::Feed;
-use wire::id::{Boot, CommandId, NODES, Sequence, TrackId, WorldId};
+use wire::id::{Boot, CommandId, NODES, Nonce, Sequence, TrackId, WorldId};
 use wire::report::{MAX_REPORT, Report};
 use wire::sensor::Class;
 use wire::setup::Setup;
@@ -140,7 +140,7 @@ impl InsiderOperator {
 
     fn intent(&mut self, run: &RogueOrders) -> Intent {
         let id = self.id(run);
-        let nonce = self.report.as_ref().map(|report| report.command_nonce).unwrap_or_default();
+        let nonce = self.report.as_ref().map_or(Nonce::NONE, |report| report.command_nonce);
         Intent { id, unit: self.config.unit, nonce, kind: self.kind(run), reason: Text::new("because I can") }
     }
 

@@ -44,7 +44,7 @@ fn the_insider_speaks_the_session_layer_so_that_its_records_are_accepted() {
                 echo_limit: Span::s(3),
             };
             let (exchange, verdict) = gate.admit(at(ms), &bytes);
-            let hop = *verdict.unwrap().message();
+            let hop = verdict.unwrap().message().hop;
             accepted += u32::from(matches!(hop.body, HopBody::Report(_)));
             assert!(exchange.unwrap().echo.is_some());
         }

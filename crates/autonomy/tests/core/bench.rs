@@ -178,7 +178,7 @@ impl Bench {
     pub(crate) fn intent(&mut self, kind: CommandKind, reason: &str) -> Intent {
         self.commands += 1;
         let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(1), sequence: Sequence(self.commands) };
-        let nonce = self.report.as_ref().map(|report| report.command_nonce).unwrap_or_default();
+        let nonce = self.report.as_ref().map_or(Nonce::NONE, |report| report.command_nonce);
         Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new(reason) }
     }
 
@@ -224,7 +224,7 @@ impl Bench {
         self.sent += 1;
         let hop = Hop {
             version: HOP_VERSION,
-            session: self.theirs.unwrap_or_default(),
+            session: self.theirs.unwrap_or(Nonce::NONE),
             boot: Boot(1),
             sequence: Sequence(self.sent),
             stamp: self.gateway_clock(),
@@ -446,6 +446,6 @@ fn setup(policy: Policy, ablation: Option<Ablation>) -> Setup {
             channel(Topic::Act, NodeId::UNIT_A),
         ],
         ablation,
-        verified: None,
+        verifier: None,
     }
 }

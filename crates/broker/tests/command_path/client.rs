@@ -46,7 +46,7 @@ impl RunPki {
 
     /// A certificate of this authority, shown to a server of another.
     pub(crate) fn tls_trusting(&self, peer: PeerId, other: &RunPki) -> ClientConfig {
-        with_certificate(other.trust(&TLS13), &self.issue(peer.name(), Role::Dials))
+        with_certificate(other.trust(&TLS13), &self.issue(&peer.to_string(), Role::Dials))
     }
 
     /// What the holder of `credential` dials with.
@@ -60,7 +60,7 @@ impl RunPki {
     }
 
     pub(crate) fn tls_1_2(&self, peer: PeerId) -> ClientConfig {
-        with_certificate(self.trust(&TLS12), &self.issue(peer.name(), Role::Dials))
+        with_certificate(self.trust(&TLS12), &self.issue(&peer.to_string(), Role::Dials))
     }
 
     pub(crate) fn tls_without_certificate(&self) -> ClientConfig {
@@ -69,12 +69,12 @@ impl RunPki {
 
     /// A client of the broker at `at` under its own name.
     pub(crate) async fn connect(&self, at: LoopbackAddr, peer: PeerId) -> Client {
-        Client::open(at, peer.name(), self.tls(peer), None).await.expect("admitted")
+        Client::open(at, &peer.to_string(), self.tls(peer), None).await.expect("admitted")
     }
 
     /// The client of the services, as `peer`.
     pub(crate) fn serve(&self, at: LoopbackAddr, peer: PeerId, hears: Subject, to: mpsc::Sender<Input>) -> Mqtt {
-        let credential = self.issue(peer.name(), Role::Dials);
+        let credential = self.issue(&peer.to_string(), Role::Dials);
         let trust = (&credential, &Revocations::of(&credential).expect("it carries a list"));
         Mqtt::start(at, peer, PeerId::BROKER, trust, vec![hears], StreamLog::none(), to).expect("a usable credential")
     }

@@ -299,7 +299,7 @@ pub(crate) fn making(
             Channel { topic: Topic::Intents, producer: NodeId::CONSOLE, key: INTENTS },
         ],
         ablation: None,
-        verified: None,
+        verifier: None,
     };
     let config = ConsoleConfig {
         units: units.to_vec(),

@@ -21,7 +21,7 @@ use sha2::{Digest, Sha256};
 use wire::audit::{ChainError, Chains, Entry, Head, SIGN_PERIOD};
 use wire::event::Event;
 use wire::id::NodeId;
-use wire::sign::{Keyring, Purpose, Signed, Verified};
+use wire::sign::{Keyring, Purpose, SharedVerifier, Signed};
 use wire::time::Instant;
 
 use crate::log::{by_recorder, hex};
@@ -133,8 +133,8 @@ impl<'a> Custodian<'a> {
 
     /// The same, who need not verify what is known to be good: in the twin, of the process's own cores.
     #[must_use]
-    pub fn sharing(self, verified: Verified) -> Self {
-        Self { keys: Keyring::sharing(verified), ..self }
+    pub fn asking(self, verifier: SharedVerifier) -> Self {
+        Self { keys: Keyring::asking(verifier), ..self }
     }
 
     /// Takes the next entry: what was kept as handed over by `node` at `at`.

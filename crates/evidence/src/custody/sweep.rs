@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use wire::audit::Entry;
 use wire::event::Event;
 use wire::id::NodeId;
-use wire::sign::Verified;
+use wire::sign::SharedVerifier;
 
 use super::{Custodian, Custody, Held, Life};
 use crate::log::{Logged, by_recorder};
@@ -22,7 +22,7 @@ pub struct Sweep<'a> {
     held: &'a Held,
     /// SHA-256 of the file.
     digest: [u8; 32],
-    verified: Verified,
+    verifier: SharedVerifier,
 }
 
 /// What came of one change.
@@ -45,13 +45,13 @@ pub enum Came {
 }
 
 impl<'a> Sweep<'a> {
-    /// Of a file's bytes.
+    /// Of a file's bytes; `verifier` may know again what it has verified.
     ///
     /// # Errors
     /// When it is not whole to begin with.
-    pub fn new(file: &'a [u8], held: &'a Held) -> Result<Self, String> {
-        let (digest, verified) = (Sha256::digest(file).into(), Verified::default());
-        let mut sweep = Sweep { file, log: Vec::new(), held, digest, verified };
+    pub fn new(file: &'a [u8], held: &'a Held, verifier: SharedVerifier) -> Result<Self, String> {
+        let digest = Sha256::digest(file).into();
+        let mut sweep = Sweep { file, log: Vec::new(), held, digest, verifier };
         sweep.log = read(file)?;
         match sweep.judged(&sweep.log).flaws.first() {
             Some(flaw) => Err(format!("untouched it has a flaw: {flaw}")),
@@ -130,7 +130,7 @@ impl<'a> Sweep<'a> {
     }
 
     fn judged(&self, log: &[Logged]) -> Custody {
-        let mut custodian = Custodian::new(self.held).sharing(self.verified.clone());
+        let mut custodian = Custodian::new(self.held).asking(self.verifier.clone());
         for logged in log {
             // What does not follow is noted there.
             let _ = custodian.take(logged.at, logged.node, &logged.bytes);

@@ -55,7 +55,7 @@ pub(crate) fn setup(policy: Policy) -> Setup {
             Channel { topic: Topic::Intents, producer: NodeId::INSIDER_OPERATOR, key: SECOND },
         ],
         ablation: None,
-        verified: None,
+        verifier: None,
     }
 }
 

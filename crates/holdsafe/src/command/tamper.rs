@@ -19,6 +19,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_core::{RngCore, SeedableRng};
 use serde::Serialize;
 use topology::Cast;
+use twin::verified::Verified;
 use wire::id::NodeId;
 
 use super::failure::{Exit, Failure};
@@ -149,7 +150,7 @@ struct Recorded {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let of = recorded(context, args)?;
-    let sweep = Sweep::new(&of.file, &of.held).map_err(Failure::internal)?;
+    let sweep = Sweep::new(&of.file, &of.held, Verified::default().shared()).map_err(Failure::internal)?;
     let n = sweep.entries();
     let changes = changes(context, &sweep, &of, args.values)?;
     let mut rng = ChaCha8Rng::seed_from_u64(context.seed);

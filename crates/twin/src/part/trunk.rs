@@ -11,11 +11,11 @@ use std::sync::Arc;
 use topology::{Cast, Member};
 use wire::core::{Core, Input, Output};
 use wire::id::WorldId;
-use wire::sign::Verified;
 use wire::time::Instant;
 
 use super::Part;
 use super::make::{AssemblyError, part};
+use crate::verified::Verified;
 use crate::{Mouthful, Twin};
 
 /// Snapshots of each core, evenly over the run: what is computed again when a core leaves the trunk is less than one part.

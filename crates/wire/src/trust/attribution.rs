@@ -1,60 +1,91 @@
-//! Attribution: the only way from fresh to attributed.
+//! Attribution: the only way from fresh to attributed, and the only place where a session's peer and a record's origin meet.
 //!
 //! Evidence, by what is attributed: a session record is its session peer's, by the handshake; a report is its
 //! origin's, if the session's peer *is* the origin and the origin's signature verifies; a shared-memory message is its
-//! producer's, by the channel's keyed tag; a command is its operator's, by signature and role.
+//! producer's, by the channel's keyed tag; a command is its operator's, by signature, once `intent` has nothing against it; a
+//! statement is its signer's.
 
-use super::{Accepted, Attributed, BusMessage, Decoded, Evidence, Framed, Fresh, Ordered, Received, Record, stage};
+use core::marker::PhantomData;
+
+use super::intent::Screened;
+use super::{BusMessage, Decoded, Evidence, Fresh, Record, SignedReport, SignedStatement, Statement};
 use crate::bus::{self, ChannelKey};
 use crate::command::Intent;
 use crate::hop::Hop;
-use crate::id::{NodeId, PeerId};
-use crate::policy::{Check, Policy};
+use crate::id::{NodeId, PeerId, RecordId, UnitId};
+use crate::policy::{Check, DisplayPolicy, Policy};
 use crate::refusal::Refusal;
-use crate::report::{MAX_REPORT, Report};
 use crate::sign::{Keyring, Purpose, Signed};
-use crate::time::Instant;
+use crate::time::{Age, AgeBound};
+
+/// Who made it is known. Of an intent `S` is what it had passed before.
+#[derive(Debug)]
+pub struct Attributed<S = ()>(PhantomData<S>);
+
+impl<S> Attributed<S> {
+    fn earned() -> Self {
+        Attributed(PhantomData)
+    }
+}
+
+/// The unit whose certificate `peer` showed, where it is a unit's.
+pub fn unit_of(peer: PeerId) -> Option<UnitId> {
+    node_of(peer).unit()
+}
+
+/// The node of the same name, which is what a session proves.
+fn node_of(peer: PeerId) -> NodeId {
+    NodeId::numbered(peer.number())
+}
+
+/// Whose session brought a report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Bearer {
+    /// The origin's own.
+    Origin,
+    /// That of another peer.
+    Other(PeerId),
+}
+
+impl SignedReport<'_> {
+    /// Whether `peer`, whose session brought it, is its origin.
+    pub fn bearer(&self, peer: PeerId) -> Bearer {
+        if node_of(peer) == self.report.origin { Bearer::Origin } else { Bearer::Other(peer) }
+    }
+}
+
+impl Decoded<SignedReport<'_>> {
+    /// How old it can be: by its own stamp if it claims to be of `peer`, whose clock `ages` has bound; else as old as the
+    /// record that `carried` it, which leaves out how long the peer had held it. Only a unit reports.
+    pub fn age(&self, peer: PeerId, ages: &AgeBound, carried: Evidence) -> Result<Option<Age>, Refusal> {
+        let (origin, stamp) = self.claim();
+        if origin.unit().is_none() {
+            return Err(Refusal::Role { got: origin });
+        }
+        let own = self.message.bearer(peer) == Bearer::Origin;
+        Ok(if own { ages.age(stamp, carried.received) } else { carried.age })
+    }
+}
+
+/// A session record with the node that it is of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SessionRecord<'b> {
+    /// The record.
+    pub hop: Hop<'b>,
+    origin: NodeId,
+}
+
+impl SessionRecord<'_> {
+    /// Its identity.
+    pub fn id(&self) -> RecordId {
+        RecordId { node: self.origin, boot: self.hop.boot, sequence: self.hop.sequence }
+    }
+}
 
 impl<'b> Fresh<Hop<'b>> {
     /// A session record is the session peer's: the handshake proved it, and nothing in the record claims otherwise.
-    pub fn by_session(self) -> Attributed<Hop<'b>> {
-        self.pass()
-    }
-}
-
-/// A report with the signature that it came under.
-#[derive(Debug)]
-pub struct SignedReport<'b> {
-    /// The report.
-    pub report: Report,
-    /// The signed bytes as they came, to be forwarded verbatim.
-    pub bytes: &'b [u8],
-    signed: Signed<'b>,
-}
-
-impl<'b> SignedReport<'b> {
-    /// Length and schema of a signed report that was received at `at`.
-    pub fn decode(at: Instant, bytes: &'b [u8]) -> Result<Decoded<SignedReport<'b>>, Refusal> {
-        let framed: Framed<'b> = Received::new(at, bytes).frame(MAX_REPORT)?;
-        let signed = Signed::parse(framed.message, MAX_REPORT)?;
-        let report = crate::codec::decode::<Report>(signed.payload, MAX_REPORT)?;
-        Ok(Record {
-            message: SignedReport { report, bytes, signed },
-            evidence: framed.evidence,
-            stage: core::marker::PhantomData,
-        })
-    }
-}
-
-impl<'b> Decoded<SignedReport<'b>> {
-    /// The stamp and claimed origin, for choosing how to bound its age; believed by nobody.
-    pub fn claim(&self) -> (NodeId, crate::time::PeerStamp) {
-        (self.message.report.origin, self.message.report.stamp)
-    }
-
-    /// The display's challenge that it repeats; of use to none but the one who issued that, and believed by nobody.
-    pub fn watched(&self) -> Option<crate::time::Echo> {
-        self.message.report.watched
+    pub fn by_session(self, peer: PeerId) -> Record<Attributed, SessionRecord<'b>> {
+        self.next(Attributed::earned()).map(|hop| SessionRecord { hop, origin: node_of(peer) })
     }
 }
 
@@ -65,17 +96,27 @@ impl<'b> Fresh<SignedReport<'b>> {
         policy: &Policy,
         peer: PeerId,
         keys: &Keyring,
-    ) -> Result<Attributed<SignedReport<'b>>, Refusal> {
-        let bound: Fresh<SignedReport<'b>> = self.check(policy, Check::Origin, |m, _| {
-            let origin = m.report.origin;
-            if origin.name() == peer.name() { Ok(()) } else { Err(Refusal::Origin { peer, origin }) }
+    ) -> Result<Record<Attributed, SignedReport<'b>>, Refusal> {
+        let bound = self.judged(policy, Check::Origin, |m, _| match m.bearer(peer) {
+            Bearer::Origin => Ok(()),
+            Bearer::Other(peer) => Err(Refusal::Origin { peer, origin: m.report.origin }),
         })?;
-        bound.by_signature(policy, keys)
+        bound.signed(policy, keys)
     }
 
-    /// The report's origin signed it, whoever carries it.
-    pub fn by_signature(self, policy: &Policy, keys: &Keyring) -> Result<Attributed<SignedReport<'b>>, Refusal> {
-        self.check(policy, Check::Signature, |m, _| keys.verify(m.report.origin, Purpose::Report, &m.signed))
+    /// The report's origin signed it, whoever carries it: for a display, which has no session with it.
+    pub fn by_signature(
+        self,
+        policy: &DisplayPolicy,
+        keys: &Keyring,
+    ) -> Result<Record<Attributed, SignedReport<'b>>, Refusal> {
+        self.signed(policy.checks(), keys)
+    }
+
+    fn signed(self, policy: &Policy, keys: &Keyring) -> Result<Record<Attributed, SignedReport<'b>>, Refusal> {
+        self.check(policy, Check::Signature, Attributed::earned(), |m, _| {
+            keys.verify(m.report.origin, Purpose::Report, &m.signed)
+        })
     }
 }
 
@@ -86,8 +127,8 @@ impl<'b, M> Fresh<BusMessage<'b, M>> {
         policy: &Policy,
         producer: NodeId,
         key: &ChannelKey,
-    ) -> Result<Attributed<BusMessage<'b, M>>, Refusal> {
-        self.check(policy, Check::Tag, |m, _| {
+    ) -> Result<Record<Attributed, BusMessage<'b, M>>, Refusal> {
+        self.check(policy, Check::Tag, Attributed::earned(), |m, _| {
             let ours = bus::tag(key, m.signed);
             let tagged = m.tags.chunks_exact(bus::TAG_LEN).any(|tag| tag == ours);
             let same = usize::from(m.header.producer) == producer.index() && tagged;
@@ -96,45 +137,26 @@ impl<'b, M> Fresh<BusMessage<'b, M>> {
     }
 }
 
-impl<'b, M> Ordered<BusMessage<'b, M>> {
-    /// A message on a channel that belongs to its one producer.
-    pub fn accept_body(self) -> Accepted<M> {
-        Record { message: self.message.message, evidence: self.evidence, stage: core::marker::PhantomData }
-    }
-}
-
-impl Fresh<Intent> {
-    /// The identity that it names may give commands at all.
-    pub fn by_role(self, policy: &Policy, operators: &[NodeId]) -> Result<Fresh<Intent>, Refusal> {
-        self.check(policy, Check::Role, |intent, _| {
-            let got = intent.id.operator;
-            if operators.contains(&got) { Ok(()) } else { Err(Refusal::Role { got }) }
-        })
-    }
-
-    /// The intent is that identity's, by its signature. The dearest check, and so the last before order is judged.
+impl<S: Screened> Record<S, Intent> {
+    /// The intent is that of the operator that it names, by its signature. The dearest check, and so the last before order
+    /// is judged.
     pub fn by_operator(
         self,
         policy: &Policy,
         keys: &Keyring,
         signed: &Signed<'_>,
-    ) -> Result<Attributed<Intent>, Refusal> {
-        self.check(policy, Check::Signature, |intent, _| keys.verify(intent.id.operator, Purpose::Intent, signed))
+    ) -> Result<Record<Attributed<S>, Intent>, Refusal> {
+        self.check(policy, Check::Signature, Attributed::earned(), |intent, _| {
+            keys.verify(intent.id.operator, Purpose::Intent, signed)
+        })
     }
 }
 
-impl Decoded<Intent> {
-    /// Parses a signed intent that was received at `at`. The signature is checked later, by `by_operator`.
-    pub fn parse<'b>(at: Instant, bytes: &'b [u8], max: usize) -> Result<(Decoded<Intent>, Signed<'b>), Refusal> {
-        let framed = Received::new(at, bytes).frame(max)?;
-        let signed = Signed::parse(framed.message, max)?;
-        let message = crate::codec::decode::<Intent>(signed.payload, max)?;
-        let evidence: Evidence = framed.evidence;
-        Ok((Record { message, evidence, stage: core::marker::PhantomData::<stage::Decoded> }, signed))
-    }
-
-    /// The intent's claims, before anything about it is believed: for judging its age and for refusing it by name.
-    pub fn claim(&self) -> &Intent {
-        &self.message
+impl<'b, M: Statement> Decoded<SignedStatement<'b, M>> {
+    /// The statement is `signer`'s, by its signature.
+    pub fn by_signer(self, policy: &Policy, signer: NodeId, keys: &Keyring) -> Result<Record<Attributed, M>, Refusal> {
+        let signed = self
+            .check(policy, Check::Signature, Attributed::earned(), |m, _| keys.verify(signer, M::PURPOSE, &m.signed))?;
+        Ok(signed.map(|statement| statement.message))
     }
 }

@@ -1,13 +1,20 @@
-//! Freshness: the only way from decoded to fresh.
+//! Freshness: the only way from decoded to fresh, and for an order at its unit to in time.
 //!
 //! Evidence: an upper bound of the age ([`Age`]), which only a challenge and its echo, or one host's own clock, can
 //! give. The stamp alone proves nothing.
 
-use super::{Decoded, Fresh};
+use super::{Decoded, Record};
 use crate::command::Intent;
 use crate::policy::{Check, Policy};
 use crate::refusal::Refusal;
 use crate::time::{Age, Span};
+
+/// Its age is bounded and within the limit.
+#[derive(Debug)]
+pub struct Fresh(());
+/// It repeats a nonce of its unit's that is young enough.
+#[derive(Debug)]
+pub struct InTime(());
 
 impl<M> Decoded<M> {
     /// Age at most `limit`; without any bound (`age` absent) it counts as stale.
@@ -17,9 +24,9 @@ impl<M> Decoded<M> {
         age: Option<Age>,
         limit: Span,
         echo_limit: Span,
-    ) -> Result<Fresh<M>, Refusal> {
+    ) -> Result<Record<Fresh, M>, Refusal> {
         self.evidence.age = age;
-        self.check(policy, Check::Freshness, |_, evidence| match evidence.age {
+        self.check(policy, Check::Freshness, Fresh(()), |_, evidence| match evidence.age {
             None => Err(Refusal::NoEcho { limit: echo_limit }),
             Some(age) if age.upper() > limit => Err(Refusal::Stale { limit, age: age.upper() }),
             Some(_) => Ok(()),
@@ -30,8 +37,8 @@ impl<M> Decoded<M> {
 impl Decoded<Intent> {
     /// The intent repeats a nonce that its unit issued at most `limit` ago (`age` since that issue; absent when the
     /// nonce is not answerable), so it cannot be older than that, whoever held it back.
-    pub fn in_time(self, policy: &Policy, age: Option<Age>, limit: Span) -> Result<Fresh<Intent>, Refusal> {
-        self.check(policy, Check::Late, |intent, _| match age {
+    pub fn in_time(self, policy: &Policy, age: Option<Age>, limit: Span) -> Result<Record<InTime, Intent>, Refusal> {
+        self.check(policy, Check::Late, InTime(()), |intent, _| match age {
             Some(age) if age.upper() <= limit => Ok(()),
             Some(_) | None => Err(Refusal::Late { limit, got: intent.nonce }),
         })

@@ -4,12 +4,17 @@
 //! before. State changes only when every judgement has passed, so a refused record leaves no trace in a window. The order
 //! of commands is `orders`'.
 
-use super::attribution::SignedReport;
-use super::{Attributed, BusMessage, Ordered};
-use crate::hop::Hop;
+pub(super) mod orders;
+
+use super::stage::Live;
+use super::{Attributed, BusMessage, Record, SessionRecord, SignedReport};
 use crate::id::{Boot, NodeId, Nonce, PeerId, Sequence};
 use crate::policy::{Check, Policy};
 use crate::refusal::Refusal;
+
+/// It is of this session and boot and was not seen before.
+#[derive(Debug)]
+pub struct Ordered(());
 
 /// An anti-replay window over one sender's sequence (the scheme of RFC 6479, with one 64-bit word).
 #[derive(Clone, Debug)]
@@ -101,15 +106,20 @@ impl Windows {
     }
 }
 
-impl<'b> Attributed<Hop<'b>> {
+impl<'b> Attributed<SessionRecord<'b>> {
     /// Of this session, and not seen in it before.
-    pub fn in_session(self, policy: &Policy, session: Nonce, window: &mut Window) -> Result<Ordered<Hop<'b>>, Refusal> {
-        let ours: Attributed<Hop<'b>> = self.check(policy, Check::Session, |hop, _| {
-            let got = hop.session;
+    pub fn in_session(
+        self,
+        policy: &Policy,
+        session: Nonce,
+        window: &mut Window,
+    ) -> Result<Record<Ordered, SessionRecord<'b>>, Refusal> {
+        let ours = self.judged(policy, Check::Session, |record, _| {
+            let got = record.hop.session;
             if got == session { Ok(()) } else { Err(Refusal::Session { expected: session, got }) }
         })?;
-        let (boot, sequence) = (ours.message.boot, ours.message.sequence);
-        ours.check(policy, Check::Sequence, |_, _| window.admit(boot, sequence))
+        let (boot, sequence) = (ours.message.hop.boot, ours.message.hop.sequence);
+        ours.check(policy, Check::Sequence, Ordered(()), |_, _| window.admit(boot, sequence))
     }
 }
 
@@ -120,18 +130,22 @@ impl<'b> Attributed<SignedReport<'b>> {
         policy: &Policy,
         peer: PeerId,
         windows: &mut Windows,
-    ) -> Result<Ordered<SignedReport<'b>>, Refusal> {
+    ) -> Result<Record<Ordered, SignedReport<'b>>, Refusal> {
         let report = &self.message.report;
         let (origin, boot, sequence) = (report.origin, report.boot, report.sequence);
-        self.check(policy, Check::Sequence, |_, _| windows.of(peer, origin).admit(boot, sequence))
+        self.check(policy, Check::Sequence, Ordered(()), |_, _| windows.of(peer, origin).admit(boot, sequence))
     }
 }
 
-impl<'b, M> Attributed<BusMessage<'b, M>> {
+impl<'b, M> Record<Live, BusMessage<'b, M>> {
     /// Later than all that came before on this channel.
-    pub fn on_channel(self, policy: &Policy, window: &mut Window) -> Result<Ordered<BusMessage<'b, M>>, Refusal> {
+    pub fn on_channel(
+        self,
+        policy: &Policy,
+        window: &mut Window,
+    ) -> Result<Record<Ordered, BusMessage<'b, M>>, Refusal> {
         let (boot, sequence) = (self.message.header.boot, self.message.header.sequence);
-        self.check(policy, Check::Sequence, |_, _| window.admit(boot, sequence))
+        self.check(policy, Check::Sequence, Ordered(()), |_, _| window.admit(boot, sequence))
     }
 }
 

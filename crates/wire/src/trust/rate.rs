@@ -4,12 +4,21 @@
 //! (or for what came over a channel that already says whose it is), so that nobody can empty another's. Reasons for the
 //! numbers are in `docs/bounds.md`.
 
-use super::Fresh;
+use core::marker::PhantomData;
+
+use super::Record;
 use crate::command::{CommandKind, Intent};
 use crate::id::NodeId;
 use crate::policy::{Check, Policy};
 use crate::refusal::Refusal;
 use crate::time::{Instant, Span};
+
+/// There is need for one more of its sender; `S` came before.
+#[derive(Debug)]
+pub struct WithinRate<S>(PhantomData<S>);
+/// Little enough was verified in vain; `S` came before.
+#[derive(Debug)]
+pub struct WorthVerifying<S>(PhantomData<S>);
 
 /// So many at once, and so many a second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,7 +149,7 @@ impl Rates {
     }
 }
 
-impl Fresh<Intent> {
+impl<S> Record<S, Intent> {
     /// There is need for one more of `who`, whose command it is or over whose channel it came.
     pub fn within_rate(
         self,
@@ -148,13 +157,22 @@ impl Fresh<Intent> {
         rates: &Rates,
         who: NodeId,
         now: Instant,
-    ) -> Result<Fresh<Intent>, Refusal> {
-        self.check(policy, Check::Rate, |intent, _| rates.room(who, Lane::of(intent.kind), now))
+    ) -> Result<Record<WithinRate<S>, Intent>, Refusal> {
+        self.check(policy, Check::Rate, WithinRate(PhantomData), |intent, _| {
+            rates.room(who, Lane::of(intent.kind), now)
+        })
     }
 
     /// Not so much has come to nothing lately that no more is verified.
-    pub fn worth_verifying(self, policy: &Policy, rates: &Rates, now: Instant) -> Result<Fresh<Intent>, Refusal> {
-        self.check(policy, Check::Rate, |intent, _| rates.room_to_verify(Lane::of(intent.kind), now))
+    pub fn worth_verifying(
+        self,
+        policy: &Policy,
+        rates: &Rates,
+        now: Instant,
+    ) -> Result<Record<WorthVerifying<S>, Intent>, Refusal> {
+        self.check(policy, Check::Rate, WorthVerifying(PhantomData), |intent, _| {
+            rates.room_to_verify(Lane::of(intent.kind), now)
+        })
     }
 }
 

@@ -1,12 +1,15 @@
-//! Standing: who is still admitted. Evidence: the authority's signature over a revocation, and this host's clock.
+//! Standing: who may give commands, and who is still admitted. Evidence: the list of operators, the authority's signature
+//! over a revocation, and this host's clock.
 //!
 //! The authority signs a revocation of every operator and teammate when the keys are made, and its own key is gone before
 //! the first service starts; the console keeps them, as one keeps a revocation certificate. Whoever holds one can take
 //! that identity's standing away, for good, and do nothing else with it.
 
+use core::marker::PhantomData;
+
 use minicbor::{Decode, Encode};
 
-use super::{Fresh, Received};
+use super::{Received, Record};
 use crate::codec;
 use crate::command::{Intent, MAX_ORDER};
 use crate::id::{NODES, NodeId};
@@ -14,6 +17,13 @@ use crate::policy::{Check, Policy};
 use crate::refusal::Refusal;
 use crate::sign::{Key, Keyring, Purpose, Signed};
 use crate::time::{Instant, Span};
+
+/// The identity that it names may give commands; `S` came before.
+#[derive(Debug)]
+pub struct InRole<S>(PhantomData<S>);
+/// The identity that it names is neither revoked nor past its time; `S` came before.
+#[derive(Debug)]
+pub struct NotRevoked<S>(PhantomData<S>);
 
 /// What the authority signs: this identity is admitted no longer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
@@ -84,10 +94,23 @@ impl Roll {
     }
 }
 
-impl Fresh<Intent> {
+impl<S> Record<S, Intent> {
+    /// The identity that it names may give commands at all.
+    pub fn by_role(self, policy: &Policy, operators: &[NodeId]) -> Result<Record<InRole<S>, Intent>, Refusal> {
+        self.check(policy, Check::Role, InRole(PhantomData), |intent, _| {
+            let got = intent.id.operator;
+            if operators.contains(&got) { Ok(()) } else { Err(Refusal::Role { got }) }
+        })
+    }
+
     /// The operator that it names is still admitted.
-    pub fn standing(self, policy: &Policy, roll: &Roll, now: Instant) -> Result<Fresh<Intent>, Refusal> {
-        self.check(policy, Check::Standing, |intent, _| roll.stands(intent.id.operator, now))
+    pub fn standing(
+        self,
+        policy: &Policy,
+        roll: &Roll,
+        now: Instant,
+    ) -> Result<Record<NotRevoked<S>, Intent>, Refusal> {
+        self.check(policy, Check::Standing, NotRevoked(PhantomData), |intent, _| roll.stands(intent.id.operator, now))
     }
 }
 

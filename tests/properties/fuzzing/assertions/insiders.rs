@@ -18,7 +18,7 @@ pub(super) const ALL: &[Assertion] = &[
     Assertion {
         name: "no_report_is_accepted_in_anothers_session",
         holds: |facts| {
-            let foreign = |(peer, record): &&(PeerId, RecordId)| peer.name() != record.node.name();
+            let foreign = |(peer, record): &&(PeerId, RecordId)| peer.to_string() != record.node.name();
             let found = facts.witness.accepted.iter().find(foreign);
             none(found.map(|(peer, record)| format!("{record} was accepted in the session of {peer}")))
         },

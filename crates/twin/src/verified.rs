@@ -2,16 +2,14 @@
 //!
 //! Whether a signature is good depends on key, message and signature alone, so an answer may be remembered; and what a key
 //! signs verifies under it (RFC 8032 §5.1). What is kept is all three, byte for byte, only where a core
-//! signed it or `verify_strict` said yes, and the newest [`KEPT`] only. Public keys are decompressed once. Live there is
-//! none of this: it does not travel in a setup.
+//! signed it or [`PublicKey::verifies`] said yes, and the newest [`KEPT`] only. Public keys are decompressed once. Live there
+//! is none of this: a [`Verifier`] does not travel in a setup.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use arrayvec::ArrayVec;
-use ed25519_dalek::{Signature, VerifyingKey};
-
-use crate::id::NODES;
+use wire::id::NODES;
+use wire::sign::{PublicKey, SharedVerifier, Verifier};
 
 /// How many good signatures are remembered; in a twin a handful is under way between two cores at a time, and each service
 /// signs its log once a second.
@@ -19,7 +17,7 @@ const KEPT: usize = 1024;
 
 /// Which signatures were found good lately. Clones share one memory.
 #[derive(Clone, Debug, Default)]
-pub struct Verified(Arc<Mutex<Memory>>);
+pub struct Verified(Arc<Known>);
 
 /// How often a core signed, how often a signature was asked about, and how often it then had to be verified.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,12 +30,15 @@ pub struct Asked {
     pub verified: u64,
 }
 
+#[derive(Debug, Default)]
+struct Known(Mutex<Memory>);
+
 #[derive(Clone, Debug, Default)]
 struct Memory {
     /// The newest last.
     good: VecDeque<Good>,
-    /// Points on the curve by their encoding.
-    points: ArrayVec<VerifyingKey, NODES>,
+    /// Keys that were decompressed, at most [`NODES`].
+    keys: Vec<PublicKey>,
     counts: Asked,
 }
 
@@ -49,28 +50,33 @@ struct Good {
     over: Arc<[u8]>,
 }
 
-impl PartialEq for Verified {
-    /// Clones share one memory, and are equal for that alone.
-    fn eq(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.0, &other.0)
-    }
-}
-
 impl Verified {
     /// A memory of its own that knows the same; nothing has been asked of it yet.
     #[must_use]
     pub fn apart(&self) -> Verified {
-        let memory = self.with(|memory| Memory { counts: Asked::default(), ..memory.clone() });
-        Verified(Arc::new(Mutex::new(memory)))
+        let memory = self.0.with(|memory| Memory { counts: Asked::default(), ..memory.clone() });
+        Verified(Arc::new(Known(Mutex::new(memory))))
+    }
+
+    /// It as the verifier of a core.
+    pub fn shared(&self) -> SharedVerifier {
+        SharedVerifier(Arc::<Known>::clone(&self.0))
     }
 
     /// How often it was of use.
     pub fn counts(&self) -> Asked {
-        self.with(|memory| memory.counts)
+        self.0.with(|memory| memory.counts)
     }
+}
 
-    /// A core signed this.
-    pub(super) fn signed(&self, key: &[u8; 32], message: &[u8], signature: &[u8; 64]) {
+impl Known {
+    fn with<T>(&self, f: impl FnOnce(&mut Memory) -> T) -> T {
+        f(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+}
+
+impl Verifier for Known {
+    fn made(&self, key: &[u8; 32], message: &[u8], signature: &[u8; 64]) {
         let good = Good::new(key, message, signature);
         self.with(|memory| {
             memory.counts.made += 1;
@@ -78,38 +84,28 @@ impl Verified {
         });
     }
 
-    /// The point on the curve that these bytes stand for, if they stand for one.
-    pub(super) fn point(&self, public: &[u8; 32]) -> Option<VerifyingKey> {
+    fn key(&self, public: &[u8; 32]) -> Option<PublicKey> {
         self.with(|memory| {
-            let known = memory.points.iter().find(|point| point.as_bytes() == public).copied();
+            let known = memory.keys.iter().find(|key| key.as_bytes() == public).copied();
             known.or_else(|| {
-                let point = VerifyingKey::from_bytes(public).ok()?;
+                let key = PublicKey::from_bytes(public)?;
                 // A full table only means that this one is decompressed again.
-                let _ = memory.points.try_push(point);
-                Some(point)
+                if memory.keys.len() < NODES {
+                    memory.keys.push(key);
+                }
+                Some(key)
             })
         })
     }
 
-    /// Whether `signature` by `key` over `message` is good: known to be, or found to be by `verify` now.
-    pub(super) fn or_verify(
-        &self,
-        key: &VerifyingKey,
-        message: &[u8],
-        signature: &Signature,
-        verify: impl FnOnce() -> bool,
-    ) -> bool {
-        let asked = Good::new(key.as_bytes(), message, &signature.to_bytes());
+    fn verify(&self, key: &PublicKey, message: &[u8], signature: &[u8; 64]) -> bool {
+        let asked = Good::new(key.as_bytes(), message, signature);
         if self.with(|memory| memory.knows(&asked)) {
             return true;
         }
-        let good = verify();
+        let good = key.verifies(message, signature);
         self.with(|memory| memory.verified(asked, good));
         good
-    }
-
-    fn with<T>(&self, f: impl FnOnce(&mut Memory) -> T) -> T {
-        f(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -142,15 +138,16 @@ impl Good {
 
 #[cfg(test)]
 mod tests {
+    use wire::id::NodeId;
+    use wire::refusal::Refusal;
+    use wire::sign::{Key, Keyring, Purpose, Signed};
+
     use super::*;
-    use crate::id::NodeId;
-    use crate::refusal::Refusal;
-    use crate::sign::{Key, Keyring, Purpose, Signed};
 
     const A: NodeId = NodeId::UNIT_A;
 
     fn ring(verified: &Verified, secret: u8) -> Keyring {
-        let mut ring = Keyring::sharing(verified.clone());
+        let mut ring = Keyring::asking(verified.shared());
         assert!(ring.insert(A, &Key::from_bytes(&[secret; 32]).public()));
         ring
     }
@@ -167,10 +164,12 @@ mod tests {
     fn what_a_core_that_shares_signed_is_known_to_be_good_and_no_bit_of_it_may_differ() {
         let verified = Verified::default();
         let ring = ring(&verified, 7);
-        let bytes = Key::from_bytes(&[7; 32]).sharing(verified.clone()).sign(Purpose::Report, b"state");
+        let bytes = Key::from_bytes(&[7; 32]).told_to(verified.shared()).sign(Purpose::Report, b"state");
         assert_eq!(verify(&ring, Purpose::Report, &bytes), Ok(()));
         assert_eq!(verified.counts(), Asked { made: 1, asked: 1, verified: 0 });
-        assert_eq!(verify(&Keyring { verified: None, ..ring.clone() }, Purpose::Report, &bytes), Ok(()), "and is good");
+        let mut alone = Keyring::default();
+        assert!(alone.insert(A, &Key::from_bytes(&[7; 32]).public()));
+        assert_eq!(verify(&alone, Purpose::Report, &bytes), Ok(()), "and is good");
         for bit in 0..bytes.len() * 8 {
             let mut bad = bytes.clone();
             bad[bit / 8] ^= 1 << (bit % 8);

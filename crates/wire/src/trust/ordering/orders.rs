@@ -6,13 +6,20 @@
 //! towards safe does not ask the counter: only the very same signed intent is refused, because to hold once more is safe
 //! and to be kept from holding is not. Not the same *id*: a thief could use up the ids that the operator will give next.
 
+use core::marker::PhantomData;
 use std::collections::VecDeque;
 
-use super::{Attributed, Fresh, Ordered};
+use super::Ordered;
 use crate::command::{CommandKind, Intent};
 use crate::id::{Boot, CommandId, NodeId, Sequence};
 use crate::policy::{Check, Policy, Requirement};
 use crate::refusal::Refusal;
+use crate::trust::stage::Attributed;
+use crate::trust::{AtGateway, AtUnit, Record};
+
+/// It was not seen before and is in order, by what is known before its signature is; `S` came before.
+#[derive(Debug)]
+pub struct NotRepeated<S>(PhantomData<S>);
 
 /// The furthest ahead of an operator's newest command the next may be: commands that may be lost in a row.
 const STEP: u64 = 64;
@@ -22,7 +29,7 @@ const FIRST: u64 = 1 << 32;
 /// The same of consoles' boots: how far they step, and with which an operator is heard for the first time.
 const STEP_BOOT: u32 = 4;
 const FIRST_BOOT: u32 = 1 << 16;
-/// Commands of one operator that are remembered by the hash of their intents: more than the rates ([`super::rate`]) let
+/// Commands of one operator that are remembered by the hash of their intents: more than the rates ([`crate::trust::rate`]) let
 /// through in all lanes before the nonces that they repeat have run out.
 const KEPT: usize = 96;
 
@@ -119,21 +126,31 @@ impl Counters {
     }
 }
 
-impl Fresh<Intent> {
-    /// What [`Attributed::once`] will find, asked before the signature is verified, so that repetitions cost little.
+impl<S> Record<S, Intent> {
+    /// What [`Record::once`] will find, asked before the signature is verified, so that repetitions cost little.
     /// `hash` is that of its signed bytes. Nothing is remembered.
-    pub fn not_repeated(self, policy: &Policy, counters: &Counters, hash: &[u8; 32]) -> Result<Fresh<Intent>, Refusal> {
-        let new: Fresh<Intent> = self.check(policy, Check::Duplicate, |intent, _| counters.after(intent, hash))?;
-        new.check(policy, Check::Jump, |intent, _| counters.near_enough(intent))
+    pub fn not_repeated(
+        self,
+        policy: &Policy,
+        counters: &Counters,
+        hash: &[u8; 32],
+    ) -> Result<Record<NotRepeated<S>, Intent>, Refusal> {
+        let new = self.judged(policy, Check::Duplicate, |intent, _| counters.after(intent, hash))?;
+        new.check(policy, Check::Jump, NotRepeated(PhantomData), |intent, _| counters.near_enough(intent))
     }
 }
 
-impl Attributed<Intent> {
+impl Record<Attributed<AtUnit>, Intent> {
     /// At most once and in order, whatever the transport repeats: away from safe after every command that this operator
     /// has given and not far ahead of them; towards safe not the same one again.
-    pub fn once(self, policy: &Policy, counters: &mut Counters, hash: &[u8; 32]) -> Result<Ordered<Intent>, Refusal> {
-        let new: Attributed<Intent> = self.check(policy, Check::Duplicate, |intent, _| counters.after(intent, hash))?;
-        let near: Ordered<Intent> = new.check(policy, Check::Jump, |intent, _| counters.near_enough(intent))?;
+    pub fn once(
+        self,
+        policy: &Policy,
+        counters: &mut Counters,
+        hash: &[u8; 32],
+    ) -> Result<Record<Ordered, Intent>, Refusal> {
+        let new = self.judged(policy, Check::Duplicate, |intent, _| counters.after(intent, hash))?;
+        let near = new.check(policy, Check::Jump, Ordered(()), |intent, _| counters.near_enough(intent))?;
         if policy.check(Check::Duplicate) == Requirement::Required {
             let intent = &near.message;
             let reached = match policy.check(Check::Jump) {
@@ -144,16 +161,17 @@ impl Attributed<Intent> {
         }
         Ok(near)
     }
+}
 
+impl Record<Attributed<AtGateway>, Intent> {
     /// At most once, without an order among them: for whoever passes commands on and leaves their order to the unit.
     pub fn unrepeated(
         self,
         policy: &Policy,
         counters: &mut Counters,
         hash: &[u8; 32],
-    ) -> Result<Ordered<Intent>, Refusal> {
-        let new: Ordered<Intent> =
-            self.check(policy, Check::Duplicate, |intent, _| counters.unseen(intent.id, hash))?;
+    ) -> Result<Record<Ordered, Intent>, Refusal> {
+        let new = self.check(policy, Check::Duplicate, Ordered(()), |intent, _| counters.unseen(intent.id, hash))?;
         if policy.check(Check::Duplicate) == Requirement::Required {
             counters.note(new.message.id, hash, None);
         }

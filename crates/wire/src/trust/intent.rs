@@ -1,0 +1,26 @@
+//! What an intent has to pass before its signature is verified, the dearest check, and in which order.
+//!
+//! Each check wraps the stage before it, so that the type of an intent lists what it has passed, innermost first. The
+//! signature is asked of these two types alone: an intent that left a check out, or passed two in the other order, has
+//! another type. At the gateway the age and the rate are those of the request, which came over a station's own channel; at
+//! the unit they are the intent's and its operator's.
+
+use super::stage::{Fresh, InRole, InTime, NotRepeated, NotRevoked, WithinRate, WorthVerifying};
+
+/// At the unit that is to carry it out.
+pub type AtUnit = WorthVerifying<WithinRate<NotRepeated<NotRevoked<InRole<InTime>>>>>;
+
+/// At the gateway, which passes it on.
+pub type AtGateway = NotRevoked<InRole<WithinRate<Fresh>>>;
+
+/// Everything has been judged that costs less than a signature.
+pub trait Screened: sealed::Sealed {}
+
+impl Screened for AtUnit {}
+impl Screened for AtGateway {}
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for super::AtUnit {}
+    impl Sealed for super::AtGateway {}
+}

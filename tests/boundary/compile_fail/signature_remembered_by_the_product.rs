@@ -1,0 +1,7 @@
+use wire::sign::{Keyring, Verified};
+
+fn forgetful() -> Keyring {
+    Keyring::sharing(Verified::default())
+}
+
+fn main() {}
