@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 /// What a trial in the twin or on the stacks is made of, below the workspace.
-const MADE_OF: [&str; 27] = [
+const MADE_OF: [&str; 28] = [
     "Cargo.toml",
     "Cargo.lock",
     "rust-toolchain.toml",
@@ -34,6 +34,7 @@ const MADE_OF: [&str; 27] = [
     "crates/stacks/src",
     "crates/search/src",
     "crates/results/src",
+    "crates/runner/src",
     "crates/lab/src",
     "crates/holdsafe/src",
 ];

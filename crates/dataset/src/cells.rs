@@ -143,6 +143,17 @@ pub fn named(name: &str) -> Result<&'static Cell, CellsError> {
     })
 }
 
+/// The cells of these names; all where none is named.
+///
+/// # Errors
+/// One is not there; the message names those that there are.
+pub fn chosen(names: &[String]) -> Result<Vec<&'static Cell>, CellsError> {
+    if names.is_empty() {
+        return Ok(all()?.iter().collect());
+    }
+    names.iter().map(|name| named(name)).collect()
+}
+
 /// What stands in the scenes of a split.
 ///
 /// # Errors

@@ -1,87 +1,50 @@
 //! The `holdsafe` command: its arguments, its exit codes, one verb a file.
 //!
-//! Results go to stdout, progress, logs and failures to stderr. What runs a trial is `twin` and `live`; what a trial is
-//! worth is `oracle`; the only files here that name them are `engine` and, to measure them, `cost` and `growth`.
+//! Results go to stdout, progress, logs and failures to stderr. What verbs share is in `runner`.
 
 mod ablate;
-mod agreement;
-mod batch;
-mod bench;
 mod beside;
-mod bring;
 mod campaign;
 mod catalogue;
-mod checked;
 mod cite;
 mod console;
-mod cost;
 mod curve;
 mod dataset;
-mod detector;
 mod diff;
 mod doctor;
-mod drawn;
-mod engine;
 mod explain;
 mod export;
-mod failure;
 mod follow;
 mod frame;
-mod ground;
-mod growth;
-mod hold;
 mod interrupt;
-mod intervene;
-mod judges;
-mod kept;
-mod kill;
-mod leak;
-mod lines;
 mod live;
-mod liveness;
-mod load;
 mod matrix;
 mod merge;
-mod minima;
 mod onlook;
-mod out;
-mod plan;
 mod rare;
-mod recorded;
-mod refeed;
 mod reference;
-mod rendering;
 mod replay;
 mod report;
 mod reproduce;
-mod retry;
 mod run;
-mod runs;
 mod scenario;
 mod scheduling;
 mod search;
-mod sensing;
 mod sensors;
-mod stages;
-mod tamper;
-mod transitions;
 mod verify;
 mod watch;
-mod window;
-mod worth;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{ArgAction, Parser, Subcommand};
-use parallel::progress::{Stop, Talk};
-
-pub use engine::{EngineError, MouthReplay, Verified};
-pub use failure::{Exit, Failure};
-pub use kept::{finished, kept_line};
+use lab::bench;
+use parallel::progress::Talk;
+use runner::Context;
+use runner::failure::{Exit, Failure, colour};
 
 /// SHA-256 over the sources that this program was built from, whatever the build.
-pub(crate) const PROGRAM: &str = env!("HOLDSAFE_PROGRAM");
+const PROGRAM: &str = env!("HOLDSAFE_PROGRAM");
 
 const EXIT_CODES: &str = "Exit codes:
   0    every trial within its expected classes
@@ -180,32 +143,6 @@ enum Verb {
     Doctor,
 }
 
-/// What a verb works with beside its own arguments.
-#[derive(Clone, Debug)]
-pub(crate) struct Context {
-    pub(crate) json: bool,
-    pub(crate) seed: u64,
-    pub(crate) talk: Talk,
-    pub(crate) root: Option<PathBuf>,
-    pub(crate) stop: Stop,
-}
-
-impl Context {
-    /// The directory with the scenarios.
-    pub(crate) fn root(&self) -> Result<PathBuf, Failure> {
-        let found = match &self.root {
-            Some(root) => Some(root.clone()),
-            None => std::env::current_dir().ok().and_then(|here| ::scenario::find_root(&here)),
-        };
-        found.ok_or_else(|| {
-            Failure::new(
-                Exit::Usage,
-                "no scenarios/ and platforms/ here or above; name their directory with --root DIR",
-            )
-        })
-    }
-}
-
 /// Runs the command line `arguments` (the program's name first) and gives the exit code.
 pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
     let arguments: Vec<OsString> = arguments.into_iter().collect();
@@ -229,6 +166,7 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> Exit {
         talk: if cli.common.quiet { Talk::Quiet } else { Talk::Normal },
         root: cli.common.root,
         stop: interrupt::watch(),
+        program: PROGRAM,
     };
     let result = match cli.verb {
         None => reference::run(&context),
@@ -271,16 +209,6 @@ fn usage(error: &clap::Error, json: bool) -> Exit {
     Failure::new(Exit::Usage, text.trim_start_matches("error: ")).tell(true)
 }
 
-/// The line that this process was started with, as a shell takes it.
-pub(crate) fn own_line() -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,@%+".contains(c);
-    let quoted = |word: String| match word.chars().all(plain) && !word.is_empty() {
-        true => word,
-        false => format!("'{}'", word.replace('\'', "'\\''")),
-    };
-    std::env::args_os().map(|word| quoted(word.to_string_lossy().into_owned())).collect::<Vec<_>>().join(" ")
-}
-
 fn start_log(common: &Common) {
     let level = match (common.quiet, common.verbose) {
         (true, _) => "error",
@@ -291,11 +219,8 @@ fn start_log(common: &Common) {
     };
     let filter = tracing_subscriber::EnvFilter::try_from_default_env();
     let filter = filter.unwrap_or_else(|_| tracing_subscriber::EnvFilter::new(level));
-    let started = tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .with_ansi(failure::colour())
-        .try_init();
+    let started =
+        tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).with_ansi(colour()).try_init();
     if started.is_err() {
         tracing::debug!("a log writer was there already");
     }

@@ -34,7 +34,7 @@ mod mouth;
 mod nearness;
 mod orders;
 mod outcome;
-mod peers;
+pub mod peers;
 mod place;
 mod planes;
 mod properties;

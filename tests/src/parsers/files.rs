@@ -1,9 +1,9 @@
 //! Files that a person or another machine wrote: scenarios, scenes, settings, finished trials, models.
 
 use evidence::trial::Trial;
-use holdsafe::command::{finished, kept_line};
 use perception::model::{MAX_MODEL, Model, ModelError, hex_digest};
 use perception::onnx::{Inspected, OnnxError};
+use runner::kept::{finished, kept_line};
 use scenario::{Alphabet, MAX_FILE_BYTES, Problems, Weaknesses};
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -8,16 +8,17 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use super::batch::{self, Batch};
-use super::failure::{Exit, Failure};
-use super::kept::{Kept, Shelf};
-use super::plan::{self, Planned, Wanted};
-use super::{Context, catalogue, out};
+use super::catalogue;
 use evidence::ablation::{Gain, Switch};
 use evidence::trial::{Outcome, Trial};
 use parallel::progress::Progress;
 use results::mode::Mode;
 use results::report::{Ablation, AttackRow, CheckRow, Compared, Overlap, Quiet, Summary, ablation_table};
+use runner::batch::Batch;
+use runner::failure::{Exit, Failure};
+use runner::kept::{Kept, Shelf};
+use runner::plan::{Planned, Wanted};
+use runner::{Context, batch, out, plan};
 use scenario::Scenario;
 use stats::paired::Paired;
 
@@ -78,7 +79,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), "ablation")?;
     let bench = Bench { context, kept: Kept::below(&dir)? };
     let bases: Vec<Planned> = attacks.iter().map(|attack| attack.base.clone()).collect();
-    out::write_json(&dir, "manifest.json", &out::Manifest::of(&context.root()?, context.seed, &bases)?)?;
+    out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &bases)?)?;
 
     let tried = bench.each(args, &attacks)?;
     let mut exit = Exit::Fine;

@@ -9,14 +9,14 @@ use explain::explain;
 use link::mouth::MouthError;
 use perception::stages::Stages;
 use results::report::explained_in_seconds;
+use runner::checked::Checked;
+use runner::failure::{Exit, Failure};
+use runner::recorded::Recorded;
 use wire::core::Topic;
 use wire::id::NodeId;
 use wire::time::{Instant, Span};
 
-use super::checked::Checked;
-use super::failure::{Exit, Failure};
 use super::frame::sights;
-use super::recorded::Recorded;
 
 /// What a recorded run has beside what was shown.
 pub(super) struct Beheld {

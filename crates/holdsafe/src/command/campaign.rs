@@ -17,15 +17,13 @@ use results::campaign::claim::Claim;
 use results::campaign::partition::Partition;
 use results::campaign::row::Row;
 use results::report::{CampaignObject, Fold, TableError, TrialTable, campaign_table};
+use runner::bring::Bring;
+use runner::failure::{Exit, Failure};
+use runner::plan::Planned;
+use runner::{Context, batch, out, plan};
 use scenario::Variation;
 use sha2::{Digest, Sha256};
 
-use super::batch;
-use super::bring::Bring;
-use super::failure::{Exit, Failure};
-use super::plan::Planned;
-use super::{Context, out};
-use crate::command::PROGRAM;
 use journal::Journal;
 use space::{Draw, Grid};
 
@@ -74,11 +72,11 @@ pub(super) struct Args {
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let (plan, planned) = space::lay_out(context, args)?;
     let partition = args.partition.unwrap_or(Partition::WHOLE);
-    let label = format!("campaign-{}-{}", &plan.digest()[..12], &PROGRAM[..12]);
+    let label = format!("campaign-{}-{}", &plan.digest()[..12], &context.program[..12]);
     let default = context.root()?.join("runs").join(&label);
     let dir = out::directory(&default, Some(args.out.as_deref().unwrap_or(&default)), &label)?;
     let journal = Journal::open(&dir, &plan)?;
-    out::write_json(&dir, "manifest.json", &out::Manifest::of(&context.root()?, context.seed, &planned)?)?;
+    out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &planned)?)?;
     let jobs = args.jobs.map_or_else(parallel::cores, usize::from);
     all(context, &plan, &planned, partition, jobs, &journal).map_err(|failure| match failure.exit() {
         Exit::Interrupted => stopped(&dir, &plan, &journal),
@@ -125,7 +123,7 @@ fn one(context: &Context, plan: &Plan, planned: &[Planned], number: u64) -> Resu
     let (v, i) = plan.place(number);
     let planned = planned.get(v).ok_or_else(|| Failure::internal("a trial without a variation"))?;
     let drawn = plan.drawn(v, i);
-    let scenario = planned.variation.with(&drawn).map_err(|why| space::unfit(&planned.variation, why))?;
+    let scenario = planned.variation.with(&drawn).map_err(|why| plan::unfit(&planned.variation, why))?;
     let variation = Variation { cell: planned.variation.cell.clone(), scenario };
     let planned = Planned { variation, command: Some(plan.command(v, i)), ..planned.clone() };
     let trial = batch::trial(planned.mode(), &planned, &planned.setup, plan.seed(i), &context.stop)?;
@@ -136,7 +134,7 @@ fn one(context: &Context, plan: &Plan, planned: &[Planned], number: u64) -> Resu
 fn stopped(dir: &Path, plan: &Plan, journal: &Journal) -> Failure {
     let (n, total, dir) = (journal.len(), plan.total(), dir.display());
     let message = format!("stopped; {n} of {total} trials are finished and kept in {dir}, and none of them runs again");
-    let resume = format!("to go on, the same command again: {}", super::own_line());
+    let resume = format!("to go on, the same command again: {}", runner::own_line());
     Failure::new(Exit::Interrupted, format!("{message}\n{resume}"))
 }
 

@@ -2,13 +2,12 @@
 
 use evidence::SCHEMA_VERSION;
 use results::catalogue::{Catalogue, Row};
+use runner::failure::{Exit, Failure};
+use runner::plan::Wanted;
+use runner::{Context, out, plan};
 use scenario::Scenario;
 use serde::Serialize;
 use topology::{RunSecret, cast};
-
-use super::failure::{Exit, Failure};
-use super::plan::{self, Wanted};
-use super::{Context, out};
 
 #[derive(Serialize)]
 struct Listed<'a> {

@@ -8,12 +8,11 @@ use std::path::{Path, PathBuf};
 use evidence::SCHEMA_VERSION;
 use evidence::log::hex;
 use perception::model::hex_digest;
+use runner::checked::{Checked, Unverified};
+use runner::failure::{Exit, Failure};
+use runner::{Context, checked, out};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-
-use super::checked::{self, Checked, Unverified};
-use super::failure::{Exit, Failure};
-use super::{Context, out};
 
 /// Who and what is cited, as services that read such files have it.
 const CITATION: &str = include_str!("../../../../CITATION.cff");

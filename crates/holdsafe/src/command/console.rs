@@ -4,12 +4,12 @@
 use std::path::PathBuf;
 
 use console::process::replay;
+use runner::bring::Bring;
+use runner::checked::Unverified;
+use runner::failure::{Exit, Failure};
+use runner::{Context, checked};
 
-use super::Context;
 use super::beside::Beheld;
-use super::bring::Bring;
-use super::checked::{self, Unverified};
-use super::failure::{Exit, Failure};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -5,14 +5,14 @@
 
 use std::path::PathBuf;
 
-use super::batch::{self, Batch};
-use super::bring::Bring;
-use super::failure::{Exit, Failure};
-use super::plan::{self, Planned, Wanted};
-use super::{Context, out};
 use evidence::trial::Trial;
 use results::mode::Mode;
 use results::report::{CurveLine, CurveObject, CurvePoint, curve_table, svg};
+use runner::batch::Batch;
+use runner::bring::Bring;
+use runner::failure::{Exit, Failure};
+use runner::plan::{Planned, Wanted};
+use runner::{Context, batch, out, plan};
 use scenario::Curve;
 
 #[derive(Debug, clap::Args)]
@@ -62,7 +62,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let all: Vec<Planned> = lines.iter().flat_map(|line| &line.points).map(|(_, planned)| planned.clone()).collect();
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "curve")).transpose()?;
     if let Some(dir) = &out {
-        out::write_json(dir, "manifest.json", &out::Manifest::of(&context.root()?, context.seed, &all)?)?;
+        out::write_json(dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
     }
     let label = format!("curve of {}", scenario.name.as_str());
     let (n, seed) = (args.trials, context.seed);

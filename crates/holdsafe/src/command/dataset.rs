@@ -14,10 +14,9 @@ use parallel::progress::Progress;
 use perception::detector::{Detector, DetectorError};
 use perception::model::hex_digest;
 use perception::stages::Stages;
+use runner::failure::{Exit, Failure};
+use runner::{Context, out};
 use serde::Serialize;
-
-use super::failure::{Exit, Failure};
-use super::{Context, out};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -58,21 +57,12 @@ struct Manifest {
 }
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
-    let cells = chosen(&args.cell)?;
+    let cells = cells::chosen(&args.cell).map_err(|e| Failure::new(Exit::Usage, e.to_string()))?;
     match (&args.sheet, &args.dir) {
         (Some(file), _) => sheet(context, file, &cells, args.split),
         (None, Some(dir)) => write(context, args, dir, &cells),
         (None, None) => Err(Failure::new(Exit::Usage, "name a folder, or --sheet FILE")),
     }
-}
-
-/// The cells of these names, or all.
-pub(super) fn chosen(names: &[String]) -> Result<Vec<&'static Cell>, Failure> {
-    let usage = |e: cells::CellsError| Failure::new(Exit::Usage, e.to_string());
-    if names.is_empty() {
-        return Ok(cells::all().map_err(usage)?.iter().collect());
-    }
-    names.iter().map(|name| cells::named(name).map_err(usage)).collect()
 }
 
 fn write(context: &Context, args: &Args, dir: &Path, cells: &[&Cell]) -> Result<Exit, Failure> {

@@ -4,13 +4,12 @@ use std::path::{Path, PathBuf};
 
 use evidence::diff::{Decided, Difference, diff};
 use evidence::{SCHEMA_VERSION, Witnessed};
+use runner::checked::{Checked, Unverified};
+use runner::failure::{Exit, Failure};
+use runner::plan::Wanted;
+use runner::recorded::Recorded;
+use runner::{Context, checked, engine, out, plan};
 use serde::Serialize;
-
-use super::checked::{self, Checked, Unverified};
-use super::failure::{Exit, Failure};
-use super::plan::{self, Wanted};
-use super::recorded::Recorded;
-use super::{Context, engine, out};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

@@ -9,11 +9,11 @@ use live::leftovers;
 use live::leftovers::Leftovers;
 use nix::sys::resource::{Resource, getrlimit};
 use nix::sys::statvfs::statvfs;
+use runner::failure::{Exit, Failure};
+use runner::{Context, out};
 use serde::Serialize;
 
-use super::failure::{Exit, Failure};
 use super::scheduling::{self, Scheduling};
-use super::{Context, out};
 
 /// Shared memory that a live run takes at most, bytes.
 const SHARED_MEMORY: u64 = 64 * 1024 * 1024;

@@ -5,13 +5,12 @@ use std::path::{Path, PathBuf};
 use evidence::Micros;
 use explain::{Explanation, Log, explain, why_not};
 use results::report::{ExplainObject, diagram, explained, kept_out};
+use runner::checked::{Checked, Unverified};
+use runner::failure::{Exit, Failure};
+use runner::plan::Wanted;
+use runner::recorded::Recorded;
+use runner::{Context, checked, engine, out, plan};
 use wire::mode::Mode;
-
-use super::checked::{self, Checked, Unverified};
-use super::failure::{Exit, Failure};
-use super::plan::{self, Wanted};
-use super::recorded::Recorded;
-use super::{Context, engine, out};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

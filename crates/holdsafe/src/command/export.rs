@@ -7,17 +7,16 @@ use std::path::{Path, PathBuf};
 use evidence::passed::{Passed, recorded};
 use evidence::{SCHEMA_VERSION, Witnessed, passed};
 use perception::stages::Stages;
+use runner::bring::Bring;
+use runner::checked::{Checked, Unverified};
+use runner::failure::{Exit, Failure};
+use runner::plan::Wanted;
+use runner::recorded::Recorded;
+use runner::{Context, checked, engine, out, plan, runs};
 use serde::Serialize;
 use sim::scene::Scene;
 use viewer::Viewer;
 use wire::core::Topic;
-
-use super::bring::Bring;
-use super::checked::{self, Checked, Unverified};
-use super::failure::{Exit, Failure};
-use super::plan::{self, Wanted};
-use super::recorded::Recorded;
-use super::{Context, engine, out, runs};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -176,7 +175,7 @@ fn write(context: &Context, args: &Args, found: Found) -> Result<(Vec<viewer::Ch
     let file = File::create(&beside).map_err(|e| unwritable(e.to_string()))?;
     let whole = match show(context, BufWriter::new(file), found, stages) {
         Ok(Some(whole)) => std::fs::rename(&beside, &args.out).map(|()| whole).map_err(|e| unwritable(e.to_string())),
-        Ok(None) => Err(engine::EngineError::Stopped.into()),
+        Ok(None) => Err(runner::error::EngineError::Stopped.into()),
         Err(error) => Err(unwritable(error.to_string())),
     };
     if whole.is_err() {

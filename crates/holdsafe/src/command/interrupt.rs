@@ -6,8 +6,7 @@
 use nix::sys::signal::{SigSet, Signal};
 use nix::sys::signalfd::SignalFd;
 use parallel::progress::Stop;
-
-use super::failure::Exit;
+use runner::failure::Exit;
 
 /// Starts to watch; call it before any other thread is there.
 pub(super) fn watch() -> Stop {

@@ -4,16 +4,14 @@ use std::path::PathBuf;
 
 use link::clock::trace_us;
 use results::mode::Mode;
+use runner::bring::Bring;
+use runner::engine::View;
+use runner::failure::{Exit, Failure};
+use runner::plan::Wanted;
+use runner::retry::{Retries, retried};
+use runner::{Context, batch, engine, out, plan};
 use scenario::FRAMES;
 use wire::person::Role;
-
-use super::batch;
-use super::bring::Bring;
-use super::engine::{self, View};
-use super::failure::{Exit, Failure};
-use super::plan::{self, Wanted};
-use super::retry::{Retries, retried};
-use super::{Context, out};
 
 /// Least time between two of the operator's views on a terminal, microseconds.
 const APART_US: u64 = 200_000;

@@ -6,17 +6,18 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::batch::{self, Batch};
-use super::failure::{Exit, Failure};
-use super::kept::{Kept, Shelf};
-use super::plan::{self, Planned, Wanted};
-use super::retry::Retries;
-use super::{Context, catalogue, out};
+use super::catalogue;
 use evidence::trial::Trial;
 use parallel::progress::Progress;
 use results::catalogue::{Catalogue, Row};
 use results::mode::Mode;
 use results::report::{Matrix, MatrixRow, MatrixRun, matrix_table};
+use runner::batch::Batch;
+use runner::failure::{Exit, Failure};
+use runner::kept::{Kept, Shelf};
+use runner::plan::{Planned, Wanted};
+use runner::retry::Retries;
+use runner::{Context, batch, out, plan};
 use scenario::Scenario;
 
 #[derive(Debug, clap::Args)]
@@ -105,7 +106,7 @@ fn parts(context: &Context, args: &Args, scenarios: Vec<Scenario>) -> Result<Vec
 
 fn manifest(context: &Context, dir: &Path, parts: &[Part]) -> Result<(), Failure> {
     let all: Vec<Planned> = parts.iter().flat_map(|part| part.planned.clone()).collect();
-    out::write_json(dir, "manifest.json", &out::Manifest::of(&context.root()?, context.seed, &all)?)
+    out::write_json(dir, "manifest.json", &out::Manifest::of(context, &all)?)
 }
 
 /// A variation by its place: of which part, and which of its variations.

@@ -5,9 +5,10 @@
 
 use std::path::PathBuf;
 
+use super::campaign;
 use super::campaign::journal::{Journal, each_row, read_plan, same};
-use super::failure::{Exit, Failure};
-use super::{Context, campaign, out};
+use runner::failure::{Exit, Failure};
+use runner::{Context, out};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {

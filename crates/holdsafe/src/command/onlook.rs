@@ -7,9 +7,8 @@ use console::page;
 use console::site::Site;
 use link::clock::trace_us;
 use link::web::{self, Content, Served};
+use runner::failure::{Exit, Failure};
 use serde_json::json;
-
-use super::failure::{Exit, Failure};
 
 fn taken(port: u16, why: &dyn std::fmt::Display) -> Failure {
     Failure::new(Exit::Environment, format!("port {port} of loopback: {why}; name another one, or none"))

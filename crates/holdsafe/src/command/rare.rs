@@ -6,13 +6,12 @@ use std::path::PathBuf;
 use parallel::progress::Progress;
 use results::campaign::draw;
 use results::report::{Asked, RareObject, rare_table};
+use runner::failure::{Exit, Failure};
+use runner::plan::{Planned, Wanted};
+use runner::{Context, out, plan};
 use scenario::{Settings, Variation};
 use search::rare::{Event, MAX_LEVELS, Plan, Question};
 use serde_json::Value;
-
-use super::failure::{Exit, Failure};
-use super::plan::{self, Planned, Wanted};
-use super::{Context, campaign, out};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -42,7 +41,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "FILE")]
     policy: Option<PathBuf>,
     /// Threads [default: one a core]. The estimate does not depend on it.
-    #[arg(long, value_name = "J", value_parser = super::batch::jobs)]
+    #[arg(long, value_name = "J", value_parser = runner::batch::jobs)]
     jobs: Option<usize>,
 }
 
@@ -88,7 +87,7 @@ fn question(context: &Context, args: &Args) -> Result<Question, Failure> {
     })?;
     let variation = planned.variation;
     let set: Settings = args.set.iter().cloned().collect();
-    let scenario = variation.with(&set).map_err(|why| campaign::space::unfit(&variation, why))?;
+    let scenario = variation.with(&set).map_err(|why| plan::unfit(&variation, why))?;
     let Planned { variation, setup, .. } = plan::prepare(context, Variation { scenario, ..variation }, &wanted)?;
     Ok(Question { scenario: variation.scenario, setup, event: args.event })
 }

@@ -3,14 +3,14 @@
 
 use std::path::Path;
 
-use super::batch::{self, Batch};
-use super::failure::{Exit, Failure};
-use super::plan::{self, Planned, Wanted};
-use super::{Context, out};
 use evidence::trial::Trial;
 use parallel::progress::Talk;
 use results::mode::Mode;
 use results::report::{Reference, ReferenceRow, latency_table, reference_table};
+use runner::batch::Batch;
+use runner::failure::{Exit, Failure};
+use runner::plan::{Planned, Wanted};
+use runner::{Context, batch, out, plan};
 use scenario::Scenario;
 
 /// The paper's findings, which the table begins with; the others follow by name.
@@ -41,7 +41,7 @@ pub(super) fn run(context: &Context) -> Result<Exit, Failure> {
     }
     let dir = out::directory(&root, None, "reference")?;
     let all: Vec<Planned> = plans.iter().flat_map(|(_, twin, _)| twin.clone()).collect();
-    out::write_json(&dir, "manifest.json", &out::Manifest::of(&root, context.seed, &all)?)?;
+    out::write_json(&dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
 
     let mut told = Told { dir: &dir, exit: Exit::Fine, rows: Vec::new() };
     let batch = |label: &str, mode: Mode, planned: &[Planned], n: u64, jobs: usize| {

@@ -4,15 +4,14 @@
 use std::path::{Path, PathBuf};
 
 use evidence::SCHEMA_VERSION;
+use runner::checked::{Checked, Unverified};
+use runner::engine::MouthReplay;
+use runner::failure::{Exit, Failure};
+use runner::plan::{Planned, Wanted};
+use runner::{Context, checked, engine, out, plan};
 use serde::Serialize;
 use twin::refeed::{Parted, Refed, decisions};
 use wire::core::Output;
-
-use super::checked::{self, Checked, Unverified};
-use super::engine::{self, MouthReplay};
-use super::failure::{Exit, Failure};
-use super::plan::{self, Planned, Wanted};
-use super::{Context, out};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -90,7 +89,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let planned = one(context, args)?;
     let Some(policy) = &args.policy else {
         let refed = engine::again(&engine::eaten(&planned, context.seed)?)?;
-        return same(context, &args.run, refed.iter().map(told).collect(), &[]);
+        return same(context, &args.run, refed.iter().map(MouthReplay::from).collect(), &[]);
     };
     let other = plan::under(context, &planned, policy)?;
     let refed = engine::otherwise(&engine::eaten(&planned, context.seed)?, &other, context.seed)?;
@@ -164,16 +163,6 @@ fn what_if(context: &Context, mut asked: Counterfactual) -> Result<Exit, Failure
         out::say(format_args!("every core decides the same under {}", asked.policy));
     }
     Ok(Exit::Fine)
-}
-
-/// One core of a run in the twin in the words of a live run's.
-pub(super) fn told(refed: &Refed) -> MouthReplay {
-    let difference = refed.parted.as_ref().map(|p| {
-        let what =
-            format!("at {:.3} s, input {}: {:?} in the run, {:?} now", p.at as f64 / 1e6, p.input, p.then, p.now);
-        what.chars().take(400).collect()
-    });
-    MouthReplay { core: refed.node.to_string(), inputs: refed.inputs, outputs: refed.outputs, difference }
 }
 
 fn if_otherwise(refed: &Refed) -> WhatIf {

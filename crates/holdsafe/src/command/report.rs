@@ -10,12 +10,11 @@ use dossier::results::{MAX_FILE_BYTES, Manifest, Results};
 use dossier::story::Recording;
 use evidence::SCHEMA_VERSION;
 use results::story;
+use runner::checked::{Checked, Unverified};
+use runner::failure::{Exit, Failure};
+use runner::recorded::Recorded;
+use runner::{Context, checked, out, runs};
 use serde::Serialize;
-
-use super::checked::{self, Checked, Unverified};
-use super::failure::{Exit, Failure};
-use super::recorded::Recorded;
-use super::{Context, out, runs};
 
 /// The file in a folder of a command's results that holds the result.
 const RESULTS: [&str; 5] = ["matrix.json", "reference.json", "campaign.json", "ablation.json", "result.json"];

@@ -7,11 +7,10 @@ use evidence::SCHEMA_VERSION;
 use parallel::progress::Progress;
 use results::mode::Mode;
 use results::reproduction::{Again, Reference, References};
+use runner::failure::{Exit, Failure};
+use runner::plan::{Planned, Wanted};
+use runner::{Context, engine, out, plan};
 use serde::Serialize;
-
-use super::failure::{Exit, Failure};
-use super::plan::{self, Planned, Wanted};
-use super::{Context, engine, out};
 
 /// Where references lie below the root, a file for each architecture.
 const FOLDER: &str = "references";
@@ -145,7 +144,7 @@ fn made<T: Send>(
     let progress = Progress::new("runs", planned.len(), context.talk);
     let made = parallel::map(parallel::cores(), planned, |one| {
         if context.stop.asked() {
-            return Err(engine::EngineError::Stopped);
+            return Err(runner::error::EngineError::Stopped);
         }
         let scenario = &one.variation.scenario;
         let (evidence, verdict) = engine::twin_verdict(scenario, &one.setup, seed)?;

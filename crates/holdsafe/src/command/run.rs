@@ -6,16 +6,17 @@ use evidence::SCHEMA_VERSION;
 use evidence::trial::Trial;
 use results::mode::Mode;
 use results::report::{RunObject, run_table};
-use scenario::{FRAMES, Scenario};
+use runner::batch::Batch;
+use runner::bring::Bring;
+use runner::failure::{Exit, Failure};
+use runner::plan::{Planned, Wanted};
+use runner::retry::Retries;
+use runner::{Context, batch, out, plan};
+use scenario::FRAMES;
 use serde::Serialize;
 use wire::person::Role;
 
-use super::batch::{self, Batch};
-use super::bring::Bring;
-use super::failure::{Exit, Failure};
-use super::plan::{self, Planned, Wanted};
-use super::retry::Retries;
-use super::{Context, live, out};
+use super::live;
 
 /// Twin trials of each cell when the user names no number: the fewest that bound a 95th percentile.
 const TWIN_TRIALS: u64 = 59;
@@ -124,7 +125,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "run")).transpose()?;
     if let Some(dir) = &out {
         let all: Vec<Planned> = plans.iter().flat_map(|(_, planned)| planned.clone()).collect();
-        out::write_json(dir, "manifest.json", &out::Manifest::of(&context.root()?, context.seed, &all)?)?;
+        out::write_json(dir, "manifest.json", &out::Manifest::of(context, &all)?)?;
     }
     let (mut exit, mut runs) = (Exit::Fine, Vec::new());
     for ((scenario, planned), batch) in plans.iter().zip(&batches) {
@@ -134,7 +135,7 @@ pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
         if let Some(dir) = &out {
             out::write_trials(dir, &format!("{label}.jsonl"), &trials)?;
         }
-        runs.push(fold(scenario, mode, context.seed, planned, trials));
+        runs.push(batch::fold(scenario, mode, context.seed, planned, trials));
     }
     finish(context, engine, runs, out.as_deref())?;
     Ok(exit)
@@ -148,21 +149,6 @@ fn one_window(args: &Args, variations: usize) -> Result<(), Failure> {
         return Err(Failure::new(Exit::Usage, message));
     }
     live::display()
-}
-
-/// Folds the trials of one scenario into its object.
-pub(super) fn fold(scenario: &Scenario, mode: Mode, seed: u64, planned: &[Planned], trials: Vec<Trial>) -> RunObject {
-    let cells: Vec<_> = planned
-        .iter()
-        .filter_map(|p| Some((p.variation.cell.clone()?, p.variation.scenario.expected.to_vec())))
-        .collect();
-    let mut run = RunObject::new(scenario.name.as_str(), mode, seed, trials, &cells);
-    run.watermark = planned.iter().find_map(|p| p.setup.watermark());
-    run.detector = plan::detector(planned);
-    if cells.is_empty() {
-        run.expected = planned.iter().flat_map(|p| p.variation.scenario.expected.to_vec()).collect();
-    }
-    run
 }
 
 /// What to hold the recording of a trial to.

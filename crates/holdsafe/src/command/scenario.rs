@@ -4,13 +4,12 @@ use std::io::Write;
 use std::path::Path;
 
 use evidence::SCHEMA_VERSION;
+use runner::failure::{Exit, Failure};
+use runner::plan::Wanted;
+use runner::{Context, engine, failure, out, plan};
 use scenario::{Name, Problem, ProblemRow, Problems, Setup};
 use serde::Serialize;
 use topology::needs_rendering;
-
-use super::failure::{self, Exit, Failure};
-use super::plan::{self, Wanted};
-use super::{Context, engine, out};
 
 #[derive(Debug, clap::Subcommand)]
 pub(super) enum Verb {

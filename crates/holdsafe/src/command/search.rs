@@ -5,15 +5,15 @@
 
 use std::path::{Path, PathBuf};
 
-use super::failure::{Exit, Failure};
-use super::ground::{Asked, MOST_WORDS, stopped_or_unfit, unfit};
-use super::plan::Wanted;
-use super::{Context, engine, out};
 use evidence::ablation::Switch;
 use evidence::trial::Outcome;
 use parallel::progress::Progress;
 use results::mode::Mode;
 use results::report::{Confirmed, FindingRow, SearchObject, search_table};
+use runner::failure::{Exit, Failure};
+use runner::ground::{Asked, MOST_WORDS, stopped_or_unfit, unfit};
+use runner::plan::Wanted;
+use runner::{Context, engine, out};
 use scenario::{Name, Setup};
 use search::{Cause, Found, Ground, Hunted, Moments, Quest, Shrunk, Strategy, Word, ends_in};
 
@@ -45,7 +45,7 @@ pub(super) struct Args {
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     draws: u64,
     /// Threads [default: one a core]. What is found does not depend on it.
-    #[arg(long, value_name = "J", value_parser = super::batch::jobs)]
+    #[arg(long, value_name = "J", value_parser = runner::batch::jobs)]
     jobs: Option<usize>,
     /// With rendered sensors and the detector; what a word does not reach is not rendered again.
     #[arg(long)]

@@ -16,6 +16,9 @@ use link::drive::FLUSH_EVERY;
 use link::mouth::{Entry, MouthError};
 use parallel::progress::Stop;
 use perception::stages::Stages;
+use runner::bring::Bring;
+use runner::failure::{Exit, Failure};
+use runner::{Context, runs};
 use viewer::LARGEST;
 use wire::bus::body;
 use wire::codec::decode;
@@ -24,11 +27,8 @@ use wire::id::NodeId;
 use wire::sensor::Frames;
 use wire::time::{Instant, Span};
 
-use super::bring::Bring;
-use super::failure::{Exit, Failure};
 use super::follow::Follow;
 use super::frame::sights;
-use super::{Context, runs};
 
 /// How often it is looked whether there is more.
 const LOOKS_EVERY: Duration = Duration::from_millis(50);

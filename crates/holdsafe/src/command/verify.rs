@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 
 use evidence::SCHEMA_VERSION;
+use runner::failure::{Exit, Failure};
+use runner::verified::Verified;
+use runner::{Context, checked, out, runs};
 use serde::Serialize;
-
-use super::engine::{self, Verified};
-use super::failure::{Exit, Failure};
-use super::{Context, checked, out, runs};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -40,7 +39,7 @@ fn digest(text: &str) -> Result<String, String> {
 
 pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
     let run = runs::one(&args.run)?;
-    let mut verified = engine::verify(&run)?;
+    let mut verified = runner::verified::verify(&run)?;
     if let Some(told) = args.held.as_ref().filter(|told| **told != verified.held) {
         verified.findings.insert(0, format!("held.json: SHA-256 {}, told was {told}", verified.held));
     }

@@ -14,16 +14,16 @@ use evidence::SCHEMA_VERSION;
 use link::clock::trace_us;
 use link::mouth::{Entry, MouthError};
 use live::keep;
+use runner::checked::{Checked, Unverified};
+use runner::failure::{Exit, Failure};
+use runner::{Context, checked, out, runs};
 use serde::Serialize;
 use serde_json::json;
 use wire::core::{Input, Output};
 use wire::id::NodeId;
 
-use super::checked::{self, Checked, Unverified};
-use super::failure::{Exit, Failure};
 use super::follow::Follow;
 use super::onlook::{Page, Viewer};
-use super::{Context, out, runs};
 
 /// A console gives ten pictures a second, and five in silence; after so long without one, microseconds, what it gave last is not current.
 const CURRENT_US: u64 = 1_000_000;

@@ -9,12 +9,12 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::super::failure::{Exit, Failure};
-use super::super::lines::{At, Lines, scan};
-use super::super::out;
 use evidence::trial::Outcome;
 use results::campaign::Plan;
 use results::campaign::row::Row;
+use runner::failure::{Exit, Failure};
+use runner::lines::{At, Lines, scan};
+use runner::out;
 
 /// The longest plan that is read.
 const MAX_PLAN_BYTES: u64 = 64 << 20;

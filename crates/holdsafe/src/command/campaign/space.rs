@@ -5,14 +5,13 @@ use std::collections::BTreeMap;
 
 use results::campaign::draw::Distribution;
 use results::campaign::{MAX_VARIATIONS, PLAN_VERSION, Plan, PlanVariation, Terms, draw};
+use runner::failure::{Exit, Failure};
+use runner::plan::{Planned, Wanted};
+use runner::{Context, plan};
 use scenario::{Settings, Variation};
 use serde_json::Value;
 
-use super::super::Context;
-use super::super::failure::{Exit, Failure};
-use super::super::plan::{self, Planned, Wanted};
 use super::Args;
-use crate::command::PROGRAM;
 
 /// Trials of each variation when the user names neither number nor claim: the fewest that bound a 95th percentile.
 const TRIALS: u64 = 59;
@@ -57,7 +56,7 @@ pub(super) fn lay_out(context: &Context, args: &Args) -> Result<(Plan, Vec<Plann
     }
     let terms = Terms {
         plan_version: PLAN_VERSION,
-        program: PROGRAM.to_owned(),
+        program: context.program.to_owned(),
         seed: context.seed,
         trials: trials(args),
         rendered: args.rendered,
@@ -124,7 +123,7 @@ fn crossed(
     })?;
     let one = |at: usize| {
         let set = combination(grids, at);
-        let scenario = cell.variation.with(&set).map_err(|why| unfit(&cell.variation, why))?;
+        let scenario = cell.variation.with(&set).map_err(|why| plan::unfit(&cell.variation, why))?;
         let cell = cell.variation.cell.clone();
         Ok((plan::prepare(context, Variation { cell, scenario }, wanted)?, set))
     };
@@ -147,17 +146,8 @@ fn drawable(planned: &Planned, draws: &BTreeMap<String, Distribution>) -> Result
     let most = ends.iter().map(|(_, ends)| ends.len()).max().unwrap_or(0);
     (0..most).try_for_each(|k| {
         let set: Settings = ends.iter().map(|(path, ends)| ((*path).clone(), ends[k % ends.len()].clone())).collect();
-        planned.variation.with(&set).map(|_| ()).map_err(|why| unfit(&planned.variation, why))
+        planned.variation.with(&set).map(|_| ()).map_err(|why| plan::unfit(&planned.variation, why))
     })
-}
-
-/// What `Variation::with` says, with the place and the remedy that a cell's error has in its file.
-pub(in crate::command) fn unfit(variation: &Variation, why: String) -> Failure {
-    let cell = variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
-    let name = variation.scenario.name.as_str();
-    let remedy =
-        "a path and its values are as in a cell's `set`; `holdsafe scenario schema` prints every key with its range";
-    Failure::new(Exit::Usage, format!("in {name}{cell}: {why}; {remedy}"))
 }
 
 fn described(planned: &Planned, set: &Settings) -> Result<PlanVariation, Failure> {

@@ -1,0 +1,174 @@
+//! The words of `bench agreement`: drawn by a seed, each as a file that `holdsafe run` takes, in the twin and live.
+//!
+//! A word depends on the seed of the drawing, its stratum and its number, not on the words before it, so that they are drawn on
+//! any number of threads and a drawing that was ended goes on where it was.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use evidence::log::hex;
+use evidence::trial::Outcome;
+use parallel::progress::Progress;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use runner::failure::{Exit, Failure};
+use runner::ground::{Asked, stopped_or_unfit};
+use runner::kept::Kept;
+use runner::lines::Lines;
+use runner::plan::{Planned, Wanted};
+use runner::{Context, ground, out, plan};
+use scenario::{Name, Weakness};
+use search::{Drawn, Ground, Stratum, ends_in};
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+/// What is a finding where no check is waived: what no platform should show.
+const BROKEN: [Outcome; 2] = [Outcome::Unsafe, Outcome::Late];
+/// How many grounds are tried for one word: some have no word in a stratum.
+const GROUNDS: u32 = 16;
+
+/// What is drawn, and how much of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Lot {
+    /// Seed of the drawing.
+    pub(super) draws: u64,
+    /// Words of each stratum.
+    pub(super) each: u64,
+}
+
+/// A word that was drawn.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Case {
+    pub(super) stratum: Stratum,
+    /// The how-manyth of its stratum, from 1.
+    number: u64,
+    /// The weakness, or the alphabet where no check is waived.
+    pub(super) of: String,
+    waived: bool,
+    pub(super) word: String,
+}
+
+impl Case {
+    /// The name of its file.
+    pub(super) fn name(&self) -> String {
+        format!("{}-{}", self.stratum.name(), self.number)
+    }
+
+    /// Its file below `dir`, ready to run as it will be live: rendered.
+    pub(super) fn planned(&self, context: &Context, dir: &Path) -> Result<Planned, Failure> {
+        let file = file(dir, "words", &self.name());
+        let policy = self.waived.then(|| self::file(dir, "policies", &self.of));
+        let again = policy.as_ref().map_or_else(String::new, |policy| format!(" --policy {}", policy.display()));
+        let wanted = Wanted { policy, rendered: true, ..Wanted::default() };
+        let (_, planned) = plan::plan(context, &file, &wanted)?;
+        let [mut one] = <[Planned; 1]>::try_from(planned)
+            .map_err(|_| Failure::internal("a word that was drawn has several cells"))?;
+        one.command = Some(format!("holdsafe run {} --trials 1 --live{again}", file.display()));
+        Ok(one)
+    }
+}
+
+fn file(dir: &Path, folder: &str, name: &str) -> PathBuf {
+    dir.join(folder).join(format!("{name}.toml"))
+}
+
+/// Every word of the lot, each in its file below `dir`; what is there already is not drawn again.
+pub(super) fn all(context: &Context, kept: &Kept, lot: Lot, dir: &Path) -> Result<Vec<Case>, Failure> {
+    ["words", "policies"].iter().try_for_each(|folder| std::fs::create_dir_all(dir.join(folder)))?;
+    let mut done = BTreeMap::new();
+    let lines = Lines::open(&dir.join(format!("drawn.{}.jsonl", digest(context, kept, lot)?)), |_, case: Case| {
+        done.insert((case.stratum, case.number), case);
+        Ok(())
+    })?;
+    let wanted = || Stratum::ALL.into_iter().flat_map(|stratum| (1..=lot.each).map(move |number| (stratum, number)));
+    let missing: Vec<_> = wanted().filter(|place| !done.contains_key(place)).collect();
+    let sources = Sources::of(context)?;
+    let progress = Progress::new("words drawn", missing.len(), context.talk);
+    let drawn = parallel::map(parallel::cores(), &missing, |(stratum, number)| {
+        let case = sources.draw(context, lot, *stratum, *number, dir)?;
+        lines.put(&case)?;
+        progress.step();
+        Ok::<_, Failure>(case)
+    })?;
+    progress.finish();
+    done.extend(drawn.into_iter().map(|case| ((case.stratum, case.number), case)));
+    Ok(wanted().filter_map(|place| done.remove(&place)).collect())
+}
+
+/// Of everything that a word depends on beside its stratum and number.
+fn digest(context: &Context, kept: &Kept, lot: Lot) -> Result<String, Failure> {
+    let of = (kept.build(), context.seed, lot.draws, out::files(&context.root()?)?);
+    let text = serde_json::to_vec(&of).map_err(Failure::internal)?;
+    Ok(hex(&Sha256::digest(text))[..16].to_owned())
+}
+
+/// Where words are drawn from: findings and edges where a check is waived, safe words where none is.
+struct Sources {
+    weaknesses: Vec<Weakness>,
+    alphabets: Vec<String>,
+}
+
+impl Sources {
+    fn of(context: &Context) -> Result<Self, Failure> {
+        let mut weaknesses = ground::weaknesses(context)?;
+        // A waived check is said by a policy, which `run` takes; a bound that is set wrong by no file that it takes.
+        weaknesses.retain(|weakness| weakness.waive.is_some());
+        Ok(Self { weaknesses, alphabets: ground::shipped(context, "alphabets")? })
+    }
+
+    fn draw(&self, context: &Context, lot: Lot, stratum: Stratum, number: u64, dir: &Path) -> Result<Case, Failure> {
+        let place = format!("{} {} {number}", lot.draws, stratum.name());
+        let mut rng = ChaCha8Rng::from_seed(Sha256::digest(place).into());
+        for _ in 0..GROUNDS {
+            let (of, find, ground) = match stratum {
+                Stratum::Safe => self.sound(context, &mut rng)?,
+                Stratum::Finding | Stratum::Edge => self.weakened(context, &mut rng)?,
+            };
+            let drawn = ground.sample(stratum, &ends_in(&find), rng.next_u64(), &context.stop);
+            if let Some(drawn) = drawn.map_err(|why| stopped_or_unfit(context, why))? {
+                let waived = stratum != Stratum::Safe;
+                let case = Case { stratum, number, of, waived, word: drawn.word.clone() };
+                write(&case, &drawn, &ground, dir)?;
+                return Ok(case);
+            }
+        }
+        let message = format!("no word for {} in {GROUNDS} grounds", stratum.name());
+        Err(Failure::new(Exit::NoEvidence, message))
+    }
+
+    /// One of the alphabets, under every check.
+    fn sound(&self, context: &Context, rng: &mut ChaCha8Rng) -> Result<(String, Vec<Outcome>, Ground), Failure> {
+        let alphabet = one_of(&self.alphabets, rng)?;
+        let wanted = Wanted { rendered: true, ..Wanted::default() };
+        let ground = Asked { scenario: "nominal", alphabet, wanted, waive: &[], misset: None }.ground(context)?;
+        Ok((alphabet.clone(), BROKEN.to_vec(), ground))
+    }
+
+    /// One of the weaknesses, with its check waived by a policy of its name.
+    fn weakened(&self, context: &Context, rng: &mut ChaCha8Rng) -> Result<(String, Vec<Outcome>, Ground), Failure> {
+        let weakness = one_of(&self.weaknesses, rng)?;
+        let wanted = Wanted { rendered: true, ..Wanted::default() };
+        let mut ground = ground::of_weakness(context, weakness, wanted)?;
+        let name = weakness.name.as_str();
+        name.clone_into(&mut ground.setup.policy_name);
+        name.clone_into(&mut ground.setup.policy.name);
+        Ok((name.to_owned(), weakness.find.to_vec(), ground))
+    }
+}
+
+fn one_of<'a, T>(of: &'a [T], rng: &mut ChaCha8Rng) -> Result<&'a T, Failure> {
+    let i = (u64::from(rng.next_u32()) * of.len() as u64) >> 32;
+    of.get(i as usize).ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to draw words from"))
+}
+
+fn write(case: &Case, drawn: &Drawn, ground: &Ground, dir: &Path) -> Result<(), Failure> {
+    let name = case.name();
+    let parsed = Name::new(&name).map_err(Failure::internal)?;
+    let text = drawn.scenario.to_file(&parsed).map_err(Failure::internal)?;
+    std::fs::write(file(dir, "words", &name), text)?;
+    if case.waived {
+        let text = toml::to_string_pretty(&ground.setup.policy).map_err(Failure::internal)?;
+        std::fs::write(file(dir, "policies", &case.of), text)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,336 @@
+//! `holdsafe bench explain`: are explanations right? Scored by taking the named cause away.
+//!
+//! Each run has one fault drawn from the alphabets, every other run a second one; it counts when one of them by itself brings about
+//! the first loss of the run, and the other by itself does not. The explanation names a place, never a fault. Which of the
+//! run's faults that means is read off a table written beforehand ([`Fault::shows`]): those that can show there and had begun,
+//! the newest of them. Right is who names the fault without which the loss does not come and with which alone it does. So a run whose
+//! two faults show at one place can only be told apart by when they began, and a fault that shows where the table does not
+//! have it is a miss.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use evidence::{Micros, SCHEMA_VERSION};
+use explain::{Explanation, Origin, Place, explain};
+use parallel::progress::Progress;
+use rand_chacha::ChaCha8Rng;
+use rand_core::{RngCore, SeedableRng};
+use runner::failure::{Exit, Failure};
+use runner::plan::{Planned, Wanted};
+use runner::{Context, engine, ground, out, plan};
+use scenario::{Alphabet, Scenario};
+use search::{Letter, Word};
+use serde::Serialize;
+use stats::Share;
+use wire::event::Sensor;
+use wire::id::UnitId;
+
+/// When faults begin, milliseconds: the unit is under way, and what follows still happens within the run.
+const BEGINS_MS: (u64, u64) = (3_000, 6_000);
+/// So many drawings for one run that counts, at the most.
+const MAX_DRAWS: u32 = 400;
+/// A loss is the same one when it comes within this time of it.
+const SAME: Micros = 400_000;
+/// What a place notices may be dated this much before the fault began: the last good product is what it is dated by.
+const DATED_BACK: Micros = 400_000;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// Runs that count.
+    #[arg(long, value_name = "N", default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    runs: u64,
+}
+
+/// One fault of a run.
+#[derive(Clone)]
+struct Fault<'a> {
+    alphabet: &'a Alphabet,
+    letter: Letter,
+}
+
+/// One run that counted.
+#[derive(Debug, Serialize)]
+struct Row {
+    seed: u64,
+    /// What was done, each by itself, the one that brought the loss about first.
+    faults: Vec<String>,
+    loss: String,
+    named: Place,
+    /// Places from which the explanation says it cannot be told.
+    or: Vec<Place>,
+    why: String,
+    told: Told,
+    /// The fault that the explanation means; none where nothing of the run shows there.
+    meant: Option<String>,
+    #[serde(skip)]
+    kind: String,
+}
+
+/// What an explanation comes to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum Told {
+    /// It names one place, and means the fault that did it.
+    Right,
+    /// It says that the log cannot tell several places apart, and the fault shows at one of them. Never counted as right.
+    Undecided,
+    /// It means another fault, or none of the run.
+    Wrong,
+}
+
+/// Runs with so many faults, or with one kind of fault.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+struct Tally {
+    n: u64,
+    right: u64,
+    undecided: u64,
+}
+
+impl Tally {
+    fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Tally {
+        rows.fold(Tally::default(), |tally, row| Tally {
+            n: tally.n + 1,
+            right: tally.right + u64::from(row.told == Told::Right),
+            undecided: tally.undecided + u64::from(row.told == Told::Undecided),
+        })
+    }
+}
+
+#[derive(Serialize)]
+struct Measured {
+    schema_version: u32,
+    seed: u64,
+    drawn: u64,
+    /// Named right; what could not be told apart is not among the hits.
+    single: Share,
+    double: Share,
+    single_undecided: u64,
+    double_undecided: u64,
+    /// By the move that brought the loss about.
+    by_move: BTreeMap<String, Tally>,
+    /// Every row that is not right.
+    misses: Vec<Row>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let (_, planned) = plan::plan(context, &plan::file_of(context, "nominal")?, &Wanted::default())?;
+    let base = planned.first().ok_or_else(|| Failure::new(Exit::NoEvidence, "nothing to run"))?;
+    let names = ground::shipped(context, "alphabets")?;
+    let alphabets = names.iter().map(|name| ground::alphabet(context, name)).collect::<Result<Vec<_>, _>>()?;
+    let progress = Progress::new("runs", args.runs as usize, context.talk);
+    let seeds: Vec<u64> = (0..args.runs).map(|i| context.seed + i).collect();
+    let rows = parallel::map(parallel::cores(), &seeds, |seed| {
+        let row = counted(context, base, &alphabets, *seed, (*seed - context.seed) % 2 == 1);
+        progress.step();
+        row
+    })?;
+    progress.finish();
+    let drawn = rows.iter().map(|(drawn, _)| u64::from(*drawn)).sum();
+    let rows: Vec<Row> = rows.into_iter().filter_map(|(_, row)| row).collect();
+    let with = |n: usize| Tally::of(rows.iter().filter(|row| row.faults.len() == n));
+    let (single, double) = (with(1), with(2));
+    let moves: BTreeSet<&String> = rows.iter().map(|row| &row.kind).collect();
+    let by_move = moves.iter().map(|kind| ((*kind).clone(), Tally::of(rows.iter().filter(|row| row.kind == **kind))));
+    let measured = Measured {
+        schema_version: SCHEMA_VERSION,
+        seed: context.seed,
+        drawn,
+        single: Share::of(single.right, single.n),
+        double: Share::of(double.right, double.n),
+        single_undecided: single.undecided,
+        double_undecided: double.undecided,
+        by_move: by_move.collect(),
+        misses: rows.into_iter().filter(|row| row.told != Told::Right).collect(),
+    };
+    if context.json {
+        out::print_json("bench-explain", &measured)?;
+    } else {
+        show(&measured);
+    }
+    Ok(if measured.single.n + measured.double.n == 0 { Exit::NoEvidence } else { Exit::Fine })
+}
+
+fn show(measured: &Measured) {
+    let rows = [
+        ("one fault", measured.single, measured.single_undecided),
+        ("two faults", measured.double, measured.double_undecided),
+    ];
+    for (what, share, undecided) in rows {
+        let (hits, n, lower) = (share.hits, share.n, share.lower_95 * 100.0);
+        let wrong = n - hits - undecided;
+        out::say(format_args!(
+            "{what:10}  {hits} of {n} named right, at least {lower:.1} % (95 %, two-sided); {undecided} cannot be told apart, {wrong} wrong"
+        ));
+    }
+    out::say(format_args!("{} drawings in all", measured.drawn));
+    for row in &measured.misses {
+        let (seed, faults, loss) = (row.seed, row.faults.join(" | "), &row.loss);
+        let what = if row.told == Told::Undecided { "cannot be told apart" } else { "missed" };
+        out::say(format_args!("{what}: seed {seed}: {faults}\n  {loss}; named {:?}: {}", row.named, row.why));
+    }
+}
+
+/// Draws until a run counts. Gives how many were drawn.
+fn counted(
+    context: &Context,
+    base: &Planned,
+    alphabets: &[Alphabet],
+    seed: u64,
+    two: bool,
+) -> Result<(u32, Option<Row>), Failure> {
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    for drawn in 1..=MAX_DRAWS {
+        if context.stop.asked() {
+            return Err(runner::error::EngineError::Stopped.into());
+        }
+        let faults: Vec<Fault<'_>> = (0..if two { 2 } else { 1 }).map(|_| Fault::draw(alphabets, &mut rng)).collect();
+        if let Some(row) = tried(base, &faults, seed)? {
+            return Ok((drawn, Some(row)));
+        }
+    }
+    Ok((MAX_DRAWS, None))
+}
+
+/// One drawing; nothing where it does not count.
+fn tried(base: &Planned, faults: &[Fault<'_>], seed: u64) -> Result<Option<Row>, Failure> {
+    let with = |kept: &[bool]| -> Result<Option<Vec<Explanation>>, Failure> {
+        let Some(scenario) = scenario(&base.variation.scenario, faults, kept) else { return Ok(None) };
+        let (evidence, _) = engine::twin_verdict(&scenario, &base.setup, seed)?;
+        Ok(Some(explain(&evidence.entries, &base.setup.bounds)))
+    };
+    let Some(all) = with(&vec![true; faults.len()])? else { return Ok(None) };
+    let Some(loss) = all.iter().find(|e| e.restricts()) else { return Ok(None) };
+    let lost = |explained: &[Explanation]| {
+        explained.iter().any(|e| e.to == loss.to && e.cause == loss.cause && e.at_us.abs_diff(loss.at_us) <= SAME)
+    };
+    // By itself; with one fault that is the run without it that must not lose anything.
+    let mut brings = Vec::new();
+    for i in 0..faults.len() {
+        let alone: Vec<bool> = (0..faults.len()).map(|k| k == i).collect();
+        brings.push(with(&alone)?.is_some_and(|explained| lost(&explained)));
+    }
+    let quiet = with(&vec![false; faults.len()])?.is_some_and(|explained| !lost(&explained));
+    let mut bringers = (0..faults.len()).filter(|i| brings[*i]);
+    let (Some(truth), None) = (bringers.next(), bringers.next()) else { return Ok(None) };
+    if !quiet {
+        return Ok(None);
+    }
+    let meant = meant(faults, loss.origin.place, loss.origin.since_us);
+    let mut order: Vec<usize> = (0..faults.len()).collect();
+    order.sort_by_key(|i| *i != truth);
+    Ok(Some(Row {
+        seed,
+        faults: order.iter().map(|i| faults[*i].told()).collect(),
+        loss: format!(
+            "{} to {} at {} ms ({})",
+            loss.from.name(),
+            loss.to.name(),
+            loss.at_us / 1000,
+            loss.cause.label()
+        ),
+        named: loss.origin.place,
+        why: format!("{} (since {} ms)", loss.origin.what, loss.origin.since_us / 1000),
+        or: loss.origin.or.clone(),
+        told: told(faults, &loss.origin, truth),
+        meant: meant.map(|m| faults[m].told()),
+        kind: faults[truth].name(),
+    }))
+}
+
+/// The base with those faults in it that are kept, and everybody there whom any of them needs.
+fn scenario(base: &Scenario, faults: &[Fault<'_>], kept: &[bool]) -> Option<Scenario> {
+    faults.iter().zip(kept).try_fold(base.clone(), |scenario, (fault, kept)| {
+        let letters = if *kept { vec![fault.letter.clone()] } else { Vec::new() };
+        Word::new(letters).in_scenario(fault.alphabet, &scenario).ok()
+    })
+}
+
+/// What an origin comes to where `truth` is the fault that did it.
+fn told(faults: &[Fault<'_>], origin: &Origin, truth: usize) -> Told {
+    let means_it = |place: &Place| meant(faults, *place, origin.since_us) == Some(truth);
+    match origin.or.is_empty() {
+        true if means_it(&origin.place) => Told::Right,
+        false if means_it(&origin.place) || origin.or.iter().any(means_it) => Told::Undecided,
+        true | false => Told::Wrong,
+    }
+}
+
+/// The fault that a place means: of those that can show there and had begun, the newest.
+fn meant(faults: &[Fault<'_>], place: Place, since: Micros) -> Option<usize> {
+    let fits = |fault: &Fault<'_>| fault.shows().contains(&place) && fault.begins() <= since.saturating_add(DATED_BACK);
+    (0..faults.len()).filter(|i| fits(&faults[*i])).max_by_key(|i| faults[*i].begins())
+}
+
+impl<'a> Fault<'a> {
+    /// Any move of any alphabet, at any time and strength.
+    fn draw(alphabets: &'a [Alphabet], rng: &mut ChaCha8Rng) -> Self {
+        let mut below = |n: u64| rng.next_u64() % n.max(1);
+        let alphabet = &alphabets[below(alphabets.len() as u64) as usize];
+        let kind = below(alphabet.moves.len() as u64) as usize;
+        let begins = BEGINS_MS.0 + below(BEGINS_MS.1 - BEGINS_MS.0);
+        let begins = (begins / alphabet.tick_ms.unsigned()) as u32;
+        let places = alphabet.moves[kind].ranges().map(|range| below(u64::from(range.last()) + 1) as u32).collect();
+        Fault { alphabet, letter: Letter { begins, kind, places } }
+    }
+
+    fn begins(&self) -> Micros {
+        u64::from(self.letter.begins) * self.alphabet.tick_ms.unsigned() * 1000
+    }
+
+    /// Its alphabet and move.
+    fn name(&self) -> String {
+        let of = &self.alphabet.moves[self.letter.kind];
+        format!("{} {}", self.alphabet.name.as_str(), of.name.as_str())
+    }
+
+    fn told(&self) -> String {
+        Word::new(vec![self.letter.clone()]).told(self.alphabet)
+    }
+
+    /// Where it can show to the services: what it is done to, and what depends on that alone.
+    fn shows(&self) -> Vec<Place> {
+        let of = &self.alphabet.moves[self.letter.kind];
+        let value = |key: &str| of.set.get(key).and_then(|v| v.as_str()).unwrap_or_default();
+        match of.table.as_str() {
+            "fault" => match value("sensor") {
+                "rgb" => vec![Place::Sensor(Sensor::Rgb), Place::Track],
+                "depth" => vec![Place::Sensor(Sensor::Depth), Place::Track],
+                "thermal" => vec![Place::Sensor(Sensor::Thermal), Place::Track],
+                "lidar" => vec![Place::Sensor(Sensor::Lidar), Place::Track],
+                "localisation" => vec![Place::Sensor(Sensor::Localisation), Place::Course],
+                "odometry" => vec![Place::Sensor(Sensor::Odometry)],
+                _ => Vec::new(),
+            },
+            "kill" => match value("process") {
+                "sim" => vec![Place::World],
+                "perception" => vec![Place::Perception, Place::Track],
+                "autonomy" => vec![Place::Unit],
+                "gateway" => vec![Place::Gateway],
+                "broker" => vec![Place::CommandPlane],
+                "console" => vec![Place::Console],
+                "recorder" => vec![Place::Recorder],
+                "adversary" => vec![Place::Telemetry, Place::Uplink, Place::Downlink, Place::CommandPlane],
+                _ => Vec::new(),
+            },
+            "forge" | "republish" => match value("topic") {
+                "tracks" | "candidates" | "frames" => vec![Place::Perception, Place::Track],
+                "navigation" => vec![Place::World, Place::Sensor(Sensor::Localisation)],
+                "seals" => vec![Place::Recorder],
+                _ => Vec::new(),
+            },
+            "loss" | "burst_loss" | "delay" | "jitter" | "replay" | "duplicate" | "reorder" | "corrupt" | "inject"
+            | "reoriginate" => match value("direction") {
+                "up" => vec![Place::Uplink],
+                "down" => vec![Place::Downlink],
+                _ => vec![Place::Telemetry, Place::Uplink, Place::Downlink],
+            },
+            "teammate" | "falsehood" | "mode_confusion" | "session_replay" | "malformed" => {
+                vec![Place::Teammate(UnitId::B), Place::Teammate(UnitId::C)]
+            }
+            // Orders are asked for, whoever asks; what carries them is none of it.
+            "rogue" => vec![Place::Operator],
+            "alter" => vec![Place::Track],
+            // Byte streams, the broker, the display's feed and the operator's requests.
+            _ => vec![Place::CommandPlane],
+        }
+    }
+}

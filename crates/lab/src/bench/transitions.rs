@@ -1,0 +1,120 @@
+//! `holdsafe bench kill --at-transitions`: every process killed, hung and slowed at every change of mode that the mission of
+//! `process_ends` goes through, in the twin; and how often everything owed came in time.
+//!
+//! What is owed is `oracle::demise`'s; that nothing arms or leaves HOLD_SAFE by itself is the oracle's P9 in every trial.
+
+use std::collections::BTreeMap;
+
+use crate::report::{TransitionRow, transition_table};
+use evidence::SCHEMA_VERSION;
+use evidence::trial::{Outcome, Trial};
+use results::mode::Mode;
+use runner::batch::Batch;
+use runner::failure::{Exit, Failure};
+use runner::plan::{Planned, Wanted};
+use runner::{Context, batch, out, plan};
+use scenario::{DisplayedState, Ending};
+use serde::Serialize;
+
+use super::kill::{Args, PROCESSES};
+
+const ENDINGS: [(&str, Ending); 3] = [("kill", Ending::Kill), ("hang", Ending::Hang), ("slow", Ending::Slow)];
+
+/// The changes of mode of the mission, in order.
+const CHANGES: [(DisplayedState, DisplayedState); 7] = {
+    use DisplayedState::{Degraded, HoldSafe, Idle, PrepareToAct, Ready};
+    [
+        (Idle, Ready),
+        (Ready, PrepareToAct),
+        (PrepareToAct, Ready),
+        (Ready, HoldSafe),
+        (HoldSafe, Ready),
+        (Ready, Degraded),
+        (Degraded, Ready),
+    ]
+};
+
+#[derive(Serialize)]
+struct Measured {
+    schema_version: u32,
+    seed: u64,
+    rows: Vec<TransitionRow>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let planned = planned(context, args)?;
+    let mode = Mode::Twin;
+    let out = args.out.as_ref().map(|dir| out::directory(dir, Some(dir), "transitions")).transpose()?;
+    if let Some(dir) = &out {
+        out::write_json(dir, "manifest.json", &out::Manifest::of(context, &planned)?)?;
+    }
+    let (n, seed) = (args.runs, context.seed);
+    let batch = Batch { label: "transitions", mode, planned: &planned, n, seed, jobs: 1, out: None };
+    let trials = batch.run(context.talk, &context.stop)?;
+    let exit = batch::judge(mode, &planned, &trials);
+    let rows = rows(&trials);
+    let measured = Measured { schema_version: SCHEMA_VERSION, seed, rows };
+    if let Some(dir) = &out {
+        out::write_trials(dir, "transitions.jsonl", &trials)?;
+        out::write_result(dir, "result.json", "bench-transitions", &measured)?;
+    }
+    if context.json {
+        out::print_json("bench-transitions", &measured)?;
+    } else {
+        out::say(format_args!("{}", transition_table(&measured.rows)));
+    }
+    Ok(exit)
+}
+
+fn planned(context: &Context, args: &Args) -> Result<Vec<Planned>, Failure> {
+    let base = scenario::load(&plan::file_of(context, "process_ends")?)?;
+    let mut all = Vec::new();
+    for (name, process) in PROCESSES {
+        if !args.only.is_empty() && !args.only.iter().any(|only| only == name) {
+            continue;
+        }
+        for (how, ending) in ENDINGS {
+            for change in CHANGES {
+                let cell = base.ending_at(process, ending, change);
+                for mut one in plan::of_scenario(context, &cell, &Wanted::default())? {
+                    one.variation.cell = Some(format!("{name}/{how}/{}", label(change)));
+                    one.command = Some(format!("holdsafe bench kill --at-transitions --only {name} --runs 1"));
+                    all.push(one);
+                }
+            }
+        }
+    }
+    Ok(all)
+}
+
+fn label((from, to): (DisplayedState, DisplayedState)) -> String {
+    format!("{} to {}", from.name(), to.name())
+}
+
+/// One row for each process and ending, a count for each change.
+fn rows(trials: &[Trial]) -> Vec<TransitionRow> {
+    let mut rows: Vec<TransitionRow> = Vec::new();
+    for trial in trials {
+        let Some((pair, change)) = trial.cell.as_deref().and_then(|cell| cell.rsplit_once('/')) else { continue };
+        if rows.last().is_none_or(|row| row.pair != pair) {
+            rows.push(TransitionRow { pair: pair.to_owned(), changes: BTreeMap::new() });
+        }
+        let Some(row) = rows.last_mut() else { continue };
+        let broken = matches!(trial.outcome, Outcome::Unsafe | Outcome::Invalid | Outcome::Late);
+        let kept = !broken && !trial.responses.is_empty() && trial.responses.iter().all(|r| r.kept);
+        row.count(change, trial.responses.iter().any(|r| r.owed), kept, trial.outcome);
+    }
+    rows
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cells_are_every_process_every_ending_and_every_change() {
+        assert_eq!(PROCESSES.len() * ENDINGS.len() * CHANGES.len(), 168);
+        let labels: std::collections::BTreeSet<String> = CHANGES.into_iter().map(label).collect();
+        assert_eq!(labels.len(), CHANGES.len());
+    }
+}

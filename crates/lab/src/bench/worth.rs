@@ -1,0 +1,147 @@
+//! `holdsafe bench search`: how soon each strategy finds each weakness of a list; or, with `--shrink`, whether what is found
+//! ends as the same word, and as the shortest.
+//!
+//! The strategies take turns seed by seed, so that all see the same machine. CPU time is that of the trials, each on one thread;
+//! that of the run without a word is in it where the strategy reads its moments. It measures and prints; no test asserts its
+//! numbers.
+
+use std::path::PathBuf;
+
+use super::minima;
+use crate::report::{HuntsRow, WeaknessRow, WorthObject, worth_table};
+use evidence::SCHEMA_VERSION;
+use parallel::progress::{Progress, Talk};
+use runner::failure::{Exit, Failure};
+use runner::ground::stopped_or_unfit;
+use runner::plan::Wanted;
+use runner::{Context, batch, ground, out};
+use scenario::{Weakness, Weaknesses};
+use search::{Ground, Hunted, Quest, Strategy, ends_in};
+use stats::waiting::Wait;
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    /// A list of weaknesses [default: every list of scenarios/weaknesses].
+    #[arg(long, value_name = "FILE")]
+    list: Option<PathBuf>,
+    /// Only these of them.
+    #[arg(long, value_delimiter = ',', value_name = "NAME")]
+    only: Vec<String>,
+    /// Seeds of drawing for each strategy, from 1.
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..=1_000))]
+    draws: u64,
+    /// Most trials for each seed.
+    #[arg(long, value_name = "N", default_value_t = 2_000, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    budget: u64,
+    /// In place of comparing strategies: shrink the first finding of each of so many seeds of guided drawing.
+    #[arg(long, value_name = "N", conflicts_with = "draws", value_parser = clap::value_parser!(u64).range(1..=1_000))]
+    shrink: Option<u64>,
+    /// Threads [default: one a core].
+    #[arg(long, value_name = "J", value_parser = batch::jobs)]
+    jobs: Option<usize>,
+}
+
+pub(super) fn run(context: &Context, args: &Args) -> Result<Exit, Failure> {
+    let bench = Bench { context, budget: args.budget, threads: args.jobs.unwrap_or_else(parallel::cores) };
+    let grounds = grounds(context, args)?;
+    if let Some(seeds) = args.shrink {
+        return minima::run(&bench, &grounds, seeds);
+    }
+    let hunts = grounds.len() * Strategy::ALL.len() * args.draws as usize;
+    let progress = Progress::new("hunts", hunts, context.talk);
+    let mut weaknesses = Vec::new();
+    let before = load_average();
+    for (weakness, ground) in &grounds {
+        weaknesses.push(compared(&bench, weakness, ground, args.draws, &progress)?);
+    }
+    progress.finish();
+    let object = WorthObject {
+        schema_version: SCHEMA_VERSION,
+        seed: context.seed,
+        draws: args.draws,
+        budget: args.budget,
+        threads: bench.threads,
+        load_average: [before, load_average()],
+        weaknesses,
+    };
+    if context.json {
+        out::print_json("bench-search", &object)?;
+    } else {
+        out::say(format_args!("{}", worth_table(&object)));
+    }
+    Ok(Exit::Fine)
+}
+
+/// What every hunt of a bench shares.
+pub(super) struct Bench<'a> {
+    pub(super) context: &'a Context,
+    pub(super) budget: u64,
+    pub(super) threads: usize,
+}
+
+impl Bench<'_> {
+    /// One hunt for a first finding, on one thread.
+    pub(super) fn hunt(
+        &self,
+        (weakness, ground): (&Weakness, &Ground),
+        strategy: Strategy,
+        seed: u64,
+    ) -> Result<Hunted, Failure> {
+        let quest = Quest { strategy, seed, budget: self.budget, first: true };
+        let untold = Progress::new("", 0, Talk::Quiet);
+        let hunted = ground.hunt(quest, &ends_in(&weakness.find), 1, &untold, &self.context.stop);
+        hunted.map_err(|why| stopped_or_unfit(self.context, why))
+    }
+}
+
+fn grounds(context: &Context, args: &Args) -> Result<Vec<(Weakness, Ground)>, Failure> {
+    let list = match &args.list {
+        Some(file) => Weaknesses::load(file)?.weakness.to_vec(),
+        None => ground::weaknesses(context)?,
+    };
+    let known = || list.iter().map(|weakness| weakness.name.as_str());
+    if let Some(unknown) = args.only.iter().find(|name| !known().any(|known| known == name.as_str())) {
+        let known: Vec<&str> = known().collect();
+        return Err(Failure::new(Exit::Usage, format!("no weakness `{unknown}`; there are: {}", known.join(", "))));
+    }
+    let chosen = |weakness: &&Weakness| args.only.is_empty() || args.only.iter().any(|n| n == weakness.name.as_str());
+    let ground =
+        |weakness: &Weakness| Ok((weakness.clone(), ground::of_weakness(context, weakness, Wanted::default())?));
+    list.iter().filter(chosen).map(ground).collect()
+}
+
+fn compared(
+    bench: &Bench<'_>,
+    weakness: &Weakness,
+    ground: &Ground,
+    draws: u64,
+    progress: &Progress,
+) -> Result<WeaknessRow, Failure> {
+    let turns: Vec<(u64, Strategy)> = (1..=draws).flat_map(|seed| Strategy::ALL.map(|of| (seed, of))).collect();
+    let hunted = parallel::map(bench.threads, &turns, |(seed, strategy)| {
+        let hunted = bench.hunt((weakness, ground), *strategy, *seed)?;
+        progress.step();
+        Ok::<_, Failure>((*strategy, hunted))
+    })?;
+    let of = |strategy: Strategy| {
+        let hunts = hunted.iter().filter(|(by, _)| *by == strategy).map(|(_, hunted)| hunted);
+        let (trials, cpu_seconds): (Vec<Wait>, Vec<Wait>) = hunts.map(waits).unzip();
+        HuntsRow::new(strategy, trials, cpu_seconds)
+    };
+    Ok(WeaknessRow::new(weakness, Strategy::ALL.map(of)))
+}
+
+/// How many trials and how many CPU seconds it was until the first finding.
+fn waits(hunted: &Hunted) -> (Wait, Wait) {
+    match hunted.found.values().next() {
+        Some(found) => {
+            (Wait { waited: found.trial as f64, came: true }, Wait { waited: found.cpu_seconds, came: true })
+        }
+        None => (Wait { waited: hunted.trials as f64, came: false }, Wait { waited: hunted.cpu_seconds, came: false }),
+    }
+}
+
+/// The machine's load over the last minute, where it tells.
+fn load_average() -> Option<f64> {
+    nix::sys::sysinfo::sysinfo().ok().map(|info| info.load_average().0)
+}

@@ -1,0 +1,50 @@
+//! Trials that are run to be measured, each function one call.
+
+use evidence::Witnessed;
+use parallel::progress::Stop;
+use runner::engine::{View, run_live};
+use runner::error::EngineError;
+use scenario::{Scenario, Setup};
+use wire::person::Act;
+
+use crate::leak;
+use crate::stages::Delays;
+
+/// Adds the stages of one trial in the twin.
+pub fn twin_stages(scenario: &Scenario, setup: &Setup, seed: u64, to: &mut Delays) -> Result<(), EngineError> {
+    let (cast, mut twin) = twin::trial::start(scenario, setup, seed, true).map_err(EngineError::failed)?;
+    twin.run_until(cast.duration);
+    to.take_twin(&cast, &twin);
+    Ok(())
+}
+
+/// One trial in the twin as an observer of its links sees it, second by second.
+pub fn twin_seconds(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<leak::Run, EngineError> {
+    let (cast, mut twin) = twin::trial::start(scenario, setup, seed, true).map_err(EngineError::failed)?;
+    twin.run_until(cast.duration);
+    Ok(leak::Run::of_twin(seed, &cast, &twin))
+}
+
+/// Adds the stages of one live run.
+pub fn live_stages(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+    to: &mut Delays,
+) -> Result<(), EngineError> {
+    let run = run_live(scenario, setup, seed, stop, View::nobody(&mut |_| {}))?;
+    to.take_live(&run.cast, run.logs.folder()).map_err(EngineError::failed)
+}
+
+/// One live run in which a person does this; what was recorded of it.
+pub fn live_acts(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+    acts: Vec<(u64, Act)>,
+) -> Result<Vec<Witnessed>, EngineError> {
+    let run = run_live(scenario, setup, seed, stop, View { acts, ..View::nobody(&mut |_| {}) })?;
+    Ok(run.evidence.entries)
+}

@@ -1,0 +1,310 @@
+//! Runs many trials: twin trials on all cores, live trials as many at a time as is asked for.
+//!
+//! The order of the results is the order of the plan whatever thread ran what; each trial's CPU time is measured here.
+
+use std::path::{Path, PathBuf};
+
+use evidence::FateName;
+use evidence::trial::{Outcome, Trial};
+use nix::sys::resource::{UsageWho, getrusage};
+use nix::sys::time::TimeVal;
+use parallel::progress::{Progress, Stop, Talk};
+use results::mode::Mode;
+use results::report::RunObject;
+use scenario::{Scenario, Setup};
+
+use super::engine;
+use super::failure::{Exit, Failure};
+use super::kept::Shelf;
+use super::out;
+use super::plan::{self, Planned};
+use super::retry::retried;
+use crate::error::EngineError;
+
+/// Live trials at a time, at most: each is about a dozen processes.
+const MAX_JOBS: usize = 32;
+
+/// One trial to run.
+struct Job<'a> {
+    planned: &'a Planned,
+    seed: u64,
+    keep: bool,
+}
+
+/// A batch of trials, `n` of each variation.
+pub struct Batch<'a> {
+    /// What it is called while it runs.
+    pub label: &'a str,
+    /// The way to run them.
+    pub mode: Mode,
+    /// The variations.
+    pub planned: &'a [Planned],
+    /// Trials of each.
+    pub n: u64,
+    /// Base seed; trial i has seed + i.
+    pub seed: u64,
+    /// Live trials at a time; each has its own folders, names, keys and janitor.
+    pub jobs: usize,
+    /// Where recordings go: of each live trial, and of the first twin trial of each variation.
+    pub out: Option<&'a Path>,
+}
+
+impl Batch<'_> {
+    /// Every trial, by variation and then by seed. The first failure ends the batch.
+    ///
+    /// # Errors
+    /// When a folder of a trial that is to be kept is in use, before anything runs.
+    pub fn run(&self, talk: Talk, stop: &Stop) -> Result<Vec<Trial>, Failure> {
+        self.check_free()?;
+        let jobs: Vec<Job<'_>> = self.planned.iter().flat_map(|planned| self.jobs(planned)).collect();
+        let progress = Progress::new(self.label, jobs.len(), talk);
+        let trials = on_threads(self.threads(), &jobs, &progress, stop, |job| self.one(job, stop));
+        progress.finish();
+        trials
+    }
+
+    /// The same, where each finished trial is put on its variation's shelf and none that is there already runs again.
+    pub fn run_kept(&self, shelves: &[Shelf], progress: &Progress, stop: &Stop) -> Result<Vec<Trial>, Failure> {
+        let shelf = |planned: &Planned| {
+            let own = self.planned.iter().zip(shelves).find(|(p, _)| std::ptr::eq(*p, planned));
+            own.map(|(_, shelf)| shelf).ok_or_else(|| Failure::internal("a variation without a shelf"))
+        };
+        let jobs = self.planned.iter().flat_map(|planned| self.jobs(planned));
+        let missing = jobs.filter(|job| shelf(job.planned).is_ok_and(|shelf| shelf.get(job.seed).is_none()));
+        let missing: Vec<Job<'_>> = missing.collect();
+        let keep = |job: &Job<'_>| {
+            let trial = self.one(job, stop)?;
+            shelf(job.planned)?.put(&trial)?;
+            Ok(trial)
+        };
+        let mut ran = on_threads(self.threads(), &missing, progress, stop, keep)?.into_iter();
+        let all = self.planned.iter().flat_map(|planned| self.jobs(planned));
+        // What ran comes in the order of the plan, so it fills the gaps in turn.
+        let taken = all.map(|job| match shelf(job.planned)?.get(job.seed) {
+            Some(kept) => Ok(kept.clone()),
+            None => ran.next().ok_or_else(|| Failure::internal("fewer trials than planned")),
+        });
+        taken.collect()
+    }
+
+    fn threads(&self) -> usize {
+        if self.mode == Mode::Live { self.jobs } else { parallel::cores() }
+    }
+
+    fn jobs<'a>(&self, planned: &'a Planned) -> impl Iterator<Item = Job<'a>> + use<'a> {
+        let (seed, live) = (self.seed, self.mode == Mode::Live);
+        (0..self.n).map(move |i| Job { planned, seed: seed.wrapping_add(i), keep: live || i == 0 })
+    }
+
+    /// Whether no trial that is to be kept would be written over one that is.
+    ///
+    /// # Errors
+    /// When one would.
+    pub fn check_free(&self) -> Result<(), Failure> {
+        let mut jobs = self.planned.iter().flat_map(|planned| self.jobs(planned));
+        jobs.try_for_each(|job| self.folder(&job).map_or(Ok(()), |folder| out::unused(&folder)))
+    }
+
+    /// Where the recording of a trial goes, if it is kept.
+    fn folder(&self, job: &Job<'_>) -> Option<PathBuf> {
+        let variation = &job.planned.variation;
+        let mut folder = self.out.filter(|_| job.keep)?.join(self.mode.name()).join(variation.scenario.name.as_str());
+        if let Some(cell) = &variation.cell {
+            folder.push(cell.replace('/', "."));
+        }
+        folder.push(job.seed.to_string());
+        Some(folder)
+    }
+
+    fn one(&self, job: &Job<'_>, stop: &Stop) -> Result<Trial, Failure> {
+        let mut setup = job.planned.setup.clone();
+        if let Some(folder) = self.folder(job) {
+            out::unused(&folder)?;
+            std::fs::create_dir_all(&folder)?;
+            setup.run_dir = Some(folder);
+        }
+        let mut trial = trial(self.mode, job.planned, &setup, job.seed, stop)?;
+        // What ended children used is known for all together only, so a live trial has an equal share of what was used
+        // while it ran.
+        if self.mode == Mode::Live {
+            trial.cpu_seconds /= self.jobs.max(1) as f64;
+        }
+        Ok(trial)
+    }
+}
+
+/// Runs one trial of a variation with `setup`. Its CPU time is what was used meanwhile, attempts that the host spoilt included.
+pub fn trial(mode: Mode, planned: &Planned, setup: &Setup, seed: u64, stop: &Stop) -> Result<Trial, Failure> {
+    let variation = &planned.variation;
+    let before = cpu_seconds(mode);
+    let mut trial = retried(setup, seed, || {
+        let done = if planned.sabotage {
+            engine::sabotaged(&variation.scenario, setup, seed)
+        } else {
+            engine::trial(mode, &variation.scenario, setup, seed, stop)
+        };
+        done.map_err(|e| Failure::from(e).reproduced_by(reproduce(mode, planned, seed)))
+    })?;
+    trial.cpu_seconds = cpu_seconds(mode) - before;
+    trial.cell = variation.cell.clone();
+    Ok(trial)
+}
+
+/// Reads `--jobs`.
+pub fn jobs(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(jobs @ 1..=MAX_JOBS) => Ok(jobs),
+        Ok(_) | Err(_) => Err(format!("a number from 1 to {MAX_JOBS} is expected")),
+    }
+}
+
+/// The line that runs one trial again.
+pub fn reproduce(mode: Mode, planned: &Planned, seed: u64) -> String {
+    if let Some(command) = &planned.command {
+        return format!("{command} --seed {seed}");
+    }
+    let name = planned.variation.scenario.name.as_str();
+    let live = if mode == Mode::Live { " --live" } else { "" };
+    format!("holdsafe run {name} --trials 1 --seed {seed}{live}{}", planned.options)
+}
+
+/// The injections of an INVALID trial of which nothing proves that they arrived.
+fn unproven(trial: &Trial) -> impl Iterator<Item = String> + '_ {
+    let open =
+        trial.injections.iter().filter(|row| trial.outcome == Outcome::Invalid && row.fate == FateName::NotProven);
+    open.map(|row| format!("not proven: {}, from {} ms at the earliest", row.what, row.from_ms))
+}
+
+/// Whether a receipt was believed of which nothing is true: of actors who only said that they acted.
+fn is_believed(sabotage: bool, receipt: bool) -> bool {
+    sabotage && receipt
+}
+
+/// Names every unexpected trial on stderr, with the line that reproduces it, and gives the exit code.
+pub fn judge(mode: Mode, planned: &[Planned], trials: &[Trial]) -> Exit {
+    const MAX_TOLD: usize = 10;
+    let of = |trial: &Trial| planned.iter().find(|p| p.variation.cell == trial.cell);
+    let odd: Vec<(&Trial, &Planned)> = trials
+        .iter()
+        .filter_map(|trial| Some((trial, of(trial)?)))
+        .filter(|(trial, planned)| {
+            trial.outcome.is_unexpected(&planned.variation.scenario.expected)
+                || is_believed(planned.sabotage, trial.receipt)
+        })
+        .collect();
+    for (trial, planned) in odd.iter().take(MAX_TOLD) {
+        let reasons: Vec<String> = trial.findings.iter().cloned().chain(unproven(trial)).collect();
+        let why = if reasons.is_empty() { String::new() } else { format!(" ({})", reasons.join("; ")) };
+        let expected: Vec<&str> = planned.variation.scenario.expected.iter().map(|o| o.name()).collect();
+        link::note!("{}{why}, expected {}", trial.outcome.name(), expected.join(" or "));
+        link::note!("reproduce: {}", reproduce(mode, planned, trial.seed));
+    }
+    if odd.len() > MAX_TOLD {
+        link::note!("and {} more", odd.len() - MAX_TOLD);
+    }
+    if trials.is_empty() {
+        Exit::NoEvidence
+    } else if odd
+        .iter()
+        .any(|(trial, planned)| trial.outcome != Outcome::Invalid || is_believed(planned.sabotage, trial.receipt))
+    {
+        Exit::Unexpected
+    } else if odd.is_empty() {
+        Exit::Fine
+    } else {
+        Exit::NoEvidence
+    }
+}
+
+/// The graver of two exits of a command that goes on after the first.
+pub fn graver(a: Exit, b: Exit) -> Exit {
+    let rank = |exit: Exit| match exit {
+        Exit::Fine => 0,
+        Exit::NoEvidence => 1,
+        Exit::Unexpected => 2,
+        Exit::Environment => 3,
+        Exit::Usage => 4,
+        Exit::Internal => 5,
+        Exit::Interrupted => 6,
+    };
+    if rank(b) > rank(a) { b } else { a }
+}
+
+/// Does `one` for every number below `count`, on so many threads. The first failure ends it; of several the first in order
+/// is told.
+pub fn each(
+    threads: usize,
+    count: usize,
+    stop: &Stop,
+    one: impl Fn(usize) -> Result<(), Failure> + Sync,
+) -> Result<(), Failure> {
+    parallel::each(threads, count, |i| if stop.asked() { Err(EngineError::Stopped.into()) } else { one(i) })
+}
+
+fn on_threads<'a>(
+    threads: usize,
+    jobs: &[Job<'a>],
+    progress: &Progress,
+    stop: &Stop,
+    one: impl Fn(&Job<'a>) -> Result<Trial, Failure> + Sync,
+) -> Result<Vec<Trial>, Failure> {
+    parallel::map(threads, jobs, |job| {
+        if stop.asked() {
+            return Err(EngineError::Stopped.into());
+        }
+        let trial = one(job)?;
+        progress.step();
+        Ok(trial)
+    })
+}
+
+/// CPU seconds so far: of this thread for the twin and the stacks, of us and our ended children for a live run.
+pub fn cpu_seconds(mode: Mode) -> f64 {
+    let of = |who: UsageWho| {
+        let seconds = |t: TimeVal| t.tv_sec() as f64 + t.tv_usec() as f64 * 1e-6;
+        getrusage(who).map_or(0.0, |u| seconds(u.user_time()) + seconds(u.system_time()))
+    };
+    match mode {
+        Mode::Twin | Mode::Stack => link::clock::thread_cpu_us() as f64 * 1e-6,
+        Mode::Live => of(UsageWho::RUSAGE_SELF) + of(UsageWho::RUSAGE_CHILDREN),
+    }
+}
+
+/// Folds the trials of one scenario into its object.
+pub fn fold(scenario: &Scenario, mode: Mode, seed: u64, planned: &[Planned], trials: Vec<Trial>) -> RunObject {
+    let cells: Vec<_> = planned
+        .iter()
+        .filter_map(|p| Some((p.variation.cell.clone()?, p.variation.scenario.expected.to_vec())))
+        .collect();
+    let mut run = RunObject::new(scenario.name.as_str(), mode, seed, trials, &cells);
+    run.watermark = planned.iter().find_map(|p| p.setup.watermark());
+    run.detector = plan::detector(planned);
+    if cells.is_empty() {
+        run.expected = planned.iter().flat_map(|p| p.variation.scenario.expected.to_vec()).collect();
+    }
+    run
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn who_is_asked_to_stop_begins_nothing_more() {
+        let stop = Stop::default();
+        stop.ask();
+        assert_eq!(each(1, 1, &stop, |_| Ok(())).expect_err("stopped").exit(), Exit::Interrupted);
+    }
+
+    #[test]
+    fn a_sabotaged_receipt_that_is_believed_is_unexpected_and_no_other() {
+        assert!(is_believed(true, true));
+        assert!(!is_believed(true, false) && !is_believed(false, true));
+    }
+
+    #[test]
+    fn an_unexpected_outcome_outweighs_missing_evidence() {
+        assert_eq!(graver(Exit::NoEvidence, Exit::Unexpected), Exit::Unexpected);
+        assert_eq!(graver(Exit::Interrupted, Exit::Fine), Exit::Interrupted);
+    }
+}

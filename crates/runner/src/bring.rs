@@ -1,0 +1,67 @@
+//! `--detector FILE --labels FILE`: a detector that takes the shipped one's place, tried before anything runs with it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use live::child::Services;
+use live::vet::{Limits, vet};
+use perception::detector::{Brought, Detector};
+use perception::process;
+use perception::stages::Stages;
+use scenario::load_labels;
+
+use super::failure::{Exit, Failure};
+
+/// The options that name a detector from outside.
+#[derive(Clone, Debug, clap::Args)]
+pub struct Bring {
+    /// An ONNX detector in place of the shipped one (docs/detector.md); sensors are then rendered.
+    #[arg(long, value_name = "FILE", requires = "labels")]
+    detector: Option<PathBuf>,
+    /// How that detector's output is read, and what its classes mean.
+    #[arg(long, value_name = "FILE", requires = "detector")]
+    labels: Option<PathBuf>,
+}
+
+/// A detector with the options that brought it.
+#[derive(Clone, Debug)]
+pub struct Loaded {
+    /// The detector.
+    pub brought: Brought,
+    /// What reproduces it on a command line.
+    pub options: String,
+}
+
+impl Bring {
+    /// The detector that is asked for, tried in a process of its own and loaded.
+    pub fn load(&self) -> Result<Option<Loaded>, Failure> {
+        let (Some(file), Some(labels)) = (&self.detector, &self.labels) else { return Ok(None) };
+        let refused = |why: String| Failure::new(Exit::Usage, format!("--detector {}: {why}", file.display()));
+        let options = format!(" --detector {} --labels {}", file.display(), labels.display());
+        let labels = load_labels(labels)?;
+        let mut model = process::pin(file).map_err(|e| refused(e.to_string()))?;
+        if let Some(sha256) = labels.sha256 {
+            model.sha256 = sha256;
+        }
+        let mut brought = Brought { model, head: labels.head, loaded: None };
+        let program = std::env::current_exe()?;
+        vet(&Services::Own(program), &brought, Limits::USUAL).map_err(refused)?;
+        brought.loaded = Some(Arc::new(process::load(&brought).map_err(|e| refused(e.to_string()))?));
+        Ok(Some(Loaded { brought, options }))
+    }
+
+    /// The files that are named.
+    pub fn files(&self) -> [Option<&Path>; 2] {
+        [self.detector.as_deref(), self.labels.as_deref()]
+    }
+
+    /// The stages of a frame with that detector, or else with the shipped one.
+    pub fn stages(&self) -> Result<Stages, Failure> {
+        let thermal = Arc::new(Detector::thermal().map_err(Failure::internal)?);
+        let detector = match self.load()?.and_then(|loaded| loaded.brought.loaded) {
+            Some(brought) => brought,
+            None => Arc::new(Detector::built_in().map_err(Failure::internal)?),
+        };
+        Ok(Stages::new(detector, thermal))
+    }
+}

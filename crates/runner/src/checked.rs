@@ -1,0 +1,262 @@
+//! Custody comes first: the one way from a directory to a recorded run, for every command that reads one.
+//!
+//! A [`Checked`] is made here alone, after [`crate::verified::verify`]; whatever reads a recording takes one. A run is INVALID when its
+//! recording does not verify, or when its trial ended so. Then the first line of every command says so, with the reason; so
+//! does the object of `--json` (`recordings`); and the exit code is 4, or with `--unverified` the command's own.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use evidence::log::hex;
+use evidence::trial::Outcome;
+use live::keep;
+use live::keep::VERDICT;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::failure::{Exit, Failure};
+use super::{Context, out, runs};
+use crate::error::EngineError;
+use crate::verified::Verified;
+
+/// The most that is read of it.
+const MAX_VERDICT_BYTES: u64 = 1 << 20;
+/// The longest reason, characters.
+const MAX_REASON: usize = 400;
+
+/// What to do about a recording that does not hold.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct Unverified {
+    /// Of a recorded run that is INVALID: end with this command's own exit code and not with 4. It is said to be INVALID all the same.
+    #[arg(long)]
+    unverified: bool,
+}
+
+impl Unverified {
+    /// How a command ends that read these and would end with `own`.
+    pub fn exit(self, read: &[&Checked], own: Exit) -> Exit {
+        if read.iter().all(|of| of.invalid().is_none()) { own } else { self.of_invalid(own) }
+    }
+
+    /// How a command ends that read what is INVALID and would end with `own`.
+    pub fn of_invalid(self, own: Exit) -> Exit {
+        if self.unverified { own } else { Exit::NoEvidence }
+    }
+}
+
+/// What was found of a recording.
+#[derive(Clone, Debug, Serialize)]
+pub struct Custody {
+    /// The folder of its trial.
+    pub run: String,
+    /// SHA-256 of the recording's files, one behind the other.
+    pub sha256: String,
+    /// It verifies, and its trial did not end INVALID.
+    pub valid: bool,
+    /// Why it is INVALID.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// It verifies: `holdsafe verify` says that the evidence holds.
+    pub holds: bool,
+    /// The class in which its trial ended, as it was told then.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub outcome: Option<Outcome>,
+    /// Events in it.
+    pub events: u64,
+}
+
+/// A recorded run whose custody was looked at, whatever was found.
+#[derive(Clone, Debug)]
+pub struct Checked {
+    path: PathBuf,
+    custody: Custody,
+}
+
+impl Checked {
+    /// The folder of its trial.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What was found.
+    pub fn custody(&self) -> &Custody {
+        &self.custody
+    }
+
+    /// Why it is INVALID, if it is.
+    pub fn invalid(&self) -> Option<&str> {
+        self.custody.reason.as_deref()
+    }
+
+    /// The line that says so, if it is.
+    pub fn mark(&self) -> Option<String> {
+        Some(format!("INVALID: {}: {}", self.path.display(), self.invalid()?))
+    }
+}
+
+/// Checks the one run at or below `dir`.
+///
+/// # Errors
+/// When there is none or several, or its recording cannot be read at all.
+pub fn run(dir: &Path) -> Result<Checked, Failure> {
+    trial(runs::one(dir)?)
+}
+
+/// Checks every run at or below `dir`.
+///
+/// # Errors
+/// When one cannot be read at all.
+pub fn every(dir: &Path) -> Result<Vec<Checked>, Failure> {
+    runs::below(dir)?.into_iter().map(trial).collect()
+}
+
+fn trial(path: PathBuf) -> Result<Checked, Failure> {
+    let (events, sealed, findings) = match crate::verified::verify(&path) {
+        Ok(Verified { events, sealed, findings, .. }) => (events, sealed, findings),
+        // Without keys and heads nothing can be told of it, which is no better than what does not hold.
+        Err(EngineError::Unreadable { file, message, .. }) if file.ends_with(keep::HELD) => {
+            (0, false, vec![format!("{}: {message}: without it nothing is verified; is the run over?", keep::HELD)])
+        }
+        Err(error) => return Err(error.into()),
+    };
+    let (outcome, ended) = ended(&path);
+    let reason = unsound(sealed, &findings, &path).or(ended).map(|reason| tame(&reason));
+    let (run, sha256) = (path.display().to_string(), digest(&path.join("recording"))?);
+    let holds = sealed && findings.is_empty();
+    let custody = Custody { run, sha256, valid: reason.is_none(), reason, holds, outcome, events };
+    Ok(Checked { path, custody })
+}
+
+/// What does not hold of a recording.
+fn unsound(sealed: bool, findings: &[String], path: &Path) -> Option<String> {
+    let first = findings.first().map(String::as_str);
+    let first = first.or((!sealed).then_some("TRUNCATED: no closing seal"))?;
+    let more = match findings.len() {
+        0 | 1 => String::new(),
+        n => format!("; {} more: `holdsafe verify {}`", n - 1, path.display()),
+    };
+    Some(format!("the recording does not verify: {first}{more}"))
+}
+
+/// What is read of a verdict.
+#[derive(Deserialize)]
+struct Ended {
+    outcome: Outcome,
+    findings: Vec<String>,
+}
+
+/// The class in which the trial ended, and why that is no evidence; nothing where it is not told.
+pub fn ended(path: &Path) -> (Option<Outcome>, Option<String>) {
+    let file = path.join(VERDICT);
+    if !file.exists() {
+        return (None, None);
+    }
+    let read = || -> std::io::Result<Ended> {
+        if !file.is_file() {
+            return Err(std::io::Error::other("not a regular file"));
+        }
+        Ok(serde_json::from_reader(File::open(&file)?.take(MAX_VERDICT_BYTES))?)
+    };
+    match read() {
+        Ok(Ended { outcome: Outcome::Invalid, findings }) => {
+            (Some(Outcome::Invalid), Some(ended_invalid(findings.first())))
+        }
+        Ok(Ended { outcome, .. }) => (Some(outcome), None),
+        Err(why) => (None, Some(format!("{VERDICT}: {why}: the class of the trial is not known"))),
+    }
+}
+
+/// Why a trial is no evidence that ended INVALID with this first finding.
+pub fn ended_invalid(first: Option<impl std::fmt::Display>) -> String {
+    let why = first.map_or_else(|| "an injection has no receipt".to_owned(), |why| why.to_string());
+    format!("the trial itself ended INVALID: {why}")
+}
+
+/// SHA-256 of a recording's files, by number.
+fn digest(recording: &Path) -> Result<String, Failure> {
+    let mut files: Vec<PathBuf> = Vec::new();
+    for entry in fs::read_dir(recording)? {
+        let path = entry?.path();
+        if path.is_file() && path.extension().is_some_and(|e| e == "mcap") {
+            files.push(path);
+        }
+    }
+    files.sort_by_key(|file| (file.as_os_str().len(), file.clone()));
+    let mut digest = Sha256::new();
+    for file in files {
+        std::io::copy(&mut File::open(file)?, &mut digest)?;
+    }
+    Ok(hex(&digest.finalize()))
+}
+
+/// Words that may be somebody else's: on one line, of bounded length, with nothing that a terminal obeys.
+fn tame(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).take(MAX_REASON).collect()
+}
+
+/// Says first of all which of what was read is INVALID: on stdout, or where that is for the object, on stderr.
+pub fn say(context: &Context, read: &[&Checked]) {
+    read.iter().filter_map(|of| of.mark()).for_each(|mark| say_mark(context, &mark));
+}
+
+/// The same of one, by its line.
+pub fn say_mark(context: &Context, mark: &str) {
+    if context.json {
+        link::note!("{mark}");
+    } else {
+        out::say(format_args!("{mark}"));
+    }
+}
+
+/// A result, and what was found of the recordings that it was made of.
+#[derive(Serialize)]
+struct Of<'a, T> {
+    #[serde(flatten)]
+    of: &'a T,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    recordings: &'a [&'a Custody],
+}
+
+/// Prints a result that was made of these as one JSON object on stdout.
+///
+/// # Errors
+/// When a number in it cannot be written as JSON.
+pub fn print_json(kind: &'static str, of: &impl Serialize, read: &[&Checked]) -> Result<(), Failure> {
+    let recordings: Vec<&Custody> = read.iter().map(|checked| checked.custody()).collect();
+    out::print_json(kind, &Of { of, recordings: &recordings })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn checked(reason: Option<&str>) -> Checked {
+        let (run, sha256, reason) = ("x".to_owned(), String::new(), reason.map(str::to_owned));
+        let custody = Custody { run, sha256, valid: reason.is_none(), reason, holds: true, outcome: None, events: 0 };
+        Checked { path: "x".into(), custody }
+    }
+
+    #[test]
+    fn one_that_is_invalid_makes_4_of_every_code_unless_told_otherwise() {
+        let (whole, broken) = (checked(None), checked(Some("event 7")));
+        let exit = |unverified, read: &[&Checked]| Unverified { unverified }.exit(read, Exit::Unexpected);
+        assert_eq!(exit(false, &[&whole]), Exit::Unexpected);
+        assert_eq!(exit(false, &[&whole, &broken]), Exit::NoEvidence);
+        assert_eq!(exit(true, &[&whole, &broken]), Exit::Unexpected);
+        assert_eq!(broken.mark().as_deref(), Some("INVALID: x: event 7"));
+    }
+
+    #[test]
+    fn a_recording_without_its_closing_seal_is_unsound_though_nothing_else_is_found() {
+        let found = |sealed| unsound(sealed, &[], Path::new("x"));
+        assert!(found(false).is_some_and(|why| why.contains("TRUNCATED")));
+        assert_eq!(found(true), None);
+    }
+
+    #[test]
+    fn words_of_a_file_stay_on_one_line_and_obey_no_terminal() {
+        let reason = tame(&format!("a\u{1b}[2J\nb{}", "c".repeat(1_000)));
+        assert!(!reason.contains(['\n', '\u{1b}']) && reason.chars().count() == MAX_REASON, "{reason}");
+    }
+}

@@ -1,0 +1,53 @@
+//! What every verb works with beside its own arguments.
+
+use std::path::PathBuf;
+
+use parallel::progress::{Stop, Talk};
+
+use crate::failure::{Exit, Failure};
+
+/// What a verb works with beside its own arguments.
+#[derive(Clone, Debug)]
+pub struct Context {
+    /// Whether results are printed as one JSON object.
+    pub json: bool,
+    /// Base seed; trial i has seed + i.
+    pub seed: u64,
+    /// How much is said on stderr.
+    pub talk: Talk,
+    /// The directory with the scenarios, where it was named.
+    pub root: Option<PathBuf>,
+    /// Whether the user wants it to stop.
+    pub stop: Stop,
+    /// SHA-256 over the sources of the program.
+    pub program: &'static str,
+}
+
+impl Context {
+    /// The directory with the scenarios.
+    ///
+    /// # Errors
+    /// There is none here or above.
+    pub fn root(&self) -> Result<PathBuf, Failure> {
+        let found = match &self.root {
+            Some(root) => Some(root.clone()),
+            None => std::env::current_dir().ok().and_then(|here| scenario::find_root(&here)),
+        };
+        found.ok_or_else(|| {
+            Failure::new(
+                Exit::Usage,
+                "no scenarios/ and platforms/ here or above; name their directory with --root DIR",
+            )
+        })
+    }
+}
+
+/// The line that this process was started with, as a shell takes it.
+pub fn own_line() -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./=:,@%+".contains(c);
+    let quoted = |word: String| match word.chars().all(plain) && !word.is_empty() {
+        true => word,
+        false => format!("'{}'", word.replace('\'', "'\\''")),
+    };
+    std::env::args_os().map(|word| quoted(word.to_string_lossy().into_owned())).collect::<Vec<_>>().join(" ")
+}

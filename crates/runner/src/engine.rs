@@ -1,0 +1,239 @@
+//! What the command runs and judges trials with, each function one call. Measuring what they cost is left to `cost`.
+
+use std::path::Path;
+
+use evidence::custody::Held;
+use evidence::log::Logged;
+use evidence::trial::Trial;
+use evidence::{Evidence, Verdict, Witnessed};
+use live::child::Services;
+use live::mouths::CoreReplay;
+use live::{LiveError, keep};
+use oracle::judged;
+use parallel::progress::Stop;
+use results::mode::Mode;
+use scenario::{Scenario, Setup};
+use serde::Serialize;
+use topology::{RunSecret, cast};
+use twin::refeed::{Fed, Refed, Same, fed};
+use twin::sabotage::sabotage;
+use wire::person::{Act, Role};
+
+use super::checked::Checked;
+use super::error::EngineError;
+use super::plan::Planned;
+use super::verified;
+
+/// The longest `replay.json` that is read.
+const MAX_REPLAY_BYTES: u64 = 1 << 20;
+
+/// The mouth log of one core fed back into it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MouthReplay {
+    /// Core.
+    pub core: String,
+    /// Inputs fed.
+    pub inputs: u64,
+    /// Outputs compared.
+    pub outputs: u64,
+    /// The first output that differs, where one does.
+    pub difference: Option<String>,
+}
+
+impl From<&Refed> for MouthReplay {
+    /// One core of a run in the twin in the words of a live run's.
+    fn from(refed: &Refed) -> Self {
+        let difference = refed.parted.as_ref().map(|p| {
+            let what =
+                format!("at {:.3} s, input {}: {:?} in the run, {:?} now", p.at as f64 / 1e6, p.input, p.then, p.now);
+            what.chars().take(400).collect()
+        });
+        MouthReplay { core: refed.node.to_string(), inputs: refed.inputs, outputs: refed.outputs, difference }
+    }
+}
+
+/// Runs one trial.
+pub fn trial(mode: Mode, scenario: &Scenario, setup: &Setup, seed: u64, stop: &Stop) -> Result<Trial, EngineError> {
+    tracing::debug!(scenario = scenario.name.as_str(), policy = setup.policy_name, seed, "trial");
+    match mode {
+        Mode::Twin => {
+            let (cast, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
+            let run = twin::trial::conclude(cast, twin, setup);
+            let trial = judged::trial(seed, scenario.level(), &run.evidence, &run.verdict);
+            let Some(directory) = &setup.run_dir else { return Ok(trial) };
+            keep::recording(directory, &run.log).map_err(EngineError::failed)?;
+            keep::events(directory, &run.evidence).map_err(EngineError::failed)?;
+            held(directory, &run.held, trial)
+        }
+        Mode::Stack => stacks::trial(scenario, seed).map_err(EngineError::failed),
+        Mode::Live => live_trial(scenario, setup, seed, stop, View::of(setup, &mut |_| {})),
+    }
+}
+
+/// Writes how a trial ended, and last of all `held.json`, which covers every file in `directory`.
+fn held(directory: &Path, held: &Held, trial: Trial) -> Result<Trial, EngineError> {
+    keep::verdict(directory, &trial).map_err(EngineError::failed)?;
+    let held = keep::held(directory, held).map_err(EngineError::failed)?;
+    Ok(Trial { held: Some(held), ..trial })
+}
+
+/// Whether a trial can begin: the services take their setups, and the adversary its plan.
+///
+/// # Errors
+/// The first refusal.
+pub fn can_start(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(), EngineError> {
+    match scenario.is_of_stacks() {
+        true => Ok(()),
+        false => twin::trial::start(scenario, setup, seed, false).map(|_| ()).map_err(EngineError::failed),
+    }
+}
+
+/// Sabotages the receipts of one trial in the twin.
+pub fn sabotaged(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trial, EngineError> {
+    let done = sabotage(scenario, setup, seed).map_err(EngineError::failed)?;
+    Ok(judged::trial(seed, scenario.level(), &done.evidence, &done.verdict))
+}
+
+/// How a live run is looked at.
+pub struct View<'a> {
+    /// Takes what the console shows, text by text.
+    pub show: &'a mut dyn FnMut(&str),
+    /// Whether it has a window besides, until whose end the run lasts.
+    pub window: bool,
+    /// What a person at the console may do.
+    pub role: Role,
+    /// What a person does at the console, each at its time of the run, microseconds.
+    pub acts: Vec<(u64, Act)>,
+}
+
+impl<'a> View<'a> {
+    /// The window that the setup asks for.
+    fn of(setup: &Setup, show: &'a mut dyn FnMut(&str)) -> Self {
+        let role = setup.window.unwrap_or(Role::Supervise);
+        Self { window: setup.window.is_some(), role, ..Self::nobody(show) }
+    }
+
+    /// Nobody looks, and nobody acts.
+    pub fn nobody(show: &'a mut dyn FnMut(&str)) -> Self {
+        Self { show, window: false, role: Role::Supervise, acts: Vec::new() }
+    }
+}
+
+/// Runs one live trial that somebody looks at.
+pub fn watched(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+    view: View<'_>,
+) -> Result<Trial, EngineError> {
+    (view.show)(&format!("{}: policy {}, seed {seed}", scenario.title.as_str(), setup.policy_name));
+    live_trial(scenario, setup, seed, stop, view)
+}
+
+fn live_trial(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+    view: View<'_>,
+) -> Result<Trial, EngineError> {
+    let run = run_live(scenario, setup, seed, stop, view)?;
+    if let Some(directory) = &setup.run_dir {
+        keep::events(directory, &run.evidence)
+            .and_then(|()| keep::replays(directory, &run.replays))
+            .and_then(|()| keep::console(directory, &run.cast, &run.evidence.entries))
+            .map_err(EngineError::failed)?;
+        // What cannot be thinned stays whole: that costs room and nothing else.
+        if let Err(why) = keep::thinned(directory, &run.replays, setup.frames) {
+            link::note!("{}: mouth logs stay whole: {why}", directory.display());
+        }
+    }
+    let host_stall_ms = run.spoilt.map(|by| by as f64 / 1000.0);
+    let trial = Trial { host_stall_ms, ..judged::trial(seed, scenario.level(), &run.evidence, &run.verdict) };
+    match &setup.run_dir {
+        Some(directory) => held(directory, &run.held, trial),
+        None => Ok(trial),
+    }
+}
+
+/// Runs one live trial with this program as every service; its logs are kept where the setup says so.
+pub fn run_live(
+    scenario: &Scenario,
+    setup: &Setup,
+    seed: u64,
+    stop: &Stop,
+    view: View<'_>,
+) -> Result<live::trial::Run, EngineError> {
+    let program = std::env::current_exe().map_err(EngineError::failed)?;
+    let View { show, window, role, acts } = view;
+    let (keep, services) = (setup.run_dir.clone(), Services::Own(program));
+    let options = live::Options { keep, services, stop, show, window, role, acts };
+    live::trial::run_live(scenario, setup, seed, options).map_err(|error| match error {
+        LiveError::Stopped => EngineError::Stopped,
+        LiveError::Environment(why) => EngineError::Environment(why),
+    })
+}
+
+/// What came of feeding every mouth log of `run` back into its core. That was done right after the run: the keys
+/// that the cores sign with are gone since, so no later replay could give the same bytes.
+pub fn replay(run: &Checked) -> Result<Vec<MouthReplay>, EngineError> {
+    let file = run.path().join("replay.json");
+    let unreadable = |message: String| EngineError::Unreadable {
+        file: file.clone(),
+        message,
+        remedy: "name the directory of one live trial, as `run SCENARIO --live --out DIR` makes below DIR/live"
+            .to_owned(),
+    };
+    let text = link::files::read(&file, MAX_REPLAY_BYTES).map_err(|e| unreadable(e.to_string()))?;
+    let cores: Vec<CoreReplay> = serde_json::from_slice(&text).map_err(|e| unreadable(e.to_string()))?;
+    let told = |r: CoreReplay| MouthReplay {
+        core: r.node.to_string(),
+        inputs: r.inputs,
+        outputs: r.outputs,
+        difference: r.difference,
+    };
+    Ok(cores.into_iter().map(told).collect())
+}
+
+/// Feeds it to cores that are set up otherwise, and compares what they decide.
+pub fn otherwise(eaten: &Fed, other: &Planned, seed: u64) -> Result<Vec<Refed>, EngineError> {
+    let cast = cast(&other.variation.scenario, &other.setup, seed, &RunSecret::seeded(seed));
+    eaten.again(&cast, Same::Decisions).map_err(EngineError::failed)
+}
+
+/// A run in the twin with what its cores were fed.
+pub fn eaten(planned: &Planned, seed: u64) -> Result<Fed, EngineError> {
+    fed(&planned.variation.scenario, &planned.setup, seed).map_err(EngineError::failed)
+}
+
+/// Feeds it to its own cores again.
+pub fn again(eaten: &Fed) -> Result<Vec<Refed>, EngineError> {
+    eaten.again(eaten.cast(), Same::Bytes).map_err(EngineError::failed)
+}
+
+/// One run in the twin: what the oracle saw, and what it said.
+pub fn twin_verdict(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Evidence, Verdict), EngineError> {
+    let run = concluded(scenario, setup, seed)?;
+    Ok((run.evidence, run.verdict))
+}
+
+/// One run in the twin to its end.
+pub fn concluded(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<twin::trial::Run, EngineError> {
+    let (cast, twin) = twin::trial::start(scenario, setup, seed, false).map_err(EngineError::failed)?;
+    Ok(twin::trial::conclude(cast, twin, setup))
+}
+
+/// The same with its receipts denied.
+pub fn denied(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<(Evidence, Verdict), EngineError> {
+    let done = sabotage(scenario, setup, seed).map_err(EngineError::failed)?;
+    Ok((done.evidence, done.verdict))
+}
+
+/// The log of a recorded run, and the first thing that does not hold of its chains.
+pub fn recorded(run: &Checked) -> Result<(Vec<Witnessed>, Option<String>), EngineError> {
+    let frames = verified::frames(run.path())?;
+    let log: Vec<Logged> =
+        frames.into_iter().map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect();
+    Ok(evidence::reading::read(&log))
+}

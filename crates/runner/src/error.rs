@@ -1,0 +1,34 @@
+//! Why a trial could not be run, or a recorded one not read.
+
+use std::path::PathBuf;
+
+/// Why an engine gave no result.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum EngineError {
+    /// A defect of ours.
+    #[error("{0}")]
+    Failed(String),
+    /// The host lacks something.
+    #[error("{0}; `holdsafe doctor` checks what a run needs")]
+    Environment(String),
+    /// A file of the run cannot be used.
+    #[error("{}: {message}; {remedy}", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it, with the line or offset.
+        message: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// The user stopped it.
+    #[error("stopped")]
+    Stopped,
+}
+
+impl EngineError {
+    /// A defect of ours, in the words of what failed.
+    pub fn failed(error: impl std::fmt::Display) -> Self {
+        EngineError::Failed(error.to_string())
+    }
+}

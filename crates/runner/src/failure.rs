@@ -1,0 +1,145 @@
+//! How a command ends when it does not end well: exit code, one message, the one line that reproduces it.
+
+use std::fmt;
+use std::io::IsTerminal;
+
+use evidence::SCHEMA_VERSION;
+use scenario::{ProblemRow, Problems};
+use serde::Serialize;
+
+use crate::error::EngineError;
+
+/// Exit codes; documented in `--help` and stable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// Every trial within its expected classes.
+    Fine,
+    /// Internal error.
+    Internal,
+    /// Usage, or a file that cannot be used.
+    Usage,
+    /// An outcome that was not expected.
+    Unexpected,
+    /// Nothing ran, or an unexpected INVALID.
+    NoEvidence,
+    /// The environment lacks something.
+    Environment,
+    /// Interrupted.
+    Interrupted,
+}
+
+impl Exit {
+    /// The code.
+    pub fn code(self) -> u8 {
+        match self {
+            Exit::Fine => 0,
+            Exit::Internal => 1,
+            Exit::Usage => 2,
+            Exit::Unexpected => 3,
+            Exit::NoEvidence => 4,
+            Exit::Environment => 5,
+            Exit::Interrupted => 130,
+        }
+    }
+}
+
+/// Why a command could not do its work.
+#[derive(Clone, Debug)]
+pub struct Failure {
+    exit: Exit,
+    message: String,
+    problems: Vec<ProblemRow>,
+    reproduce: Option<String>,
+}
+
+impl Failure {
+    /// With a message that holds its own remedy.
+    pub fn new(exit: Exit, message: impl Into<String>) -> Self {
+        Self { exit, message: message.into(), problems: Vec::new(), reproduce: None }
+    }
+
+    /// An error that ours alone can be.
+    pub fn internal(error: impl std::fmt::Display) -> Self {
+        Self::new(Exit::Internal, error.to_string())
+    }
+
+    /// With the one line that reproduces it.
+    #[must_use]
+    pub fn reproduced_by(mut self, line: impl Into<String>) -> Self {
+        self.reproduce = Some(line.into());
+        self
+    }
+
+    /// The exit code.
+    pub fn exit(&self) -> Exit {
+        self.exit
+    }
+
+    /// Tells a person on stderr, and a program on stdout.
+    pub fn tell(&self, json: bool) -> Exit {
+        link::note!("{}", self.message.trim_end());
+        if let Some(line) = &self.reproduce {
+            link::note!("reproduce: {line}");
+        }
+        if json {
+            #[derive(Serialize)]
+            struct Told<'a> {
+                schema_version: u32,
+                error: &'a str,
+                exit: u8,
+                #[serde(skip_serializing_if = "<[_]>::is_empty")]
+                problems: &'a [ProblemRow],
+                reproduce: Option<&'a str>,
+            }
+            let told = Told {
+                schema_version: SCHEMA_VERSION,
+                error: self.message.lines().next().unwrap_or_default(),
+                exit: self.exit.code(),
+                problems: &self.problems,
+                reproduce: self.reproduce.as_deref(),
+            };
+            if let Ok(text) = serde_json::to_string(&told) {
+                link::terminal::say(format_args!("{text}"));
+            }
+        }
+        self.exit
+    }
+}
+
+/// Whether stderr takes colours: a terminal does, unless `NO_COLOR` is set to anything (<https://no-color.org>).
+pub fn colour() -> bool {
+    std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl From<Problems> for Failure {
+    fn from(problems: Problems) -> Self {
+        let message = problems.render(colour());
+        Self { problems: problems.rows(), ..Self::new(Exit::Usage, message) }
+    }
+}
+
+impl From<std::io::Error> for Failure {
+    fn from(error: std::io::Error) -> Self {
+        Self::new(Exit::Environment, format!("{error}; `holdsafe doctor` checks what a run needs"))
+    }
+}
+
+impl From<EngineError> for Failure {
+    fn from(error: EngineError) -> Self {
+        let exit = match &error {
+            EngineError::Failed(_) => Exit::Internal,
+            EngineError::Environment(_) => Exit::Environment,
+            EngineError::Unreadable { .. } => Exit::Usage,
+            EngineError::Stopped => Exit::Interrupted,
+        };
+        Self::new(exit, error.to_string())
+    }
+}

@@ -1,0 +1,106 @@
+//! What a search works on, put together from what a command line or a list of weaknesses names.
+
+use std::path::Path;
+
+use super::Context;
+use super::failure::{Exit, Failure};
+use super::plan::{self, Planned, Wanted};
+use evidence::ablation::Switch;
+use scenario::{Alphabet, Misset, Weakness, Weaknesses};
+use search::Ground;
+
+/// Most words of one length that are tried exhaustively.
+pub const MOST_WORDS: usize = 1_000_000;
+
+/// A ground by its names.
+#[derive(Debug)]
+pub struct Asked<'a> {
+    /// A scenario of the twin, by name or by file.
+    pub scenario: &'a str,
+    /// An alphabet, by name or by file.
+    pub alphabet: &'a str,
+    /// Policy and cell of the scenario.
+    pub wanted: Wanted,
+    /// What is waived besides.
+    pub waive: &'a [Switch],
+    /// The bound that the services are made with a wrong value of.
+    pub misset: Option<&'a Misset>,
+}
+
+impl Asked<'_> {
+    /// The ground; every move of the alphabet was tried on.
+    pub fn ground(&self, context: &Context) -> Result<Ground, Failure> {
+        let (scenario, planned) = plan::plan(context, &plan::file_of(context, self.scenario)?, &self.wanted)?;
+        if scenario.is_of_stacks() {
+            let message =
+                format!("`{}` runs on the real stacks in memory; a search needs the twin", scenario.name.as_str());
+            return Err(Failure::new(Exit::Usage, message));
+        }
+        let [planned] = <[Planned; 1]>::try_from(planned).map_err(|several| {
+            let cells: Vec<String> = several.into_iter().filter_map(|p| p.variation.cell).collect();
+            Failure::new(
+                Exit::Usage,
+                format!("`{}` has several cells; choose one with --cell: {}", self.scenario, cells.join(", ")),
+            )
+        })?;
+        let alphabet = alphabet(context, self.alphabet)?;
+        let Planned { variation, mut setup, .. } = planned;
+        for switch in self.waive {
+            switch.waive(&mut setup.policy);
+        }
+        if !self.waive.is_empty() {
+            "searched".clone_into(&mut setup.policy_name);
+            "searched".clone_into(&mut setup.policy.name);
+        }
+        setup.misset = self.misset.map(|misset| misset.of(&setup.bounds));
+        let ground = Ground::new(variation.scenario, setup, context.seed, alphabet).map_err(unfit)?;
+        ground.fits().map_err(unfit)?;
+        Ok(ground)
+    }
+}
+
+/// An alphabet by name or by path.
+pub fn alphabet(context: &Context, name: &str) -> Result<Alphabet, Failure> {
+    if name.ends_with(".toml") || name.contains('/') {
+        return Ok(Alphabet::load(Path::new(name))?);
+    }
+    let path = context.root()?.join("scenarios").join("alphabets").join(format!("{name}.toml"));
+    if path.is_file() {
+        return Ok(Alphabet::load(&path)?);
+    }
+    let known = shipped(context, "alphabets")?.join(", ");
+    Err(Failure::new(Exit::Usage, format!("no alphabet `{name}`; there are: {known}")))
+}
+
+/// The ground of a weakness.
+pub fn of_weakness(context: &Context, weakness: &Weakness, wanted: Wanted) -> Result<Ground, Failure> {
+    let (scenario, alphabet) = (weakness.scenario.as_str(), weakness.alphabet.as_str());
+    let (waive, misset) = (weakness.waive.as_slice(), weakness.misset.as_ref());
+    Asked { scenario, alphabet, wanted, waive, misset }.ground(context)
+}
+
+/// Every weakness of every list that is shipped, list by list.
+pub fn weaknesses(context: &Context) -> Result<Vec<Weakness>, Failure> {
+    let folder = context.root()?.join("scenarios").join("weaknesses");
+    let names = shipped(context, "weaknesses")?;
+    let list = |name: &String| Ok(Weaknesses::load(&folder.join(format!("{name}.toml")))?.weakness.to_vec());
+    Ok(names.iter().map(list).collect::<Result<Vec<_>, Failure>>()?.concat())
+}
+
+/// What is shipped in a folder of scenarios/, by name, in order.
+pub fn shipped(context: &Context, folder: &str) -> Result<Vec<String>, Failure> {
+    let entries = std::fs::read_dir(context.root()?.join("scenarios").join(folder))?;
+    let mut names: Vec<String> = entries.flatten().map(|entry| plan::stem(&entry.path())).collect();
+    names.sort();
+    Ok(names)
+}
+
+/// Why a search ended early: it was asked to, or a word did not fit.
+pub fn stopped_or_unfit(context: &Context, why: String) -> Failure {
+    if context.stop.asked() { Failure::new(Exit::Interrupted, "stopped; nothing was kept") } else { unfit(why) }
+}
+
+/// An alphabet is the user's: where its moves do not fit the scenario, or not each other, that is told as such.
+pub fn unfit(why: String) -> Failure {
+    Failure::new(Exit::Usage, why)
+}

@@ -1,0 +1,161 @@
+//! Finished trials on disk, so that a command that is ended in any way, `kill -9` too, goes on where it was.
+//!
+//! One file for each variation, mode and build, one line a trial, written when the trial is judged. A file's name holds
+//! the digest of everything that the outcome depends on beside the seed (this program, scenario and scene, policy,
+//! bounds, platform), so that nothing is taken for what it is not.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use evidence::log::hex;
+use evidence::trial::Trial;
+use results::mode::Mode;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::failure::Failure;
+use super::lines::{Lines, scan};
+use super::plan::Planned;
+
+/// The folder of finished trials.
+pub struct Kept {
+    folder: PathBuf,
+    build: String,
+}
+
+/// The finished trials of one variation in one mode.
+pub struct Shelf {
+    done: BTreeMap<u64, Trial>,
+    lines: Lines,
+}
+
+/// A trial as it is kept: with what its own form leaves out of reports.
+#[derive(Serialize, Deserialize)]
+struct Line {
+    trial: Trial,
+    false_trips: u32,
+    nominal_seconds: f64,
+    cpu_seconds: f64,
+}
+
+impl Kept {
+    /// Below `directory`, for this very program.
+    pub fn below(directory: &Path) -> Result<Self, Failure> {
+        let folder = directory.join("kept");
+        fs::create_dir_all(&folder)?;
+        let program = std::env::current_exe()?;
+        let mut digest = Sha256::new();
+        std::io::copy(&mut File::open(program)?, &mut digest)?;
+        Ok(Self { folder, build: hex(&digest.finalize()) })
+    }
+
+    /// SHA-256 of this program, hexadecimal.
+    pub fn build(&self) -> &str {
+        &self.build
+    }
+
+    /// What is finished of `planned`, and where more of it goes.
+    pub fn shelf(&self, mode: Mode, planned: &Planned) -> Result<Shelf, Failure> {
+        let cell = planned.variation.cell.as_deref().map(|c| format!(".{}", c.replace(['/', ' '], "-")));
+        let scenario = planned.variation.scenario.name.as_str();
+        let (cell, digest) = (cell.unwrap_or_default(), &self.digest(mode, planned)?[..16]);
+        Shelf::open(&self.folder.join(format!("{scenario}{cell}.{}.{digest}.jsonl", mode.name())))
+    }
+
+    fn digest(&self, mode: Mode, planned: &Planned) -> Result<String, Failure> {
+        let content = planned.content()?;
+        let mut digest = Sha256::new();
+        for part in [self.build.as_str(), mode.name(), &content.scenario, &content.policy, &content.platform] {
+            digest.update((part.len() as u64).to_le_bytes());
+            digest.update(part);
+        }
+        Ok(hex(&digest.finalize()))
+    }
+}
+
+impl Shelf {
+    fn open(path: &Path) -> Result<Self, Failure> {
+        let mut done = BTreeMap::new();
+        let lines = Lines::open(path, |_, line: Line| {
+            done.insert(line.trial.seed, line.into_trial());
+            Ok(())
+        })?;
+        Ok(Self { done, lines })
+    }
+
+    /// The finished trial of this seed.
+    pub fn get(&self, seed: u64) -> Option<&Trial> {
+        self.done.get(&seed)
+    }
+
+    /// How many of the seeds from `first` are not finished.
+    pub fn missing(&self, first: u64, n: u64) -> usize {
+        (0..n).filter(|i| !self.done.contains_key(&first.wrapping_add(*i))).count()
+    }
+
+    /// Keeps a trial that has just been judged.
+    pub fn put(&self, trial: &Trial) -> Result<(), Failure> {
+        self.lines.put(&Line::of(trial)).map(|_| ())
+    }
+}
+
+/// The trials of a file's whole lines, by seed.
+///
+/// # Errors
+/// The first line that is none, and why.
+pub fn finished(text: &[u8]) -> Result<BTreeMap<u64, Trial>, Failure> {
+    let mut done = BTreeMap::new();
+    scan(Path::new("kept"), text, |_, line: Line| {
+        done.insert(line.trial.seed, line.into_trial());
+        Ok(())
+    })?;
+    Ok(done)
+}
+
+/// The line of a trial, as it is kept.
+///
+/// # Errors
+/// When a number in it cannot be written as JSON.
+pub fn kept_line(trial: &Trial) -> serde_json::Result<String> {
+    serde_json::to_string(&Line::of(trial))
+}
+
+impl Line {
+    fn of(trial: &Trial) -> Self {
+        let (false_trips, nominal_seconds) = (trial.false_trips, trial.nominal_seconds);
+        Self { trial: trial.clone(), false_trips, nominal_seconds, cpu_seconds: trial.cpu_seconds }
+    }
+
+    fn into_trial(self) -> Trial {
+        let Self { trial, false_trips, nominal_seconds, cpu_seconds } = self;
+        Trial { false_trips, nominal_seconds, cpu_seconds, ..trial }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use evidence::trial::Outcome;
+
+    #[test]
+    fn what_was_put_is_there_again_and_a_line_cut_short_is_not() {
+        let directory = tempfile::tempdir().expect("a folder");
+        let path = directory.path().join("a.jsonl");
+        let shelf = Shelf::open(&path).expect("a new file");
+        let mut first = Trial::example(1, Outcome::HoldSafe);
+        (first.false_trips, first.cpu_seconds) = (2, 0.25);
+        shelf.put(&first).expect("written");
+        shelf.put(&Trial::example(2, Outcome::Rejected)).expect("written");
+        drop(shelf);
+        let text = fs::read_to_string(&path).expect("text");
+        fs::write(&path, &text[..text.len() - 9]).expect("cut short");
+
+        let shelf = Shelf::open(&path).expect("the same file");
+        assert_eq!((shelf.get(1), shelf.get(2)), (Some(&first), None));
+        shelf.put(&Trial::example(2, Outcome::Rejected)).expect("written");
+        drop(shelf);
+        let shelf = Shelf::open(&path).expect("the same file");
+        assert_eq!(shelf.get(2).map(|t| t.outcome), Some(Outcome::Rejected));
+    }
+}

@@ -1,0 +1,134 @@
+//! A file of JSON lines that grows as a command goes on, and is whole after any end of it, `kill -9` too.
+//!
+//! A line is written in one piece once it is known. A last line that is cut short counts for nothing and is cut off before
+//! another is written. What a line says is its owner's business.
+
+use std::fs::{File, OpenOptions};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use super::failure::{Exit, Failure};
+
+/// The longest line that is read.
+const MAX_LINE_BYTES: u64 = 1 << 24;
+
+/// A file of lines that is open to be written.
+#[derive(Debug)]
+pub struct Lines {
+    path: PathBuf,
+    file: File,
+    /// Where the next line goes; held while one is written.
+    end: Mutex<u64>,
+}
+
+/// Where a line stands in its file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct At {
+    from: u64,
+    bytes: u32,
+}
+
+impl Lines {
+    /// Opens or makes the file and gives each whole line to `take`, which says what is wrong with one that does not fit.
+    pub fn open<T: DeserializeOwned>(
+        path: &Path,
+        take: impl FnMut(At, T) -> Result<(), String>,
+    ) -> Result<Self, Failure> {
+        let file = OpenOptions::new().create(true).read(true).append(true).open(path)?;
+        let end = scan(path, &file, take)?;
+        file.set_len(end)?;
+        Ok(Self { path: path.to_owned(), file, end: Mutex::new(end) })
+    }
+
+    /// Adds a line.
+    pub fn put(&self, value: &impl Serialize) -> Result<At, Failure> {
+        let line = serde_json::to_string(value).map_err(Failure::internal)? + "\n";
+        let bytes = u32::try_from(line.len()).map_err(Failure::internal)?;
+        let mut end = self.end.lock().unwrap_or_else(PoisonError::into_inner);
+        let at = At { from: *end, bytes };
+        if let Err(error) = (&self.file).write_all(line.as_bytes()) {
+            // Half a line in the middle would be worse than none.
+            self.file.set_len(at.from)?;
+            return Err(error.into());
+        }
+        *end += u64::from(bytes);
+        Ok(at)
+    }
+
+    /// Reads a line again.
+    pub fn get<T: DeserializeOwned>(&self, at: At) -> Result<T, Failure> {
+        let mut line = vec![0; at.bytes as usize];
+        self.file.read_exact_at(&mut line, at.from)?;
+        serde_json::from_slice(&line).map_err(|e| {
+            let changed = format!("{}, byte {}: {e}; did somebody else write there?", self.path.display(), at.from);
+            Failure::new(Exit::Environment, changed)
+        })
+    }
+}
+
+/// Gives each whole line of what is in `path` to `take`, and says where the last one ends.
+pub fn scan<T: DeserializeOwned>(
+    path: &Path,
+    file: impl Read,
+    mut take: impl FnMut(At, T) -> Result<(), String>,
+) -> Result<u64, Failure> {
+    let (mut reader, mut line, mut end) = (BufReader::new(file), Vec::new(), 0);
+    for number in 1u64.. {
+        line.clear();
+        let bytes = reader.by_ref().take(MAX_LINE_BYTES).read_until(b'\n', &mut line)?;
+        let taken = match line.last() {
+            Some(b'\n') => {
+                let at = At { from: end, bytes: bytes as u32 };
+                serde_json::from_slice(&line).map_err(|e| e.to_string()).and_then(|value| take(at, value))
+            }
+            Some(_) if bytes as u64 == MAX_LINE_BYTES => Err(format!("longer than {MAX_LINE_BYTES} bytes")),
+            Some(_) | None => break,
+        };
+        taken.map_err(|why| {
+            let at = format!("{}:{number}: {why}", path.display());
+            Failure::new(Exit::Usage, format!("{at}; remove the file, its trials run again"))
+        })?;
+        end += bytes as u64;
+    }
+    Ok(end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(path: &Path) -> Result<Vec<u32>, Failure> {
+        let mut all = Vec::new();
+        Lines::open(path, |_, n| {
+            all.push(n);
+            Ok(())
+        })?;
+        Ok(all)
+    }
+
+    #[test]
+    fn a_line_that_is_cut_short_is_cut_off_and_what_follows_is_whole() {
+        let directory = tempfile::tempdir().expect("a folder");
+        let path = directory.path().join("a.jsonl");
+        std::fs::write(&path, "1\n22\n33").expect("written");
+        let lines = Lines::open(&path, |_, _: u32| Ok(())).expect("opened");
+        let at = lines.put(&44).expect("written");
+        assert_eq!(lines.get::<u32>(at).expect("read again"), 44);
+        drop(lines);
+        assert_eq!(read(&path).expect("opened"), [1, 22, 44]);
+    }
+
+    #[test]
+    fn a_line_that_is_none_is_told_with_its_place_and_a_remedy() {
+        let directory = tempfile::tempdir().expect("a folder");
+        let path = directory.path().join("a.jsonl");
+        std::fs::write(&path, "1\nx\n3\n").expect("written");
+        let told = read(&path).expect_err("refused").to_string();
+        assert!(told.contains("a.jsonl:2: ") && told.contains("remove the file"), "{told}");
+    }
+}

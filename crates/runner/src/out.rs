@@ -1,0 +1,168 @@
+//! The run directory: what was run with what (manifest), each trial as a line, the result as JSON.
+//!
+//! Recordings of single trials (MCAP, mouth logs) are put below it by the engines.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use evidence::SCHEMA_VERSION;
+use evidence::trial::Trial;
+pub use link::terminal::say;
+use perception::detector::Brought;
+use perception::model::hex_digest;
+use serde::Serialize;
+use wire::bounds::Bounds;
+
+use super::Context;
+use super::failure::{Exit, Failure};
+use super::plan::Planned;
+
+/// What a run was made of.
+#[derive(Debug, Serialize)]
+pub struct Manifest {
+    schema_version: u32,
+    version: &'static str,
+    /// Digest of the program's sources.
+    program: &'static str,
+    build: &'static str,
+    target: String,
+    seed: u64,
+    watermarks: Vec<String>,
+    bounds: BTreeMap<String, Bounds>,
+    /// The detector in place of the shipped one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    detector: Option<Brought>,
+    /// [`files`] below the root.
+    files: BTreeMap<String, String>,
+}
+
+impl Manifest {
+    /// Of a run of `planned` with the files below the root.
+    pub fn of(context: &Context, planned: &[Planned]) -> Result<Self, Failure> {
+        let mut watermarks: Vec<String> = planned.iter().filter_map(|p| p.setup.watermark()).collect();
+        watermarks.dedup();
+        let name = |p: &Planned| p.variation.scenario.name.as_str().to_owned();
+        Ok(Self {
+            schema_version: SCHEMA_VERSION,
+            version: env!("CARGO_PKG_VERSION"),
+            program: context.program,
+            build: if cfg!(debug_assertions) { "debug" } else { "release" },
+            target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
+            seed: context.seed,
+            watermarks,
+            bounds: planned.iter().map(|p| (name(p), p.setup.bounds)).collect(),
+            detector: planned.iter().find_map(|p| p.setup.detector.clone()),
+            files: files(&context.root()?)?,
+        })
+    }
+}
+
+/// Where the files are that a result depends on.
+const INPUTS: [&str; 7] = [
+    "scenarios",
+    "scenarios/alphabets",
+    "scenarios/scenes",
+    "scenarios/weaknesses",
+    "platforms",
+    "policies",
+    "crates/perception/models",
+];
+
+/// SHA-256 of each file below `root` that a result depends on, by its path.
+pub fn files(root: &Path) -> Result<BTreeMap<String, String>, Failure> {
+    let mut files = BTreeMap::new();
+    INPUTS.iter().try_for_each(|directory| hash_directory(root, directory, &mut files))?;
+    Ok(files)
+}
+
+fn hash_directory(root: &Path, directory: &str, files: &mut BTreeMap<String, String>) -> Result<(), Failure> {
+    let Ok(entries) = fs::read_dir(root.join(directory)) else { return Ok(()) };
+    for entry in entries {
+        let path = entry?.path();
+        if !path.is_file() {
+            continue;
+        }
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        files.insert(format!("{directory}/{name}"), hex_digest(&fs::read(&path)?));
+    }
+    Ok(())
+}
+
+/// Makes `wanted`, or the first free `runs/<label>-N` below `root`.
+pub fn directory(root: &Path, wanted: Option<&Path>, label: &str) -> Result<PathBuf, Failure> {
+    if let Some(dir) = wanted {
+        fs::create_dir_all(dir)?;
+        return Ok(dir.to_owned());
+    }
+    let runs = root.join("runs");
+    fs::create_dir_all(&runs)?;
+    for n in 1..10_000 {
+        let dir = runs.join(format!("{label}-{n}"));
+        match fs::create_dir(&dir) {
+            Ok(()) => return Ok(dir),
+            Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists => {}
+            Err(e) => return Err(e.into()),
+        }
+    }
+    Err(Failure::new(Exit::Environment, format!("{} is full; remove old runs or use --out DIR", runs.display())))
+}
+
+/// Whether nothing is in `folder`, where the recording of a trial is to go.
+///
+/// # Errors
+/// When something is, or it is no folder.
+pub fn unused(folder: &Path) -> Result<(), Failure> {
+    match fs::read_dir(folder).map(|mut entries| entries.next().is_none()) {
+        Ok(true) => Ok(()),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        Ok(false) => {
+            let message =
+                format!("{} holds a run already; name another --out or --seed, or remove it", folder.display());
+            Err(Failure::new(Exit::Usage, message))
+        }
+        Err(e) => Err(Failure::new(Exit::Usage, format!("{}: {e}", folder.display()))),
+    }
+}
+
+/// A result as it is written: what kind of object it is, and the object.
+#[derive(Serialize)]
+struct Named<'a, T> {
+    kind: &'static str,
+    #[serde(flatten)]
+    of: &'a T,
+}
+
+/// Writes a result as JSON into the run directory, with the name of its kind.
+pub fn write_result(dir: &Path, name: &str, kind: &'static str, of: &impl Serialize) -> Result<(), Failure> {
+    write_json(dir, name, &Named { kind, of })
+}
+
+/// Writes a value as JSON into the run directory.
+pub fn write_json(dir: &Path, name: &str, value: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string_pretty(value).map_err(Failure::internal)?;
+    Ok(fs::write(dir.join(name), text + "\n")?)
+}
+
+/// Writes text into the run directory.
+pub fn write_text(dir: &Path, name: &str, text: &str) -> Result<(), Failure> {
+    Ok(fs::write(dir.join(name), text)?)
+}
+
+/// Writes one line a trial into the run directory.
+pub fn write_trials(dir: &Path, name: &str, trials: &[Trial]) -> Result<(), Failure> {
+    let mut file = std::io::BufWriter::new(fs::File::create(dir.join(name))?);
+    for trial in trials {
+        let line = serde_json::to_string(trial).map_err(Failure::internal)?;
+        writeln!(file, "{line}")?;
+    }
+    Ok(file.flush()?)
+}
+
+/// Prints a result as one JSON object on stdout, with the name of its kind.
+pub fn print_json(kind: &'static str, of: &impl Serialize) -> Result<(), Failure> {
+    let text = serde_json::to_string(&Named { kind, of }).map_err(Failure::internal)?;
+    say(format_args!("{text}"));
+    Ok(())
+}

@@ -1,0 +1,200 @@
+//! From names on the command line to trials: which file, which cells, which setup, which seeds.
+
+use std::path::{Path, PathBuf};
+
+use evidence::log::hex;
+use results::campaign::Content;
+use results::mode::Mode;
+use scenario::{Scenario, Setup, Variation};
+use sha2::{Digest, Sha256};
+use topology::{is_attacked, needs_rendering};
+
+use super::Context;
+use super::bring::Loaded;
+use super::failure::{Exit, Failure};
+
+/// One variation of a scenario, ready to run.
+#[derive(Clone, Debug)]
+pub struct Planned {
+    /// What to run.
+    pub variation: Variation,
+    /// With what.
+    pub setup: Setup,
+    /// The options beyond scenario and seed that reproduce it.
+    pub options: String,
+    /// The line that reproduces it without its seed, where that is not `run`.
+    pub command: Option<String>,
+    /// Nobody acts, and the actors say that they did.
+    pub sabotage: bool,
+}
+
+impl Planned {
+    /// Where it runs when it does not run live.
+    pub fn mode(&self) -> Mode {
+        if self.variation.scenario.is_of_stacks() { Mode::Stack } else { Mode::Twin }
+    }
+
+    /// What the outcome of its trials depends on beside program, mode and seed.
+    pub fn content(&self) -> Result<Content, Failure> {
+        let unwritable = |e: serde_json::Error| Failure::new(Exit::Internal, e.to_string());
+        let (scenario, setup) = (&self.variation.scenario, &self.setup);
+        Ok(Content {
+            scenario: hex(&Sha256::digest(serde_json::to_string(scenario).map_err(unwritable)?)),
+            policy: hex(&Sha256::digest(serde_json::to_string(&setup.policy).map_err(unwritable)?)),
+            platform: hex(&Sha256::digest(platform(setup))),
+        })
+    }
+}
+
+/// What is asked of every scenario of a plan.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// A policy file in place of the scenario's own.
+    pub policy: Option<PathBuf>,
+    /// Only this cell.
+    pub cell: Option<String>,
+    /// Rendered sensors and the detector.
+    pub rendered: bool,
+    /// Another detector than the shipped one; sensors are then rendered.
+    pub detector: Option<Loaded>,
+    /// Nobody acts, and the actors say that they did.
+    pub sabotage: bool,
+}
+
+/// Whether a scenario is given by its file, and not by the name of a shipped one.
+pub fn is_path(name: &str) -> bool {
+    name.ends_with(".toml") || name.contains('/')
+}
+
+/// The file of a scenario given by name or by path.
+pub fn file_of(context: &Context, name: &str) -> Result<PathBuf, Failure> {
+    if is_path(name) {
+        return Ok(PathBuf::from(name));
+    }
+    let folder = context.root()?.join("scenarios");
+    let paths = ["", "rendered", "demo"].map(|below| folder.join(below).join(format!("{name}.toml")));
+    if let Some(path) = paths.into_iter().find(|path| path.is_file()) {
+        return Ok(path);
+    }
+    let root = context.root()?;
+    let shipped = [scenario::shipped(&root)?, scenario::rendered(&root)?, scenario::demo(&root)?].concat();
+    let known: Vec<String> = shipped.iter().map(|p| stem(p)).collect();
+    let hint = match scenario::closest(name, known.iter().map(String::as_str)) {
+        Some(meant) => format!("did you mean `{meant}`?"),
+        None => format!("there are: {}.", known.join(", ")),
+    };
+    Err(Failure::new(Exit::Usage, format!("no scenario `{name}`; {hint} A file is named by its path, ending in .toml")))
+}
+
+/// Loads a scenario and prepares its variations.
+pub fn plan(context: &Context, file: &Path, wanted: &Wanted) -> Result<(Scenario, Vec<Planned>), Failure> {
+    let scenario = scenario::load(file)?;
+    let planned = of_scenario(context, &scenario, wanted)?;
+    Ok((scenario, planned))
+}
+
+/// Every variation of every shipped scenario that runs in the twin.
+pub fn every(context: &Context) -> Result<Vec<Planned>, Failure> {
+    let mut all = Vec::new();
+    for file in scenario::shipped(&context.root()?)? {
+        let (scenario, planned) = plan(context, &file, &Wanted::default())?;
+        all.extend(planned.into_iter().filter(|_| !scenario.is_of_stacks()));
+    }
+    Ok(all)
+}
+
+/// Prepares the variations of a loaded scenario.
+pub fn of_scenario(context: &Context, scenario: &Scenario, wanted: &Wanted) -> Result<Vec<Planned>, Failure> {
+    let policy = wanted.policy.as_deref().map(stem);
+    let mut variations = scenario.variations(policy.as_deref());
+    if let Some(cell) = &wanted.cell {
+        variations.retain(|v| v.cell.as_ref() == Some(cell));
+    }
+    if variations.is_empty() {
+        let labels: Vec<String> = scenario.cell.iter().map(|c| c.name.as_str().to_owned()).collect();
+        let name = scenario.name.as_str();
+        let message = match labels.is_empty() {
+            true => format!("`{name}` has no cells; leave --cell out"),
+            false => format!("no cell of `{name}` fits; there are: {}", labels.join(", ")),
+        };
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    variations.into_iter().map(|variation| prepare(context, variation, wanted)).collect()
+}
+
+/// Gives a variation its policy, bounds and platform.
+pub fn prepare(context: &Context, variation: Variation, wanted: &Wanted) -> Result<Planned, Failure> {
+    let variation = if wanted.sabotage {
+        if !is_attacked(&variation.scenario) {
+            let message =
+                format!("`{}` injects nothing whose receipt could be denied", variation.scenario.name.as_str());
+            return Err(Failure::new(Exit::Usage, message));
+        }
+        Variation { scenario: variation.scenario.sabotaged(), ..variation }
+    } else {
+        variation
+    };
+    let rendered = wanted.rendered || wanted.detector.is_some();
+    if let Some(why) = needs_rendering(&variation.scenario).filter(|_| !rendered) {
+        let message = format!("`{}`: {why}; run it with --rendered, or live", variation.scenario.name.as_str());
+        return Err(Failure::new(Exit::Usage, message));
+    }
+    let mut setup = Setup::load(&context.root()?, &variation.scenario, wanted.policy.as_deref(), rendered)?;
+    setup.detector = wanted.detector.as_ref().map(|loaded| loaded.brought.clone());
+    setup.stop = context.stop.clone();
+    let options = options(wanted, variation.cell.as_deref());
+    Ok(Planned { variation, setup, options, command: None, sabotage: wanted.sabotage })
+}
+
+/// The same variation under this policy in place of its own, whichever its cell is for.
+pub fn under(context: &Context, planned: &Planned, policy: &Path) -> Result<Planned, Failure> {
+    let wanted = Wanted { policy: Some(policy.to_owned()), ..Wanted::default() };
+    prepare(context, planned.variation.clone(), &wanted)
+}
+
+/// Bounds, platform and sensing, in words that are hashed. A run with the shipped detector keeps its words.
+fn platform(setup: &Setup) -> String {
+    let words = format!("{:?} {:?} {}", setup.bounds, setup.platform, setup.rendered);
+    match &setup.detector {
+        Some(brought) => format!("{words} {} {:?}", brought.model.sha256, brought.head),
+        None => words,
+    }
+}
+
+fn options(wanted: &Wanted, cell: Option<&str>) -> String {
+    let mut options = String::new();
+    if let Some(policy) = &wanted.policy {
+        options.push_str(&format!(" --policy {}", policy.display()));
+    }
+    if let Some(cell) = cell {
+        options.push_str(&format!(" --cell {cell}"));
+    }
+    match &wanted.detector {
+        Some(loaded) => options.push_str(&loaded.options),
+        None if wanted.rendered => options.push_str(" --rendered"),
+        None => {}
+    }
+    if wanted.sabotage {
+        options.push_str(" --sabotage");
+    }
+    options
+}
+
+/// The name of a file without its ending.
+pub fn stem(path: &Path) -> String {
+    path.file_stem().and_then(|s| s.to_str()).unwrap_or_default().to_owned()
+}
+
+/// SHA-256 of the detector that takes the shipped one's place in them, where one does.
+pub fn detector(planned: &[Planned]) -> Option<String> {
+    planned.iter().find_map(|one| Some(one.setup.detector.as_ref()?.model.sha256.clone()))
+}
+
+/// What `Variation::with` says, with the place and the remedy that a cell's error has in its file.
+pub fn unfit(variation: &Variation, why: String) -> Failure {
+    let cell = variation.cell.as_ref().map(|cell| format!(" {cell}")).unwrap_or_default();
+    let name = variation.scenario.name.as_str();
+    let remedy =
+        "a path and its values are as in a cell's `set`; `holdsafe scenario schema` prints every key with its range";
+    Failure::new(Exit::Usage, format!("in {name}{cell}: {why}; {remedy}"))
+}

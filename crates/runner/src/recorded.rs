@@ -1,0 +1,58 @@
+//! The log of a run, at times of that run: read back from its directory, or of a run in the twin.
+
+use evidence::trial::Outcome;
+use evidence::{Evidence, Verdict, Witnessed};
+use live::keep;
+use oracle::judged::findings;
+use wire::bounds::Bounds;
+use wire::id::NodeId;
+
+use super::checked::{self, Checked};
+use super::engine;
+use crate::error::EngineError;
+
+/// What is taken of a recording without `events.jsonl`.
+const ASSUMED: &str = "no events.jsonl tells of the bounds and of when the run began: the ground platform's are taken, and times \
+                       count from the recording's first entry";
+
+/// A log, and what it is to be held against.
+pub struct Recorded {
+    /// In (time, node, counter) order; times count from the start of the run. What the launcher did to processes is among them.
+    pub entries: Vec<Witnessed>,
+    /// Why it is INVALID, or the first thing that does not hold of its chains.
+    pub flaw: Option<String>,
+    /// What is not told of the run and was taken to be so.
+    pub assumed: Option<&'static str>,
+    /// The bounds that were in force.
+    pub bounds: Bounds,
+}
+
+impl Recorded {
+    /// The recording of a run. A live one is kept at the times of its host.
+    pub fn read(run: &Checked) -> Result<Recorded, EngineError> {
+        let (mut entries, flaw) = engine::recorded(run)?;
+        let flaw = run.invalid().map(str::to_owned).or(flaw);
+        let told = keep::told(run.path()).and_then(|told| Some((told.start(&entries)?, told.bounds)));
+        let (start, bounds) = told.unwrap_or((entries.first().map_or(0, |w| w.at), Bounds::GROUND));
+        entries.iter_mut().for_each(|w| w.at = w.at.saturating_sub(start));
+        // The launcher's word is beside a live run's recording, and no part of what is verified; the twin's has it.
+        if !entries.iter().any(|w| w.entry.node == NodeId::CAMPAIGN) {
+            entries.extend(keep::launched(run.path()));
+        }
+        entries.sort_by_key(|w| (w.at, w.entry.node, w.entry.boot, w.entry.counter));
+        Ok(Recorded { entries, flaw, assumed: told.is_none().then_some(ASSUMED), bounds })
+    }
+
+    /// Of a run in the twin, of which everything is told, and which may have ended INVALID.
+    pub fn of(evidence: Evidence, verdict: &Verdict) -> Recorded {
+        let flaw = (verdict.outcome == Outcome::Invalid).then(|| checked::ended_invalid(findings(verdict).first()));
+        Recorded { entries: evidence.entries, flaw, assumed: None, bounds: evidence.bounds }
+    }
+
+    /// Says on stderr what was taken to be so of `run`.
+    pub fn warn(&self, run: &str) {
+        if let Some(assumed) = self.assumed {
+            link::note!("{run}: {assumed}");
+        }
+    }
+}

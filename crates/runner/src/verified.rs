@@ -1,0 +1,104 @@
+//! Whether the files of a run are what was written: every byte against `held.json`, then chains, seals, signatures and heads.
+
+use std::path::{Path, PathBuf};
+
+use evidence::custody::{Custodian, Held};
+use evidence::log::{Logged, by_recorder};
+use link::instrument::Frame;
+use live::keep;
+use serde::Serialize;
+
+use crate::error::EngineError;
+
+/// What the evidence of a run is worth.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verified {
+    /// SHA-256 of `held.json`, hexadecimal: the same as when the run was made, or the whole directory may be another's.
+    pub held: String,
+    /// Files that are covered, each to the last byte.
+    pub files: u64,
+    /// What is covered by nothing, in a directory of a program that did not cover it.
+    pub uncovered: Vec<String>,
+    /// Events in the log.
+    pub events: u64,
+    /// Head of the chain, hexadecimal.
+    pub head: String,
+    /// Heads held outside the recorder that it was set against.
+    pub heads: u64,
+    /// Whether the closing seal is there; without it the log is TRUNCATED.
+    pub sealed: bool,
+    /// What does not hold, each with its position.
+    pub findings: Vec<String>,
+}
+
+/// Every entry of the recording of `run`, in the order in which it came.
+///
+/// # Errors
+/// It is no run directory, or has no recording.
+pub fn frames(run: &Path) -> Result<Vec<Frame>, EngineError> {
+    readable(run)?;
+    link::recorded::frames(&run.join("recording")).map_err(|e| not_a_run(run.to_owned(), e.to_string()))
+}
+
+fn not_a_run(file: PathBuf, message: String) -> EngineError {
+    let remedy = "name the directory of one run, with `recording/` and `held.json` in it".to_owned();
+    EngineError::Unreadable { file, message, remedy }
+}
+
+/// Checks every file of the run in `run` to the last byte, then chains, seals, signatures and heads, by what is held in the file
+/// beside them.
+pub fn verify(run: &Path) -> Result<Verified, EngineError> {
+    readable(run)?;
+    let (held, digest) = keep::read_held(run).map_err(|e| not_a_run(run.join(keep::HELD), e.to_string()))?;
+    let differences = held.files.as_ref().map(|files| keep::whole::differences(run, files)).transpose();
+    let mut findings = differences.map_err(|e| not_a_run(run.to_owned(), e.to_string()))?.unwrap_or_default();
+    let log = match logged(run, held.knows_witnesses()) {
+        // Of a file that is another's, or gone, that is said already.
+        Err(_) if !findings.is_empty() => Vec::new(),
+        log => log?,
+    };
+    let mut custodian = Custodian::new(&held);
+    for Logged { at, node, bytes } in &log {
+        // What does not continue its chain is in the custodian's own list.
+        let _noted = custodian.take(*at, *node, bytes);
+    }
+    let custody = custodian.close();
+    findings.extend(custody.flaws.iter().map(ToString::to_string));
+    Ok(Verified {
+        held: digest,
+        files: held.files.as_ref().map_or(0, |files| files.len() as u64),
+        uncovered: uncovered(&held),
+        events: custody.events as u64,
+        head: custody.head,
+        heads: held.heads.len() as u64,
+        sealed: custody.sealed || held.cut_short,
+        findings,
+    })
+}
+
+/// What went by way of the recorder, and behind it, where they sign it, what guards and launcher kept themselves.
+fn logged(run: &Path, witnesses: bool) -> Result<Vec<Logged>, EngineError> {
+    let frames = frames(run)?.into_iter().filter(|frame| witnesses || by_recorder(frame.node));
+    let mut log: Vec<Logged> = frames.map(|f| Logged { at: f.trace_us, node: f.node, bytes: f.bytes }).collect();
+    if witnesses {
+        log.extend(live::own_logs(run).map_err(|e| not_a_run(run.to_owned(), e.to_string()))?);
+    }
+    Ok(log)
+}
+
+/// What a directory of an earlier program leaves open.
+fn uncovered(held: &Held) -> Vec<String> {
+    let files = "bytes that are in no entry, and every file but the recording: held.json lists no file";
+    let witnesses = "what guards saw and the launcher noted: held.json has no key and no head of theirs";
+    let open = [(held.files.is_none(), files), (!held.knows_witnesses(), witnesses)];
+    open.into_iter().filter(|(open, _)| *open).map(|(_, what)| what.to_owned()).collect()
+}
+
+fn readable(run: &Path) -> Result<(), EngineError> {
+    if run.is_dir() {
+        return Ok(());
+    }
+    let message = if run.exists() { "not a run directory" } else { "no such run directory" };
+    let remedy = "name the directory that `run --live --out DIR` made".to_owned();
+    Err(EngineError::Unreadable { file: run.to_owned(), message: message.to_owned(), remedy })
+}
