@@ -11,18 +11,18 @@ use super::root;
 /// The pages that publish what was measured.
 const PAGES: [&str; 13] = [
     "README.md",
-    "docs/bounds.md",
-    "docs/campaigns.md",
-    "docs/checks.md",
-    "docs/console.md",
-    "docs/detector.md",
-    "docs/evaluation.md",
-    "docs/evidence.md",
-    "docs/fuzzing.md",
-    "docs/interchange.md",
-    "docs/perception.md",
-    "docs/rare.md",
-    "docs/search.md",
+    "docs/reference/bounds.md",
+    "docs/researcher/campaigns.md",
+    "docs/reviewer/checks.md",
+    "docs/operator/console.md",
+    "docs/researcher/detector.md",
+    "docs/researcher/evaluation.md",
+    "docs/reviewer/evidence.md",
+    "docs/developer/fuzzing.md",
+    "docs/reference/interchange.md",
+    "docs/researcher/perception.md",
+    "docs/researcher/rare.md",
+    "docs/researcher/search.md",
 ];
 
 /// Programs of this repository that are not verbs of `holdsafe`.

@@ -15,7 +15,7 @@ use crate::scenario::load_labels;
 
 #[derive(Clone, Debug, clap::Args)]
 pub(super) struct Bring {
-    /// An ONNX detector in place of the shipped one (docs/detector.md); sensors are then rendered.
+    /// An ONNX detector in place of the shipped one (docs/researcher/detector.md); sensors are then rendered.
     #[arg(long, value_name = "FILE", requires = "labels")]
     detector: Option<PathBuf>,
     /// How that detector's output is read, and what its classes mean.

@@ -16,7 +16,7 @@ use super::receipt::Receipt;
 use super::timeline::Timeline;
 use super::{Evidence, Finding, Micros, Property, finding, life, link, place};
 
-/// Time from a decision to the brakes, milliseconds (`docs/bounds.md`).
+/// Time from a decision to the brakes, milliseconds (`docs/reference/bounds.md`).
 const REACTION_MS: u64 = 150;
 /// Between two entries of the plant's truth, and some more.
 const TRUTH_GAP: Micros = 250_000;
