@@ -1,6 +1,6 @@
-//! A thermometer of the prose: two figures over doc comments and documents, each with a ceiling.
+//! A thermometer of the prose: openings of doc blocks, and pronouns in doc comments and documents, each with a ceiling.
 //!
-//! The ceilings are the values of the day and may only be lowered. Whether a page reads well is left to its readers.
+//! The ceilings are the values of the day and may only be lowered. Readability is left to the readers.
 
 use std::fs;
 use std::path::PathBuf;
@@ -12,10 +12,12 @@ const OPENINGS: [&str; 7] = ["What", "Who", "Whether", "How", "When", "Where", "
 /// Pronouns that stand where a noun would say more.
 const PRONOUNS: [&str; 6] = ["what", "whoever", "whose", "nobody", "somebody", "nothing"];
 
-/// Doc blocks that begin with one of [`OPENINGS`], in per cent.
-const MOST_OPENINGS: f64 = 100.0;
-/// [`PRONOUNS`] in 1,000 words.
-const MOST_PRONOUNS: f64 = 1000.0;
+/// Doc blocks that begin with one of [`OPENINGS`], in per cent; 21.3 on 2026-11-25.
+const MOST_OPENINGS: f64 = 21.5;
+/// [`PRONOUNS`] in 1,000 words of doc comments; 26.6 on 2026-11-25.
+const MOST_IN_COMMENTS: f64 = 26.8;
+/// [`PRONOUNS`] in 1,000 words of documents; 6.1 on 2026-11-25.
+const MOST_IN_DOCUMENTS: f64 = 6.3;
 
 /// The text of each block of adjacent `//!` or `///` lines.
 fn doc_blocks(source: &str) -> Vec<String> {
@@ -49,22 +51,31 @@ fn documents() -> Vec<String> {
     pages.map(|page| fs::read_to_string(page).expect("a readable page")).collect()
 }
 
+/// [`PRONOUNS`] in 1,000 words.
+fn pronouns(texts: &[String]) -> f64 {
+    let all: Vec<&str> = texts.iter().flat_map(|text| words(text)).collect();
+    let pronoun = |word: &&&str| PRONOUNS.iter().any(|pronoun| word.eq_ignore_ascii_case(pronoun));
+    1000.0 * all.iter().filter(pronoun).count() as f64 / all.len() as f64
+}
+
 #[test]
 fn prose_stays_below_its_ceilings() {
     let sources = ["crates", "fuzz", "tests"].into_iter().flat_map(sources);
     let blocks: Vec<String> = sources.flat_map(|(_, text)| doc_blocks(&text)).collect();
     let opens = |block: &&String| words(block).next().is_some_and(|word| OPENINGS.contains(&word));
     let openings = 100.0 * blocks.iter().filter(opens).count() as f64 / blocks.len() as f64;
-
-    let documents = documents();
-    let all: Vec<&str> = blocks.iter().chain(&documents).flat_map(|text| words(text)).collect();
-    let pronoun = |word: &&&str| PRONOUNS.iter().any(|pronoun| word.eq_ignore_ascii_case(pronoun));
-    let pronouns = 1000.0 * all.iter().filter(pronoun).count() as f64 / all.len() as f64;
-
+    let (comments, documents) = (pronouns(&blocks), pronouns(&documents()));
     println!("{openings:.1} % of {} doc blocks open with a clause", blocks.len());
-    println!("{pronouns:.1} of the listed pronouns in 1,000 of {} words", all.len());
+    println!("listed pronouns in 1,000 words: {comments:.1} of doc comments, {documents:.1} of documents");
     assert!(openings <= MOST_OPENINGS, "{openings:.1} % of doc blocks open with a clause: begin with a noun");
-    assert!(pronouns <= MOST_PRONOUNS, "{pronouns:.1} listed pronouns in 1,000 words: name the thing");
+    assert!(
+        comments <= MOST_IN_COMMENTS,
+        "{comments:.1} listed pronouns in 1,000 words of doc comments: name the thing"
+    );
+    assert!(
+        documents <= MOST_IN_DOCUMENTS,
+        "{documents:.1} listed pronouns in 1,000 words of documents: name the thing"
+    );
 }
 
 #[test]
