@@ -1,4 +1,4 @@
-//! References between documents: relative links and quoted `docs/…` paths of every Markdown file point to a file that exists.
+//! References in documents: relative links and quoted paths of every Markdown file point to a file that exists.
 //!
 //! Addresses on the web are not followed, and anchors inside a page are not checked.
 
@@ -9,6 +9,9 @@ use crate::root;
 
 /// Folders that hold no documents of ours: build output, recordings, seeds of the fuzzer.
 const SKIPPED: [&str; 3] = ["target", "runs", "corpus"];
+
+/// Folders of the root whose files documents quote. `tests/` is left out: crates have one too.
+const ROOTS: [&str; 7] = ["crates/", "docs/", "platforms/", "policies/", "references/", "scenarios/", "tools/"];
 
 /// Every Markdown file of the repository.
 fn pages() -> Vec<PathBuf> {
@@ -45,17 +48,21 @@ fn targets(text: &str) -> Vec<String> {
     inside.map(file).filter(|target| !target.is_empty()).collect()
 }
 
-/// Quoted paths below `docs/`, which are relative to the root.
-fn quoted_documents(text: &str) -> Vec<String> {
-    let words = text.split('`').flat_map(str::split_whitespace);
-    let below = words.filter(|word| word.starts_with("docs/") && !word.contains(['*', '…']));
-    below.map(|word| word.trim_end_matches([',', '.', ';', ':', ')']).to_owned()).collect()
+/// Quoted paths below one of [`ROOTS`]. A test is quoted as `file::name`; patterns and elisions are not checked.
+fn quoted_paths(text: &str) -> Vec<String> {
+    let words = text.split('`').skip(1).step_by(2).flat_map(str::split_whitespace);
+    let below = words.filter(|word| ROOTS.iter().any(|root| word.starts_with(root)) && !word.contains(['*', '…']));
+    let file =
+        |word: &str| word.split("::").next().unwrap_or_default().trim_end_matches([',', '.', ';', ':', ')']).to_owned();
+    below.map(file).collect()
 }
 
 fn missing(page: &Path, text: &str) -> Vec<String> {
     let folder = page.parent().expect("a folder");
     let links = targets(text).into_iter().filter(|target| !folder.join(target).exists());
-    let quoted = quoted_documents(text).into_iter().filter(|path| !root().join(path).exists());
+    // The changelog names files as they were.
+    let quoted = if page.ends_with("CHANGELOG.md") { Vec::new() } else { quoted_paths(text) };
+    let quoted = quoted.into_iter().filter(|path| !root().join(path).exists());
     links.chain(quoted).collect()
 }
 
@@ -72,8 +79,9 @@ fn links_in_markdown_point_to_files() {
 #[test]
 fn a_broken_link_is_reported() {
     let page = root().join("README.md");
-    let text = "[a](ARCHITECTURE.md#map) [b](gone.md) `[c](code.md)` https://x.org/docs/y `docs/gone.md`";
-    assert_eq!(missing(&page, text), ["gone.md", "docs/gone.md"]);
+    let text =
+        "[a](ARCHITECTURE.md#map) [b](gone.md) `[c](code.md)` https://x.org/docs/y `docs/gone.md` `crates/gone.rs::t`";
+    assert_eq!(missing(&page, text), ["gone.md", "docs/gone.md", "crates/gone.rs"]);
 }
 
 /// A page that the index leaves out is found only by chance.

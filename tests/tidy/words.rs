@@ -18,6 +18,8 @@ const MOST_OPENINGS: f64 = 21.5;
 const MOST_IN_COMMENTS: f64 = 26.8;
 /// [`PRONOUNS`] in 1,000 words of documents; 6.1 on 2026-11-25.
 const MOST_IN_DOCUMENTS: f64 = 6.3;
+/// Lines of the README: a front page, not a manual.
+const LONGEST_README: usize = 120;
 
 /// The text of each block of adjacent `//!` or `///` lines.
 fn doc_blocks(source: &str) -> Vec<String> {
@@ -76,6 +78,12 @@ fn prose_stays_below_its_ceilings() {
         documents <= MOST_IN_DOCUMENTS,
         "{documents:.1} listed pronouns in 1,000 words of documents: name the thing"
     );
+}
+
+#[test]
+fn the_readme_stays_a_front_page() {
+    let lines = fs::read_to_string(root().join("README.md")).expect("README.md").lines().count();
+    assert!(lines <= LONGEST_README, "README.md has {lines} lines: move detail to docs/");
 }
 
 #[test]
