@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes the ONNX seeds of the target `model`, which the tests of detectors use too (docs/detector.md).
+"""Makes the ONNX seeds of the target `model`, which the tests of detectors use too (docs/researcher/detector.md).
 
     pip install onnx==1.23.2 numpy && fuzz/models.py
 

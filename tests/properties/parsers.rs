@@ -82,12 +82,12 @@ fn every_target_has_its_binary_and_no_seed_is_without_a_target() {
     let files: BTreeSet<String> = known.iter().map(|name| format!("{name}.rs")).collect();
     assert_eq!(names(&root().join("fuzz/fuzz_targets")), files);
     let manifest = fs::read_to_string(root().join("fuzz/Cargo.toml")).expect("fuzz/Cargo.toml");
-    let document = fs::read_to_string(root().join("docs/fuzzing.md")).expect("docs/fuzzing.md");
+    let document = fs::read_to_string(root().join("docs/developer/fuzzing.md")).expect("docs/developer/fuzzing.md");
     for name in &known {
         assert!(manifest.contains(&format!("path = \"fuzz_targets/{name}.rs\"")), "{name} is no binary");
         let binary = fs::read_to_string(root().join(format!("fuzz/fuzz_targets/{name}.rs"))).expect("a target");
         assert!(binary.contains(&format!("::{name}(bytes)")), "{name}.rs calls another target");
-        assert!(document.contains(&format!("| `{name}` |")), "docs/fuzzing.md does not tell of `{name}`");
+        assert!(document.contains(&format!("| `{name}` |")), "docs/developer/fuzzing.md does not tell of `{name}`");
     }
 }
 

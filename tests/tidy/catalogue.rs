@@ -21,7 +21,7 @@ fn read(file: &str) -> String {
 }
 
 fn catalogue() -> Catalogue {
-    Catalogue::load().expect("docs/catalogue.toml loads")
+    Catalogue::load().expect("docs/reference/catalogue.toml loads")
 }
 
 #[test]
@@ -35,17 +35,17 @@ fn the_papers_figures_are_those_that_the_code_gives() {
     let cast = topology::cast(&ready.scenario, &ready.setup, 1, &topology::RunSecret::seeded(1));
     let platforms = scenario::platforms(&root()).expect("platforms/ loads");
     assert!(
-        read("docs/figures.md") == catalogue().figures(&scenarios(), "teammate", &cast, &platforms),
-        "docs/figures.md is not what the code gives: run `target/debug/holdsafe catalogue --figures > docs/figures.md`"
+        read("docs/researcher/figures.md") == catalogue().figures(&scenarios(), "teammate", &cast, &platforms),
+        "docs/researcher/figures.md is not what the code gives: run `target/debug/holdsafe catalogue --figures > docs/researcher/figures.md`"
     );
 }
 
 #[test]
 fn the_page_of_threats_is_the_one_that_the_catalogue_gives() {
     assert!(
-        read("docs/threats.md") == catalogue().page(&scenarios()),
-        "docs/threats.md is not what docs/catalogue.toml and scenarios/ give: \
-         run `target/debug/holdsafe catalogue > docs/threats.md`"
+        read("docs/reference/threats.md") == catalogue().page(&scenarios()),
+        "docs/reference/threats.md is not what docs/reference/catalogue.toml and scenarios/ give: \
+         run `target/debug/holdsafe catalogue > docs/reference/threats.md`"
     );
 }
 
@@ -69,7 +69,7 @@ fn every_test_named_after_an_attack_belongs_to_a_row() {
         let named = text.contains("#[test]");
         assert!(
             !named || known.iter().any(|test| test.starts_with(&format!("{file}::"))),
-            "{file} has tests and docs/catalogue.toml names none of them: add them to the rows that they test"
+            "{file} has tests and docs/reference/catalogue.toml names none of them: add them to the rows that they test"
         );
     }
 }
@@ -89,10 +89,10 @@ fn every_check_and_every_mode_is_justified_by_rows_that_exist() {
     let switches = Switch::all().into_iter().map(|switch| switch.name());
     let modes = Mode::ALL.into_iter().map(|mode| mode.name().to_owned());
     for name in switches.chain(modes) {
-        let cells = row_of("docs/checks.md", &name);
+        let cells = row_of("docs/reviewer/checks.md", &name);
         let rows: Vec<&str> = cells[3].split(' ').collect();
         for id in &rows {
-            assert!(catalogue.row(id).is_some(), "docs/checks.md: `{name}` names {id}: there is no such row");
+            assert!(catalogue.row(id).is_some(), "docs/reviewer/checks.md: `{name}` names {id}: there is no such row");
         }
     }
 }
@@ -112,41 +112,51 @@ fn every_identity_is_accounted_for_with_rows_that_exist_or_not_covered() {
     for number in 0..NODES as u8 {
         let bytes = minicbor::to_vec(number).expect("a number");
         let node: NodeId = minicbor::decode(&bytes).expect("an identity of the closed set");
-        let cells = row_of("docs/assumptions.md", node.name());
+        let cells = row_of("docs/reviewer/assumptions.md", node.name());
         let covered = !cells[4].starts_with("not covered: ");
         for id in cells[4].split(' ').filter(|_| covered) {
-            assert!(catalogue.row(id).is_some(), "docs/assumptions.md: `{node}` names {id}: there is no such row");
+            assert!(
+                catalogue.row(id).is_some(),
+                "docs/reviewer/assumptions.md: `{node}` names {id}: there is no such row"
+            );
         }
     }
 }
 
 #[test]
 fn every_check_and_every_reason_has_its_place_at_a_boundary() {
-    let page = read("docs/trust-boundaries.md");
+    let page = read("docs/reviewer/trust-boundaries.md");
     for switch in Switch::all() {
         let name = switch.name();
         let (table, check) = name.split_once('.').unwrap_or(("boundary", &name));
         let placed = table == "guards" || page.contains(&format!("`{check}`"));
-        assert!(placed, "docs/trust-boundaries.md does not say where `{name}` is judged");
+        assert!(placed, "docs/reviewer/trust-boundaries.md does not say where `{name}` is judged");
     }
     for reason in Reason::ALL {
         let name = reason.name();
-        assert!(page.contains(&format!("`{name}`")), "docs/trust-boundaries.md does not say who refuses `{name}`");
+        assert!(
+            page.contains(&format!("`{name}`")),
+            "docs/reviewer/trust-boundaries.md does not say who refuses `{name}`"
+        );
     }
 }
 
 #[test]
 fn every_stop_of_the_audit_exists() {
-    for place in
-        read("docs/audit.md").split('`').filter(|text| text.starts_with("crates/") || text.starts_with("docs/"))
+    for place in read("docs/reviewer/audit.md")
+        .split('`')
+        .filter(|text| text.starts_with("crates/") || text.starts_with("docs/"))
     {
-        assert!(root().join(place).exists(), "docs/audit.md sends its reader to {place}: there is no such place");
+        assert!(
+            root().join(place).exists(),
+            "docs/reviewer/audit.md sends its reader to {place}: there is no such place"
+        );
     }
 }
 
 #[test]
 fn the_audit_route_takes_an_hour() {
-    let page = read("docs/audit.md");
+    let page = read("docs/reviewer/audit.md");
     let stops = page.lines().filter_map(|line| line.strip_prefix("| ")?.split(" | ").nth(1));
     let files = stops.flat_map(|stop| stop.split('`')).filter(|text| text.contains('/'));
     let words =
@@ -154,6 +164,6 @@ fn the_audit_route_takes_an_hour() {
     let total: usize = files.map(words).sum();
     assert!(
         (15_000..20_000).contains(&total),
-        "the files of docs/audit.md are {total} words: at 330 a minute not an hour"
+        "the files of docs/reviewer/audit.md are {total} words: at 330 a minute not an hour"
     );
 }

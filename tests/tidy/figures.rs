@@ -9,20 +9,22 @@ use std::path::Path;
 use super::root;
 
 /// The pages that publish what was measured.
-const PAGES: [&str; 13] = [
+const PAGES: [&str; 15] = [
     "README.md",
-    "docs/bounds.md",
-    "docs/campaigns.md",
-    "docs/checks.md",
-    "docs/console.md",
-    "docs/detector.md",
-    "docs/evaluation.md",
-    "docs/evidence.md",
-    "docs/fuzzing.md",
-    "docs/interchange.md",
-    "docs/perception.md",
-    "docs/rare.md",
-    "docs/search.md",
+    "docs/results.md",
+    "docs/limits.md",
+    "docs/reference/bounds.md",
+    "docs/researcher/campaigns.md",
+    "docs/reviewer/checks.md",
+    "docs/operator/console.md",
+    "docs/researcher/detector.md",
+    "docs/researcher/evaluation.md",
+    "docs/reviewer/evidence.md",
+    "docs/developer/fuzzing.md",
+    "docs/reference/interchange.md",
+    "docs/researcher/perception.md",
+    "docs/researcher/rare.md",
+    "docs/researcher/search.md",
 ];
 
 /// Programs of this repository that are not verbs of `holdsafe`.
@@ -99,18 +101,27 @@ fn a_published_figure_has_a_command_or_a_file_to_check_it_with() {
 }
 
 #[test]
-fn each_row_of_the_readmes_figures_names_its_command() {
+fn each_row_of_published_figures_names_its_command() {
     let verbs = verbs();
-    let text = fs::read_to_string(root().join("README.md")).expect("README.md");
-    let mut rows = 0;
-    for table in text.split("\n\n").filter(|t| t.starts_with("| what | figure | command |")) {
-        for row in table.lines().skip(2) {
-            let command = row.trim_end_matches(" |").rsplit(" | ").next().unwrap_or_default();
-            assert!(quoted(command).any(|phrase| checks(phrase, &verbs)), "no command that exists in: {row}");
-            rows += 1;
+    for page in ["README.md", "docs/results.md"] {
+        let text = fs::read_to_string(root().join(page)).expect("a page");
+        let mut rows = 0;
+        for table in text.split("\n\n").filter(|table| table.starts_with("| what | figure |")) {
+            let cells = |row: &str| row.split(" | ").map(str::to_owned).collect::<Vec<_>>();
+            let head = table.lines().next().unwrap_or_default().trim_end_matches(" |");
+            let column = cells(head).iter().position(|cell| cell == "command").expect("a column of commands");
+            for row in table.lines().skip(2) {
+                let row = cells(row.trim_end_matches(" |"));
+                let command = row.get(column).map_or("", String::as_str);
+                assert!(
+                    quoted(command).any(|phrase| checks(phrase, &verbs)),
+                    "{page}: no command that exists in {row:?}"
+                );
+                rows += 1;
+            }
         }
+        assert!(rows > 0, "{page}: the tables of figures are gone, or their heads are");
     }
-    assert!(rows > 0, "the tables of figures are gone, or their heads are");
 }
 
 /// A scenario that is named in a command and is not there was taken away, and its figure was not.

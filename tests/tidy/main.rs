@@ -3,6 +3,8 @@
 mod catalogue;
 mod circles;
 mod figures;
+mod links;
+mod words;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -226,21 +228,22 @@ fn every_file_says_what_it_is() {
 
 #[test]
 fn every_scenario_and_every_refusal_is_documented() {
-    let scenarios = fs::read_to_string(root().join("docs/scenarios.md")).expect("docs/scenarios.md");
+    let scenarios =
+        fs::read_to_string(root().join("docs/reference/scenarios.md")).expect("docs/reference/scenarios.md");
     let folders = ["scenarios", "scenarios/rendered", "scenarios/demo"]
         .map(|folder| fs::read_dir(root().join(folder)).expect("scenarios/"));
     for entry in folders.into_iter().flatten() {
         let path = entry.expect("a readable entry").path();
         if path.extension().is_some_and(|e| e == "toml") {
             let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
-            assert!(scenarios.contains(&format!("`{name}`")), "docs/scenarios.md does not tell of `{name}`");
+            assert!(scenarios.contains(&format!("`{name}`")), "docs/reference/scenarios.md does not tell of `{name}`");
         }
     }
-    let refusals = fs::read_to_string(root().join("docs/refusals.md")).expect("docs/refusals.md");
+    let refusals = fs::read_to_string(root().join("docs/reference/refusals.md")).expect("docs/reference/refusals.md");
     for reason in wire::refusal::Reason::ALL {
         assert!(
             refusals.contains(&format!("| `{}` |", reason.name())),
-            "docs/refusals.md does not tell of `{}`",
+            "docs/reference/refusals.md does not tell of `{}`",
             reason.name()
         );
     }

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """A second judge of a run: another language, another hand, the same question.
 
-It reads the log that a run leaves as JSON lines (`events.jsonl`, see docs/evidence.md) and says, from the text of the
+It reads the log that a run leaves as JSON lines (`events.jsonl`, see docs/reviewer/evidence.md) and says, from the text of the
 properties in ARCHITECTURE.md and docs/ alone, which class the run belongs to. Nothing of the oracle is used. What it has
 no rule for it says (`not_judged`) and then gives no class: to abstain is no agreement.
 

@@ -6,7 +6,7 @@ from links import timely
 from log import IMAGING, OLD, SLACK, kind_name
 from place import located, truth
 
-REACTION_MS = 150  # t0 of docs/bounds.md
+REACTION_MS = 150  # t0 of docs/reference/bounds.md
 RECENT = 250_000  # truth is told ten times a second
 SAID = 500_000  # what a unit says of its place, a few times a second
 

@@ -1,4 +1,4 @@
-"""What the platform owes when a process is killed, hangs, is slow or finds its disk full: the table of docs/scenarios.md.
+"""What the platform owes when a process is killed, hangs, is slow or finds its disk full: the table of docs/reference/scenarios.md.
 
 A late restriction is P2's, a late HOLD_SAFE P3's. A process that does not run for a time owes what a dead one does, as far as the
 bound ends within that time. Where nothing can be learnt (the unit was not in nominal control, the run ends before) it is P10.

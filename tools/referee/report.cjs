@@ -1,5 +1,5 @@
 // A report (`holdsafe report`) in headless Chromium, wide and narrow, light and dark: whether it is whole, asks for nothing and can be read.
-// Takes the two images of docs/report. Needs npm's `playwright-core` and `axe-core` (NODE_PATH) and a Chromium.
+// Takes the two images of docs/reviewer/report. Needs npm's `playwright-core` and `axe-core` (NODE_PATH) and a Chromium.
 //
 //   NODE_PATH=… node tools/referee/report.cjs report.html /usr/bin/chromium FOLDER-FOR-IMAGES
 "use strict";

@@ -32,7 +32,7 @@ const REMEMBERED: Span = Span::s(1);
 const CLAIMABLE_SPEED: f64 = 1.25;
 
 /// For how long dead reckoning remembers, seconds. An honest unit's speed may be off by 3 % of the platform's for good:
-/// 0.09 m/s, times this, has to stay within half the slack, 0.75 m (`docs/bounds.md`).
+/// 0.09 m/s, times this, has to stay within half the slack, 0.75 m (`docs/reference/bounds.md`).
 const REMEMBERS_S: f64 = 8.0;
 
 /// Longest gap between claims over which speed and heading still say where a unit went, seconds.

@@ -2,7 +2,7 @@
 //!
 //! Each value is in its range by the schema (`wire::settings`). Here: that a unit which loses its place at full speed at
 //! the margin still comes to rest inside the fence, and that a track which may be armed on is not given up at once.
-//! Derived in `docs/bounds.md`. In which mode settings may change is left to `transition`.
+//! Derived in `docs/reference/bounds.md`. In which mode settings may change is left to `transition`.
 
 use wire::bounds::Bounds;
 use wire::refusal::Refusal;

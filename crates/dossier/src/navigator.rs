@@ -106,7 +106,7 @@ fn layer(domain: Domain, techniques: &Techniques, sources: &[Value]) -> Value {
         "versions": versions,
         "domain": id,
         "description": "Score: at least so many of a hundred trials are not unsafe in the worst run (95 %; INVALID counts as \
-            unsafe). Colour: the worst class that came out. No score: no run counts for it. docs/interchange.md says more.",
+            unsafe). Colour: the worst class that came out. No score: no run counts for it. docs/reference/interchange.md says more.",
         "sorting": 2,
         "layout": { "layout": "side", "showID": true, "showName": true, "expandedSubtechniques": "annotated" },
         "techniques": of_domain.map(|(id, rows)| technique(id, rows)).collect::<Vec<_>>(),

@@ -137,7 +137,7 @@ enum Verb {
     Rare(rare::Args),
     /// Write labelled frames of random scenes, for a detector to learn from or be judged on; or draw a contact sheet.
     Dataset(dataset::Args),
-    /// Print the threat catalogue: docs/threats.md, or its rows with --json.
+    /// Print the threat catalogue: docs/reference/threats.md, or its rows with --json.
     Catalogue(catalogue::Args),
     /// Say whether everything that a run needs is here.
     Doctor,

@@ -251,7 +251,7 @@ pub fn told(directory: &Path) -> Option<Told> {
     Some(Told { bounds, mark })
 }
 
-/// What a judge gets to see, as JSON lines (`docs/evidence.md`): first what holds for the whole run, then the events in
+/// What a judge gets to see, as JSON lines (`docs/reviewer/evidence.md`): first what holds for the whole run, then the events in
 /// (time, node, counter) order. What this program makes of them is not in it.
 pub fn lines(out: &mut impl Write, evidence: &Evidence) -> std::io::Result<()> {
     let custody: Vec<String> = evidence.custody.iter().map(ToString::to_string).collect();

@@ -2,7 +2,7 @@
 //! came of it.
 //!
 //! A process that dies says nothing more, so each row is read from the others: the mode from the unit's own log, and
-//! where the unit itself is dead, from the ground truth of the plant. Bounds are the platform's (`docs/bounds.md`). A
+//! where the unit itself is dead, from the ground truth of the plant. Bounds are the platform's (`docs/reference/bounds.md`). A
 //! process that does not run for a time owes what a dead one does, as far as its bounds end within that time; and a unit
 //! that did not run for as long as its lease holds as soon as it runs again.
 

@@ -17,7 +17,7 @@ use super::arrived::Receipt;
 use super::timeline::Timeline;
 use super::{finding, life, link, place};
 
-/// Time from a decision to the brakes, milliseconds (`docs/bounds.md`).
+/// Time from a decision to the brakes, milliseconds (`docs/reference/bounds.md`).
 const REACTION_MS: u64 = 150;
 /// Between two entries of the plant's truth, and some more.
 const TRUTH_GAP: Micros = 250_000;

@@ -12,7 +12,7 @@ use wire::id::{CommandId, NodeId, PeerId};
 use super::finding;
 use super::window::Window;
 
-/// From a decision to the brakes, milliseconds: what the fence guard has already taken off (`docs/bounds.md`).
+/// From a decision to the brakes, milliseconds: what the fence guard has already taken off (`docs/reference/bounds.md`).
 const REACTION_MS: u64 = 150;
 
 /// P4 for settings: under no values that were accepted may a unit that loses its place at the margin leave the fence.

@@ -19,7 +19,7 @@ use super::{demise, finding};
 /// Speed below which the plant counts as standing, mm/s.
 pub(super) const STANDING: i32 = 50;
 /// By how much a plant that drives may be faster than its set-point, mm/s: on the steepest ground that a scene may have,
-/// downhill adds 1 m/s² (`docs/bounds.md`), and the plant corrects 4 m/s² for each m/s.
+/// downhill adds 1 m/s² (`docs/reference/bounds.md`), and the plant corrects 4 m/s² for each m/s.
 const OVERSPEED: i32 = 250;
 
 /// A stretch of time in one mode.

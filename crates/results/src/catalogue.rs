@@ -1,8 +1,8 @@
-//! The threat catalogue: one row a threat, from `docs/catalogue.toml`, and what in it does not fit the scenarios.
+//! The threat catalogue: one row a threat, from `docs/reference/catalogue.toml`, and what in it does not fit the scenarios.
 //!
 //! A row's scenarios are those whose files name it; the row itself names its tests. Whether those tests exist is looked
-//! at by `tests/tidy`, which knows the sources. `page` writes docs/threats.md, `figures`
-//! docs/figures.md; running rows is left to `command::matrix`.
+//! at by `tests/tidy`, which knows the sources. `page` writes docs/reference/threats.md, `figures`
+//! docs/researcher/figures.md; running rows is left to `command::matrix`.
 
 mod figures;
 mod page;
@@ -14,13 +14,13 @@ use serde::{Deserialize, Serialize};
 use topology::Cast;
 
 /// The file, as it was when this program was built.
-const TEXT: &str = include_str!("../../../docs/catalogue.toml");
+const TEXT: &str = include_str!("../../../docs/reference/catalogue.toml");
 
 /// The catalogue.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Catalogue {
-    /// What stands before the tables of docs/threats.md.
+    /// What stands before the tables of docs/reference/threats.md.
     head: String,
     /// What stands behind them.
     tail: String,
@@ -67,7 +67,7 @@ impl Catalogue {
     /// # Errors
     /// What is wrong with the file, in its place.
     pub fn load() -> Result<Self, Problems> {
-        toml::from_str(TEXT).map_err(|e| Problem::from_toml("docs/catalogue.toml", TEXT, &e).into())
+        toml::from_str(TEXT).map_err(|e| Problem::from_toml("docs/reference/catalogue.toml", TEXT, &e).into())
     }
 
     /// The row with this id.
@@ -89,12 +89,12 @@ impl Catalogue {
         found
     }
 
-    /// docs/threats.md.
+    /// docs/reference/threats.md.
     pub fn page(&self, scenarios: &[Scenario]) -> String {
         page::page(self, scenarios)
     }
 
-    /// docs/figures.md; the architecture is that of a run of `shown`, whose cast this is.
+    /// docs/researcher/figures.md; the architecture is that of a run of `shown`, whose cast this is.
     pub fn figures(&self, scenarios: &[Scenario], shown: &str, cast: &Cast, platforms: &[Platform]) -> String {
         figures::page(self, scenarios, shown, cast, platforms)
     }

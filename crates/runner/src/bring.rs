@@ -15,7 +15,7 @@ use super::failure::{Exit, Failure};
 /// The options that name a detector from outside.
 #[derive(Clone, Debug, clap::Args)]
 pub struct Bring {
-    /// An ONNX detector in place of the shipped one (docs/detector.md); sensors are then rendered.
+    /// An ONNX detector in place of the shipped one (docs/researcher/detector.md); sensors are then rendered.
     #[arg(long, value_name = "FILE", requires = "labels")]
     detector: Option<PathBuf>,
     /// How that detector's output is read, and what its classes mean.

@@ -22,7 +22,7 @@ pub(super) fn scenario(s: &Scenario, stem: &str) -> Vec<Finding> {
         found.push(finding(&s.name, format!("the file is named `{stem}`"), "make name and file name the same"));
     }
     if s.threats.is_empty() {
-        found.push(finding(&s.threats, "no threat named", "name at least one row of docs/threats.md, or N0"));
+        found.push(finding(&s.threats, "no threat named", "name at least one row of docs/reference/threats.md, or N0"));
     }
     found.extend(classes(&s.expected));
     found.extend(s.under.iter().flat_map(|under| classes(&under.expected)));
@@ -123,7 +123,7 @@ fn stacks(s: &Scenario) -> Vec<Finding> {
     }
     for one in &s.downgrade {
         if !crate::stack::can_be_lowered(one.link, *one.by, *one.to) {
-            found.push(finding(&one.to, "no such downgrade", "docs/scenarios.md lists those there are"));
+            found.push(finding(&one.to, "no such downgrade", "docs/reference/scenarios.md lists those there are"));
         }
     }
     found

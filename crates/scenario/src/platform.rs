@@ -1,6 +1,6 @@
 //! A platform file: the bounds of one platform, with ranges and places, and what a scenario may tighten.
 //!
-//! The bounds are fixed before anything is measured (`docs/bounds.md` names the two that were not). What a bound means is `wire::bounds`; here it is
+//! The bounds are fixed before anything is measured (`docs/reference/bounds.md` names the two that were not). What a bound means is `wire::bounds`; here it is
 //! only read, checked and handed on.
 
 use schemars::JsonSchema;

@@ -67,7 +67,7 @@ impl Setup {
                 in_force.to_hold_safe_ms.get()
             );
             let file = if scenario.bounds.is_empty() { &platform.name } else { &*scenario.name };
-            let remedy = "shorten the lease, or give Th more time (docs/bounds.md, The three bounds)";
+            let remedy = "shorten the lease, or give Th more time (docs/reference/bounds.md, The three bounds)";
             return Err(Problem::with_file(&format!("{file}.toml"), message, remedy).into());
         }
         let path = policy.map_or_else(|| named(root, "policies", &scenario.policy), Path::to_path_buf);

@@ -17,7 +17,7 @@ pub struct Conditions {
 }
 
 /// How far the twin's models of sensors and plant are taken to be off: factors, 1 as they ship. No service knows of them. They are there to
-/// ask which results hang on the models (`docs/evaluation.md`).
+/// ask which results hang on the models (`docs/researcher/evaluation.md`).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Models {

@@ -3,7 +3,7 @@
 //! A datagram has the DTLS 1.2 record header, a ciphertext and a tag; whoever has no key can only see lengths, epochs
 //! and sequence numbers. The record filter is the real one's judgement (`link::guard`). What the model does behind it is
 //! what the real stack does: one suite of properties runs over both (`tests/properties/conformance`), and
-//! `docs/link-model.md` lists where they still differ, and in which direction.
+//! `docs/developer/link-model.md` lists where they still differ, and in which direction.
 
 use link::dtls::MAX_RECORD;
 use link::guard::record::{ALERT, APPLICATION_DATA, HANDSHAKE, RawRecord, Split, split};

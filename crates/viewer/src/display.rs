@@ -1,5 +1,5 @@
 //! What a console shows, in Foxglove's terms, for a viewer that looks on while a run lasts: picture by picture, from the object that
-//! `holdsafe watch --json` prints (`docs/console.md`).
+//! `holdsafe watch --json` prints (`docs/operator/console.md`).
 //!
 //! Every label carries freshness and age. Nothing stays for longer than [`LASTS_MS`] without being told again, so that a
 //! viewer whose source has gone shows nothing rather than what was. Getting messages to a viewer is left to the caller.

@@ -14,7 +14,7 @@ use crate::shape::{heading, metres, pose};
 use crate::stage::WORLD;
 use crate::{Micros, ViewError, Viewer, stamp};
 
-/// Schema of an entry: `docs/evidence.md` has the events' fields.
+/// Schema of an entry: `docs/reviewer/evidence.md` has the events' fields.
 const ENTRY: [&str; 2] = [
     "holdsafe.Entry",
     r#"{"type":"object","properties":{"boot":{"type":"integer"},"counter":{"type":"integer"},"local_us":{"type":"integer"},"event":{"type":"object","properties":{"is":{"type":"string"}}}}}"#,

@@ -1,8 +1,8 @@
-//! The time bounds of a platform: one file each, fixed before measuring (`docs/bounds.md` names the two that were not). A scenario may tighten them.
+//! The time bounds of a platform: one file each, fixed before measuring (`docs/reference/bounds.md` names the two that were not). A scenario may tighten them.
 
 use crate::time::Span;
 
-/// Bounds and periods of one platform. Derived in `docs/bounds.md`.
+/// Bounds and periods of one platform. Derived in `docs/reference/bounds.md`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bounds {

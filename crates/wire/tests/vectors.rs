@@ -1,7 +1,7 @@
 //! Every message of `wire` as bytes: fixed vectors, hostile variants of them, and arbitrary input.
 //!
 //! `vectors/<message>.txt` holds named encodings in hex with their diagnostic notation; `vectors/values.rs` holds the
-//! Rust values of the same names; `docs/telemetry.cddl` is the schema that both have to meet.
+//! Rust values of the same names; `docs/reference/telemetry.cddl` is the schema that both have to meet.
 
 #[path = "vectors/arbitrary.rs"]
 mod arbitrary;

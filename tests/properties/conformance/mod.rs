@@ -1,5 +1,5 @@
 //! One suite of properties over two implementations of the secure telemetry link: the twin's model (`twin::net`)
-//! and the real stack (guard and DTLS library, over memory in paused time). What is not alike is in `docs/link-model.md`.
+//! and the real stack (guard and DTLS library, over memory in paused time). What is not alike is in `docs/developer/link-model.md`.
 //!
 //! Every datagram passes the test's hands; nobody here holds a key but the two ends.
 

@@ -1,7 +1,7 @@
 //! What holds of every parser of bytes from outside, whatever the bytes: one function a parser.
 //!
 //! Each takes any bytes, panics where a promise is broken, and says whether the parser took them. `cargo test` calls them with the seeds of `fuzz/corpus/` and
-//! with damaged ones (`tests/properties/parsers.rs`), libFuzzer with what it finds (`fuzz/`); `docs/fuzzing.md` says how.
+//! with damaged ones (`tests/properties/parsers.rs`), libFuzzer with what it finds (`fuzz/`); `docs/developer/fuzzing.md` says how.
 
 pub mod boundary;
 pub mod files;
@@ -18,7 +18,7 @@ pub struct Target {
     pub holds: fn(&[u8]) -> bool,
 }
 
-/// Every target, in the order of `docs/fuzzing.md`.
+/// Every target, in the order of `docs/developer/fuzzing.md`.
 pub const TARGETS: [Target; 20] = [
     Target { name: "message", holds: messages::message },
     Target { name: "signature", holds: messages::signature },

@@ -1,4 +1,4 @@
-//! What a rogue puts into a message that is another's to say. The layout is public (`wire::bus`, `docs/telemetry.cddl`);
+//! What a rogue puts into a message that is another's to say. The layout is public (`wire::bus`, `docs/reference/telemetry.cddl`);
 //! who may say it is not decided here.
 
 use wire::bus::{self, HEADER_LEN};

@@ -5,7 +5,7 @@
 //! follows fixes with a time constant τ, so a drift at the rate *v* holds the innovation at *v·τ*, while noise leaves it
 //! around zero. What wheels can be wrong by is a share of the way that the anchor still remembers, so it is allowed for as
 //! long as it is remembered: a unit that has just stopped is judged by the way it came. At rest the test is four times as
-//! sharp as at full speed. The figures are derived in `docs/bounds.md`.
+//! sharp as at full speed. The figures are derived in `docs/reference/bounds.md`.
 
 use wire::measured::DRIFT_MM_S;
 

@@ -1,4 +1,4 @@
-//! Draws the scenes of the tests in a real window: one for a look, or all of them into images (`docs/console/draw`).
+//! Draws the scenes of the tests in a real window: one for a look, or all of them into images (`docs/operator/console/draw`).
 //!
 //! `gallery SCENE` opens a window in which the scene goes on and obeys, `gallery SCENE SECONDS` measures it that long, and
 //! `gallery DIRECTORY WIDTH HEIGHT SCENE…` writes an image of each. `SCENE` may end in `+replay`, `+behind`, `+light`,

@@ -1,4 +1,4 @@
-//! Situations that a person at the window meets, by name: for tests, and for the images in `docs/console`.
+//! Situations that a person at the window meets, by name: for tests, and for the images in `docs/operator/console`.
 
 use console::act::{Act, Order};
 use console::gui::replay::Tape;

@@ -29,7 +29,7 @@ pub(super) fn fidelity(results: &Results) -> String {
          stages miss, confuse or invent, `models.load` on the vehicle's mass, which its brakes are not told, `models.grip` on friction; \
          `conditions` are the telemetry link's. What harms (UNSAFE, LATE) is bold. Whether a mission took place is in no class: where the unit's guards keep it \
          in IDLE, nothing done to it ends NOMINAL or REJECTED and a loss UNDETECTED, so *holds* beside UNDETECTED in the same row says little \
-         (`docs/scenarios.md`).\n\n"
+         (`docs/reference/scenarios.md`).\n\n"
     );
     table(&mut text, &rows);
     flips(&mut text, &rows);

@@ -25,7 +25,7 @@ pub(super) fn retrained(results: &Results) -> Answer {
     ));
     lines.push(format!("the retrained detector: `{}`", other.detector.as_deref().unwrap_or_default()));
     lines.push(
-        "the print was made with the weights of the detector that ships, so this says nothing of an attacker who knows of the retraining; `docs/perception.md` \
+        "the print was made with the weights of the detector that ships, so this says nothing of an attacker who knows of the retraining; `docs/researcher/perception.md` \
          has a print that was made with the retrained one's weights, and what that comes to"
             .to_owned(),
     );

@@ -1,4 +1,4 @@
-//! `holdsafe catalogue`: docs/threats.md out of docs/catalogue.toml and the scenarios, the rows as JSON, or docs/figures.md.
+//! `holdsafe catalogue`: docs/reference/threats.md out of docs/reference/catalogue.toml and the scenarios, the rows as JSON, or docs/researcher/figures.md.
 
 use evidence::SCHEMA_VERSION;
 use results::catalogue::{Catalogue, Row};
@@ -27,7 +27,7 @@ const DRAWN: &str = "teammate";
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
-    /// docs/figures.md: states, architecture, and which scenario tests which threat, as Mermaid diagrams.
+    /// docs/researcher/figures.md: states, architecture, and which scenario tests which threat, as Mermaid diagrams.
     #[arg(long, conflicts_with = "json")]
     figures: bool,
 }

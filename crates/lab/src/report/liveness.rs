@@ -8,7 +8,7 @@ use stats::events_upper;
 
 use crate::liveness::{Detector, LEASE_MS, Outcome, Weather};
 
-/// Loss and false trips an hour that the platform is made for (`docs/bounds.md`).
+/// Loss and false trips an hour that the platform is made for (`docs/reference/bounds.md`).
 const BUDGET: (f64, f64) = (0.02, 0.1);
 
 /// One detector in one weather, with the bound on its rate.

@@ -1,4 +1,4 @@
-//! docs/threats.md out of the catalogue and the scenarios: the threats, and what tests each of them.
+//! docs/reference/threats.md out of the catalogue and the scenarios: the threats, and what tests each of them.
 
 use std::fmt::Write as _;
 

@@ -342,13 +342,13 @@ mod tests {
                 },
             );
         let object = serde_json::to_value(object).unwrap();
-        let doc = include_str!("../../../../docs/campaigns.md");
+        let doc = include_str!("../../../../docs/researcher/campaigns.md");
         let keys = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
         let row = &object["rows"][0];
         let parts =
             [&object, &object["terms"], &object["claim"], row, &row["bounds"], &row["claim"], &row["claim"]["alone"]];
         for key in parts.into_iter().flat_map(keys) {
-            assert!(doc.contains(&format!("`{key}`")), "docs/campaigns.md does not tell of `{key}`");
+            assert!(doc.contains(&format!("`{key}`")), "docs/researcher/campaigns.md does not tell of `{key}`");
         }
         assert_eq!((&object["schema_version"], &row["outcomes"]["UNSAFE"]), (&1.into(), &1.into()));
     }

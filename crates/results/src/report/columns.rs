@@ -1,4 +1,4 @@
-//! The trials of a campaign as a Parquet file: a row a trial, by variation and seed. `docs/campaigns.md` has the columns.
+//! The trials of a campaign as a Parquet file: a row a trial, by variation and seed. `docs/researcher/campaigns.md` has the columns.
 //!
 //! The same trials give the same bytes. Rows are held back for one row group at a time.
 
@@ -284,7 +284,7 @@ mod tests {
 
     #[test]
     fn every_column_is_in_docs_campaigns() {
-        let doc = include_str!("../../../../docs/campaigns.md");
+        let doc = include_str!("../../../../docs/researcher/campaigns.md");
         let kind = |read: &Read| match read {
             Read::Whole(_) => "uint64",
             Read::Number(_) | Read::SetNumber(_) => "double",

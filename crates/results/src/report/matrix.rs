@@ -255,7 +255,7 @@ pub fn matrix_table(matrix: &Matrix) -> String {
          ms: mean / p95 / upper 95 % bound on p95 (needs n >= 59). unsafe below: exact one-sided 95 % bound of the worst \
          run, in brackets the one that holds for all {} runs together (Bonferroni).\n\
          * the real mechanism does not run there: this n is no evidence of it. ablation: a policy waives something.\n\
-         Scenarios, tests, requirement, interface, STRIDE and techniques of a row: docs/threats.md, or --json.\n{spoilt}",
+         Scenarios, tests, requirement, interface, STRIDE and techniques of a row: docs/reference/threats.md, or --json.\n{spoilt}",
         matrix.seed,
         if bare.is_empty() { "none".to_owned() } else { bare.join(" ") },
         matrix.bounds,

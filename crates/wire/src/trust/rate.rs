@@ -2,7 +2,7 @@
 //!
 //! Evidence: this host's clock. A bucket is asked before a signature is verified and is charged only for what passed
 //! (or for what came over a channel that already says whose it is), so that nobody can empty another's. Reasons for the
-//! numbers are in `docs/bounds.md`.
+//! numbers are in `docs/reference/bounds.md`.
 
 use core::marker::PhantomData;
 

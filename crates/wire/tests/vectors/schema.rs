@@ -1,4 +1,4 @@
-//! The vectors against `docs/telemetry.cddl`, judged by an independent validator.
+//! The vectors against `docs/reference/telemetry.cddl`, judged by an independent validator.
 
 use std::path::Path;
 
@@ -8,8 +8,8 @@ use crate::item::items;
 use crate::values;
 
 fn schema() -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/telemetry.cddl");
-    std::fs::read_to_string(path).expect("docs/telemetry.cddl")
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/reference/telemetry.cddl");
+    std::fs::read_to_string(path).expect("docs/reference/telemetry.cddl")
 }
 
 #[test]

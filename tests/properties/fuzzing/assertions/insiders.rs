@@ -11,7 +11,7 @@ const NOT_ITS_TO_SAY: [&str; 6] = ["forward", "relabel", "break", "flood", "synt
 const BESIDE_ITS_OWN: [&str; 3] = ["forward", "break", "flood"];
 /// What perception's keys do not write, or what says of itself that it is no live product.
 const NOT_PERCEPTIONS: [&str; 4] = ["echo-navigation", "elsewhere", "synthetic", "played-back"];
-/// The time in which the judge of teammates forgets a disagreement, seconds (*tau* in `docs/bounds.md`).
+/// The time in which the judge of teammates forgets a disagreement, seconds (*tau* in `docs/reference/bounds.md`).
 const FORGETS_S: f64 = 8.0;
 
 pub(super) const ALL: &[Assertion] = &[
