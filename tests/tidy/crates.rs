@@ -1,0 +1,219 @@
+//! The crates: which may know which, that none becomes a room for everything, and that the program's digest covers what a trial is made of.
+
+use std::collections::BTreeMap;
+use std::fs;
+
+use super::{CORES, root, sources};
+
+/// What a service may know: it is a core and a process around it, and the process is of `link`.
+const SERVICE: &[&str] = &["wire", "link"];
+
+/// Every crate with those of ours that it may depend on, from the bottom up.
+const MAY_KNOW: [(&str, &[&str]); 28] = [
+    ("wire", &[]),
+    // What a dossier says is what results say: it knows nothing of how they came about.
+    ("dossier", &[]),
+    ("parallel", &[]),
+    ("stats", &[]),
+    ("link", &["wire"]),
+    ("sim", SERVICE),
+    ("perception", SERVICE),
+    ("autonomy", SERVICE),
+    ("gateway", SERVICE),
+    ("broker", SERVICE),
+    ("adversary", SERVICE),
+    ("console", SERVICE),
+    ("dataset", &["wire", "sim", "perception"]),
+    ("viewer", &["wire", "sim", "perception"]),
+    ("trainer", &["wire", "sim", "perception", "dataset"]),
+    ("evidence", &["wire", "link"]),
+    // Who judges and who explains read the log: no service, no scenario, no run.
+    ("oracle", &["wire", "evidence"]),
+    ("explain", &["wire", "evidence"]),
+    ("scenario", &["wire", "sim", "perception", "parallel", "evidence"]),
+    ("topology", &["wire", "sim", "perception", "autonomy", "gateway", "adversary", "console", "evidence", "scenario"]),
+    ("stacks", &["wire", "link", "broker", "evidence", "scenario"]),
+    (
+        "twin",
+        &[
+            "wire",
+            "link",
+            "sim",
+            "perception",
+            "autonomy",
+            "gateway",
+            "broker",
+            "adversary",
+            "console",
+            "evidence",
+            "oracle",
+            "scenario",
+            "topology",
+        ],
+    ),
+    (
+        "live",
+        &[
+            "wire",
+            "link",
+            "sim",
+            "perception",
+            "autonomy",
+            "gateway",
+            "broker",
+            "adversary",
+            "console",
+            "parallel",
+            "evidence",
+            "oracle",
+            "scenario",
+            "topology",
+            "twin",
+        ],
+    ),
+    ("search", &["wire", "link", "parallel", "stats", "evidence", "oracle", "scenario", "twin"]),
+    ("results", &["wire", "autonomy", "dossier", "stats", "evidence", "explain", "scenario", "topology", "search"]),
+    (
+        "runner",
+        &[
+            "wire",
+            "link",
+            "perception",
+            "parallel",
+            "evidence",
+            "oracle",
+            "scenario",
+            "topology",
+            "twin",
+            "live",
+            "stacks",
+            "search",
+            "results",
+        ],
+    ),
+    (
+        "lab",
+        &[
+            "wire",
+            "link",
+            "sim",
+            "perception",
+            "adversary",
+            "dataset",
+            "parallel",
+            "stats",
+            "evidence",
+            "oracle",
+            "explain",
+            "scenario",
+            "topology",
+            "twin",
+            "live",
+            "search",
+            "results",
+            "runner",
+        ],
+    ),
+    (
+        "holdsafe",
+        &[
+            "wire",
+            "link",
+            "sim",
+            "perception",
+            "console",
+            "dataset",
+            "dossier",
+            "viewer",
+            "parallel",
+            "stats",
+            "evidence",
+            "explain",
+            "scenario",
+            "topology",
+            "twin",
+            "live",
+            "search",
+            "results",
+            "runner",
+            "lab",
+        ],
+    ),
+];
+
+/// The most lines of code, neither blank nor comment, that a crate may have.
+const MOST_LINES: usize = 6_000;
+
+/// Crates that have more, the most that these may have, and why.
+const LARGE: [(&str, usize, &str); 2] = [
+    (
+        "link",
+        7_500,
+        "every stack that touches the outside stands behind this one boundary, each in a folder of its own",
+    ),
+    ("console", 7_000, "the window is a large part of it, in the one folder that knows how anything is drawn"),
+];
+
+/// Crates on which no outcome of a trial depends.
+const OUTSIDE_TRIALS: [&str; 4] = ["dataset", "dossier", "trainer", "viewer"];
+
+/// The names of all crates.
+fn crates() -> Vec<String> {
+    let entries = fs::read_dir(root().join("crates")).expect("a readable folder").map(|e| e.expect("a readable entry"));
+    let folders = entries.filter(|entry| entry.path().join("Cargo.toml").exists());
+    folders.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect()
+}
+
+/// What a crate depends on, tests aside.
+fn dependencies(name: &str) -> Vec<String> {
+    let manifest = fs::read_to_string(root().join(format!("crates/{name}/Cargo.toml"))).expect("a manifest");
+    let manifest: toml::Table = toml::from_str(&manifest).expect("a valid manifest");
+    let listed = manifest.get("dependencies").and_then(|d| d.as_table()).expect("a table of dependencies");
+    listed.keys().cloned().collect()
+}
+
+#[test]
+fn dependencies_point_one_way() {
+    let allowed: BTreeMap<&str, &[&str]> = MAY_KNOW.into_iter().collect();
+    for name in crates() {
+        let may = allowed.get(name.as_str()).unwrap_or_else(|| panic!("crates/{name} is not in this table"));
+        for dependency in dependencies(&name).iter().filter(|d| allowed.contains_key(d.as_str())) {
+            assert!(may.contains(&dependency.as_str()), "{name} may not depend on {dependency}");
+        }
+    }
+    let place = |name: &str| MAY_KNOW.iter().position(|(of, _)| *of == name);
+    for (name, may) in MAY_KNOW {
+        let later = may.iter().find(|other| place(other) >= place(name));
+        assert_eq!(later, None, "{name} stands before what it may depend on");
+    }
+}
+
+#[test]
+fn only_link_knows_the_transport_crates() {
+    assert!(CORES.iter().all(|core| crates().iter().any(|name| name == core)));
+    // The live broker is one of them; the viewer makes whole files and sends nothing.
+    for name in crates().iter().filter(|name| !["link", "broker", "viewer"].contains(&name.as_str())) {
+        for transport in ["dtls", "rumqttc", "iceoryx2", "mcap", "tokio", "rustls", "mqtt5"] {
+            let knows = dependencies(name).iter().any(|d| d == transport);
+            assert!(!knows, "{name} depends on {transport}: only link (and the broker) may");
+        }
+    }
+}
+
+#[test]
+fn no_crate_is_a_room_for_everything() {
+    let of = |text: &str| text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with("//")).count();
+    for name in crates() {
+        let lines: usize = sources(&format!("crates/{name}/src")).iter().map(|(_, text)| of(text)).sum();
+        let most = LARGE.iter().find(|(large, ..)| *large == name).map_or(MOST_LINES, |(_, most, _)| *most);
+        assert!(lines <= most, "crates/{name} has {lines} lines of code, more than {most}: split it");
+    }
+}
+
+#[test]
+fn the_programs_digest_covers_every_crate_of_a_trial() {
+    let build = fs::read_to_string(root().join("crates/holdsafe/build.rs")).expect("the digest's script");
+    for name in crates().iter().filter(|name| !OUTSIDE_TRIALS.contains(&name.as_str())) {
+        assert!(build.contains(&format!("\"crates/{name}/src\"")), "crates/holdsafe/build.rs leaves crates/{name} out");
+    }
+}
