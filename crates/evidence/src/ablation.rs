@@ -3,7 +3,7 @@
 //! A *switch* is one entry of a policy: a check of the boundary, a guard, a rule of the display, the record guard. An
 //! attack *gets through* when its trial ends in a class that is worse than every class that was expected of it, by
 //! [`severity`]; and it *lets in* records when the telemetry link accepts what the full policy refused. Both are judged
-//! in pairs, the same seed with and without the switch. Running the trials is left to `command::ablate`.
+//! in pairs, the same seed with and without the switch. Running the trials is left to the verb `ablate`.
 
 use wire::mode::Guard;
 use wire::policy::{Check, DisplayRule, Policy, Requirement};

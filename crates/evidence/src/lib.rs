@@ -1,9 +1,9 @@
-//! The evidence of a trial and what is made of it: everything that crosses from those who run a trial to those who judge it and tell of it.
+//! The evidence of a trial: the types between those crates that run one, the oracle that judges it, and those that report it.
 //!
-//! `log` is the log as it is kept, with the two hashes of a trial; `custody` sets it against what is held elsewhere; `reading` gives the
-//! events in order; [`Evidence`] is all of it, with what was planned (`plan`, `mission`). The oracle answers with a [`Verdict`] (`fate`,
-//! `demise`, `claims`, `mission` are its parts), of which [`trial::Trial`] is the row in results. `cue` and `sights` are what actors wait for
-//! and what cores saw of insiders, `truth` what was really done, `passed` what went between services, `diff` two logs side by side,
+//! `log` is the log as it is kept, with the two hashes of a trial; `custody` verifies it against keys and heads from elsewhere; `reading` gives the
+//! events in order. [`Evidence`] is the oracle's input, with the plan of the attack (`plan`) and of the operator (`mission`); [`Verdict`] is its answer,
+//! in parts (`fate`, `demise`, `claims`), and [`trial::Trial`] the verdict as a row. `cue` has the triggers of attack steps, `sights` the delivery of
+//! insiders' messages, `truth` the injected faults and attacks in words, `passed` the messages between services, `diff` two logs side by side,
 //! `ablation` the checks that a policy can waive. Nothing here judges.
 
 pub mod ablation;

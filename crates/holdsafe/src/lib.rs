@@ -1,6 +1,5 @@
-//! The `holdsafe` program: its arguments, its exit codes, one verb a file. `main` only starts it, or one of the services of a live run.
+//! The `holdsafe` program: arguments, exit codes, one verb a file. `main` starts it, or one of the services of a live run.
 //!
-//! Running, judging and telling are other crates' business: `topology`, `twin`, `live` and `stacks` run a trial, `oracle` judges it, `results` and
-//! `explain` tell of it, `search` looks for attacks, `lab` is what only the authors measure.
+//! `runner` has the shared part of the verbs, `lab` those of `bench`.
 
 pub mod command;

@@ -1,6 +1,7 @@
-//! What only the authors of the platform measure, and the tables of it: what lengths and times tell an observer (`leak`), how long each
-//! stage takes (`stages`), detectors of silence (`liveness`), and all that `holdsafe bench` measures besides (`bench`, a measurement a file, with its objects in `report` and the trials that it runs in `measured`).
-//! No verdict rests on it.
+//! Measurements for the authors of the platform: `bench` has one a file. No verdict rests on them.
+//!
+//! `leak` shows the links' lengths and times as an observer sees them, `stages` the delay of each stage, `liveness` detectors of silence. `measured` runs the
+//! trials of `bench`, `report` has its objects and tables.
 
 pub mod bench;
 pub mod leak;

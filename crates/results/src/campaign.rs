@@ -2,7 +2,7 @@
 //!
 //! A [`Plan`] says everything that the outcome of its trials depends on, so two that are equal are the same campaign, wherever
 //! and in however many parts it runs. A trial has a number: trial i of variation v is v * trials + i. Running them is
-//! `command::campaign`'s business, folding them `report`'s.
+//! the verb `campaign`'s business, folding them `report`'s.
 
 pub mod claim;
 pub mod draw;

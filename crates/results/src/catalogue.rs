@@ -2,7 +2,7 @@
 //!
 //! A row's scenarios are those whose files name it; the row itself names its tests. Whether those tests exist is looked
 //! at by `tests/tidy`, which knows the sources. `page` writes docs/reference/threats.md, `figures`
-//! docs/researcher/figures.md; running rows is left to `command::matrix`.
+//! docs/researcher/figures.md; running rows is left to the verb `matrix`.
 
 mod figures;
 mod page;

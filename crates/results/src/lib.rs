@@ -1,7 +1,7 @@
-//! Results: what many trials come to, as objects, tables and figures.
+//! Results: trials folded into objects, tables and figures.
 //!
-//! `campaign` is the plan of many trials with its claims, `report` folds trials into rows, `catalogue` is the table of threats, `story` one run
-//! told for a reviewer, `reproduction` what runs came to when their references were committed, `mode` the ways to run a trial. Nothing here runs or judges one.
+//! `campaign` is the plan of many trials with its claims, `report` folds trials into rows, `catalogue` is the table of threats, `story` tells one run
+//! to a reviewer, `reproduction` compares with the committed references, `mode` names the three ways to run a trial. Nothing here runs or judges one.
 
 pub mod campaign;
 pub mod catalogue;

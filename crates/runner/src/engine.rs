@@ -1,4 +1,4 @@
-//! What the command runs and judges trials with, each function one call. Measuring what they cost is left to `cost`.
+//! One trial in any mode, judged; each function is one call. The cost of a trial is measured in `lab`.
 
 use std::path::Path;
 

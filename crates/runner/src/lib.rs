@@ -1,9 +1,8 @@
-//! Runs many trials for a verb and keeps what they leave; reads recorded runs again.
+//! The shared part of all verbs: running many trials, keeping their results, and reading recorded runs.
 //!
-//! `context` is what every verb works with, `failure` how one ends that does not end well; `plan` makes variations of a scenario, `bring` loads a
-//! detector from outside, `ground` what a search works on; `engine` runs one trial in any of the three ways, `batch` many, with `retry`, `kept`
-//! and `lines` for what is finished already; `out` is the run directory. `runs` finds recorded runs, `verified` checks one to the last byte, and
-//! `checked` is the one way to it, `recorded` to its events. Arguments of a verb and what it prints are the verb's business.
+//! `context` has the options of every verb, `failure` exit codes and messages. `plan` makes variations of a scenario, `bring` loads a detector from a
+//! file, `ground` prepares a search. `engine` runs one trial in any mode, `batch` many, with `retry`, and `kept` and `lines` for resuming; `out` writes the
+//! run directory. `runs` finds recorded runs, `verified` checks one to the last byte, `checked` is the one way to its content, `recorded` to its events.
 
 pub mod batch;
 pub mod bring;

@@ -1,7 +1,7 @@
 //! A curve: one value of a scenario taken through a range, and what is read off it.
 //!
 //! The lines of a curve are the scenario's cells, or the scenario itself where it has none. Every point runs on the same
-//! seeds, so that points differ by the value and by nothing else. Running it is `command::curve`'s business.
+//! seeds, so that points differ by the value and by nothing else. Running it is the verb `curve`'s business.
 
 use evidence::trial::Outcome;
 use schemars::JsonSchema;

@@ -1,6 +1,6 @@
 //! A list of weaknesses: each a check that is waived or a bound that is set wrong, and with what a search is to find that out.
 //!
-//! How fast it is found, and by which strategy, is `command::worth`'s to measure.
+//! How fast it is found, and by which strategy, is `lab::bench`'s to measure.
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! `holdsafe curve SCENARIO`: one value of a scenario taken through the range that its `[curve]` names, in the twin, each
 //! point on the same seeds.
 //!
-//! The lines are the scenario's cells. What a point is worth is `report::curve`'s to fold.
+//! The lines are the scenario's cells. What a point is worth is `results::report`'s to fold.
 
 use std::path::PathBuf;
 

@@ -2,7 +2,7 @@
 //!
 //! The logs are those of every variation of every scenario with a platform, each as it is, with its receipts denied, and with each
 //! check of the policy waived in turn: the seeded defects. The second judge is given the lines that a run leaves
-//! (`keep::lines`) and nothing that the oracle said. What it has no rule for it says, and that is counted apart: to
+//! (`live::keep::lines`) and nothing that the oracle said. What it has no rule for it says, and that is counted apart: to
 //! abstain is no agreement.
 
 use std::collections::BTreeMap;
