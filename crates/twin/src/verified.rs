@@ -2,7 +2,7 @@
 //!
 //! Whether a signature is good depends on key, message and signature alone, so an answer may be remembered; and what a key
 //! signs verifies under it (RFC 8032 §5.1). What is kept is all three, byte for byte, only where a core
-//! signed it or [`PublicKey::verifies`] said yes, and the newest [`KEPT`] only. Public keys are decompressed once. Live there
+//! signed it or [`PublicKey::verifies`] said yes, and the newest `KEPT` only. Public keys are decompressed once. Live there
 //! is none of this: a [`Verifier`] does not travel in a setup.
 
 use std::collections::VecDeque;
