@@ -139,7 +139,7 @@ impl Gateway {
         }
     }
 
-    /// Our session at the broker was cut, or somebody else had it. What waits here for its confirmation is void, and the
+    /// Our session at the broker was cut, or another party had it. Intents that wait here for their confirmation are void, and the
     /// display is told, now and again with each of its challenges.
     pub(crate) fn session_lost(&mut self, now: Instant) {
         self.note(now, Event::SessionLost { peer: PeerId::GATEWAY });

@@ -4,8 +4,8 @@
 //! console's request → [`stage`] → the unit's command subject; acknowledgements come back through the same file. It
 //! holds no key that an intent, a report or an acknowledgement could be signed with.
 //!
-//! A reviewer of trust reads `admit` first. What the display makes of the feed is left to the console; what a unit
-//! makes of grants, teammates and orders, to autonomy.
+//! A reviewer of trust reads `admit` first. The display's use of the feed is left to the console; a unit's
+//! use of grants, teammates and orders, to autonomy.
 
 pub mod admit;
 mod commands;
@@ -42,7 +42,7 @@ use crate::lease::Leases;
 use crate::session::Sessions;
 use crate::stage::{Rules, Staging};
 
-/// Who is who for this gateway.
+/// Parties that this gateway knows.
 #[derive(Clone, Debug, Serialize, Deserialize, PartialEq)]
 #[serde(deny_unknown_fields)]
 pub struct GatewayConfig {
@@ -50,14 +50,14 @@ pub struct GatewayConfig {
     pub units: Vec<UnitId>,
     /// Units that receive teammates' reports.
     pub fanout: Vec<UnitId>,
-    /// Operators whose intents are staged.
+    /// Operators with intents that are staged.
     pub operators: Vec<NodeId>,
     /// Identities that are admitted for a time only.
     #[serde(default)]
     pub mandates: Vec<Mandate>,
 }
 
-/// The station whose display the feed is for.
+/// The station with the display that the feed is for.
 pub(crate) const DISPLAY: NodeId = NodeId::CONSOLE;
 
 /// The gateway's core.
@@ -84,7 +84,7 @@ pub struct Gateway {
     tick: Option<Instant>,
     /// The display's newest challenge, and when it came.
     watch: Option<(Nonce, Instant)>,
-    /// How often our session at the broker was lost.
+    /// Number of times that our session at the broker was lost.
     sessions_lost: u32,
     quiet: bool,
     out: VecDeque<Output>,
@@ -159,7 +159,7 @@ impl Gateway {
         }
     }
 
-    /// What has been counted so far.
+    /// Counts so far.
     pub fn accounts(&self) -> &Accounts {
         &self.accounts
     }

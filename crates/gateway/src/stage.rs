@@ -6,8 +6,8 @@
 //! *cannot* judge is the intent's age: the nonce in it is the unit's own. The freshness judged here is that of the request
 //! that carried it, on this host. In what order commands follow one another is left to the unit too.
 //!
-//! A *station* is whoever a channel of requests belongs to. Each has its own rate and its own room here, so that none is
-//! kept waiting by what another asks for, under whatever operator's key.
+//! A *station* is the owner of a channel of requests. Each has its own rate and its own room here, so that none is
+//! kept waiting by another's requests, under any operator's key.
 
 use std::collections::VecDeque;
 
@@ -24,22 +24,22 @@ use wire::trust::{Accepted, Counters, Decoded, Rates, Roll, SignedStatement};
 
 /// Intents of one station that may wait at once.
 pub const MAX_STAGED: usize = 8;
-/// How long an intent waits for its confirmation.
+/// Longest time that an intent waits for its confirmation.
 pub const STAGED_FOR: Span = Span::s(5);
-/// Orders of one station whose acknowledgements are still recognised.
+/// Orders of one station with acknowledgements that are still recognised.
 const MAX_SENT: usize = 32;
 
 /// Different answers to one order that are listened to: it was executed, and its repetitions were refused.
 const MAX_ANSWERS: usize = 4;
 
-/// What commands are judged by.
+/// Rules by which commands are judged.
 #[derive(Clone, Debug)]
 pub struct Rules {
     /// Policy in force.
     pub policy: Policy,
     /// Everybody's public keys.
     pub keys: Keyring,
-    /// Who may give intents.
+    /// Operators who may give intents.
     pub operators: Vec<NodeId>,
     /// Units that orders may be addressed to.
     pub units: Vec<UnitId>,
@@ -56,7 +56,7 @@ pub struct Command {
     pub intent: IntentHash,
 }
 
-/// What became of an accepted request.
+/// Result of an accepted request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Progress {
     /// The intent waits for its confirmation.
@@ -72,7 +72,7 @@ pub struct Dispatch {
     pub command: Command,
     /// Addressee.
     pub unit: UnitId,
-    /// What is asked.
+    /// Command asked for.
     pub kind: CommandKind,
     /// Encoded [`Order`].
     pub order: Vec<u8>,
@@ -83,7 +83,7 @@ pub struct Dispatch {
 pub struct Rejected {
     /// Command.
     pub command: Option<Command>,
-    /// Why.
+    /// Reason.
     pub refusal: Refusal,
 }
 
@@ -114,7 +114,7 @@ struct Sent {
     station: NodeId,
     command: Command,
     unit: UnitId,
-    /// What the unit said became of it, each answer by its hash.
+    /// The unit's answers on its result, each by its hash.
     answers: Vec<[u8; 32]>,
 }
 
@@ -167,7 +167,7 @@ impl Staging {
         Ok(self.advance(now, station, accepted, bytes))
     }
 
-    /// Whether a refusal for rate at `now` is to be told, beside being counted.
+    /// True if a refusal for rate at `now` is to be logged, beside being counted.
     pub fn tell(&mut self, now: Instant) -> bool {
         self.rates.tell(now)
     }
@@ -181,14 +181,14 @@ impl Staging {
         Ok(())
     }
 
-    /// `who` has been revoked: nothing of it waits any longer. Gives the commands that are gone.
+    /// `who` has been revoked: its intents no longer wait. Gives the commands that are gone.
     pub fn strike(&mut self, who: NodeId) -> Vec<Command> {
         let (gone, left): (Vec<Waiting>, _) = self.waiting.drain(..).partition(|w| w.intent.id.operator == who);
         self.waiting = left;
         gone.iter().map(Waiting::command).collect()
     }
 
-    /// Nothing waits any longer. Gives the commands that are gone.
+    /// No intent waits any longer. Gives the commands that are gone.
     pub fn void(&mut self) -> Vec<Command> {
         self.waiting.drain(..).map(|waiting| waiting.command()).collect()
     }
@@ -217,7 +217,7 @@ impl Staging {
         Ok(Progress::Send(self.dispatch(station, &intent, &staged, Some(bytes))))
     }
 
-    /// Removes the intents whose confirmation did not come in time.
+    /// Removes the intents without a confirmation in time.
     pub fn expire(&mut self, now: Instant) -> Vec<Command> {
         let (expired, waiting) = self.waiting.drain(..).partition(|w| now >= w.until);
         self.waiting = waiting;
@@ -225,7 +225,7 @@ impl Staging {
         expired.iter().map(Waiting::command).collect()
     }
 
-    /// When the next intent expires.
+    /// Time at which the next intent expires.
     pub fn deadline(&self) -> Option<Instant> {
         self.waiting.iter().map(|w| w.until).min()
     }
@@ -253,7 +253,7 @@ impl Staging {
         Ok(Some(accepted))
     }
 
-    /// What an intent must be beyond its signature: addressed to a unit of ours, with a reason, and with room to wait.
+    /// Requirements on an intent beyond its signature: addressed to a unit of ours, with a reason, and with room to wait.
     fn admissible(&self, station: NodeId, intent: &Intent) -> Result<(), Refusal> {
         let one_step = intent.kind.towards_safe();
         if !self.rules.units.contains(&intent.unit) {
@@ -292,7 +292,7 @@ impl Staging {
     }
 }
 
-/// What binds confirmation and acknowledgement to an intent: SHA-256 of its signed bytes.
+/// Binding of confirmation and acknowledgement to an intent: SHA-256 of its signed bytes.
 fn hash_of(signed: &[u8]) -> IntentHash {
     Sha256::digest(signed).into()
 }

@@ -124,7 +124,7 @@ impl Gateway {
         }
     }
 
-    /// The display has a new challenge: the units are told at once, for what waits here makes every age look larger.
+    /// The display has a new challenge: the units are told at once, for waiting here makes every age look larger.
     pub(crate) fn watch(&mut self, now: Instant, challenge: Nonce) {
         self.accounts.accepted(Interface::Requests);
         self.watch = Some((challenge, now));
@@ -164,13 +164,13 @@ impl Gateway {
     }
 }
 
-/// Whether the peer of a session is still talked to. One that is struck is told nothing either: what others report would help
-/// whoever has its credential.
+/// True if the peer of a session is still talked to. A revoked one is told no more either: reports of others would help
+/// the holder of its credential.
 fn stands(roll: &Roll, policy: &Policy, session: &Session, now: Instant) -> bool {
     struck(roll, policy, session.unit().node(), now).is_none()
 }
 
-/// Why `who` is heard no longer, if that is so. Asked before anything is read of what it says.
+/// Reason that `who` is heard no longer, if that is so. Asked before any of its content is read.
 pub(crate) fn struck(roll: &Roll, policy: &Policy, who: NodeId, now: Instant) -> Option<Refusal> {
     let required = policy.check(Check::Standing) == Requirement::Required;
     roll.stands(who, now).err().filter(|_| required)

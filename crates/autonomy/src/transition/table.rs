@@ -1,6 +1,6 @@
 //! The transition table and its diagram, drawn from [`Machine::step`] itself.
 //!
-//! For every state and every stimulus, `step` is run once for each of the 2,048 sets of failing guards. What comes out
+//! For every state and every stimulus, `step` is run once for each of the 2,048 sets of failing guards. The result
 //! is written as a decision list: the first row that matches counts, a row without guards is for all that are left. The
 //! list is exact, not a summary: a row stands only where all sets that reach it come out alike.
 //!
@@ -50,7 +50,7 @@ const ORDER: [Guard; 13] = [
     Guard::Designation,
 ];
 
-/// A state with what its decisions depend on besides stimulus and guards.
+/// A state with the conditions on which its decisions depend besides stimulus and guards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Start {
     Idle,
@@ -106,7 +106,7 @@ const STIMULI: [(&str, Option<CommandKind>); 10] = [
     ("Configure", Some(CommandKind::Configure(VALUES))),
 ];
 
-/// What one step came to.
+/// Result of one step.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Outcome {
     from: Mode,

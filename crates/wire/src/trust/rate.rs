@@ -1,7 +1,7 @@
-//! Rates: how many commands of one sender there can be need for, with a lane for each of what they are needed for.
+//! Rates: the number of commands needed from one sender, with a rate class for each need.
 //!
 //! Evidence: this host's clock. A bucket is asked before a signature is verified and is charged only for what passed
-//! (or for what came over a channel that already says whose it is), so that nobody can empty another's. Reasons for the
+//! (or came over a channel that already attributes it), so that no sender can empty another's. Reasons for the
 //! numbers are in `docs/reference/bounds.md`.
 
 use core::marker::PhantomData;
@@ -29,30 +29,30 @@ pub struct Allowance {
     pub per_s: u32,
 }
 
-/// What a command is needed for. Each lane has a bucket of its own, so that what a sender asks for in one takes nothing
-/// from another.
+/// Need for a command. Each rate class has a bucket of its own, so that requests in one take no
+/// allowance from another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
     /// To lead away from safe.
     Away,
     /// To take something away without stopping the unit: authority, or somebody's standing.
     Withdraw,
-    /// To stop. Nothing else is in this lane, so a HOLD that is refused for its rate comes after eight HOLDs of the same
-    /// sender: no flood of another kind keeps one out, whoever else has the sender's key.
+    /// To stop. The class holds no other command, so a HOLD that is refused for its rate comes after eight HOLDs of the same
+    /// sender: no flood of another kind keeps one out, even from another holder of the sender's key.
     Hold,
 }
 
-/// Verifications that came to nothing, whoever they were said to be of: at a tenth of a millisecond each, a few thousandths
+/// Failed verifications, for any claimed sender: at a tenth of a millisecond each, a few thousandths
 /// of a processor.
 const UNPROVEN: Allowance = Allowance { burst: 16, per_s: 16 };
 /// Refusals are counted one by one and told at most so often, so that a flood is not one in the log and in answers too. At
-/// once as many as one operator may ask for, so that whoever asks in vain is told each time while nobody floods.
+/// once as many as one operator may ask for, so that each operator is told of each refusal while there is no flood.
 const TOLD: Allowance = Allowance { burst: 8, per_s: 4 };
 
 /// A bucket for each sender and lane, bounded by the closed set of identities, and two that are nobody's.
 #[derive(Clone, Debug, Default)]
 pub struct Rates {
-    /// When each bucket is full again, by lane.
+    /// Time at which each bucket is full again, by rate class.
     full: Vec<(NodeId, [Instant; LANES])>,
     unproven: Instant,
     told: Instant,
@@ -62,7 +62,7 @@ pub struct Rates {
 const LANES: usize = 3;
 
 impl Lane {
-    /// Where a command of this kind goes.
+    /// Rate class of a command of this kind.
     pub fn of(kind: CommandKind) -> Lane {
         match kind {
             CommandKind::Hold => Lane::Hold,
@@ -75,7 +75,7 @@ impl Lane {
         }
     }
 
-    /// How many of one sender go in.
+    /// Number of commands of one sender that pass.
     pub fn allowance(self) -> Allowance {
         match self {
             Lane::Away | Lane::Withdraw => Allowance { burst: 8, per_s: 4 },
@@ -89,19 +89,19 @@ impl Allowance {
         Span(1_000_000 / u64::from(self.per_s))
     }
 
-    /// Whether one more goes in at `now` into a bucket that is full again at `full`.
+    /// True if one more passes at `now` into a bucket that is full again at `full`.
     fn room(self, full: Instant, now: Instant) -> bool {
         full.since(now).0 <= self.interval().0 * u64::from(self.burst - 1)
     }
 
-    /// When the bucket is full again after one more.
+    /// Time at which the bucket is full again after one more.
     fn charged(self, full: Instant, now: Instant) -> Instant {
         full.max(now) + self.interval()
     }
 }
 
 impl Rates {
-    /// Whether one more of `who` goes in at `now`.
+    /// Checks that one more of `who` passes at `now`.
     pub fn room(&self, who: NodeId, lane: Lane, now: Instant) -> Result<(), Refusal> {
         let full = self.full.iter().find(|(node, _)| *node == who).map_or(now, |(_, full)| full[lane as usize]);
         let allowance = lane.allowance();
@@ -122,8 +122,8 @@ impl Rates {
         *full = lane.allowance().charged(*full, now);
     }
 
-    /// Whether one more of this lane is to be verified at `now`, after what came to nothing. Only a HOLD always is: what
-    /// others forge must not keep one out.
+    /// Checks that one more of this class is to be verified at `now`, after failed verifications. Only a HOLD always is:
+    /// forgeries of others must not keep one out.
     fn room_to_verify(&self, lane: Lane, now: Instant) -> Result<(), Refusal> {
         if lane == Lane::Hold || UNPROVEN.room(self.unproven, now) {
             Ok(())
@@ -139,7 +139,7 @@ impl Rates {
         }
     }
 
-    /// Whether a refusal at `now` is to be told, beside being counted.
+    /// True if a refusal at `now` is to be logged, beside being counted.
     pub fn tell(&mut self, now: Instant) -> bool {
         let due = TOLD.room(self.told, now);
         if due {
@@ -150,7 +150,7 @@ impl Rates {
 }
 
 impl<S> Record<S, Intent> {
-    /// There is need for one more of `who`, whose command it is or over whose channel it came.
+    /// Checks that one more is needed of `who`, the command's sender or the channel's owner.
     pub fn within_rate(
         self,
         policy: &Policy,
@@ -163,7 +163,7 @@ impl<S> Record<S, Intent> {
         })
     }
 
-    /// Not so much has come to nothing lately that no more is verified.
+    /// Checks that failed verifications lately leave room for one more.
     pub fn worth_verifying(
         self,
         policy: &Policy,
@@ -180,7 +180,7 @@ impl<S> Record<S, Intent> {
 mod tests {
     use super::*;
 
-    /// How many of `tries`, evenly over a second, go in.
+    /// Number of `tries`, evenly over a second, that pass.
     fn through(rates: &mut Rates, who: NodeId, lane: Lane, from: Instant, tries: u64) -> u32 {
         let try_at = |n| from + Span(n * 1_000_000 / tries);
         let mut through = 0;

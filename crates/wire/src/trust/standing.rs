@@ -2,8 +2,8 @@
 //! over a revocation, and this host's clock.
 //!
 //! The authority signs a revocation of every operator and teammate when the keys are made, and its own key is gone before
-//! the first service starts; the console keeps them, as one keeps a revocation certificate. Whoever holds one can take
-//! that identity's standing away, for good, and do nothing else with it.
+//! the first service starts; the console keeps them, as one keeps a revocation certificate. Its holder can only revoke
+//! that identity, for good.
 
 use core::marker::PhantomData;
 
@@ -25,10 +25,10 @@ pub struct InRole<S>(PhantomData<S>);
 #[derive(Debug)]
 pub struct NotRevoked<S>(PhantomData<S>);
 
-/// What the authority signs: this identity is admitted no longer.
+/// Statement of the authority: this identity is admitted no longer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Encode, Decode)]
 pub struct Revocation {
-    /// Whose standing ends.
+    /// Revoked identity.
     #[n(0)]
     pub of: NodeId,
 }
@@ -44,13 +44,13 @@ impl Revocation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mandate {
-    /// Who.
+    /// Identity.
     pub who: NodeId,
-    /// Until so many milliseconds after the start of whoever judges it. Who starts a judge again takes off what has passed.
+    /// Until so many milliseconds after the start of its judge. A restart of the judge takes off the time passed.
     pub until_ms: u64,
 }
 
-/// Who is admitted no longer.
+/// Identities that are admitted no longer.
 #[derive(Clone, Debug)]
 pub struct Roll {
     ends: [Option<Instant>; NODES],
@@ -67,7 +67,7 @@ impl Roll {
         Roll { ends, revoked: [false; NODES] }
     }
 
-    /// Takes a signed revocation that came at `now`; gives whose standing it ended, `None` where it had ended before. The
+    /// Takes a signed revocation that came at `now`; gives the identity that it revoked, `None` where it was revoked before. The
     /// authority's signature cannot be waived.
     pub fn revoke(&mut self, keys: &Keyring, now: Instant, bytes: &[u8]) -> Result<Option<NodeId>, Refusal> {
         let framed = Received::new(now, bytes).frame(MAX_ORDER)?;
@@ -82,7 +82,7 @@ impl Roll {
         Ok(Some(revocation.of))
     }
 
-    /// Whether `who` is admitted at `now`.
+    /// Checks that `who` is admitted at `now`.
     pub fn stands(&self, who: NodeId, now: Instant) -> Result<(), Refusal> {
         if self.revoked[who.index()] {
             return Err(Refusal::Revoked { got: who });
