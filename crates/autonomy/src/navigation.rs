@@ -18,7 +18,7 @@ const LOOKAHEAD_MM: (f64, f64) = (1500.0, 4000.0);
 const MAX_CURVATURE: f64 = 0.000_4;
 /// Sideways acceleration in curves, mm/s².
 const SIDEWAYS: f64 = 1200.0;
-/// Deceleration that driving plans with, mm/s²; well below what the brakes are sure to reach.
+/// Deceleration that driving plans with, mm/s²; well below the one that the brakes are sure to reach.
 const COMFORT: f64 = 1000.0;
 /// Speed while the way lies behind, mm/s.
 const TURNING: f64 = 800.0;

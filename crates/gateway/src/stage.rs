@@ -2,8 +2,8 @@
 //!
 //! Towards safe an intent goes out at once. Away from safe it waits, at most [`STAGED_FOR`], for the operator's signed
 //! confirmation of the very same bytes. The gateway checks schema, rate, role, standing, signature and reason, and that
-//! it is not the same again; it cannot mint, alter or re-time an intent, because the unit checks all of it again. What it
-//! *cannot* judge is the intent's age: the nonce in it is the unit's own. The freshness judged here is that of the request
+//! it is not the same again; it cannot mint, alter or re-time an intent, because the unit checks all of it again. It
+//! *cannot* judge the intent's age: the nonce in it is the unit's own. The freshness judged here is that of the request
 //! that carried it, on this host. In what order commands follow one another is left to the unit too.
 //!
 //! A *station* is the owner of a channel of requests. Each has its own rate and its own room here, so that none is

@@ -209,7 +209,7 @@ impl Company<'_> {
         }
     }
 
-    /// A rogue hears and writes like anybody on its host; what it holds is its holder's, or nothing.
+    /// A rogue hears and writes like any process on its host; its keys are its holder's, or none.
     fn rogue(&mut self, casting: rogue::Casting) {
         let rogue::Casting { host, node, holder, topics, config } = casting;
         let held = self.members.iter().find(|m| Some(m.node()) == holder).map(|m| m.setup.channels.clone());

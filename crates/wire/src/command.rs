@@ -89,7 +89,7 @@ pub struct Intent {
     pub reason: Text<64>,
 }
 
-/// SHA-256 of a signed intent's bytes: what its confirmation, its acknowledgement and its progress are bound to. An id is
+/// SHA-256 of a signed intent's bytes, to which its confirmation, its acknowledgement and its progress are bound. An id is
 /// chosen by its signer; this is of one intent only.
 pub type IntentHash = [u8; 32];
 

@@ -329,7 +329,7 @@ impl Nonce {
 /// A record, wherever it travels: (node, boot, sequence).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 pub struct RecordId {
-    /// Who says it made the record.
+    /// Claimed maker of the record.
     #[n(0)]
     pub node: NodeId,
     /// Its boot.

@@ -1,7 +1,7 @@
 //! The hostile broker: the holder of the broker's certificate and key, in the broker's place.
 //!
-//! It is handed every publication and delivers what its plan leaves of them to those who subscribed: fewer, later, in
-//! another order, more often, or others. It reads what it carries, for nothing on the command plane is secret from the
+//! It is handed every publication and delivers to the subscribers as its plan says: fewer, later, in
+//! another order, more often, or others. It reads the publications it carries, for the command plane keeps no secret from the
 //! broker, and holds no operator's and no unit's key. Making orders and acknowledgements is left to `forgery`.
 
 #[cfg(test)]
@@ -22,14 +22,14 @@ use crate::plan::{BrokerAction, Direction, InsiderBrokerConfig, Kind, PlanError,
 
 /// Most publications remembered; the oldest goes first.
 const MAX_SEEN: usize = 256;
-/// Most publications held back at once; what comes beyond is not passed on.
+/// Most publications held back at once; further ones are not passed on.
 const MAX_HELD: usize = 256;
 
 /// See the module.
 #[derive(Debug)]
 pub struct InsiderBroker {
     actions: Vec<Timed<BrokerAction>>,
-    /// When each action begins and ends.
+    /// Beginning and end of each action.
     openings: Vec<Opening>,
     seen: VecDeque<Publication>,
     held: Vec<Held>,
@@ -150,13 +150,13 @@ impl InsiderBroker {
         }
     }
 
-    /// The actions that are open for what goes towards `side`.
+    /// The actions that are open for publications towards `side`.
     fn open(&self, now: Instant, side: Side) -> impl Iterator<Item = BrokerAction> {
         let actions = self.actions.iter().zip(&self.openings);
         actions.filter(move |(_, opening)| opening.open(now, side)).map(|(timed, _)| timed.action)
     }
 
-    /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
+    /// Shows the traffic and the calls to the actions that wait; beginnings and ends are logged.
     fn notice(&mut self, now: Instant, input: &Input) {
         let passes = if let Input::Published { subject, .. } = input { Some(towards(*subject)) } else { None };
         self.desk.notice(&mut self.openings, now, input, passes);
@@ -177,7 +177,7 @@ impl InsiderBroker {
         }
     }
 
-    /// Delivers what is held and `wanted`; of what was overtaken the journal says so now, when it is known for how long.
+    /// Delivers the publications held and `wanted`; those overtaken are logged now, when their delay is known.
     fn release(&mut self, now: Instant, wanted: impl Fn(&Held) -> bool) {
         let (released, kept) = std::mem::take(&mut self.held).into_iter().partition(wanted);
         self.held = kept;
@@ -218,7 +218,7 @@ impl InsiderBroker {
         }
     }
 
-    /// What is due by itself.
+    /// Actions due by themselves.
     fn act(&mut self, now: Instant) {
         self.release(now, |held| held.due <= now);
         for i in 0..self.runs.len() {

@@ -1,9 +1,9 @@
 //! The gateway insider: a gateway with its keys in other hands, seen from the console.
 //!
-//! It sits where the gateway's shared memory leaves it: what the honest half writes comes here first, and what the console
-//! asks for too. It holds the key of the feed, so that the console cannot tell its messages from the gateway's, and no
+//! It sits between the gateway and its shared memory: messages of the honest half come here first, and the console's
+//! requests too. It holds the key of the feed, so that the console cannot tell its messages from the gateway's, and no
 //! unit's and no operator's key. It can withhold, keep, repeat, choose, lie about ages, change and invent; and it can keep
-//! from its honest half what the operator asks for. What of that the console believes is up to the console.
+//! the operator's requests from its honest half. The console alone decides how much of that it believes.
 
 #[cfg(test)]
 mod tests;
@@ -27,7 +27,7 @@ use crate::desk::Desk;
 use crate::opening::Opening;
 use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, Kind, PlanError, Timed};
 
-/// Most messages of the feed held back at once; what comes beyond is withheld.
+/// Most messages of the feed held back at once; further ones are withheld.
 const MAX_HELD: usize = 256;
 /// The age that a report is said to have.
 const YOUNG: Span = Span::ms(5);
@@ -36,7 +36,7 @@ const YOUNG: Span = Span::ms(5);
 #[derive(Debug)]
 pub struct InsiderGateway {
     actions: Vec<Timed<FeedAction>>,
-    /// When each action begins and ends.
+    /// Beginning and end of each action.
     openings: Vec<Opening>,
     feed: Option<Sender>,
     key: Key,
@@ -55,7 +55,7 @@ struct Held {
 }
 
 impl InsiderGateway {
-    /// An insider that starts at `now`. Without the feed's key in its setup it can say nothing.
+    /// An insider that starts at `now`. Without the feed's key in its setup it cannot send.
     ///
     /// # Errors
     /// A magnitude of the plan outside its bounds.
@@ -169,7 +169,7 @@ impl InsiderGateway {
         }
     }
 
-    /// What the operator asks of the gateway.
+    /// Request of the operator to the gateway.
     fn asked(&mut self, now: Instant, bytes: &[u8]) {
         let intent = body(bytes).and_then(intent_of);
         let swallowed = |action: &FeedAction| match (action, &intent) {
@@ -197,7 +197,7 @@ impl InsiderGateway {
         }
     }
 
-    /// Says what the honest half did not say, or not now; told first, by the hash of the very bytes.
+    /// Sends a message that the honest half did not send, or not now; logged first, by the hash of the very bytes.
     fn attack(&mut self, now: Instant, action: Action, delay: Span, body: &[u8]) {
         let Some(bytes) = self.feed.as_mut().map(|feed| feed.seal(now, body)) else { return };
         self.desk.attack(now, action, Side::Server, &bytes, delay);
@@ -211,7 +211,7 @@ impl InsiderGateway {
     }
 }
 
-/// What stands between header and tag of a shared-memory message.
+/// Bytes between header and tag of a shared-memory message.
 fn body(bytes: &[u8]) -> Option<&[u8]> {
     bytes.get(HEADER_LEN..bytes.len().checked_sub(TAG_LEN)?)
 }

@@ -1,8 +1,8 @@
 //! The rogue station: it holds somebody's signing key and gives orders with it, as a console would and when it likes.
 //!
 //! It has either a station of its own at the gateway, with a channel that is its own, or a certificate for the broker,
-//! past the gateway. It reads the feed of the control host for what an order has to repeat (nonce, tracks, how far the
-//! counter has come), and believes all of it. Both steps of an order away from safe go out one after the other.
+//! past the gateway. It reads the feed of the control host for the values that an order has to repeat (nonce, tracks, the
+//! newest counter), and believes all of it. Both steps of an order away from safe go out one after the other.
 
 use minicbor::bytes::ByteSlice;
 use sha2::{Digest, Sha256};
@@ -32,7 +32,7 @@ pub struct InsiderOperator {
     runs: Vec<Run>,
     /// The newest report of the unit.
     report: Option<Report>,
-    /// How far each identity's counter has come, as far as it knows.
+    /// Newest counter of each identity, as far as it knows.
     counters: [(Boot, Sequence); NODES],
     desk: Desk,
 }

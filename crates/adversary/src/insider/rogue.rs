@@ -1,9 +1,9 @@
 //! A rogue on a host's shared memory: it hears every channel that it cares about and writes in another's name.
 //!
-//! Any process of the same user can do so. An impostor holds no channel's key and tags what it says under one of its own;
+//! Any process of the same user can do so. An impostor holds no channel's key and tags its messages under one of its own;
 //! an insider in a service's place holds that service's keys, and tags under the right one wherever that service could.
-//! It says that it is the producer started anew, one boot later, as one who took its place would. What it heard it keeps,
-//! bounded, up to its first act on that channel. What a message has to say is `forged`'s.
+//! It claims to be the producer started anew, one boot later, as an impostor would. It keeps the messages it heard,
+//! bounded, up to its first act on that channel. The content of a message is `forged`'s.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -200,7 +200,7 @@ mod tests {
         Input::Bus { topic: Topic::Tracks, bytes: sender.seal(at(ms), &codec::encode(&tracks)) }
     }
 
-    /// What it publishes when it has heard one genuine message and its time has come.
+    /// Its publications when it has heard one genuine message and its time has come.
     fn said(rogue: &mut Rogue) -> (Vec<Vec<u8>>, Vec<Event>) {
         let (mut events, mut bytes) = (Vec::new(), Vec::new());
         turn(rogue, at(50), &genuine(50), &mut events);

@@ -4,7 +4,7 @@
 //! been drawn away, from C itself, which it then supervises so that C drives on. From a set time it sends C's telemetry
 //! up B's session, verbatim, relabelled or re-signed. Who accepts that is up to the receivers.
 //!
-//! Its setup names the insider's own node (whose audit chain this is) and B's secret.
+//! Its setup names the insider's own node (the owner of this audit chain) and B's secret.
 
 use std::collections::BTreeMap;
 
@@ -160,7 +160,7 @@ impl InsiderTeammate {
         self.forwardings.iter_mut().for_each(|forwarding| forwarding.hear(now, report));
     }
 
-    /// What B's reports repeat of the display's challenge.
+    /// Echo of the display's challenge in B's reports.
     fn watched(&self) -> Option<Echo> {
         self.ends.values().filter(|end| end.peer == PeerId::GATEWAY).filter_map(|end| end.watched).next_back()
     }
@@ -170,7 +170,7 @@ impl InsiderTeammate {
         self.sessions(PeerId::UNIT_C).into_iter().for_each(|session| self.say(now, session, HopBody::Watch(challenge)));
     }
 
-    /// Sends on what has waited long enough.
+    /// Forwards the reports that have waited long enough.
     fn forward(&mut self, now: Instant) {
         for i in 0..self.forwardings.len() {
             while let Some(theirs) = self.forwardings[i].take(now) {
@@ -215,13 +215,13 @@ impl InsiderTeammate {
         }
     }
 
-    /// Tells what is about to be said, and which report it is.
+    /// Logs the report about to be sent, and its identity.
     fn own_up(&mut self, now: Instant, action: Action, (record, off_mm): (RecordId, u32), bytes: &[u8], delay: Span) {
         self.desk.attack(now, action, Side::Server, bytes, delay);
         self.desk.write(now, Event::Claimed { record, off_mm });
     }
 
-    /// Ends the session when that is due, and says again in the next what was said in it.
+    /// Ends the session when that is due, and repeats its records in the next.
     fn resend(&mut self, now: Instant) {
         if self.tape.as_mut().is_some_and(|tape| tape.hangs_up(now)) {
             let up: Vec<SessionId> =

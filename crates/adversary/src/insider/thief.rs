@@ -1,8 +1,8 @@
 //! The thief of a session: it holds a copy of somebody's certificate, and connects to the broker under it.
 //!
-//! A broker has one session for one identity, so the newcomer takes it: what is published to that identity reaches the
-//! thief, until whom it belongs to has dialled again and takes it back, and so on in turns. Its certificate signs nothing:
-//! it can keep what it hears from whom it was for, and look at it. Dialling again is the link's business.
+//! A broker has one session for one identity, so the newcomer takes it: publications to that identity reach the
+//! thief, until the owner has dialled again and takes it back, and so on in turns. Its certificate signs no message:
+//! it can keep publications from their receiver, and read them. Dialling again is the link's business.
 
 use wire::core::{Core, Input, Output};
 use wire::event::Event;
@@ -19,9 +19,9 @@ use crate::plan::{Direction, PlanError, SessionThiefConfig, Takeover};
 pub struct SessionThief {
     certificate: PeerId,
     takeovers: Vec<Opening>,
-    /// Whether it is after the session now.
+    /// True if it is after the session now.
     joined: bool,
-    /// When it wants to be asked for the first time, until it was: what it says is heard only then.
+    /// Time at which it first wants to be asked, until it was: its claims are heard only then.
     first: Option<Instant>,
     desk: Desk,
 }

@@ -1,6 +1,6 @@
 //! The relay in the telemetry path: it sees ciphertext, holds it, loses it, repeats it, changes it, adds to it.
 //!
-//! Without an open action a datagram leaves in the same turn as it came, unchanged. What is held waits in one bounded
+//! Without an open action a datagram leaves in the same turn as it came, unchanged. Held datagrams wait in one bounded
 //! queue ordered by (due, arrival). Every act is journaled with the hash of the bytes as they are sent; a datagram
 //! that merely passes is only counted.
 
@@ -20,7 +20,7 @@ use crate::opening::Opening;
 use crate::plan::{DatagramAction, DatagramRelayConfig, PlanError, Timed};
 use crate::schedule::stream;
 
-/// Most datagrams held at once; what comes beyond is dropped and counted.
+/// Most datagrams held at once; further ones are dropped and counted.
 const MAX_HELD: usize = 4096;
 /// Most datagrams remembered for replay; the oldest goes first.
 const MAX_CAPTURED: usize = 4096;
@@ -30,7 +30,7 @@ const MAX_CAPTURED: usize = 4096;
 pub struct DatagramRelay {
     plan: Arc<[Timed<DatagramAction>]>,
     captures: bool,
-    /// When each action begins and ends.
+    /// Beginning and end of each action.
     openings: Vec<Opening>,
     actors: Vec<Actor>,
     held: BTreeMap<(Instant, u64), Datagram>,
@@ -92,7 +92,7 @@ impl DatagramRelay {
         self.actors.iter_mut().enumerate().for_each(|(i, actor)| actor.rng = stream(seed, i));
     }
 
-    /// How many datagrams wait to go towards `side`.
+    /// Number of datagrams that wait to go towards `side`.
     pub fn held_towards(&self, side: Side) -> u64 {
         self.held.values().filter(|datagram| datagram.towards == side).count() as u64
     }
@@ -129,7 +129,7 @@ impl DatagramRelay {
         }
     }
 
-    /// Keeps what later actions need of a datagram as it came.
+    /// Keeps the parts of a datagram, as it came, that later actions need.
     fn remember(&mut self, now: Instant, towards: Side, bytes: &[u8]) {
         if self.plan.is_empty() {
             return;
@@ -145,7 +145,7 @@ impl DatagramRelay {
         }
     }
 
-    /// Emits what is due, holds what is not, drops what there is no room for.
+    /// Emits a datagram if due, holds it if not, drops it if there is no room.
     fn send(&mut self, now: Instant, due: Instant, datagram: Datagram) {
         if due <= now {
             self.emit(datagram);
@@ -174,7 +174,7 @@ impl DatagramRelay {
         }
     }
 
-    /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
+    /// Shows the traffic and the calls to the actions that wait; beginnings and ends are logged.
     fn notice(&mut self, now: Instant, input: &Input) {
         // Before it passes, so that a silence that it ends counts as one.
         self.desk.settle(self.openings.iter_mut(), now);
@@ -182,7 +182,7 @@ impl DatagramRelay {
         self.desk.notice(&mut self.openings, now, input, passes);
     }
 
-    /// What the relay sends by itself, as far as it is due.
+    /// The relay's own datagrams, as far as they are due.
     fn act(&mut self, now: Instant) {
         let plan = Arc::clone(&self.plan);
         for (i, timed) in plan.iter().enumerate() {
@@ -268,7 +268,7 @@ impl DatagramRelay {
         self.desk.put(Output::Stranger { bytes });
     }
 
-    /// The closing account. What is still held will never be sent: it counts as dropped.
+    /// The closing account. Datagrams still held will never be sent: they count as dropped.
     fn account(&mut self, now: Instant) {
         for (_, datagram) in std::mem::take(&mut self.held) {
             self.tally.dropped[datagram.towards.other() as usize] += 1;

@@ -24,14 +24,14 @@ use crate::schedule::{chance, stream};
 
 /// Most bytes held for one direction of a connection; beyond, the connection is cut.
 const MAX_HELD_BYTES: usize = 1 << 20;
-/// Most connections at once, and most cut ones whose late bytes are still recognised.
+/// Most connections at once, and most cut ones with late bytes that are still recognised.
 const MAX_CONNECTIONS: usize = 64;
 
 /// See the module.
 #[derive(Debug)]
 pub struct StreamRelay {
     plan: Arc<[Timed<StreamAction>]>,
-    /// When each action begins and ends.
+    /// Beginning and end of each action.
     openings: Vec<Opening>,
     rngs: Vec<ChaCha8Rng>,
     /// Half-closes, resets and cuts that have not yet begun.
@@ -42,7 +42,7 @@ pub struct StreamRelay {
     desk: Desk,
 }
 
-/// What goes towards one side of a connection.
+/// Bytes towards one side of a connection.
 #[derive(Clone, Debug, Default)]
 struct Lane {
     pieces: VecDeque<(Instant, Vec<u8>)>,
@@ -50,12 +50,12 @@ struct Lane {
     last_due: Instant,
     /// No more passes: the end was sent, or the direction was ended here.
     ended: bool,
-    /// Name and place, as the bytes leave: what both this journal and the mouth at the far end can tell.
+    /// Name and place, as the bytes leave: the key that both this journal and the far end's ingress observer can give.
     place: Place,
 }
 
 impl Lane {
-    /// The journal's entry for what is done to `bytes`, which come next.
+    /// The journal's entry for the action on `bytes`, which come next.
     fn tampered(&self, deed: Deed, side: Side, bytes: &[u8], delay: Span) -> Event {
         let mut named = self.place.clone();
         named.pass(bytes);
@@ -117,7 +117,7 @@ impl StreamRelay {
         self.rngs.iter_mut().enumerate().for_each(|(i, rng)| *rng = stream(seed, i));
     }
 
-    /// How many pieces wait to go towards `side`.
+    /// Number of pieces that wait to go towards `side`.
     pub fn held_towards(&self, side: Side) -> u64 {
         self.connections.values().map(|lanes| lanes[side as usize].pieces.len() as u64).sum()
     }
@@ -146,7 +146,7 @@ impl StreamRelay {
         self.queue(now, connection, towards, bytes, damaged);
     }
 
-    /// Whether connections are cut at `now`.
+    /// True if connections are cut at `now`.
     fn cutting(&self, now: Instant) -> bool {
         let mut actions = self.plan.iter().zip(&self.openings);
         actions.any(|(timed, opening)| matches!(timed.action, StreamAction::Cut) && opening.is_open(now))
@@ -196,7 +196,7 @@ impl StreamRelay {
         lane.pieces.push_back((due, bytes));
     }
 
-    /// Cuts a connection in both directions and forgets what it held.
+    /// Cuts a connection in both directions and forgets the bytes it held.
     fn reset(&mut self, now: Instant, connection: SessionId) {
         let Some(lanes) = self.connections.remove(&connection) else { return };
         for side in SIDES {
@@ -211,7 +211,7 @@ impl StreamRelay {
         self.desk.put(Output::Reset { connection });
     }
 
-    /// Lets the actions that wait see what passes and hear what they are called to; what began or ended is told.
+    /// Shows the traffic and the calls to the actions that wait; beginnings and ends are logged.
     fn notice(&mut self, now: Instant, input: &Input) {
         let passes = if let Input::Stream { side, .. } = input { Some(side.other()) } else { None };
         self.desk.notice(&mut self.openings, now, input, passes);
@@ -242,7 +242,7 @@ impl StreamRelay {
         }
     }
 
-    /// Ends the way towards `side` behind what is already held for it.
+    /// Ends the way towards `side` behind the bytes already held for it.
     fn half_close(&mut self, now: Instant, connection: SessionId, side: Side) {
         let Some(lanes) = self.connections.get_mut(&connection) else { return };
         let lane = &mut lanes[side as usize];
@@ -273,7 +273,7 @@ impl StreamRelay {
         self.connections.retain(|_, lanes| !over(lanes));
     }
 
-    /// The closing account. What is still held will never be sent: it counts as dropped.
+    /// The closing account. Pieces still held will never be sent: they count as dropped.
     fn account(&mut self, now: Instant) {
         for lanes in std::mem::take(&mut self.connections).values() {
             for side in SIDES {
@@ -284,7 +284,7 @@ impl StreamRelay {
     }
 }
 
-/// When `length` bytes that come at `now`, and may not leave before `earliest`, are through.
+/// Time at which `length` bytes that come at `now`, and may not leave before `earliest`, are through.
 fn due<'a>(
     actions: impl Iterator<Item = (&'a StreamAction, &'a Opening)> + Clone,
     now: Instant,

@@ -255,7 +255,7 @@ proptest! {
     }
 }
 
-/// Offset, hash and delay of what was done to a stream.
+/// Offset, hash and delay of the actions on a stream.
 fn told(said: &[Event], wanted: Deed) -> impl Iterator<Item = (u64, u64, Span)> {
     said.iter().filter_map(move |event| {
         let Event::Tampered { deed, offset, hash, delay, .. } = event else { return None };

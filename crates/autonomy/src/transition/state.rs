@@ -2,8 +2,8 @@
 //!
 //! | state | carries |
 //! |---|---|
-//! | [`Idle`] | nothing: any unit may stand still |
 //! | [`Idle`] | none: any unit may stand still |
+//! | [`Ready`] | [`Healthy`]: all required guards held when they were last judged |
 //! | [`PrepareToAct`] | [`Healthy`] and [`ActAuthority`] |
 //! | [`Degraded`] | the loss, the start of blindness, the start of full recovery |
 //! | [`HoldSafe`] | none: any unit may stop |

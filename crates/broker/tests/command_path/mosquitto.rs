@@ -1,5 +1,5 @@
 //! Debian's mosquitto at the broker's place: the run's certificates, and an access list written from [`broker::acl`]'s
-//! table. Where it is not installed these tests say so and check nothing.
+//! table. If it is not installed these tests say so and make no check.
 //!
 //! It keeps `suite` and no more. The embedded broker's further refusals are missing in mosquitto 2.0: it lets a filter
 //! be subscribed that its holder may not read (and delivers no message of it), goes by the certificate under any client id,

@@ -1,4 +1,4 @@
-//! What the oracle has to find receipts for: one plan for each table, with the window in which it is carried out.
+//! Injections for which the oracle has to find receipts: one plan for each table, with the window in which it is carried out.
 
 use evidence::{Micros, Plan, Planned, Takes};
 use scenario::{Direction, Order, OrderForgery, Scenario, Way, Windowed};
@@ -28,7 +28,7 @@ pub(crate) fn of(s: &Scenario, phase: u64) -> Vec<Plan> {
     all.plans
 }
 
-/// A perturbation has an aim, which its scene tells; any other fault is of a sensor and nothing else.
+/// A perturbation has an aim, which its scene tells; any other fault is of a sensor alone.
 fn fault(s: &Scenario, fault: &scenario::Fault) -> Planned {
     let aim = s.scene.as_ref().and_then(|scene| scene.perturbation.as_ref()).map(|p| scene::class(p.aims_at));
     match (kind(fault.kind), aim) {
@@ -56,7 +56,7 @@ struct Planner {
 }
 
 impl Planner {
-    /// A table's plan: from its start for its length, and `more_ms` beyond for what ends later by itself.
+    /// A table's plan: from its start for its length, and `more_ms` beyond for an effect that ends later by itself.
     fn add(&mut self, of: &dyn Windowed, more_ms: u64, what: Planned) {
         let from = start_ms(of, self.phase) * 1000;
         let length = (of.duration_s().get() * 1e6) as Micros;
@@ -64,7 +64,7 @@ impl Planner {
         self.plans.push(Plan { what, from, until: from + length + more_ms * 1000, step: step_name(of), needs });
     }
 
-    /// The same of what takes hold only of this.
+    /// The same for an injection that takes hold only of this.
     fn taking(&mut self, of: &dyn Windowed, more_ms: u64, what: Planned, takes: Takes) {
         self.add(of, more_ms, what);
         if let Some(plan) = self.plans.last_mut() {

@@ -1,6 +1,6 @@
 //! Rates: the number of commands needed from one sender, with a rate class for each need.
 //!
-//! Evidence: this host's clock. A bucket is asked before a signature is verified and is charged only for what passed
+//! Evidence: this host's clock. A bucket is asked before a signature is verified and is charged only for a message that passed
 //! (or came over a channel that already attributes it), so that no sender can empty another's. Reasons for the
 //! numbers are in `docs/reference/bounds.md`.
 
