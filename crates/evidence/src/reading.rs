@@ -1,4 +1,4 @@
-//! From the log of a run to the events that the oracle sees, in order, with what does not hold of them.
+//! From the log of a run to the events that the oracle sees, in order, with their flaws.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -30,8 +30,8 @@ pub fn heads(log: &[Logged]) -> Vec<HeldHead> {
     last.into_values().filter_map(|l| Head::of(&l.bytes)).map(HeldHead::from).collect()
 }
 
-/// Decodes a twin's log and follows its chains; it is set against what is `held` elsewhere, and `verifier` is that of its cores. Gives the entries in (time, node, counter) order, the first
-/// problem found, and what became of the recording.
+/// Decodes a twin's log and follows its chains; it is set against the trust anchors `held` elsewhere, and `verifier` is that of its cores. Gives the entries in (time, node, counter) order, the first
+/// problem found, and the result for the recording.
 pub fn read_against(
     log: &[Logged],
     held: &Held,

@@ -1,6 +1,6 @@
-//! What was really done in a run, in words, from those who did it: for whoever looks at a recording afterwards. No service knew.
+//! Ground truth of the actions in a run, in words, from the actors: for a later reader of the recording. No service knew.
 //!
-//! [`of`] tells it on the console's clock, for its window; [`lasted`] on the run's, with how long each lasted. Judging is the oracle's.
+//! [`of`] tells it on the console's clock, for its window; [`lasted`] on the run's, with the duration of each. Judging is the oracle's.
 
 #![expect(clippy::wildcard_enum_match_arm, reason = "a reader of the log asks about a few events and skips the rest")]
 
@@ -42,13 +42,13 @@ impl Deed {
 /// Something that was done, by the console's clock.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Happened {
-    /// When, microseconds.
+    /// Time, microseconds.
     pub at_us: u64,
-    /// What.
+    /// Action.
     pub what: String,
 }
 
-/// Of the log of a run, in order of trace time; at most [`MAX_MOMENTS`]. Nothing without a console in it.
+/// Of the log of a run, in order of trace time; at most [`MAX_MOMENTS`]. None without a console in it.
 pub fn of(entries: &[Witnessed]) -> Vec<Happened> {
     let mut told: BTreeMap<String, Micros> = BTreeMap::new();
     let mut happened = Vec::new();
@@ -71,7 +71,7 @@ pub fn of(entries: &[Witnessed]) -> Vec<Happened> {
 /// Something that was done for a while, trace time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Lasted {
-    /// What.
+    /// Action.
     pub what: String,
     /// From.
     pub from: Micros,
@@ -79,7 +79,7 @@ pub struct Lasted {
     pub to: Micros,
 }
 
-/// What was done and how long it lasted, by when it began; at most [`MAX_MOMENTS`].
+/// Actions and their durations, by their beginning; at most [`MAX_MOMENTS`].
 pub fn lasted(entries: &[Witnessed]) -> Vec<Lasted> {
     let end = entries.iter().map(|w| w.at).max().unwrap_or_default();
     let mut all: Vec<Lasted> = Vec::new();

@@ -159,7 +159,7 @@ fn given(event: &Event, id: CommandId) -> Option<()> {
 
 /// Silence of the gateway or of the link: no record passes. A gateway that is gone closes no account, and the broker loses it. Of one
 /// that stood still the next record continues where it had stopped, while one that runs goes on writing to a unit that does
-/// not hear it. Where the unit hears none, the gateway's closing account tells, if it served nobody else. One that served others too
+/// not hear it. Where the unit hears none, the gateway's closing account tells, if it served no other. One that served others too
 /// is told by them: no link of the unit's keeps them from it.
 fn silent(log: &Log, change: &Change, last: Micros) -> Option<Origin> {
     let ends = log.entries().iter().find(|w| closes(&w.entry.event)).map_or(Micros::MAX, |w| w.at);

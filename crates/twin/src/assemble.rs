@@ -90,7 +90,7 @@ fn node(member: &Member, core: Part) -> Node {
     node
 }
 
-/// Whether a killed `node` is started again.
+/// True if a killed `node` is started again.
 fn restarts(cast: &Cast, node: NodeId) -> bool {
     let again = |o: &Ordeal| o.node == node && matches!(o.kind, OrdealKind::Kill { restart: Some(_) });
     cast.ordeals.iter().any(again)

@@ -1,7 +1,7 @@
 //! The command plane of a twin: publications through the broker, and the one path with the adversary in it.
 //!
 //! The unit under test reaches the broker over a [`Stream`] through the stream relay's core, as live; the others have a
-//! hop to it and nothing in between. What each mouth of the stream sees is logged by a chain of its own.
+//! hop to it without a relay. The view of each ingress of the stream is logged by a chain of its own.
 
 use std::collections::VecDeque;
 
@@ -21,29 +21,29 @@ use super::queue::{Micros, NodeIndex};
 use super::stream::{Effect, Stream};
 use super::{Happening, Node, OPENS_AT, Twin};
 
-/// What stands at the broker's mouth.
+/// Ingress observer of the broker.
 pub(super) const BROKER_MOUTH: NodeId = match NodeId::BROKER.guard() {
     Some(mouth) => mouth,
     None => NodeId::BROKER,
 };
-/// How long the client waits for a session (its library's default).
+/// Time for which the client waits for a session (its library's default).
 const PATIENCE: Micros = 5_000_000;
-/// How long the broker waits for a handshake.
+/// Time for which the broker waits for a handshake.
 const HANDSHAKE: Micros = 3_000_000;
-/// How often the client asks whether the broker is there.
+/// Period at which the client asks for the broker.
 const KEEP_ALIVE: Micros = link::mqtt::KEEP_ALIVE_S as Micros * 1_000_000;
 
-/// The relayed path and what stands at its ends.
+/// The relayed path and the nodes at its ends.
 pub(super) struct Relayed {
-    /// Who dials.
+    /// End that dials.
     pub(super) client: NodeIndex,
-    /// Who stands in between.
+    /// Relay in between.
     pub(super) relay: NodeIndex,
     pub(super) stream: Stream,
     redial: Redial,
     /// The broker's mouth.
     mouth: Journal,
-    /// When the last piece of each leg arrives: client to relay, broker to relay, relay to client, relay to broker.
+    /// Arrival of the last piece of each leg: client to relay, broker to relay, relay to client, relay to broker.
     latest: [Micros; 4],
 }
 
@@ -53,7 +53,7 @@ impl Relayed {
         Self { client, relay, stream: Stream::new(secret), redial: Redial::default(), mouth, latest: [0; 4] }
     }
 
-    /// Who is at the end at `side`.
+    /// Node at the end at `side`.
     fn end(&self, side: Side, nodes: &[Node]) -> NodeId {
         if side == Side::Client { nodes[usize::from(self.client)].id } else { NodeId::BROKER }
     }
@@ -63,7 +63,7 @@ impl Relayed {
     }
 }
 
-/// What happens on the relayed path.
+/// Event on the relayed path.
 #[derive(Clone)]
 pub(super) enum Along {
     /// The client dials.
@@ -136,7 +136,7 @@ impl Twin {
         }
     }
 
-    /// What a hostile broker publishes goes to all who would hear of the subject.
+    /// A publication of a hostile broker goes to all who would hear of the subject.
     fn impose(&mut self, node: NodeIndex, at: Micros, subject: Subject, bytes: &[u8]) {
         let hears = |peer: PeerId| acl::permit(peer, Verb::Subscribe, Pattern::One(subject)).is_ok();
         let peers = self.nodes.iter().filter_map(|n| n.commands.as_ref().map(|client| client.peer));
@@ -232,7 +232,7 @@ impl Twin {
         self.queue.push(*latest, commands.relay, Happening::Input(input));
     }
 
-    /// The relay did something at `at`, in order with what else goes towards `side`.
+    /// The relay acted at `at`, in order with the other traffic towards `side`.
     pub(super) fn relayed(&mut self, node: NodeIndex, at: Micros, side: Side, along: Along) {
         let Some(commands) = self.commands.as_mut().filter(|c| c.relay == node) else { return };
         let to = commands.end(side, &self.nodes);
@@ -318,7 +318,7 @@ impl Twin {
         true
     }
 
-    /// What the mouth at `side` saw, in the log of its own chain. That of a dead process sees nothing.
+    /// Sight of the ingress at `side`, in the log of its own chain. That of a dead process sees no bytes.
     fn saw(&mut self, side: Side, sight: Sight, offset: u64, bytes: &[u8]) {
         let Some(commands) = &mut self.commands else { return };
         let client = commands.client;

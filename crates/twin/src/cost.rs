@@ -1,4 +1,4 @@
-//! What one trial costs by stage, what the physics in it costs with nobody looking, and the same trial again where a run
+//! Cost of one trial by stage, cost of the physics in it alone, and the same trial again where a run
 //! is known: along with it, and forked from it. Reading a clock, repeating and putting numbers together is left to the
 //! caller.
 
@@ -28,7 +28,7 @@ use super::verified::Asked;
 pub struct Watched {
     /// Its time by stage.
     pub stopwatch: Stopwatch,
-    /// How often a core signed, asked about a signature, and had to verify one.
+    /// Number of signatures that a core made, asked about, and had to verify.
     pub signatures: Asked,
     /// Its row.
     pub trial: Trial,
@@ -81,14 +81,14 @@ impl Known {
     }
 }
 
-/// The course of the unit under test in one trial: its scene, and what its plant was asked at each step.
+/// The course of the unit under test in one trial: its scene, and the requests to its plant at each step.
 pub struct Course {
     scene: Arc<Scene>,
     asked: Vec<Option<SetPoint>>,
 }
 
 impl Course {
-    /// Runs the trial once and notes its course; nothing if the cast has no unit under test.
+    /// Runs the trial once and notes its course; none if there is no unit under test.
     pub fn of(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Option<Course>, AssemblyError> {
         let (cast, mut twin) = start(scenario, setup, seed, false)?;
         let Some(scene) = scene(&cast) else { return Ok(None) };
@@ -113,7 +113,7 @@ impl Course {
     }
 }
 
-/// Rapier with the world and the vehicle, and nothing else.
+/// Rapier with only the world and the vehicle.
 pub struct Bare<'a> {
     course: &'a Course,
     world: World,
@@ -132,7 +132,7 @@ impl Bare<'_> {
         }
     }
 
-    /// How far the vehicle has come from the start, metres.
+    /// Distance of the vehicle from the start, metres.
     pub fn way(&self) -> f32 {
         let at = self.plant.state(&self.world).position;
         let start = &self.course.scene.start;

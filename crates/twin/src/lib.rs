@@ -1,7 +1,7 @@
 //! The in-process twin: all cores in one thread on a virtual clock, links as a seeded model, one event queue.
 //!
 //! Every sender encodes and every receiver gets bytes; no Rust value crosses between cores. The same seed gives the
-//! same log; the whole state can be forked. What the link models leave out is listed in [`net`] and [`stream`].
+//! same log; the whole state can be forked. The limits of the link models are listed in [`net`] and [`stream`].
 
 pub mod assemble;
 mod branch;
@@ -58,11 +58,11 @@ pub use guard::STRANGER;
 
 /// From the start of a process to its first dial.
 const OPENS_AT: Micros = 20_000;
-/// How long after the relays have ended something they passed may still be under way.
+/// Time after the relays have ended for which a passed message may still be under way.
 const UNDER_WAY: Micros = 50_000;
 /// One process of the twin.
 pub struct Node {
-    /// Who it is.
+    /// Identity.
     pub id: NodeId,
     /// Its core.
     pub part: Part,
@@ -70,13 +70,13 @@ pub struct Node {
     pub host: u8,
     /// Channels it reads.
     pub subscribes: Vec<Topic>,
-    /// Where it sits on its host's shared memory.
+    /// Endpoint on its host's shared memory.
     pub seat: Seat,
-    /// What it is on the command plane.
+    /// Role on the command plane.
     pub commands: Option<Client>,
-    /// Whether it has steps that can be called.
+    /// True if it has steps that can be called.
     pub takes_cues: bool,
-    /// Whether its process lives.
+    /// True if its process lives.
     pub alive: bool,
     armed: Option<Micros>,
     generation: u64,
@@ -116,7 +116,7 @@ enum Happening {
     Ordeal(usize, Turn),
 }
 
-/// What a core was fed and what it gave back.
+/// One input of a core and its outputs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Mouthful {
     /// Local time.
@@ -125,7 +125,7 @@ pub struct Mouthful {
     pub input: Input,
     /// Outputs, in order.
     pub outputs: Vec<Output>,
-    /// When it wants to be woken after that.
+    /// Time at which it wants to be woken after that.
     pub deadline: Option<Instant>,
 }
 
@@ -146,7 +146,7 @@ pub struct Twin {
     /// The command path with the stream relay in it.
     commands: Option<Relayed>,
     delays: Delays,
-    /// When the last thing from one node to another arrives: channels and sockets keep their order.
+    /// Arrival of the last message from one node to another: channels and sockets keep their order.
     latest: Vec<Micros>,
     processes: Processes,
     /// The recorder's disk, where it is to be full for a time.
@@ -154,16 +154,16 @@ pub struct Twin {
     cues: Watch,
     log: Vec<Logged>,
     journal: Journal,
-    /// What the broker says of what it refuses.
+    /// Journal of the broker's refusals.
     refusals: Journal,
-    /// What insiders said that they sent.
+    /// Messages that insiders claim to have sent.
     claims: Claims,
     mouths: Option<Vec<Vec<Mouthful>>>,
     verified: Verified,
     stopwatch: Option<Stopwatch>,
 }
 
-/// What a twin is put together from.
+/// Parts that a twin is put together from.
 pub struct Assembly {
     /// Nodes, in the order that breaks ties.
     pub nodes: Vec<Node>,
@@ -173,25 +173,25 @@ pub struct Assembly {
     pub associations: Vec<Association>,
     /// The client whose way to the broker leads through a stream relay, that relay, and the secret of the model's keys.
     pub commands: Option<(NodeIndex, NodeIndex, [u8; 32])>,
-    /// Whether the broker's table of rights stands.
+    /// State of the broker's table of rights.
     pub rights: Requirement,
     /// Delays.
     pub delays: Delays,
-    /// What befalls processes.
+    /// Process faults.
     pub ordeals: Vec<Ordeal>,
-    /// What those are made from that may be started again.
+    /// Participants of processes that may be started again.
     pub spare: Vec<Member>,
-    /// Processes whose mouths are watched for being kept from running.
+    /// Processes watched at their inputs for being kept from running.
     pub watched: Vec<NodeId>,
-    /// Whether the recorder's disk is to be full for a time.
+    /// True if the recorder's disk is to be full for a time.
     pub fills: bool,
-    /// Steps that wait for what the instrument plane tells.
+    /// Steps that wait for an event on the instrument plane.
     pub cues: Vec<Cue>,
-    /// Whether to keep what every core was fed and gave back.
+    /// True if the inputs and outputs of every core are to be kept.
     pub mouths: bool,
     /// The keys of guards and launcher.
     pub witnesses: BTreeMap<NodeId, Key>,
-    /// What its cores share about signatures.
+    /// Knowledge of signatures that its cores share.
     pub verified: Verified,
 }
 
@@ -243,13 +243,13 @@ impl Twin {
         twin
     }
 
-    /// The same state in a world of its own; the two do not affect each other, and nobody watches the new one.
+    /// The same state in a world of its own; the two do not affect each other, and the new one is not watched.
     #[must_use]
     pub fn fork(&self, world: WorldId) -> Twin {
         Twin { log: self.log.clone(), ..self.copy(world) }
     }
 
-    /// A fork without what was logged so far.
+    /// A fork without the log so far.
     fn copy(&self, world: WorldId) -> Twin {
         let nodes = self.nodes.iter().map(|n| Node {
             id: n.id,
@@ -299,7 +299,7 @@ impl Twin {
         &self.log
     }
 
-    /// Whether the recorder's disk takes nothing, and so the recording lacks what came last.
+    /// True if the recorder's disk takes no bytes, and so the recording lacks its end.
     pub fn cut_short(&self) -> bool {
         self.disk.as_ref().is_some_and(Disk::full)
     }
@@ -315,7 +315,7 @@ impl Twin {
         self.enter(Stage::Engine);
     }
 
-    /// How often its cores asked about a signature, and how often one was verified.
+    /// Number of signatures that its cores asked about, and of those verified.
     pub fn signatures(&self) -> Asked {
         self.verified.counts()
     }
@@ -325,7 +325,7 @@ impl Twin {
         &self.nodes
     }
 
-    /// What every core was fed and gave back, by node, when that was asked for.
+    /// Inputs and outputs of every core, by node, when they were asked for.
     pub fn mouths(&self) -> Option<&[Vec<Mouthful>]> {
         self.mouths.as_deref()
     }
@@ -335,12 +335,12 @@ impl Twin {
         self.mouths.unwrap_or_default()
     }
 
-    /// What its cores know of signatures.
+    /// Knowledge of signatures of its cores.
     pub(crate) fn verified(&self) -> &Verified {
         &self.verified
     }
 
-    /// What the clock of `host` shows at the start.
+    /// Reading of the clock of `host` at the start.
     pub(crate) fn local_start(&self, host: u8) -> Instant {
         self.clocks[usize::from(host)].read(0)
     }
@@ -362,7 +362,7 @@ impl Twin {
         true
     }
 
-    /// Ends the run: nothing new is sent, what is under way arrives, and everyone writes the closing account.
+    /// Ends the run: no new message is sent, those under way arrive, and everyone writes the closing account.
     pub fn finish(&mut self, grace: Micros) {
         self.release_all();
         (0..self.nodes.len() as NodeIndex).for_each(|node| self.feed(node, Input::Quiesce));
@@ -381,7 +381,7 @@ impl Twin {
         self.sign_witnesses();
     }
 
-    /// Has a node write its closing account. As live it is over then: what comes for it later finds nobody.
+    /// Has a node write its closing account. As live it is over then: later messages for it are lost.
     fn part_with(&mut self, node: NodeIndex) {
         self.feed(node, Input::Finish);
         self.nodes[usize::from(node)].alive = false;

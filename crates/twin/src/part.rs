@@ -25,7 +25,7 @@ pub enum Part {
     Perception {
         /// The core.
         core: Box<Perception>,
-        /// Whether it works on frames.
+        /// True if it works on frames.
         rendered: bool,
     },
     /// A unit's autonomy.
@@ -60,7 +60,7 @@ impl Part {
         }
     }
 
-    /// Has the part draw from `seed` from now on what it leaves to chance; a sim where noise is `varied`.
+    /// Has the part make its random draws from `seed` from now on; a sim where noise is `varied`.
     pub fn reseed(&mut self, seed: u64, varied: bool) {
         match self {
             Part::Sim(core) if varied => core.reseed(seed),

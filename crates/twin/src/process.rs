@@ -1,8 +1,8 @@
-//! What befalls the processes of a twin: they end, are kept from running, find their disk full, are started again; and the calls to steps that
-//! wait for something on the instrument plane.
+//! Process faults of a twin: processes end, are kept from running, find their disk full, are started again; and the calls to steps that
+//! wait for an event on the instrument plane.
 //!
-//! A process that does not run is fed nothing and wakes at no deadline, while its host's clock goes on. What comes for it
-//! waits as it would in front of a stopped process: as much as the channel or socket keeps. A slow process is one that
+//! A process that does not run is fed no input and wakes at no deadline, while its host's clock goes on. Inputs for it
+//! wait as they would in front of a stopped process: as much as the channel or socket keeps. A slow process is one that
 //! is stopped for a part of each period, whether or not it has anything to do, which is harsher than a processor quota.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -23,7 +23,7 @@ use super::{Happening, OPENS_AT, Twin};
 
 /// From an entry on the instrument plane to who is called because of it: the recorder, the launcher, a pipe.
 const CUE: Micros = 500;
-/// Datagrams that wait in front of a socket: what the kernel's usual limit on buffers keeps of small ones.
+/// Datagrams that wait in front of a socket: the number of small ones within the kernel's usual limit on buffers.
 const DATAGRAMS: usize = 256;
 /// Anything else that waits for one process: the instrument plane's own bound, the longest of all.
 const WAITING: usize = link::instrument::QUEUE;
@@ -32,13 +32,13 @@ const WAITING: usize = link::instrument::QUEUE;
 #[derive(Clone, Default)]
 pub(super) struct Processes {
     ordeals: Vec<Ordeal>,
-    /// When each began, once it has.
+    /// Beginning of each, once it has begun.
     begun: Vec<Option<Micros>>,
-    /// What waits for each process that does not run, in order.
+    /// Inputs that wait for each process that does not run, in order.
     halted: BTreeMap<NodeId, VecDeque<(NodeIndex, Happening)>>,
-    /// What those are made from that may be started again.
+    /// Participants of processes that may be started again.
     spare: Vec<Member>,
-    /// Whose mouths are watched.
+    /// Processes watched at their inputs.
     running: Running,
 }
 
@@ -151,7 +151,7 @@ impl Twin {
         self.turn_at(i, next, self.now + after);
     }
 
-    /// What waited is taken in order, then the deadline that has passed.
+    /// The waiting inputs are taken in order, then the deadline that has passed.
     fn release(&mut self, id: NodeId) {
         let Some(waiting) = self.processes.halted.remove(&id) else { return };
         for (node, happening) in waiting {
@@ -170,7 +170,7 @@ impl Twin {
         }
     }
 
-    /// Keeps what happens to a process that does not run; gives back what is to happen now.
+    /// Keeps an event of a process that does not run; gives back one that is to happen now.
     pub(super) fn keep(&mut self, node: NodeIndex, happening: Happening) -> Option<Happening> {
         if self.processes.halted.is_empty() {
             return Some(happening);
@@ -241,7 +241,7 @@ impl Twin {
         }
     }
 
-    /// A new core under the next boot, as a supervisor would start it: it knows nothing of the one before.
+    /// A new core under the next boot, as a supervisor would start it: it knows no state of the one before.
     fn restart(&mut self, id: NodeId) {
         let member = self.processes.spare.iter().find(|m| m.node() == id).cloned();
         let (Some(member), Some(node)) = (member, self.index(id)) else { return };
@@ -276,7 +276,7 @@ impl Twin {
         }
     }
 
-    /// The core of a node whose mouth is watched is fed: told once in a few milliseconds.
+    /// The core of a node that is watched at its inputs is fed: told once in a few milliseconds.
     pub(super) fn note_running(&mut self, node: NodeIndex) {
         let (id, now) = (self.nodes[usize::from(node)].id, self.now);
         if self.processes.running.told(id, now) {
@@ -284,7 +284,7 @@ impl Twin {
         }
     }
 
-    /// The launcher signs what it noted, where it noted something, for the last time.
+    /// The launcher signs its notes, where it made any, for the last time.
     pub(super) fn sign_notes(&mut self) {
         if self.journal.counter() > 0 {
             let mut out = VecDeque::new();
@@ -301,10 +301,10 @@ impl Twin {
     }
 }
 
-/// What has to go so that something may wait.
+/// Input that has to go to make room.
 enum Overflow {
     None,
-    /// What has just come: a socket's buffer is full.
+    /// The newest: a socket's buffer is full.
     Newest,
     /// The one at this place: a channel keeps the newest.
     Oldest(usize),

@@ -19,23 +19,23 @@ use scenario::{Scenario, Setup};
 use topology::{Cast, RunSecret, cast};
 use wire::sign::SharedVerifier;
 
-/// How long what is under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the
-/// shipped scenarios; what is still held by a relay then is in its own account.
+/// Time for which messages under way may take to arrive at the end of a run. Longer than any delay a relay imposes in the
+/// shipped scenarios; messages still held by a relay then are in its own account.
 pub const GRACE: Micros = 1_500_000;
 
 /// A finished run.
 pub struct Run {
-    /// Who took part.
+    /// Participants.
     pub cast: Cast,
     /// Everything written to the instrument plane.
     pub log: Vec<Logged>,
-    /// What is held of it outside the recorder.
+    /// Trust anchors of it outside the recorder.
     pub held: Held,
-    /// What the oracle saw.
+    /// Evidence for the oracle.
     pub evidence: Evidence,
-    /// What it said.
+    /// Verdict of the oracle.
     pub verdict: Verdict,
-    /// How often a core asked about a signature, and how often one was verified.
+    /// Number of signatures that cores asked about, and of those verified.
     pub signatures: Asked,
     /// The stopwatch of a twin that was watched, still in its last stage.
     pub stopwatch: Option<Stopwatch>,
@@ -59,7 +59,7 @@ pub fn trunk(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trunk, Ass
     Trunk::record(&cast, twin, GRACE)
 }
 
-/// Starts the twin of `scenario` at time zero, each core along with `trunk` for as long as it is fed the same. Nothing but
+/// Starts the twin of `scenario` at time zero, each core along with `trunk` for as long as it is fed the same. Only
 /// the time that it takes depends on that.
 pub fn start_along(
     scenario: &Scenario,

@@ -1,10 +1,10 @@
 //! A run that is known, and cores that go along with it for as long as they are fed the same.
 //!
-//! A core is a function of its mouth (`tests/properties/mouths.rs`). So while the core of another run, made from the same
-//! setup, is fed what it was fed here, byte for byte and at the same time, its outputs and its next deadline are those
-//! from here, and nothing is computed: neither physics nor inference nor signatures. At the first difference it is forked
-//! from the last snapshot here, is fed what has come since, and runs by itself from then on. What it gives is the same
-//! either way (`tests/properties/trunk.rs`); the trunk of a search is the run without a word.
+//! A core is a function of its inputs (`tests/properties/mouths.rs`). So while the core of another run, made from the same
+//! setup, is fed the same inputs as here, byte for byte and at the same time, its outputs and its next deadline are those
+//! from here, without a computation: neither physics nor inference nor signatures. At the first difference it is forked
+//! from the last snapshot here, is fed the inputs since, and runs by itself from then on. Its outputs are the same
+//! either way (`tests/properties/trunk.rs`); the baseline of a search is the run without an attack.
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use super::make::{AssemblyError, part};
 use crate::verified::Verified;
 use crate::{Mouthful, Twin};
 
-/// Snapshots of each core, evenly over the run: what is computed again when a core leaves the trunk is less than one part.
+/// Snapshots of each core, evenly over the run: the part computed again when a core leaves the baseline is less than one of them.
 const SNAPSHOTS: u64 = 64;
 
 /// A run that is known.
@@ -27,10 +27,10 @@ pub struct Trunk {
     verified: Verified,
 }
 
-/// What one core was fed and gave back, and its state now and then.
+/// Inputs and outputs of one core, and its state now and then.
 struct Track {
     member: Member,
-    /// What it gave before it was fed anything, and when it wanted to be woken.
+    /// Its outputs before its first input, and its first deadline.
     start: (Vec<Output>, Option<Instant>),
     mouth: Vec<Mouthful>,
     /// After how many mouthfuls, in order; the first after none.
@@ -104,7 +104,7 @@ impl Along {
         self.left.as_ref().unwrap_or(&self.track().snapshots[0].1)
     }
 
-    /// Whether it still goes along.
+    /// True if it still goes along.
     pub fn follows(&self) -> bool {
         self.left.is_none()
     }
@@ -119,7 +119,7 @@ impl Along {
         &self.trunk.tracks[self.track]
     }
 
-    /// The core in the state in which it has been fed what came so far.
+    /// The core in its state after the inputs so far.
     fn leave(&self) -> Part {
         let Track { mouth, snapshots, .. } = self.track();
         let last = snapshots.partition_point(|(fed, _)| *fed <= self.fed) - 1;
