@@ -113,7 +113,7 @@ fn authority(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     found
 }
 
-/// P2: after a sensor is lost for good, or shows nothing but the past, no authority and no nominal mode beyond *Td*.
+/// P2: after a sensor is lost for good, or shows only the past, no authority and no nominal mode beyond *Td*.
 fn subsystem_loss(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let td = evidence.bounds.to_degraded_ms * 1000;
     let lost = receipt.faults.iter().filter(|f| f.is_loss());

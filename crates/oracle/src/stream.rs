@@ -1,4 +1,4 @@
-//! Receipts of what was done to a byte stream: the relay's entry against what the mouth of the far end saw.
+//! Receipts of actions on a byte stream: the relay's entry against the far end's ingress.
 //!
 //! The two share the name of the direction and the place in it (`wire::stream`). Held bytes must come in so much later;
 //! damaged ones must come in damaged, byte for byte; a direction that was ended must be over at the place where it was
@@ -16,7 +16,7 @@ use super::window::Window;
 /// 50 ppm at most, so a thousandth leaves room.
 const DRIFT: u64 = 1_000;
 
-/// A relay's entry: when, towards whom, where in which direction, what, and for how long.
+/// A relay's entry: time, side, place and direction, action, and duration.
 #[derive(Clone, Copy)]
 struct Told {
     at: Micros,
@@ -75,7 +75,7 @@ fn confirmed(evidence: &Evidence, deed: Deed, told: Told) -> bool {
     }
 }
 
-/// What the mouth at the side that `told` leads to saw of its direction, in order.
+/// Sights of the ingress at the side that `told` leads to, of its direction, in order.
 fn seen(evidence: &Evidence, told: Told) -> impl Iterator<Item = Seen> {
     let mouth = match told.side {
         Side::Client => NodeId::UNIT_A.guard(),

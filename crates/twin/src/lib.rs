@@ -171,7 +171,7 @@ pub struct Assembly {
     pub clocks: Vec<HostClock>,
     /// Secure associations.
     pub associations: Vec<Association>,
-    /// The client whose way to the broker leads through a stream relay, that relay, and the secret of the model's keys.
+    /// The client with the way to the broker through a stream relay, that relay, and the secret of the model's keys.
     pub commands: Option<(NodeIndex, NodeIndex, [u8; 32])>,
     /// State of the broker's table of rights.
     pub rights: Requirement,
