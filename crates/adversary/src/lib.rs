@@ -7,9 +7,9 @@
 //!
 //! The other services' internals and keys are unknown here. Judging the effect of an attack is left to the oracle.
 
-mod desk;
 pub mod insider;
 mod opening;
+mod outbox;
 pub mod plan;
 pub mod process;
 pub mod relay;

@@ -16,8 +16,8 @@ use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::forgery::Forger;
-use crate::desk::Desk;
 use crate::opening::Opening;
+use crate::outbox::Outbox;
 use crate::plan::{BrokerAction, Direction, InsiderBrokerConfig, Kind, PlanError, Timed};
 
 /// Most publications remembered; the oldest goes first.
@@ -36,7 +36,7 @@ pub struct InsiderBroker {
     runs: Vec<Run>,
     forger: Forger,
     sent: u64,
-    desk: Desk,
+    outbox: Outbox,
 }
 
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ impl InsiderBroker {
             actions: config.actions,
             forger: Forger::new(setup.key()),
             sent: 0,
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -99,7 +99,7 @@ impl InsiderBroker {
             runs: self.runs.clone(),
             forger: self.forger.fork(),
             sent: self.sent,
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -109,10 +109,10 @@ impl InsiderBroker {
         let side = towards(subject);
         let kind = self.forger.note(subject, bytes);
         self.remember(publication.clone());
-        if let (false, Subject::Command(unit)) = (self.desk.is_quiet(), subject) {
+        if let (false, Subject::Command(unit)) = (self.outbox.is_quiet(), subject) {
             self.acknowledge(now, unit, bytes);
         }
-        let open: Vec<BrokerAction> = if self.desk.is_quiet() { Vec::new() } else { self.open(now, side).collect() };
+        let open: Vec<BrokerAction> = if self.outbox.is_quiet() { Vec::new() } else { self.open(now, side).collect() };
         let about = |only: Option<Kind>| only.is_none() || only == kind;
         if open.iter().any(|action| matches!(action, BrokerAction::Drop { only } if about(*only))) {
             return self.told(now, Action::Drop, &publication, Span::ZERO);
@@ -159,7 +159,7 @@ impl InsiderBroker {
     /// Shows the traffic and the calls to the actions that wait; beginnings and ends are logged.
     fn notice(&mut self, now: Instant, input: &Input) {
         let passes = if let Input::Published { subject, .. } = input { Some(towards(*subject)) } else { None };
-        self.desk.notice(&mut self.openings, now, input, passes);
+        self.outbox.notice(&mut self.openings, now, input, passes);
     }
 
     fn remember(&mut self, publication: Publication) {
@@ -212,7 +212,7 @@ impl InsiderBroker {
             Subject::Ack(_) => peer == PeerId::GATEWAY,
         };
         let newest = self.seen.iter().rev().find(of_peer).filter(|p| retains(towards(p.subject)));
-        if let Some(publication) = newest.cloned().filter(|_| !self.desk.is_quiet()) {
+        if let Some(publication) = newest.cloned().filter(|_| !self.outbox.is_quiet()) {
             self.told(now, Action::Replay, &publication, now.since(publication.at));
             self.deliver(publication);
         }
@@ -254,12 +254,12 @@ impl InsiderBroker {
     }
 
     fn told(&mut self, now: Instant, action: Action, publication: &Publication, delay: Span) {
-        self.desk.attack(now, action, towards(publication.subject), &publication.bytes, delay);
+        self.outbox.attack(now, action, towards(publication.subject), &publication.bytes, delay);
     }
 
     fn deliver(&mut self, publication: Publication) {
         self.sent += 1;
-        self.desk.put(Output::Publish { subject: publication.subject, bytes: publication.bytes });
+        self.outbox.put(Output::Publish { subject: publication.subject, bytes: publication.bytes });
     }
 }
 
@@ -273,7 +273,7 @@ fn towards(subject: Subject) -> Side {
 
 impl Core for InsiderBroker {
     fn handle(&mut self, now: Instant, input: &Input) {
-        if !self.desk.is_quiet() {
+        if !self.outbox.is_quiet() {
             self.notice(now, input);
         }
         if let Input::Published { subject, bytes } = input {
@@ -286,19 +286,19 @@ impl Core for InsiderBroker {
             self.release(now, |_| true);
         }
         if matches!(input, Input::Finish) {
-            self.desk.write(now, Event::Count { account: Account::Sent, n: self.sent });
+            self.outbox.write(now, Event::Count { account: Account::Sent, n: self.sent });
         }
-        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
+        if !self.outbox.heed(now, input) && !self.outbox.is_quiet() {
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
         let actions = self.openings.iter().filter_map(Opening::due);
-        actions.chain(self.held.iter().map(|held| held.due)).min().filter(|_| !self.desk.is_quiet())
+        actions.chain(self.held.iter().map(|held| held.due)).min().filter(|_| !self.outbox.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }

@@ -23,8 +23,8 @@ use wire::sign::{Key, Purpose, Signed};
 use wire::time::{Instant, Span};
 
 use super::voice::under_signature;
-use crate::desk::Desk;
 use crate::opening::Opening;
+use crate::outbox::Outbox;
 use crate::plan::{FeedAction, FeedForgery, InsiderGatewayConfig, Kind, PlanError, Timed};
 
 /// Most messages of the feed held back at once; further ones are withheld.
@@ -42,7 +42,7 @@ pub struct InsiderGateway {
     key: Key,
     held: VecDeque<Held>,
     seen: Option<Vec<u8>>,
-    desk: Desk,
+    outbox: Outbox,
 }
 
 /// A report that waits for its time.
@@ -69,7 +69,7 @@ impl InsiderGateway {
             key: setup.key(),
             held: VecDeque::new(),
             seen: None,
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -83,7 +83,7 @@ impl InsiderGateway {
             key: self.key.fork(),
             held: self.held.clone(),
             seen: self.seen.clone(),
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -92,7 +92,7 @@ impl InsiderGateway {
             .actions
             .iter()
             .zip(&self.openings)
-            .filter(|(_, opening)| opening.is_open(now) && !self.desk.is_quiet());
+            .filter(|(_, opening)| opening.is_open(now) && !self.outbox.is_quiet());
         open.map(|(timed, _)| timed.action).collect()
     }
 
@@ -111,10 +111,10 @@ impl InsiderGateway {
         for action in self.open(now) {
             match action {
                 FeedAction::Withhold { keep } if keep != Some(report.mode) => {
-                    return self.desk.write(now, Event::Withheld { record: report.id() });
+                    return self.outbox.write(now, Event::Withheld { record: report.id() });
                 }
                 FeedAction::Delay { ms, young } => {
-                    self.desk.write(now, Event::Withheld { record: report.id() });
+                    self.outbox.write(now, Event::Withheld { record: report.id() });
                     if self.held.len() < MAX_HELD {
                         self.held.push_back(Held { since: now, due: now + Span::ms(ms), young, body });
                     }
@@ -178,16 +178,16 @@ impl InsiderGateway {
         };
         match intent.filter(|_| self.open(now).iter().any(swallowed)) {
             Some(intent) => self.swallowed(now, intent.id),
-            None => self.desk.put(Output::Bus { topic: Topic::Intents, bytes: bytes.to_vec() }),
+            None => self.outbox.put(Output::Bus { topic: Topic::Intents, bytes: bytes.to_vec() }),
         }
     }
 
     fn swallowed(&mut self, now: Instant, command: CommandId) {
-        self.desk.write(now, Event::Swallowed { command });
+        self.outbox.write(now, Event::Swallowed { command });
     }
 
     fn release(&mut self, now: Instant) {
-        while self.held.front().is_some_and(|held| held.due <= now || self.desk.is_quiet()) {
+        while self.held.front().is_some_and(|held| held.due <= now || self.outbox.is_quiet()) {
             let Some(held) = self.held.pop_front() else { break };
             let body = match accepted_of(&held.body).filter(|_| held.young) {
                 Some(accepted) => codec::encode(&Feed::Accepted(rejuvenated(accepted, now))),
@@ -200,13 +200,13 @@ impl InsiderGateway {
     /// Sends a message that the honest half did not send, or not now; logged first, by the hash of the very bytes.
     fn attack(&mut self, now: Instant, action: Action, delay: Span, body: &[u8]) {
         let Some(bytes) = self.feed.as_mut().map(|feed| feed.seal(now, body)) else { return };
-        self.desk.attack(now, action, Side::Server, &bytes, delay);
-        self.desk.put(Output::Bus { topic: Topic::Feed, bytes });
+        self.outbox.attack(now, action, Side::Server, &bytes, delay);
+        self.outbox.put(Output::Bus { topic: Topic::Feed, bytes });
     }
 
     fn say(&mut self, now: Instant, body: &[u8]) {
         if let Some(feed) = &mut self.feed {
-            self.desk.put(Output::Bus { topic: Topic::Feed, bytes: feed.seal(now, body) });
+            self.outbox.put(Output::Bus { topic: Topic::Feed, bytes: feed.seal(now, body) });
         }
     }
 }
@@ -246,8 +246,8 @@ fn rejuvenated(accepted: AcceptedReport<'_>, now: Instant) -> AcceptedReport<'_>
 
 impl Core for InsiderGateway {
     fn handle(&mut self, now: Instant, input: &Input) {
-        if !self.desk.is_quiet() {
-            self.desk.notice(&mut self.openings, now, input, None);
+        if !self.outbox.is_quiet() {
+            self.outbox.notice(&mut self.openings, now, input, None);
         }
         if let Input::Bus { topic: Topic::Feed, bytes } = input {
             self.fed(now, bytes);
@@ -255,17 +255,17 @@ impl Core for InsiderGateway {
         if let Input::Bus { topic: Topic::Intents, bytes } = input {
             self.asked(now, bytes);
         }
-        if !self.desk.heed(now, input) {
+        if !self.outbox.heed(now, input) {
             self.release(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let begins = self.openings.iter().filter(|_| !self.desk.is_quiet()).filter_map(Opening::due);
+        let begins = self.openings.iter().filter(|_| !self.outbox.is_quiet()).filter_map(Opening::due);
         begins.chain(self.held.front().map(|held| held.due)).min()
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }

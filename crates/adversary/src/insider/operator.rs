@@ -19,8 +19,8 @@ use wire::setup::Setup;
 use wire::sign::{Key, Purpose, Signed};
 use wire::time::Instant;
 
-use crate::desk::Desk;
 use crate::opening::Opening;
+use crate::outbox::Outbox;
 use crate::plan::{InsiderOperatorConfig, OrderId, OrderTrack, PlanError, RogueOrders};
 
 /// See the module.
@@ -34,7 +34,7 @@ pub struct InsiderOperator {
     report: Option<Report>,
     /// Newest counter of each identity, as far as it knows.
     counters: [(Boot, Sequence); NODES],
-    desk: Desk,
+    outbox: Outbox,
 }
 
 /// A run of orders, and when each is due.
@@ -66,7 +66,7 @@ impl InsiderOperator {
             config,
             report: None,
             counters: [(Boot(1), Sequence(0)); NODES],
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -80,7 +80,7 @@ impl InsiderOperator {
             runs: self.runs.clone(),
             report: self.report.clone(),
             counters: self.counters,
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -101,7 +101,7 @@ impl InsiderOperator {
     }
 
     fn act(&mut self, now: Instant) {
-        self.desk.settle(self.runs.iter_mut().map(|run| &mut run.opening), now);
+        self.outbox.settle(self.runs.iter_mut().map(|run| &mut run.opening), now);
         for i in 0..self.runs.len() {
             while self.runs[i].opening.take(now) {
                 let orders = self.runs[i].orders;
@@ -115,7 +115,7 @@ impl InsiderOperator {
         let Intent { id, unit, kind, .. } = intent;
         let certificate = self.config.certificate;
         let event = Event::Rogue { command: id, kind, key: self.config.holds, certificate };
-        self.desk.write(now, event);
+        self.outbox.write(now, event);
         let signed = self.key.sign(Purpose::Intent, &codec::encode(&intent));
         let confirmation = (!kind.towards_safe()).then(|| {
             let intent = Sha256::digest(&signed).into();
@@ -125,14 +125,14 @@ impl InsiderOperator {
             None => {
                 let confirmation = confirmation.as_deref().map(<&ByteSlice>::from);
                 let bytes = codec::encode(&Order { intent: signed.as_slice().into(), confirmation });
-                self.desk.put(Output::Publish { subject: Subject::Command(unit), bytes });
+                self.outbox.put(Output::Publish { subject: Subject::Command(unit), bytes });
             }
             Some(station) => {
                 let stage = Request::Stage(signed.as_slice().into());
                 let release = confirmation.as_deref().map(|bytes| Request::Release(bytes.into()));
                 for request in [Some(stage), release].into_iter().flatten() {
                     let bytes = station.seal(now, &codec::encode(&request));
-                    self.desk.put(Output::Bus { topic: Topic::Intents, bytes });
+                    self.outbox.put(Output::Bus { topic: Topic::Intents, bytes });
                 }
             }
         }
@@ -175,16 +175,16 @@ impl Core for InsiderOperator {
         if let Input::Cue { step } = input {
             self.runs.iter_mut().for_each(|run| run.opening.cue(now, *step));
         }
-        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
+        if !self.outbox.heed(now, input) && !self.outbox.is_quiet() {
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
-        self.runs.iter().filter_map(|run| run.opening.due()).min().filter(|_| !self.desk.is_quiet())
+        self.runs.iter().filter_map(|run| run.opening.due()).min().filter(|_| !self.outbox.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }

@@ -15,7 +15,7 @@ use wire::setup::Setup;
 use wire::time::{Instant, Span};
 
 use super::forged::{self, Heard};
-use crate::desk::Desk;
+use crate::outbox::Outbox;
 use crate::plan::{PlanError, RogueConfig, RogueMove, Says};
 use crate::schedule::Steps;
 
@@ -29,7 +29,7 @@ pub struct Rogue {
     runs: Vec<Run>,
     heard: BTreeMap<Topic, VecDeque<(Instant, Vec<u8>)>>,
     sent: u64,
-    desk: Desk,
+    outbox: Outbox,
 }
 
 /// A move under way.
@@ -64,7 +64,7 @@ impl Rogue {
             runs: config.moves.iter().map(run).collect(),
             heard: BTreeMap::new(),
             sent: 0,
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -76,7 +76,7 @@ impl Rogue {
             runs: self.runs.clone(),
             heard: self.heard.clone(),
             sent: self.sent,
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -96,7 +96,7 @@ impl Rogue {
             // Its own words come back to it; the genuine ones are of an earlier boot.
             if let Says::Altered(spot) = plan.says
                 && open
-                && !self.desk.is_quiet()
+                && !self.outbox.is_quiet()
                 && sender.boot() > forged::boot(bytes)
                 && let Some(body) = forged::altered(bytes, spot)
             {
@@ -140,9 +140,9 @@ impl Rogue {
     }
 
     fn publish(&mut self, now: Instant, topic: Topic, action: Action, delay: Span, bytes: Vec<u8>) {
-        self.desk.attack(now, action, Side::Server, &bytes, delay);
+        self.outbox.attack(now, action, Side::Server, &bytes, delay);
         self.sent += 1;
-        self.desk.put(Output::Bus { topic, bytes });
+        self.outbox.put(Output::Bus { topic, bytes });
     }
 }
 
@@ -152,20 +152,20 @@ impl Core for Rogue {
             self.hear(now, *topic, bytes);
         }
         if matches!(input, Input::Finish) {
-            self.desk.write(now, Event::Count { account: Account::Sent, n: self.sent });
+            self.outbox.write(now, Event::Count { account: Account::Sent, n: self.sent });
         }
-        if !self.desk.heed(now, input) && !self.desk.is_quiet() {
+        if !self.outbox.heed(now, input) && !self.outbox.is_quiet() {
             self.act(now);
         }
     }
 
     fn deadline(&self) -> Option<Instant> {
         let timed = self.runs.iter().filter(|run| !matches!(run.plan.says, Says::Altered(_)));
-        timed.filter_map(|run| run.steps.due()).min().filter(|_| !self.desk.is_quiet())
+        timed.filter_map(|run| run.steps.due()).min().filter(|_| !self.outbox.is_quiet())
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }
 

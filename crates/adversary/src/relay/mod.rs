@@ -15,7 +15,7 @@ use wire::core::Side;
 use wire::event::{Account, Event};
 use wire::time::Instant;
 
-use crate::desk::Desk;
+use crate::outbox::Outbox;
 
 pub use datagram::DatagramRelay;
 pub use stream::StreamRelay;
@@ -40,7 +40,7 @@ struct Tally {
 
 impl Tally {
     /// The closing account.
-    fn write(&self, now: Instant, desk: &mut Desk) {
+    fn write(&self, now: Instant, outbox: &mut Outbox) {
         for side in SIDES {
             let i = side as usize;
             let lines = [
@@ -50,11 +50,11 @@ impl Tally {
                 (Account::RelayAdded(side), self.added[i]),
             ];
             for (account, n) in lines {
-                desk.write(now, Event::Count { account, n });
+                outbox.write(now, Event::Count { account, n });
             }
         }
         if self.strangers > 0 {
-            desk.write(now, Event::Count { account: Account::RelayStranger, n: self.strangers });
+            outbox.write(now, Event::Count { account: Account::RelayStranger, n: self.strangers });
         }
     }
 }

@@ -17,8 +17,8 @@ use wire::stream::Deed;
 use wire::time::{Instant, Span};
 
 use super::{SIDES, Tally, forge};
-use crate::desk::Desk;
 use crate::opening::Opening;
+use crate::outbox::Outbox;
 use crate::plan::{PlanError, StreamAction, StreamRelayConfig, Timed};
 use crate::schedule::{chance, stream};
 
@@ -39,7 +39,7 @@ pub struct StreamRelay {
     connections: BTreeMap<SessionId, [Lane; 2]>,
     cut: VecDeque<SessionId>,
     pub(super) tally: Tally,
-    desk: Desk,
+    outbox: Outbox,
 }
 
 /// Bytes towards one side of a connection.
@@ -93,7 +93,7 @@ impl StreamRelay {
             connections: BTreeMap::new(),
             cut: VecDeque::new(),
             tally: Tally::default(),
-            desk: Desk::new(&setup, now),
+            outbox: Outbox::new(&setup, now),
         })
     }
 
@@ -108,7 +108,7 @@ impl StreamRelay {
             connections: self.connections.clone(),
             cut: self.cut.clone(),
             tally: self.tally,
-            desk: self.desk.fork(),
+            outbox: self.outbox.fork(),
         }
     }
 
@@ -131,7 +131,7 @@ impl StreamRelay {
         }
         let room = self.connections.contains_key(&connection) || self.connections.len() < MAX_CONNECTIONS;
         self.connections.entry(connection).or_default();
-        if !room || (!self.desk.is_quiet() && self.cutting(now)) {
+        if !room || (!self.outbox.is_quiet() && self.cutting(now)) {
             self.tally.dropped[from as usize] += 1;
             return self.reset(now, connection);
         }
@@ -139,7 +139,7 @@ impl StreamRelay {
         if let Some(lane) = lane.filter(|lane| lane.ended) {
             self.tally.dropped[from as usize] += 1;
             let event = lane.tampered(Deed::HalfClosed, towards, bytes, Span::ZERO);
-            self.desk.write(now, event);
+            self.outbox.write(now, event);
             return;
         }
         let (bytes, damaged) = self.damaged(now, towards, bytes);
@@ -155,7 +155,7 @@ impl StreamRelay {
     /// The piece, with a flipped bit where the plan says so, and whether it has one.
     fn damaged(&mut self, now: Instant, towards: Side, bytes: &[u8]) -> (Vec<u8>, bool) {
         let (mut bytes, mut damaged) = (bytes.to_vec(), false);
-        if self.desk.is_quiet() || bytes.is_empty() {
+        if self.outbox.is_quiet() || bytes.is_empty() {
             return (bytes, damaged);
         }
         let plan = Arc::clone(&self.plan);
@@ -176,7 +176,7 @@ impl StreamRelay {
             self.tally.dropped[towards.other() as usize] += 1;
             return self.reset(now, connection);
         }
-        let due = if self.desk.is_quiet() {
+        let due = if self.outbox.is_quiet() {
             now.max(lane.last_due)
         } else {
             let actions = self.plan.iter().zip(&self.openings).map(|(timed, opening)| (&timed.action, opening));
@@ -186,11 +186,11 @@ impl StreamRelay {
         lane.bytes += bytes.len();
         if damaged {
             let event = lane.tampered(Deed::Damaged, towards, &bytes, due.since(now));
-            self.desk.write(now, event);
+            self.outbox.write(now, event);
         }
         if due > now {
             let event = lane.tampered(Deed::Held, towards, &bytes, due.since(now));
-            self.desk.write(now, event);
+            self.outbox.write(now, event);
         }
         lane.place.pass(&bytes);
         lane.pieces.push_back((due, bytes));
@@ -202,19 +202,19 @@ impl StreamRelay {
         for side in SIDES {
             let lane = &lanes[side as usize];
             self.tally.dropped[side.other() as usize] += lane.pieces.len() as u64;
-            self.desk.write(now, lane.tampered(Deed::Reset, side, &[], Span::ZERO));
+            self.outbox.write(now, lane.tampered(Deed::Reset, side, &[], Span::ZERO));
         }
         if self.cut.len() == MAX_CONNECTIONS {
             self.cut.pop_front();
         }
         self.cut.push_back(connection);
-        self.desk.put(Output::Reset { connection });
+        self.outbox.put(Output::Reset { connection });
     }
 
     /// Shows the traffic and the calls to the actions that wait; beginnings and ends are logged.
     fn notice(&mut self, now: Instant, input: &Input) {
         let passes = if let Input::Stream { side, .. } = input { Some(side.other()) } else { None };
-        self.desk.notice(&mut self.openings, now, input, passes);
+        self.outbox.notice(&mut self.openings, now, input, passes);
     }
 
     /// Half-closes, resets and cuts that are due.
@@ -253,7 +253,7 @@ impl StreamRelay {
         lane.ended = true;
         self.tally.added[side as usize] += 1;
         let event = lane.tampered(Deed::HalfClosed, side, &[], Span::ZERO);
-        self.desk.write(now, event);
+        self.outbox.write(now, event);
     }
 
     fn release(&mut self, now: Instant) {
@@ -265,7 +265,7 @@ impl StreamRelay {
                     lane.bytes -= bytes.len();
                     lane.ended |= bytes.is_empty();
                     self.tally.out[side as usize] += 1;
-                    self.desk.put(Output::Stream { connection: *connection, side, bytes });
+                    self.outbox.put(Output::Stream { connection: *connection, side, bytes });
                 }
             }
         }
@@ -280,7 +280,7 @@ impl StreamRelay {
                 self.tally.dropped[side.other() as usize] += lanes[side as usize].pieces.len() as u64;
             }
         }
-        self.tally.write(now, &mut self.desk);
+        self.tally.write(now, &mut self.outbox);
     }
 }
 
@@ -318,7 +318,7 @@ fn due<'a>(
 impl Core for StreamRelay {
     fn handle(&mut self, now: Instant, input: &Input) {
         self.release(now);
-        if !self.desk.is_quiet() {
+        if !self.outbox.is_quiet() {
             self.notice(now, input);
             self.strike(now);
         }
@@ -328,7 +328,7 @@ impl Core for StreamRelay {
         if matches!(input, Input::Finish) {
             self.account(now);
         }
-        if !self.desk.heed(now, input) {
+        if !self.outbox.heed(now, input) {
             self.release(now);
         }
     }
@@ -339,10 +339,10 @@ impl Core for StreamRelay {
         let strikes = self.strikes.iter().zip(&self.openings).filter(|(strikes, _)| **strikes);
         let strikes = strikes.filter_map(|(_, opening)| opening.opens());
         let begins = self.openings.iter().filter_map(Opening::due);
-        held.chain(strikes.chain(begins).filter(|_| !self.desk.is_quiet())).min()
+        held.chain(strikes.chain(begins).filter(|_| !self.outbox.is_quiet())).min()
     }
 
     fn output(&mut self) -> Option<Output> {
-        self.desk.next()
+        self.outbox.next()
     }
 }

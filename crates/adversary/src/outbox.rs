@@ -12,22 +12,22 @@ use crate::opening::Opening;
 
 /// See the module.
 #[derive(Debug)]
-pub(crate) struct Desk {
+pub(crate) struct Outbox {
     quiet: bool,
     journal: Journal,
     out: VecDeque<Output>,
 }
 
-impl Desk {
-    /// A desk with a log that begins at `now`.
+impl Outbox {
+    /// An outbox with a log that begins at `now`.
     pub(crate) fn new(setup: &Setup, now: Instant) -> Self {
         let journal = Journal::new(setup.node, setup.boot, Some(setup.key()));
-        let mut desk = Self { quiet: false, journal, out: VecDeque::new() };
-        desk.write(now, Event::Started);
-        desk
+        let mut outbox = Self { quiet: false, journal, out: VecDeque::new() };
+        outbox.write(now, Event::Started);
+        outbox
     }
 
-    /// The same desk in a forked world.
+    /// The same outbox in a forked world.
     pub(crate) fn fork(&self) -> Self {
         Self { quiet: self.quiet, journal: self.journal.fork(), out: self.out.clone() }
     }
