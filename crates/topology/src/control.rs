@@ -24,7 +24,7 @@ impl Cast {
                 Role::Perception(_) | Role::Autonomy(_) | Role::Gateway(_) | Role::Console(_) | Role::Recorder => {}
             }
         }
-        self.ordeals.clear();
+        self.process_faults.clear();
         self.tampering = None;
         self.cues.clear();
         self

@@ -41,7 +41,7 @@ use draw::Draw;
 pub use attack::is_attacked;
 pub use keys::RunSecret;
 pub use member::{Host, Member, Role, Seat};
-pub use process::{Ordeal, OrdealKind, Turn, next_turn, node_of};
+pub use process::{ProcessFault, ProcessFaultKind, Turn, next_turn, node_of};
 pub use scene::needs_rendering;
 
 /// Identities that may give commands, in every run. Only the rogue of some scenarios has the second one's key.
@@ -77,7 +77,7 @@ pub struct Cast {
     /// One clock a host, in the order of [`Host::ALL`].
     pub clocks: Vec<ClockDraw>,
     /// Processes that are to end, or to be kept from running.
-    pub ordeals: Vec<Ordeal>,
+    pub process_faults: Vec<ProcessFault>,
     /// Steps that wait for an event on the instrument plane.
     pub cues: Vec<Cue>,
     /// Injections for which the oracle needs receipts.
@@ -178,11 +178,11 @@ impl Cast {
 
     /// The longest time for which `node` is to be kept from running, microseconds.
     pub fn stopped(&self, node: NodeId) -> u64 {
-        let lasts = |ordeal: &Ordeal| match ordeal.kind {
-            OrdealKind::Suspend { lasts, .. } => lasts,
-            OrdealKind::Kill { .. } | OrdealKind::Fill { .. } => 0,
+        let lasts = |fault: &ProcessFault| match fault.kind {
+            ProcessFaultKind::Suspend { lasts, .. } => lasts,
+            ProcessFaultKind::Kill { .. } | ProcessFaultKind::Fill { .. } => 0,
         };
-        self.ordeals.iter().filter(|ordeal| ordeal.node == node).map(lasts).max().unwrap_or(0)
+        self.process_faults.iter().filter(|fault| fault.node == node).map(lasts).max().unwrap_or(0)
     }
 
     /// The insider who controls the recorder, when the scenario has one.
@@ -206,8 +206,8 @@ impl Cast {
 
     /// Processes that are to end, and so owe no closing account.
     pub fn killed(&self) -> Vec<NodeId> {
-        let ends = |ordeal: &&Ordeal| matches!(ordeal.kind, OrdealKind::Kill { .. });
-        self.ordeals.iter().filter(ends).map(|ordeal| ordeal.node).collect()
+        let ends = |fault: &&ProcessFault| matches!(fault.kind, ProcessFaultKind::Kill { .. });
+        self.process_faults.iter().filter(ends).map(|fault| fault.node).collect()
     }
 }
 
@@ -223,7 +223,7 @@ pub fn cast(scenario: &Scenario, with: &scenario::Setup, seed: u64, secret: &Run
     Cast {
         links: links(scenario, &members),
         clocks: draw.clocks,
-        ordeals: process::ordeals(scenario, draw.phase_ms),
+        process_faults: process::process_faults(scenario, draw.phase_ms),
         cues: attack::cues(scenario, draw.phase_ms),
         planned: attack::planned::of(scenario, draw.phase_ms),
         script: script::presumed(scenario),

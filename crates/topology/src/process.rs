@@ -11,11 +11,11 @@ use super::start::{start_ms, step_name};
 
 /// Fault of one process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Ordeal {
+pub struct ProcessFault {
     /// Which.
     pub node: NodeId,
     /// Kind.
-    pub kind: OrdealKind,
+    pub kind: ProcessFaultKind,
     /// Time, microseconds; if its step waits, the earliest.
     pub at: u64,
     /// Its step's name.
@@ -26,7 +26,7 @@ pub struct Ordeal {
 
 /// Kind of a process fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OrdealKind {
+pub enum ProcessFaultKind {
     /// It ends at once.
     Kill {
         /// And is started again so many microseconds later.
@@ -74,28 +74,28 @@ pub fn next_turn(turn: Turn, how: Suspension, left: u64) -> (Turn, u64) {
 }
 
 /// Everything that befalls processes in a trial.
-pub(super) fn ordeals(s: &Scenario, phase_ms: u64) -> Vec<Ordeal> {
-    let ordeal = |k: &Kill| Ordeal {
+pub(super) fn process_faults(s: &Scenario, phase_ms: u64) -> Vec<ProcessFault> {
+    let fault = |k: &Kill| ProcessFault {
         node: node_of(k.process),
         kind: kind(k),
         at: start_ms(k, phase_ms) * 1000,
         step: step_name(k),
         waits: k.when.as_ref().map(|when| when.after_ms.span().0),
     };
-    s.kill.iter().map(ordeal).collect()
+    s.kill.iter().map(fault).collect()
 }
 
-fn kind(k: &Kill) -> OrdealKind {
+fn kind(k: &Kill) -> ProcessFaultKind {
     let lasts = k.duration_s.span().0;
-    let suspend = |how| OrdealKind::Suspend { how, lasts };
+    let suspend = |how| ProcessFaultKind::Suspend { how, lasts };
     match k.ending {
-        Ending::Kill => OrdealKind::Kill { restart: k.restart_after_s.as_ref().map(|s| s.span().0) },
+        Ending::Kill => ProcessFaultKind::Kill { restart: k.restart_after_s.as_ref().map(|s| s.span().0) },
         Ending::Hang => suspend(Suspension::Hang),
         Ending::Slow => {
             let quota = k.quota.as_ref().map_or(1000, |share| (share.get() * 1000.0) as u16);
             suspend(Suspension::Slow { quota, period: Span::ms(k.period_ms.unsigned()) })
         }
-        Ending::Full => OrdealKind::Fill { lasts },
+        Ending::Full => ProcessFaultKind::Fill { lasts },
     }
 }
 

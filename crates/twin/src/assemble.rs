@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use topology::{Cast, Member, Ordeal, OrdealKind};
+use topology::{Cast, Member, ProcessFault, ProcessFaultKind};
 use wire::id::{NodeId, SessionId, WorldId};
 use wire::policy::Requirement;
 use wire::setup::{Secret, Setup};
@@ -60,7 +60,7 @@ pub fn assemble(
         associations,
         delays: Delays::new(seed, cast.varied_delays),
         spare: cast.members.iter().filter(|m| restarts(cast, m.node())).cloned().collect(),
-        ordeals: cast.ordeals.clone(),
+        process_faults: cast.process_faults.clone(),
         watched: cast.watched(),
         fills: cast.fills(),
         cues: cast.cues.clone(),
@@ -92,6 +92,6 @@ fn node(member: &Member, core: Part) -> Node {
 
 /// True if a killed `node` is started again.
 fn restarts(cast: &Cast, node: NodeId) -> bool {
-    let again = |o: &Ordeal| o.node == node && matches!(o.kind, OrdealKind::Kill { restart: Some(_) });
-    cast.ordeals.iter().any(again)
+    let again = |o: &ProcessFault| o.node == node && matches!(o.kind, ProcessFaultKind::Kill { restart: Some(_) });
+    cast.process_faults.iter().any(again)
 }

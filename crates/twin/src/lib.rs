@@ -32,7 +32,7 @@ use std::collections::{BTreeMap, VecDeque};
 use evidence::cue::{Cue, Watch};
 use evidence::log::{Logged, by_recorder};
 use evidence::sights::Claims;
-use topology::{Member, Ordeal, Seat, Turn};
+use topology::{Member, ProcessFault, Seat, Turn};
 use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Subject, Topic};
 use wire::event::GuardVerdict;
@@ -113,7 +113,7 @@ enum Happening {
     Distribute { subject: Subject, bytes: Vec<u8> },
     Connect,
     Displaced,
-    Ordeal(usize, Turn),
+    ProcessFault(usize, Turn),
 }
 
 /// One input of a core and its outputs.
@@ -178,7 +178,7 @@ pub struct Assembly {
     /// Delays.
     pub delays: Delays,
     /// Process faults.
-    pub ordeals: Vec<Ordeal>,
+    pub process_faults: Vec<ProcessFault>,
     /// Participants of processes that may be started again.
     pub spare: Vec<Member>,
     /// Processes watched at their inputs for being kept from running.
@@ -222,7 +222,7 @@ impl Twin {
             broker: Some(broker),
             commands: assembly.commands.map(|(client, relay, secret)| Relayed::new(client, relay, secret, mouth)),
             delays: assembly.delays,
-            processes: Processes::new(assembly.ordeals, assembly.spare, &assembly.watched),
+            processes: Processes::new(assembly.process_faults, assembly.spare, &assembly.watched),
             disk: assembly.fills.then(Disk::new),
             cues: Watch::new(&assembly.cues),
             log: Vec::new(),
@@ -414,7 +414,7 @@ impl Twin {
             Happening::Distribute { subject, bytes } => self.distribute(node, self.now, subject, bytes),
             Happening::Connect => self.connect(node),
             Happening::Displaced => self.displaced(node),
-            Happening::Ordeal(ordeal, turn) => self.ordeal(ordeal, turn),
+            Happening::ProcessFault(fault, turn) => self.fault(fault, turn),
         }
     }
 

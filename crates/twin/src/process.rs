@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, VecDeque};
 
 use evidence::sights::Running;
-use topology::{Member, Ordeal, OrdealKind, Turn, next_turn};
+use topology::{Member, ProcessFault, ProcessFaultKind, Turn, next_turn};
 use wire::core::{Input, Side};
 use wire::event::{Event, Suspension};
 use wire::id::{Boot, NodeId};
@@ -28,10 +28,10 @@ const DATAGRAMS: usize = 256;
 /// Anything else that waits for one process: the instrument plane's own bound, the longest of all.
 const WAITING: usize = link::instrument::QUEUE;
 
-/// Ordeals and who is halted.
+/// ProcessFaults and who is halted.
 #[derive(Clone, Default)]
 pub(super) struct Processes {
-    ordeals: Vec<Ordeal>,
+    process_faults: Vec<ProcessFault>,
     /// Beginning of each, once it has begun.
     begun: Vec<Option<Micros>>,
     /// Inputs that wait for each process that does not run, in order.
@@ -43,26 +43,26 @@ pub(super) struct Processes {
 }
 
 impl Processes {
-    pub(super) fn new(ordeals: Vec<Ordeal>, spare: Vec<Member>, watched: &[NodeId]) -> Self {
+    pub(super) fn new(process_faults: Vec<ProcessFault>, spare: Vec<Member>, watched: &[NodeId]) -> Self {
         let running = Running::new(watched);
-        Self { begun: vec![None; ordeals.len()], ordeals, halted: BTreeMap::new(), spare, running }
+        Self { begun: vec![None; process_faults.len()], process_faults, halted: BTreeMap::new(), spare, running }
     }
 }
 
 impl Twin {
-    /// Ordeals that begin by their time.
+    /// ProcessFaults that begin by their time.
     pub(super) fn await_ordeals(&mut self) {
-        for (i, ordeal) in self.processes.ordeals.clone().into_iter().enumerate() {
-            if ordeal.waits.is_none() {
-                self.turn_at(i, Turn::Begin, ordeal.at);
+        for (i, fault) in self.processes.process_faults.clone().into_iter().enumerate() {
+            if fault.waits.is_none() {
+                self.turn_at(i, Turn::Begin, fault.at);
             }
         }
     }
 
-    fn turn_at(&mut self, ordeal: usize, turn: Turn, at: Micros) {
+    fn turn_at(&mut self, fault: usize, turn: Turn, at: Micros) {
         // The broker is no node here: it only routes.
-        let node = self.index(self.processes.ordeals[ordeal].node).unwrap_or(0);
-        self.queue.push(at, node, Happening::Ordeal(ordeal, turn));
+        let node = self.index(self.processes.process_faults[fault].node).unwrap_or(0);
+        self.queue.push(at, node, Happening::ProcessFault(fault, turn));
     }
 
     /// An entry was written: steps that waited for it are called.
@@ -83,69 +83,70 @@ impl Twin {
                 self.queue.push(at, node as NodeIndex, Happening::Input(Input::Cue { step }));
             }
         }
-        for (i, ordeal) in self.processes.ordeals.clone().into_iter().enumerate() {
-            if let Some(after) = ordeal.waits.filter(|_| ordeal.step == Some(step)) {
-                self.turn_at(i, Turn::Begin, at.max(ordeal.at) + after);
+        for (i, fault) in self.processes.process_faults.clone().into_iter().enumerate() {
+            if let Some(after) = fault.waits.filter(|_| fault.step == Some(step)) {
+                self.turn_at(i, Turn::Begin, at.max(fault.at) + after);
             }
         }
     }
 
-    pub(super) fn ordeal(&mut self, i: usize, turn: Turn) {
-        let ordeal = self.processes.ordeals[i];
-        match (turn, ordeal.kind) {
+    pub(super) fn fault(&mut self, i: usize, turn: Turn) {
+        let fault = self.processes.process_faults[i];
+        match (turn, fault.kind) {
             (Turn::Begin, kind) => {
                 if self.processes.begun[i].replace(self.now).is_none() {
-                    self.tell_step(ordeal, true);
-                    self.begin(i, ordeal, kind);
+                    self.tell_step(fault, true);
+                    self.begin(i, fault, kind);
                 }
             }
-            (Turn::Restart, _) => self.restart(ordeal.node),
-            (Turn::Halt | Turn::Release, OrdealKind::Suspend { how, lasts }) => {
+            (Turn::Restart, _) => self.restart(fault.node),
+            (Turn::Halt | Turn::Release, ProcessFaultKind::Suspend { how, lasts }) => {
                 let end = self.processes.begun[i].unwrap_or(self.now) + lasts;
-                self.alternate(i, ordeal, turn, how, end);
+                self.alternate(i, fault, turn, how, end);
             }
-            (Turn::Release, OrdealKind::Fill { .. }) => {
-                self.fill(ordeal.node, false);
-                self.tell_step(ordeal, false);
+            (Turn::Release, ProcessFaultKind::Fill { .. }) => {
+                self.fill(fault.node, false);
+                self.tell_step(fault, false);
             }
-            (Turn::Halt, OrdealKind::Fill { .. }) | (Turn::Halt | Turn::Release, OrdealKind::Kill { .. }) => {}
+            (Turn::Halt, ProcessFaultKind::Fill { .. })
+            | (Turn::Halt | Turn::Release, ProcessFaultKind::Kill { .. }) => {}
         }
     }
 
-    fn begin(&mut self, i: usize, ordeal: Ordeal, kind: OrdealKind) {
+    fn begin(&mut self, i: usize, fault: ProcessFault, kind: ProcessFaultKind) {
         match kind {
-            OrdealKind::Kill { restart } => {
-                self.end_process(ordeal.node);
+            ProcessFaultKind::Kill { restart } => {
+                self.end_process(fault.node);
                 if let Some(after) = restart {
                     self.turn_at(i, Turn::Restart, self.now + after);
                 }
             }
-            OrdealKind::Suspend { how, lasts } => {
-                self.note(Event::Suspended { node: ordeal.node, how, on: true });
-                self.alternate(i, ordeal, Turn::Halt, how, self.now + lasts);
+            ProcessFaultKind::Suspend { how, lasts } => {
+                self.note(Event::Suspended { node: fault.node, how, on: true });
+                self.alternate(i, fault, Turn::Halt, how, self.now + lasts);
             }
-            OrdealKind::Fill { lasts } => {
-                self.fill(ordeal.node, true);
+            ProcessFaultKind::Fill { lasts } => {
+                self.fill(fault.node, true);
                 self.turn_at(i, Turn::Release, self.now + lasts);
             }
         }
     }
 
     /// Halts or releases, and says when the other is due. At `end` it is over.
-    fn alternate(&mut self, i: usize, ordeal: Ordeal, turn: Turn, how: Suspension, end: Micros) {
+    fn alternate(&mut self, i: usize, fault: ProcessFault, turn: Turn, how: Suspension, end: Micros) {
         let over = self.now >= end;
         let halts = turn == Turn::Halt && !over;
         if matches!(how, Suspension::Slow { .. }) {
-            self.note(Event::Halted { node: ordeal.node, on: halts });
+            self.note(Event::Halted { node: fault.node, on: halts });
         }
         if halts {
-            self.processes.halted.entry(ordeal.node).or_default();
+            self.processes.halted.entry(fault.node).or_default();
         } else {
-            self.release(ordeal.node);
+            self.release(fault.node);
         }
         if over {
-            self.note(Event::Suspended { node: ordeal.node, how, on: false });
-            return self.tell_step(ordeal, false);
+            self.note(Event::Suspended { node: fault.node, how, on: false });
+            return self.tell_step(fault, false);
         }
         let (next, after) = next_turn(turn, how, end - self.now);
         self.turn_at(i, next, self.now + after);
@@ -218,7 +219,7 @@ impl Twin {
                 Along::Order(..) | Along::Handshake(_) | Along::Piece(_, Side::Server, _) => halted(NodeId::BROKER),
                 Along::Reset(_) => None,
             },
-            Happening::Ordeal(..) => None,
+            Happening::ProcessFault(..) => None,
         }
     }
 
@@ -270,8 +271,8 @@ impl Twin {
         self.settle(node, None);
     }
 
-    fn tell_step(&mut self, ordeal: Ordeal, begun: bool) {
-        if let Some(step) = ordeal.step {
+    fn tell_step(&mut self, fault: ProcessFault, begun: bool) {
+        if let Some(step) = fault.step {
             self.note(Event::Step { step, begun });
         }
     }

@@ -84,7 +84,7 @@ impl Fed {
     /// # Errors
     /// When a core cannot be made.
     pub fn again(&self, cast: &Cast, same: Same) -> Result<Vec<Refed>, AssemblyError> {
-        let lived_once = |member: &Member| cast.ordeals.iter().all(|o| o.node != member.node());
+        let lived_once = |member: &Member| cast.process_faults.iter().all(|o| o.node != member.node());
         let each = cast.members.iter().zip(&self.mouths).filter(|(member, _)| lived_once(member));
         each.map(|(member, mouth)| one(cast, member, mouth, same)).collect()
     }
