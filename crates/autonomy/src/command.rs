@@ -25,7 +25,7 @@ use wire::policy::{Policy, Waived};
 use wire::refusal::{Reason, Refusal};
 use wire::sign::{Key, Keyring, Purpose};
 use wire::time::{Age, Instant, Span};
-use wire::trust::rate::Lane;
+use wire::trust::rate::RateClass;
 use wire::trust::{Accepted, Counters, Decoded, Rates, Roll};
 
 use confirmation::Confirmed;
@@ -168,11 +168,11 @@ impl CommandGate {
                 let confirmed = Confirmed::judge(policy, keys, now, (&claim, &claimed), second)?;
                 Ok((attributed, confirmed))
             });
-            let lane = Lane::of(claim.kind);
-            let (attributed, confirmed) = proven.inspect_err(|_| self.rates.unproven(lane, now))?;
+            let class = RateClass::of(claim.kind);
+            let (attributed, confirmed) = proven.inspect_err(|_| self.rates.unproven(class, now))?;
             let before = self.counters.newest(who);
             let ordered = attributed.once(policy, &mut self.counters, &claimed.intent)?;
-            self.rates.charge(who, lane, now);
+            self.rates.charge(who, class, now);
             let moved = self.counters.newest(who).filter(|newest| before != Some(*newest));
             Ok(Ordered::new(ordered.accept(policy)?, &claimed, moved, &confirmed))
         });

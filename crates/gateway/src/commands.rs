@@ -11,7 +11,7 @@ use wire::id::{NodeId, PeerId};
 use wire::refusal::{Reason, Refusal};
 use wire::time::{Instant, Span};
 use wire::trust::Accepted;
-use wire::trust::rate::Lane;
+use wire::trust::rate::RateClass;
 
 use crate::stage::{Command, Dispatch, Progress, Rejected};
 use crate::telemetry::struck;
@@ -45,7 +45,7 @@ impl Gateway {
             },
             Request::Stage(intent) => self.staging.stage(now, (station, accepted.evidence().age), &self.roll, intent),
             Request::Release(confirmation) => self.staging.release(now, station, confirmation),
-            Request::Revoke(revocation) => match self.staging.needed(now, station, Lane::Withdraw) {
+            Request::Revoke(revocation) => match self.staging.needed(now, station, RateClass::Withdraw) {
                 Ok(()) => return self.revoke(now, revocation),
                 Err(refusal) => Err(refusal.into()),
             },

@@ -19,7 +19,7 @@ use wire::policy::{Check, Policy, Requirement};
 use wire::refusal::Refusal;
 use wire::sign::Keyring;
 use wire::time::{Age, Instant, Span};
-use wire::trust::rate::Lane;
+use wire::trust::rate::RateClass;
 use wire::trust::{Accepted, Counters, Decoded, Rates, Roll, SignedStatement};
 
 /// Intents of one station that may wait at once.
@@ -153,7 +153,7 @@ impl Staging {
             .and_then(|fresh| fresh.within_rate(policy, &self.rates, station, now))
             .map_err(rejected)?;
         // The channel has said whose it is, so that every request counts, also one that is refused.
-        self.rates.charge(station, Lane::of(claim.kind), now);
+        self.rates.charge(station, RateClass::of(claim.kind), now);
         let attributed = within
             .by_role(policy, operators)
             .and_then(|roled| roled.standing(policy, roll, now))
@@ -173,10 +173,10 @@ impl Staging {
     }
 
     /// There is need for one more request of `station`, which is not an intent.
-    pub fn needed(&mut self, now: Instant, station: NodeId, lane: Lane) -> Result<(), Refusal> {
+    pub fn needed(&mut self, now: Instant, station: NodeId, class: RateClass) -> Result<(), Refusal> {
         if self.rules.policy.check(Check::Rate) == Requirement::Required {
-            self.rates.room(station, lane, now)?;
-            self.rates.charge(station, lane, now);
+            self.rates.room(station, class, now)?;
+            self.rates.charge(station, class, now);
         }
         Ok(())
     }
@@ -197,7 +197,7 @@ impl Staging {
     pub fn release(&mut self, now: Instant, station: NodeId, bytes: &[u8]) -> Result<Progress, Rejected> {
         let decoded = Decoded::<SignedStatement<'_, Confirmation>>::parse_statement(now, bytes)?;
         let (expected, intent) = decoded.claimed();
-        self.needed(now, station, Lane::Away)?;
+        self.needed(now, station, RateClass::Away)?;
         let ours = |w: &&Waiting| w.station == station && now < w.until;
         // Which of them a confirmation is about is in the intent that it names; by the id alone it is refused below.
         let (exact, named) = (|w: &Waiting| w.command().intent == intent, |w: &Waiting| w.intent.id == expected);

@@ -32,7 +32,7 @@ pub struct Allowance {
 /// Need for a command. Each rate class has a bucket of its own, so that requests in one take no
 /// allowance from another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Lane {
+pub enum RateClass {
     /// To lead away from safe.
     Away,
     /// To take something away without stopping the unit: authority, or somebody's standing.
@@ -49,37 +49,37 @@ const UNPROVEN: Allowance = Allowance { burst: 16, per_s: 16 };
 /// once as many as one operator may ask for, so that each operator is told of each refusal while there is no flood.
 const TOLD: Allowance = Allowance { burst: 8, per_s: 4 };
 
-/// A bucket for each sender and lane, bounded by the closed set of identities, and two that are nobody's.
+/// A bucket for each sender and class, bounded by the closed set of identities, and two that are nobody's.
 #[derive(Clone, Debug, Default)]
 pub struct Rates {
     /// Time at which each bucket is full again, by rate class.
-    full: Vec<(NodeId, [Instant; LANES])>,
+    full: Vec<(NodeId, [Instant; CLASSES])>,
     unproven: Instant,
     told: Instant,
 }
 
 /// Lanes of a sender.
-const LANES: usize = 3;
+const CLASSES: usize = 3;
 
-impl Lane {
+impl RateClass {
     /// Rate class of a command of this kind.
-    pub fn of(kind: CommandKind) -> Lane {
+    pub fn of(kind: CommandKind) -> RateClass {
         match kind {
-            CommandKind::Hold => Lane::Hold,
-            CommandKind::Disarm => Lane::Withdraw,
+            CommandKind::Hold => RateClass::Hold,
+            CommandKind::Disarm => RateClass::Withdraw,
             CommandKind::Enable
             | CommandKind::Resume
             | CommandKind::Arm(_)
             | CommandKind::Confirm(_)
-            | CommandKind::Configure(_) => Lane::Away,
+            | CommandKind::Configure(_) => RateClass::Away,
         }
     }
 
     /// Number of commands of one sender that pass.
     pub fn allowance(self) -> Allowance {
         match self {
-            Lane::Away | Lane::Withdraw => Allowance { burst: 8, per_s: 4 },
-            Lane::Hold => Allowance { burst: 8, per_s: 10 },
+            RateClass::Away | RateClass::Withdraw => Allowance { burst: 8, per_s: 4 },
+            RateClass::Hold => Allowance { burst: 8, per_s: 10 },
         }
     }
 }
@@ -102,9 +102,9 @@ impl Allowance {
 
 impl Rates {
     /// Checks that one more of `who` passes at `now`.
-    pub fn room(&self, who: NodeId, lane: Lane, now: Instant) -> Result<(), Refusal> {
-        let full = self.full.iter().find(|(node, _)| *node == who).map_or(now, |(_, full)| full[lane as usize]);
-        let allowance = lane.allowance();
+    pub fn room(&self, who: NodeId, class: RateClass, now: Instant) -> Result<(), Refusal> {
+        let full = self.full.iter().find(|(node, _)| *node == who).map_or(now, |(_, full)| full[class as usize]);
+        let allowance = class.allowance();
         if allowance.room(full, now) {
             Ok(())
         } else {
@@ -113,28 +113,28 @@ impl Rates {
     }
 
     /// Charges `who` for one.
-    pub fn charge(&mut self, who: NodeId, lane: Lane, now: Instant) {
+    pub fn charge(&mut self, who: NodeId, class: RateClass, now: Instant) {
         let at = self.full.iter().position(|(node, _)| *node == who).unwrap_or_else(|| {
-            self.full.push((who, [now; LANES]));
+            self.full.push((who, [now; CLASSES]));
             self.full.len() - 1
         });
-        let full = &mut self.full[at].1[lane as usize];
-        *full = lane.allowance().charged(*full, now);
+        let full = &mut self.full[at].1[class as usize];
+        *full = class.allowance().charged(*full, now);
     }
 
     /// Checks that one more of this class is to be verified at `now`, after failed verifications. Only a HOLD always is:
     /// forgeries of others must not keep one out.
-    fn room_to_verify(&self, lane: Lane, now: Instant) -> Result<(), Refusal> {
-        if lane == Lane::Hold || UNPROVEN.room(self.unproven, now) {
+    fn room_to_verify(&self, class: RateClass, now: Instant) -> Result<(), Refusal> {
+        if class == RateClass::Hold || UNPROVEN.room(self.unproven, now) {
             Ok(())
         } else {
             Err(Refusal::Unproven { burst: UNPROVEN.burst, per_s: UNPROVEN.per_s })
         }
     }
 
-    /// One of this lane was verified at `now` in vain. It is nobody's: who forges in another's name would empty that one's.
-    pub fn unproven(&mut self, lane: Lane, now: Instant) {
-        if lane != Lane::Hold {
+    /// One of this class was verified at `now` in vain. It is nobody's: who forges in another's name would empty that one's.
+    pub fn unproven(&mut self, class: RateClass, now: Instant) {
+        if class != RateClass::Hold {
             self.unproven = UNPROVEN.charged(self.unproven, now);
         }
     }
@@ -159,7 +159,7 @@ impl<S> Record<S, Intent> {
         now: Instant,
     ) -> Result<Record<WithinRate<S>, Intent>, Refusal> {
         self.check(policy, Check::Rate, WithinRate(PhantomData), |intent, _| {
-            rates.room(who, Lane::of(intent.kind), now)
+            rates.room(who, RateClass::of(intent.kind), now)
         })
     }
 
@@ -171,7 +171,7 @@ impl<S> Record<S, Intent> {
         now: Instant,
     ) -> Result<Record<WorthVerifying<S>, Intent>, Refusal> {
         self.check(policy, Check::Rate, WorthVerifying(PhantomData), |intent, _| {
-            rates.room_to_verify(Lane::of(intent.kind), now)
+            rates.room_to_verify(RateClass::of(intent.kind), now)
         })
     }
 }
@@ -181,12 +181,12 @@ mod tests {
     use super::*;
 
     /// Number of `tries`, evenly over a second, that pass.
-    fn through(rates: &mut Rates, who: NodeId, lane: Lane, from: Instant, tries: u64) -> u32 {
+    fn through(rates: &mut Rates, who: NodeId, class: RateClass, from: Instant, tries: u64) -> u32 {
         let try_at = |n| from + Span(n * 1_000_000 / tries);
         let mut through = 0;
         for now in (0..tries).map(try_at) {
-            if rates.room(who, lane, now).is_ok() {
-                rates.charge(who, lane, now);
+            if rates.room(who, class, now).is_ok() {
+                rates.charge(who, class, now);
                 through += 1;
             }
         }
@@ -195,18 +195,20 @@ mod tests {
 
     #[test]
     fn a_flood_gets_its_burst_and_its_rate_and_takes_nothing_from_another_sender_or_lane() {
-        for lane in [Lane::Away, Lane::Withdraw, Lane::Hold] {
+        for class in [RateClass::Away, RateClass::Withdraw, RateClass::Hold] {
             let mut rates = Rates::default();
             let start = Instant(5_000_000);
-            let Allowance { burst, per_s } = lane.allowance();
-            let first = through(&mut rates, NodeId::OPERATOR_2, lane, start, 1000);
-            assert_eq!(first, burst + per_s - 1, "{lane:?}");
-            let next = through(&mut rates, NodeId::OPERATOR_2, lane, start + Span::s(1), 1000);
-            assert_eq!(next, per_s, "{lane:?}");
+            let Allowance { burst, per_s } = class.allowance();
+            let first = through(&mut rates, NodeId::OPERATOR_2, class, start, 1000);
+            assert_eq!(first, burst + per_s - 1, "{class:?}");
+            let next = through(&mut rates, NodeId::OPERATOR_2, class, start + Span::s(1), 1000);
+            assert_eq!(next, per_s, "{class:?}");
             let now = start + Span::s(2);
-            assert_eq!(rates.room(NodeId::OPERATOR, lane, now), Ok(()), "{lane:?}");
-            for other in [Lane::Away, Lane::Withdraw, Lane::Hold].into_iter().filter(|other| *other != lane) {
-                assert_eq!(rates.room(NodeId::OPERATOR_2, other, now), Ok(()), "{other:?} beside {lane:?}");
+            assert_eq!(rates.room(NodeId::OPERATOR, class, now), Ok(()), "{class:?}");
+            for other in
+                [RateClass::Away, RateClass::Withdraw, RateClass::Hold].into_iter().filter(|other| *other != class)
+            {
+                assert_eq!(rates.room(NodeId::OPERATOR_2, other, now), Ok(()), "{other:?} beside {class:?}");
             }
         }
     }
@@ -214,9 +216,9 @@ mod tests {
     #[test]
     fn an_idle_bucket_fills_up_and_no_further() {
         let mut rates = Rates::default();
-        let Allowance { burst, per_s } = Lane::Hold.allowance();
-        through(&mut rates, NodeId::OPERATOR, Lane::Hold, Instant(0), 500);
-        let after = through(&mut rates, NodeId::OPERATOR, Lane::Hold, Instant(60_000_000), 500);
+        let Allowance { burst, per_s } = RateClass::Hold.allowance();
+        through(&mut rates, NodeId::OPERATOR, RateClass::Hold, Instant(0), 500);
+        let after = through(&mut rates, NodeId::OPERATOR, RateClass::Hold, Instant(60_000_000), 500);
         assert_eq!(after, burst + per_s - 1);
     }
 }

@@ -30,7 +30,7 @@ const FIRST: u64 = 1 << 32;
 const STEP_BOOT: u32 = 4;
 const FIRST_BOOT: u32 = 1 << 16;
 /// Commands of one operator that are remembered by the hash of their intents: more than the rates ([`crate::trust::rate`]) let
-/// through in all lanes before the nonces that they repeat have run out.
+/// through in all classes before the nonces that they repeat have run out.
 const KEPT: usize = 96;
 
 /// The commands of every operator; bounded by the closed set of identities.
@@ -184,7 +184,7 @@ mod tests {
     use super::*;
     use crate::codec::Text;
     use crate::id::{Nonce, UnitId};
-    use crate::trust::rate::{Allowance, Lane};
+    use crate::trust::rate::{Allowance, RateClass};
 
     fn intent(boot: u32, sequence: u64, kind: CommandKind) -> Intent {
         let id = CommandId { operator: NodeId::OPERATOR, boot: Boot(boot), sequence: Sequence(sequence) };
@@ -235,8 +235,8 @@ mod tests {
     #[test]
     fn more_commands_are_remembered_than_the_rates_let_through_while_a_nonce_is_good() {
         let ms = crate::bounds::Bounds::GROUND.command_limit_ms;
-        let through = [Lane::Away, Lane::Withdraw, Lane::Hold].map(|lane| {
-            let Allowance { burst, per_s } = lane.allowance();
+        let through = [RateClass::Away, RateClass::Withdraw, RateClass::Hold].map(|class| {
+            let Allowance { burst, per_s } = class.allowance();
             u64::from(burst) + u64::from(per_s) * ms / 1000
         });
         assert!(through.iter().sum::<u64>() < KEPT as u64, "{through:?}");
