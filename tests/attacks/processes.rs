@@ -10,7 +10,7 @@ use wire::event::Event;
 use wire::id::NodeId;
 use wire::mode::Mode;
 use wire::time::Instant;
-use wire::trust::Roll;
+use wire::trust::RevocationList;
 
 use crate::SEEDS;
 
@@ -152,8 +152,8 @@ fn a_judge_that_is_started_again_goes_on_with_what_is_left_of_a_mandate() {
     for judge in judges {
         let (before, after) = (judge.again(2_000_000), judge.again(4_000_000));
         let stands = |member| {
-            let roll = Roll::new(&[mandate(member).expect("it is still there")], Instant(0));
-            roll.stands(NodeId::OPERATOR_2, Instant(1_400_000)).is_ok()
+            let revoked = RevocationList::new(&[mandate(member).expect("it is still there")], Instant(0));
+            revoked.stands(NodeId::OPERATOR_2, Instant(1_400_000)).is_ok()
         };
         assert!(stands(judge) && stands(&before) && !stands(&after), "3.5 s of the run, whoever starts when");
     }

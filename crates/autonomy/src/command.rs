@@ -26,7 +26,7 @@ use wire::refusal::{Reason, Refusal};
 use wire::sign::{Key, Keyring, Purpose};
 use wire::time::{Age, Instant, Span};
 use wire::trust::rate::RateClass;
-use wire::trust::{Accepted, Counters, Decoded, Rates, Roll};
+use wire::trust::{Accepted, Counters, Decoded, Rates, RevocationList};
 
 use confirmation::Confirmed;
 
@@ -148,7 +148,7 @@ impl CommandGate {
         &mut self,
         policy: &Policy,
         keys: &Keyring,
-        roll: &Roll,
+        revoked: &RevocationList,
         now: Instant,
         bytes: &[u8],
     ) -> Result<Ordered, Rejected> {
@@ -160,7 +160,7 @@ impl CommandGate {
         let judged = self.addressed(&claim).and_then(|()| {
             let who = claim.id.operator;
             let fresh = intent.in_time(policy, self.age(&claim, now), self.limit)?;
-            let admitted = fresh.by_role(policy, &self.operators)?.standing(policy, roll, now)?;
+            let admitted = fresh.by_role(policy, &self.operators)?.standing(policy, revoked, now)?;
             let new = admitted.not_repeated(policy, &self.counters, &claimed.intent)?;
             let needed = new.within_rate(policy, &self.rates, who, now)?.worth_verifying(policy, &self.rates, now)?;
             let second = order.confirmation.map(|bytes| &**bytes);

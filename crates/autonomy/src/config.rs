@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use wire::id::{NODES, NodeId, PeerId, UnitId};
 use wire::setup::{NoChannel, Setup};
-use wire::trust::Mandate;
+use wire::trust::Validity;
 
 use crate::consistency::MAX_TEAMMATES;
 
@@ -37,7 +37,7 @@ pub struct AutonomyConfig {
     pub operators: Vec<NodeId>,
     /// Identities that are admitted for a time only.
     #[serde(default)]
-    pub mandates: Vec<Mandate>,
+    pub mandates: Vec<Validity>,
     /// Peer that may open a session and grant leases.
     #[serde(default = "gateway")]
     pub supervisor: PeerId,

@@ -140,7 +140,7 @@ impl Autonomy {
                 }
             }
             HopBody::Revoked(revocation) => {
-                if let Err(refusal) = self.strike(now, revocation) {
+                if let Err(refusal) = self.take_revocation(now, revocation) {
                     return self.refuse(now, Interface::Downlink, Some(peer), &refusal);
                 }
             }
@@ -151,8 +151,8 @@ impl Autonomy {
     }
 
     /// A revocation in a record that was accepted: the supervisor brings it, the authority's signature makes it good.
-    fn strike(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
-        if let Some(who) = self.roll.revoke(&self.identity.keys, now, bytes)? {
+    fn take_revocation(&mut self, now: Instant, bytes: &[u8]) -> Result<(), Refusal> {
+        if let Some(who) = self.revoked.revoke(&self.identity.keys, now, bytes)? {
             self.write(now, Event::Struck { who });
         }
         Ok(())
@@ -179,9 +179,9 @@ impl Autonomy {
         let Some(unit) = report.origin.unit().filter(|unit| identity.teammates.contains(unit)) else {
             return self.refuse(now, Interface::Downlink, Some(via), &Refusal::Role { got: report.origin });
         };
-        let struck = self.roll.stands(report.origin, now).err();
-        let struck = struck.filter(|_| identity.policy.check(Check::Standing) == Requirement::Required);
-        if let Some(refusal) = struck {
+        let refused = self.revoked.stands(report.origin, now).err();
+        let refused = refused.filter(|_| identity.policy.check(Check::Standing) == Requirement::Required);
+        if let Some(refusal) = refused {
             return self.refuse(now, Interface::Downlink, Some(via), &refusal);
         }
         let waived = inner.waived.union(outer.waived);
@@ -203,7 +203,7 @@ impl Autonomy {
             return self.reject(now, None, &Refusal::Channel);
         }
         let identity = Arc::clone(&self.identity);
-        match self.commands.admit(&identity.policy, &identity.keys, &self.roll, now, bytes) {
+        match self.commands.admit(&identity.policy, &identity.keys, &self.revoked, now, bytes) {
             Ok(order) => self.ordered(now, &order),
             Err(rejected) => self.reject(now, rejected.claimed, &rejected.refusal),
         }

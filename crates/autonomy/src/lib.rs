@@ -59,7 +59,7 @@ use wire::mode::Mode;
 use wire::policy::Waived;
 use wire::setup::Setup;
 use wire::time::{Instant, Span};
-use wire::trust::{BusGate, Roll, Windows};
+use wire::trust::{BusGate, RevocationList, Windows};
 
 pub use config::{AutonomyConfig, ConfigError, Disc};
 pub use transition::{authority, state};
@@ -106,7 +106,7 @@ pub struct Autonomy {
     session: Option<Session>,
     windows: Windows,
     commands: CommandGate,
-    roll: Roll,
+    revoked: RevocationList,
     mission: Mission,
     drive: Sender,
     act: Sender,
@@ -169,7 +169,7 @@ impl Autonomy {
             session: None,
             windows: Windows::new(bounds.replay_window, bounds.sequence_jump),
             commands: CommandGate::new(config.unit, config.operators, Span::ms(bounds.command_limit_ms)),
-            roll: Roll::new(&config.mandates, now),
+            revoked: RevocationList::new(&config.mandates, now),
             mission: Mission::new(&config.route, config.looped, grid),
             drive: setup.sender(Topic::Drive)?,
             act: setup.sender(Topic::Act)?,
@@ -221,7 +221,7 @@ impl Autonomy {
             session: self.session.clone(),
             windows: self.windows.clone(),
             commands: self.commands.clone(),
-            roll: self.roll.clone(),
+            revoked: self.revoked.clone(),
             mission: self.mission.clone(),
             drive: self.drive.clone(),
             act: self.act.clone(),

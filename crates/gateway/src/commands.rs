@@ -14,7 +14,7 @@ use wire::trust::Accepted;
 use wire::trust::rate::RateClass;
 
 use crate::stage::{Command, Dispatch, Progress, Rejected};
-use crate::telemetry::struck;
+use crate::telemetry::revocation_of;
 use crate::{DISPLAY, Gateway};
 
 impl Gateway {
@@ -43,7 +43,9 @@ impl Gateway {
                 Ok(()) => return self.watch(now, *challenge),
                 Err(refusal) => Err(refusal.into()),
             },
-            Request::Stage(intent) => self.staging.stage(now, (station, accepted.evidence().age), &self.roll, intent),
+            Request::Stage(intent) => {
+                self.staging.stage(now, (station, accepted.evidence().age), &self.revoked, intent)
+            }
             Request::Release(confirmation) => self.staging.release(now, station, confirmation),
             Request::Revoke(revocation) => match self.staging.needed(now, station, RateClass::Withdraw) {
                 Ok(()) => return self.revoke(now, revocation),
@@ -87,12 +89,12 @@ impl Gateway {
 
     /// A revocation: it holds here at once, and units are told of it until they are gone.
     fn revoke(&mut self, now: Instant, bytes: &[u8]) {
-        match self.roll.revoke(&self.keys, now, bytes) {
+        match self.revoked.revoke(&self.keys, now, bytes) {
             Err(refusal) => return self.refuse(now, Interface::Requests, None, &refusal),
             Ok(None) => {}
             Ok(Some(who)) => {
                 self.note(now, Event::Struck { who });
-                for command in self.staging.strike(who) {
+                for command in self.staging.drop_revoked(who) {
                     self.moved(now, command, CommandStage::Refused, Some(Reason::Revoked));
                 }
                 self.revocations.push(bytes.to_vec());
@@ -119,7 +121,7 @@ impl Gateway {
             Subject::Ack(unit) => unit,
             Subject::Command(_) => return,
         };
-        if let Some(refusal) = struck(&self.roll, &self.policy, unit.node(), now) {
+        if let Some(refusal) = revocation_of(&self.revoked, &self.policy, unit.node(), now) {
             self.reject(now, Interface::Acks, false, &refusal);
             return;
         }

@@ -34,7 +34,7 @@ use wire::refusal::Refusal;
 use wire::setup::{NoChannel, Setup};
 use wire::sign::Keyring;
 use wire::time::{Instant, Span};
-use wire::trust::{BusGate, Mandate, Roll};
+use wire::trust::{BusGate, RevocationList, Validity};
 
 use crate::admit::Boundary;
 use crate::feed::Feeder;
@@ -54,7 +54,7 @@ pub struct GatewayConfig {
     pub operators: Vec<NodeId>,
     /// Identities that are admitted for a time only.
     #[serde(default)]
-    pub mandates: Vec<Mandate>,
+    pub mandates: Vec<Validity>,
 }
 
 /// The station with the display that the feed is for.
@@ -74,7 +74,7 @@ pub struct Gateway {
     /// One for each station.
     requests: Vec<BusGate>,
     keys: Keyring,
-    roll: Roll,
+    revoked: RevocationList,
     /// Revocations that hold, as the authority signed them.
     revocations: Vec<Vec<u8>>,
     feed: Feeder,
@@ -111,7 +111,7 @@ impl Gateway {
             staging: Staging::new(rules),
             requests: setup.gates(Topic::Intents, freshness)?,
             keys,
-            roll: Roll::new(&config.mandates, now),
+            revoked: RevocationList::new(&config.mandates, now),
             revocations: Vec::new(),
             feed: Feeder::new(setup.sender(Topic::Feed)?, now),
             nonces,
@@ -145,7 +145,7 @@ impl Gateway {
             staging: self.staging.clone(),
             requests: self.requests.clone(),
             keys: self.keys.clone(),
-            roll: self.roll.clone(),
+            revoked: self.revoked.clone(),
             revocations: self.revocations.clone(),
             feed: self.feed.clone(),
             nonces: self.nonces.clone(),

@@ -20,7 +20,7 @@ use wire::refusal::Refusal;
 use wire::sign::Keyring;
 use wire::time::{Age, Instant, Span};
 use wire::trust::rate::RateClass;
-use wire::trust::{Accepted, Counters, Decoded, Rates, Roll, SignedStatement};
+use wire::trust::{Accepted, Counters, Decoded, Rates, RevocationList, SignedStatement};
 
 /// Intents of one station that may wait at once.
 pub const MAX_STAGED: usize = 8;
@@ -140,7 +140,7 @@ impl Staging {
         &mut self,
         now: Instant,
         (station, age): (NodeId, Option<Age>),
-        roll: &Roll,
+        revoked: &RevocationList,
         bytes: &[u8],
     ) -> Result<Progress, Rejected> {
         let (decoded, signed) = Decoded::<Intent>::parse(now, bytes, MAX_ORDER)?;
@@ -156,7 +156,7 @@ impl Staging {
         self.rates.charge(station, RateClass::of(claim.kind), now);
         let attributed = within
             .by_role(policy, operators)
-            .and_then(|roled| roled.standing(policy, roll, now))
+            .and_then(|roled| roled.standing(policy, revoked, now))
             .and_then(|standing| self.admissible(station, &claim).map(|()| standing))
             .and_then(|admissible| admissible.by_operator(policy, keys, &signed))
             .map_err(rejected)?;
@@ -182,7 +182,7 @@ impl Staging {
     }
 
     /// `who` has been revoked: its intents no longer wait. Gives the commands that are gone.
-    pub fn strike(&mut self, who: NodeId) -> Vec<Command> {
+    pub fn drop_revoked(&mut self, who: NodeId) -> Vec<Command> {
         let (gone, left): (Vec<Waiting>, _) = self.waiting.drain(..).partition(|w| w.intent.id.operator == who);
         self.waiting = left;
         gone.iter().map(Waiting::command).collect()

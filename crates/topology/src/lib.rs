@@ -33,7 +33,7 @@ use wire::person::Role as Person;
 use wire::policy::{Check, Requirement};
 use wire::setup::{Secret, Setup};
 use wire::sign::Key;
-use wire::trust::Mandate;
+use wire::trust::Validity;
 
 use company::Company;
 use draw::Draw;
@@ -85,7 +85,7 @@ pub struct Cast {
     /// Script of the operator, as the oracle is told of it.
     pub script: Script,
     /// For how long identities are admitted.
-    pub mandates: Vec<Mandate>,
+    pub mandates: Vec<Validity>,
     /// Length of the trial, microseconds.
     pub duration: u64,
     /// True if link and stage delays vary with the seed.

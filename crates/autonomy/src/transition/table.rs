@@ -17,7 +17,7 @@ use wire::policy::{Policy, Waived};
 use wire::settings::Settings;
 use wire::sign::{Key, Keyring, Purpose};
 use wire::time::{Instant, Span};
-use wire::trust::Roll;
+use wire::trust::RevocationList;
 
 use super::authority::Mint;
 use super::state::Machine;
@@ -341,7 +341,7 @@ fn ordered(kind: CommandKind, n: u64) -> Ordered {
     gate.admit(
         &policy,
         &keys,
-        &Roll::new(&[], now),
+        &RevocationList::new(&[], now),
         now,
         &signed_order(&key, &Intent { id, unit: UnitId::A, nonce, kind, reason: Text::new("table") }),
     )

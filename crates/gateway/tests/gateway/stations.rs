@@ -109,8 +109,8 @@ fn a_teammate_that_is_struck_hears_no_more_of_the_others_either() {
     assert_eq!(bench.report(a), None);
     assert_eq!(bench.request(&Request::Watch(Nonce(5))), None);
     bench.pass(Span::s(1));
-    let struck = &bench.units[&b];
-    assert_eq!((struck.teammates.len(), struck.grants, struck.watches.len()), (heard, grants, 0));
+    let revoked = &bench.units[&b];
+    assert_eq!((revoked.teammates.len(), revoked.grants, revoked.watches.len()), (heard, grants, 0));
 }
 
 #[test]

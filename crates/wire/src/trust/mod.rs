@@ -42,7 +42,7 @@ pub use ordering::orders::Counters;
 pub use ordering::{Window, Windows};
 pub use rate::Rates;
 pub use schema::{BusMessage, Exchange, Received, SignedReport};
-pub use standing::{Mandate, Revocation, Roll};
+pub use standing::{Revocation, RevocationList, Validity};
 pub use statement::{SignedStatement, Statement};
 
 /// The stages, as types.
