@@ -2,9 +2,9 @@
 
 use wire::bounds::Bounds;
 
-use crate::custody::Flaw;
 use crate::mission::Script;
 use crate::plan::Plan;
+use crate::verification::Flaw;
 use crate::witnessed::{Micros, Witnessed};
 
 /// Everything the judge gets to see.
@@ -14,7 +14,7 @@ pub struct Evidence {
     pub entries: Vec<Witnessed>,
     /// First problem found while following the chains and seals, if any.
     pub broken_log: Option<String>,
-    /// Flaws of the recording against its trust anchors outside the recorder (`crate::custody`). Such a log is no
+    /// Flaws of the recording against its trust anchors outside the recorder (`crate::verification`). Such a log is no
     /// evidence of safety or of its lack.
     pub custody: Vec<Flaw>,
     /// Differences of a live run's cores when their input journals were replayed, each with its core and input.

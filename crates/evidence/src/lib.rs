@@ -1,6 +1,6 @@
 //! The evidence of a trial and its verdict: everything that crosses from those who run a trial to those who judge it and tell of it.
 //!
-//! `log` is the log as it is kept, with the two hashes of a trial; `custody` sets it against the trust anchors held elsewhere; `reading` gives the
+//! `log` is the log as it is kept, with the two hashes of a trial; `verification` sets it against the trust anchors held elsewhere; `reading` gives the
 //! events in order; [`Evidence`] is all of it, with the plan (`plan`, `mission`). The oracle answers with a [`Verdict`] (`fate`,
 //! `demise`, `claims`, `mission` are its parts), of which [`trial::Trial`] is the row in results. `cue` has the events that actors wait for,
 //! `sights` the cores' sights of insiders, `truth` the actions as they were, `passed` the messages between services, `diff` two logs side by side,
@@ -9,7 +9,6 @@
 pub mod ablation;
 pub mod claims;
 pub mod cue;
-pub mod custody;
 pub mod demise;
 pub mod diff;
 mod evidence;
@@ -23,6 +22,7 @@ pub mod sights;
 pub mod trial;
 pub mod truth;
 mod verdict;
+pub mod verification;
 mod witnessed;
 
 pub use evidence::Evidence;

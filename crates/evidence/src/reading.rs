@@ -9,8 +9,8 @@ use wire::event::Event;
 use wire::id::{Boot, NodeId};
 use wire::sign::SharedVerifier;
 
-use crate::custody::{Custodian, Custody, Held, HeldHead, Life};
 use crate::log::Logged;
+use crate::verification::{Held, HeldHead, Life, LogVerifier, Verification};
 use crate::witnessed::Witnessed;
 
 /// The head of each life's chain, from the log before it was in anybody's hands. The recorder's own is no witness against it.
@@ -37,10 +37,10 @@ pub fn read_against(
     log: &[Logged],
     held: &Held,
     verifier: SharedVerifier,
-) -> (Vec<Witnessed>, Option<String>, Custody) {
-    let mut custodian = Custodian::new(held).asking(verifier);
-    let (entries, problem) = follow_all(log, |l| custodian.take(l.at, l.node, &l.bytes));
-    (entries, problem, custodian.close())
+) -> (Vec<Witnessed>, Option<String>, Verification) {
+    let mut log_verifier = LogVerifier::new(held).asking(verifier);
+    let (entries, problem) = follow_all(log, |l| log_verifier.take(l.at, l.node, &l.bytes));
+    (entries, problem, log_verifier.close())
 }
 
 /// Decodes a log and follows its chains. Gives the entries in (time, node, counter) order and the first problem found.

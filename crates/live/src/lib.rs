@@ -26,8 +26,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use evidence::cue::Watch;
-use evidence::custody::{Custody, Held, HeldHead, Stop};
 use evidence::log::Logged;
+use evidence::verification::{Held, HeldHead, Stop, Verification};
 use link::clock::trace_us;
 use link::loopback::LoopbackAddr;
 use link::spec::Control;
@@ -109,7 +109,7 @@ pub struct Aftermath {
     /// The recording, on the run's time; behind it what guards and launcher noted.
     pub log: Vec<Logged>,
     /// What came of the recording, as it was kept.
-    pub custody: Custody,
+    pub custody: Verification,
     /// What is held of it outside the recorder.
     pub held: Held,
     /// The first process that ended by itself, and when, microseconds of the run.
@@ -189,7 +189,7 @@ fn gathered(
     mut held: Held,
     stayed: &Stayed,
     stats: &[(NodeId, Value)],
-) -> Result<(Vec<Logged>, Custody, Held), LiveError> {
+) -> Result<(Vec<Logged>, Verification, Held), LiveError> {
     let start_us = held.start_us;
     // A dead recorder wrote nothing more, nor did one with a full disk; then the mouth logs of the others are the second place where entries are.
     if !held.cut_short

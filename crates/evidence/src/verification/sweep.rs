@@ -12,7 +12,7 @@ use wire::event::Event;
 use wire::id::NodeId;
 use wire::sign::SharedVerifier;
 
-use super::{Custodian, Custody, Held, Life};
+use super::{Held, Life, LogVerifier, Verification};
 use crate::log::{Logged, by_recorder};
 
 /// A whole recording, and its trust anchors.
@@ -129,13 +129,13 @@ impl<'a> Sweep<'a> {
         }
     }
 
-    fn judged(&self, log: &[Logged]) -> Custody {
-        let mut custodian = Custodian::new(self.held).asking(self.verifier.clone());
+    fn judged(&self, log: &[Logged]) -> Verification {
+        let mut log_verifier = LogVerifier::new(self.held).asking(self.verifier.clone());
         for logged in log {
             // What does not follow is noted there.
-            let _ = custodian.take(logged.at, logged.node, &logged.bytes);
+            let _ = log_verifier.take(logged.at, logged.node, &logged.bytes);
         }
-        custodian.close()
+        log_verifier.close()
     }
 
     /// By how much the only difference, a time, was moved.
@@ -149,7 +149,7 @@ impl<'a> Sweep<'a> {
 
     /// True if the first flaw is told at the entry at `place`, or at the next of that life's chain, or behind the last where there is
     /// none. Places count from 0, flaws from 1.
-    fn told_near(&self, custody: &Custody, place: usize) -> bool {
+    fn told_near(&self, custody: &Verification, place: usize) -> bool {
         let life = |logged: &Logged| Entry::decode(&logged.bytes).ok().map(|entry| Life::of(&entry));
         let Some(of) = self.log.get(place).and_then(life) else { return false };
         let next = (place + 1..self.log.len()).find(|i| life(&self.log[*i]) == Some(of));

@@ -49,7 +49,7 @@ impl core::fmt::Display for Flaw {
 
 /// Result of verifying a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Custody {
+pub struct Verification {
     /// Events in it.
     pub events: usize,
     /// True if the recorder's closing seal covers everything.
@@ -102,7 +102,7 @@ impl Chain {
 }
 
 /// Follows a recording, entry by entry, in the order in which it was kept.
-pub struct Custodian<'a> {
+pub struct LogVerifier<'a> {
     held: &'a Held,
     keys: Keyring,
     chains: Chains,
@@ -116,7 +116,7 @@ pub struct Custodian<'a> {
     late: Vec<u64>,
 }
 
-impl<'a> Custodian<'a> {
+impl<'a> LogVerifier<'a> {
     /// A verifier without entries yet.
     pub fn new(held: &'a Held) -> Self {
         Self {
@@ -168,7 +168,7 @@ impl<'a> Custodian<'a> {
     }
 
     /// Judges the entries taken.
-    pub fn close(mut self) -> Custody {
+    pub fn close(mut self) -> Verification {
         self.seals();
         self.signatures();
         self.heads();
@@ -186,7 +186,7 @@ impl<'a> Custodian<'a> {
         let late = self.late.iter().max().copied().filter(|_| self.late.len() == self.flaws.len());
         self.flaws.sort();
         self.flaws.truncate(MAX_FLAWS);
-        Custody { events: self.events, sealed, head, flaws: self.flaws, late }
+        Verification { events: self.events, sealed, head, flaws: self.flaws, late }
     }
 
     /// True if the last entries of `node` may be missing from a recording that was cut short.
