@@ -2,14 +2,13 @@
 //!
 //! `log` is the log as it is kept, with the two hashes of a trial; `verification` sets it against the trust anchors held elsewhere; `reading` gives the
 //! events in order; [`Evidence`] is all of it, with the plan (`plan`, `mission`). The oracle answers with a [`Verdict`] (`fate`,
-//! `demise`, `claims`, `mission` are its parts), of which [`trial::Trial`] is the row in results. `cue` has the events that actors wait for,
+//! `process_fault`, `claims`, `mission` are its parts), of which [`trial::Trial`] is the row in results. `cue` has the events that actors wait for,
 //! `sights` the cores' sights of insiders, `truth` the actions as they were, `passed` the messages between services, `diff` two logs side by side,
 //! `ablation` the checks that a policy can waive. No module here judges.
 
 pub mod ablation;
 pub mod claims;
 pub mod cue;
-pub mod demise;
 pub mod diff;
 mod evidence;
 mod fate;
@@ -17,6 +16,7 @@ pub mod log;
 pub mod mission;
 pub mod passed;
 mod plan;
+pub mod process_fault;
 pub mod reading;
 pub mod sights;
 pub mod trial;

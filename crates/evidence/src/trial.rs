@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::InjectionRow;
 use crate::claims::Claims;
-use crate::demise::Response;
 use crate::mission::Mission;
+use crate::process_fault::Response;
 
 /// Outcome of a trial; the first class that matches, in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]

@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-use crate::demise::Response;
 use crate::fate::Injection;
 use crate::mission::Mission;
+use crate::process_fault::Response;
 use crate::trial::{Latency, Outcome, TransitionRow};
 use crate::witnessed::Micros;
 

@@ -13,7 +13,7 @@
 //! every mode, `effect` for the effects of executions, `content` for P5, `display` for P7, `link` for P3 on the telemetry link, `place` for
 //! the place at which the unit takes itself to be, `takeover` for sessions that another took, `stale` for the age of accepted records, `orders`
 //! for the values that a unit was set to
-//! and a rogue's orders), `demise` the responses owed when a process is killed, `outcome` picks the one class. `mission` compares the mission
+//! and a rogue's orders), `process_fault` the responses owed when a process is killed, `outcome` picks the one class. `mission` compares the mission
 //! with the one that
 //! the scenario presumes, `nearness` gives the margin by which
 //! a trial missed each limit, and judges nothing.
@@ -24,7 +24,6 @@ mod arrived;
 mod conservation;
 mod content;
 mod datagram;
-pub mod demise;
 mod disguise;
 mod display;
 mod effect;
@@ -41,6 +40,7 @@ mod outcome;
 pub mod peers;
 mod place;
 mod planes;
+pub mod process_fault;
 mod properties;
 mod receipt;
 mod speed;
@@ -71,7 +71,7 @@ pub fn judge(evidence: &Evidence) -> Verdict {
     findings.extend(takeover::check(evidence));
     findings.extend(place::check(evidence, &timeline));
     findings.extend(stale::check(evidence, &receipt));
-    let (responses, owed) = demise::judge(evidence, &timeline);
+    let (responses, owed) = process_fault::judge(evidence, &timeline);
     findings.extend(owed);
     findings.sort_by_key(|f| (f.at_us, f.property));
     Verdict { responses, ..outcome::verdict(evidence, &timeline, receipt, findings) }

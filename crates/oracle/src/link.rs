@@ -14,7 +14,7 @@ use wire::mode::Mode;
 
 use super::arrived::Receipt;
 use super::timeline::Timeline;
-use super::{demise, finding, life, stale};
+use super::{finding, life, process_fault, stale};
 
 /// Longer than a link on which a record goes each way every tenth of a second is silent by itself.
 pub(super) const SILENCE: Micros = 350_000;
@@ -59,7 +59,7 @@ pub(super) fn came(evidence: &Evidence, target: NodeId) -> Vec<Micros> {
 ///
 /// A timely record passed the guard at the target, was not made or changed by the adversary, and came within *Tf* of being
 /// taken by the relay, if it was: all from the relay's and the guards' logs. A dead unit changes no mode, and the response owed of a dead end is
-/// `demise`'s to judge: from the end of either to its next start, none is asked for here.
+/// `process_fault`'s to judge: from the end of either to its next start, none is asked for here.
 pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> Vec<Finding> {
     let th = evidence.bounds.to_hold_safe_ms * 1000;
     let mut found = Vec::new();
@@ -67,7 +67,7 @@ pub(super) fn trust(evidence: &Evidence, line: &Timeline, receipt: &Receipt) -> 
         let silences = silences(evidence, receipt, node).into_iter();
         for (before, _) in silences.filter(|(before, at)| at - before > th) {
             // A unit that did not run judges when it runs again; until then its plant's lease stands for it.
-            let mode = line.mode_at(demise::can_judge(evidence, NodeId::UNIT_A, before + th));
+            let mode = line.mode_at(process_fault::can_judge(evidence, NodeId::UNIT_A, before + th));
             if !matches!(mode, Mode::HoldSafe | Mode::Idle) {
                 let what = format!("nothing timely at {node} for {} ms and still {}", th / 1000, mode.name());
                 found.push(finding(Property::P3, before + th, what));

@@ -8,7 +8,7 @@ use wire::stream::Sight;
 use super::arrived::Receipt;
 use super::finding;
 use super::timeline::{Change, Timeline};
-use super::{demise, disguise, mission, mouth};
+use super::{disguise, mission, mouth, process_fault};
 
 /// Puts the verdict together.
 pub(super) fn verdict(evidence: &Evidence, line: &Timeline, receipt: Receipt, mut findings: Vec<Finding>) -> Verdict {
@@ -66,7 +66,7 @@ fn class(evidence: &Evidence, line: &Timeline, receipt: &Receipt, findings: &[Fi
 fn answer(evidence: &Evidence, line: &Timeline, zero: Micros) -> Outcome {
     let reached = |mode: Mode| line.first_change(zero, |c| c.to == mode && c.cause != Cause::Operator).is_some();
     // Of a dead unit only its plant can be believed.
-    if reached(Mode::HoldSafe) || demise::stopped_without_its_unit(evidence, line) {
+    if reached(Mode::HoldSafe) || process_fault::stopped_without_its_unit(evidence, line) {
         Outcome::HoldSafe
     } else if reached(Mode::Degraded) {
         Outcome::Degraded

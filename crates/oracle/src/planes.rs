@@ -121,7 +121,7 @@ fn under_way(command: CommandId, until: Micros) -> Finding {
 }
 
 /// P3 for the operator: *Th* after a HOLD was given, the unit holds, by the order or by its lease. One that did not live all
-/// that time is `demise`'s to judge.
+/// that time is `process_fault`'s to judge.
 pub(super) fn operators_hold(evidence: &Evidence, line: &Timeline) -> Vec<Finding> {
     let dead = life::dead(evidence, NodeId::UNIT_A);
     let lived = |from: Micros, to: Micros| dead.iter().all(|(died, again)| to < *died || from > *again);

@@ -16,7 +16,7 @@ pub enum From {
 /// Fault of the process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Fate {
+pub enum ProcessFault {
     /// It ended.
     Kill,
     /// It did not run for a time.
@@ -33,7 +33,7 @@ pub struct Response {
     /// The process.
     pub process: String,
     /// Fault.
-    pub fate: Fate,
+    pub fate: ProcessFault,
     /// Time, milliseconds of the run.
     pub killed_ms: f64,
     /// The unit's mode at that moment.

@@ -19,7 +19,7 @@ use super::SLACK;
 use super::timeline::{Timeline, Truth};
 use super::{finding, life};
 
-use evidence::demise::{Fate, From, PlantResponse, Response};
+use evidence::process_fault::{From, PlantResponse, ProcessFault, Response};
 pub use owed::{OWED, Owed, owed};
 
 /// Speed below which the plant counts as standing, mm/s.
@@ -32,7 +32,7 @@ const TRUTH_PERIOD: Micros = 100_000;
 /// A process's fate under judgement.
 struct Death<'a> {
     owed: &'static Owed,
-    fate: Fate,
+    fate: ProcessFault,
     killed: Micros,
     /// Time at which it ran again after its longest stop; never for one that is dead.
     runs: Micros,
@@ -47,10 +47,10 @@ pub(super) fn judge(evidence: &Evidence, line: &Timeline) -> (Vec<Response>, Vec
     let (mut responses, mut findings) = (Vec::new(), Vec::new());
     for w in &evidence.entries {
         let (node, fate) = match w.entry.event {
-            Event::Ended { node, killed: true } => (node, Fate::Kill),
-            Event::Suspended { node, how: Suspension::Hang, on: true } => (node, Fate::Hang),
-            Event::Suspended { node, how: Suspension::Slow { .. }, on: true } => (node, Fate::Slow),
-            Event::DiskFull { node, on: true } => (node, Fate::Full),
+            Event::Ended { node, killed: true } => (node, ProcessFault::Kill),
+            Event::Suspended { node, how: Suspension::Hang, on: true } => (node, ProcessFault::Hang),
+            Event::Suspended { node, how: Suspension::Slow { .. }, on: true } => (node, ProcessFault::Slow),
+            Event::DiskFull { node, on: true } => (node, ProcessFault::Full),
             _ => continue,
         };
         let Some(owed) = owed(node) else { continue };
@@ -195,7 +195,7 @@ impl Death<'_> {
             return vec![finding(Property::P10, self.killed, what)];
         }
         let Some(zero) = self.zero else {
-            if self.fate != Fate::Kill {
+            if self.fate != ProcessFault::Kill {
                 return Vec::new();
             }
             let what = format!("no HOLD was given after {} was killed", self.owed.node);
@@ -210,7 +210,7 @@ impl Death<'_> {
             let holds = self.owed.ends_in == Mode::HoldSafe && self.owed.node != NodeId::SIM;
             found.extend(if holds { self.stands_in_time(zero) } else { None });
         }
-        found.extend(if self.fate == Fate::Full { self.held_up() } else { None });
+        found.extend(if self.fate == ProcessFault::Full { self.held_up() } else { None });
         found
     }
 
@@ -239,7 +239,7 @@ impl Death<'_> {
     /// True if there was a cause for a response.
     fn owes(&self) -> bool {
         let Some(zero) = self.zero else { return false };
-        if self.fate == Fate::Full {
+        if self.fate == ProcessFault::Full {
             return true;
         }
         if self.unit_dead() {

@@ -4,7 +4,7 @@ use wire::bounds::Bounds;
 use wire::id::NodeId;
 use wire::mode::Mode;
 
-use evidence::demise::From;
+use evidence::process_fault::From;
 
 /// Response owed when one process is killed while the platform is READY or holds authority.
 #[derive(Clone, Copy, Debug)]
