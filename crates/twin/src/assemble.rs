@@ -13,25 +13,26 @@ use super::delay::Delays;
 use super::holder::Client;
 use super::net::Association;
 use super::part::Part;
+use super::part::baseline::Baseline;
 use super::part::make::{AssemblyError, core};
-use super::part::trunk::Trunk;
 use super::queue::NodeIndex;
 use super::verified::Verified;
 use super::{Assembly, Node};
 
-/// Makes every core of `cast`, but for those that go along with `trunk`. `seed` drives the delays.
+/// Makes every core of `cast`, but for those that go along with `baseline`. `seed` drives the delays.
 pub fn assemble(
     cast: &Cast,
     seed: u64,
     guard: Requirement,
     mouths: bool,
-    trunk: Option<&Arc<Trunk>>,
+    baseline: Option<&Arc<Baseline>>,
 ) -> Result<Assembly, AssemblyError> {
     let clocks: Vec<HostClock> = cast.clocks.iter().copied().map(HostClock::from).collect();
-    let verified = trunk.map_or_else(Verified::default, |trunk| trunk.verified());
+    let verified = baseline.map_or_else(Verified::default, |baseline| baseline.verified());
     let made = cast.members.iter().map(|member| {
-        let along = trunk.and_then(|trunk| trunk.along(member, WorldId(0)));
-        let core = along.map_or_else(|| fresh(member, &clocks, &verified), |along| Ok(Part::Along(Box::new(along))))?;
+        let along = baseline.and_then(|baseline| baseline.along(member, WorldId(0)));
+        let core =
+            along.map_or_else(|| fresh(member, &clocks, &verified), |along| Ok(Part::Following(Box::new(along))))?;
         Ok(node(member, core))
     });
     let nodes = made.collect::<Result<Vec<_>, _>>()?;

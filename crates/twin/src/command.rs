@@ -65,7 +65,7 @@ impl Relayed {
 
 /// Event on the relayed path.
 #[derive(Clone)]
-pub(super) enum Along {
+pub(super) enum StreamEvent {
     /// The client dials.
     Dial,
     /// A publication for the client reaches the broker.
@@ -86,7 +86,7 @@ impl Twin {
     /// The first dial.
     pub(super) fn open_commands(&mut self) {
         if let Some(client) = self.commands.as_ref().map(|c| c.client) {
-            self.queue.push(OPENS_AT, client, Happening::Along(Along::Dial));
+            self.queue.push(OPENS_AT, client, Happening::Stream(StreamEvent::Dial));
         }
     }
 
@@ -153,7 +153,7 @@ impl Twin {
                 let at = self.in_order(node, reader as NodeIndex, at + hop);
                 let bytes = bytes.to_vec();
                 let happening = if relayed {
-                    Happening::Along(Along::Order(subject, bytes))
+                    Happening::Stream(StreamEvent::Order(subject, bytes))
                 } else {
                     Happening::Input(Input::Published { subject, bytes })
                 };
@@ -163,31 +163,35 @@ impl Twin {
     }
 
     /// Something happens on the relayed path.
-    pub(super) fn along(&mut self, along: Along) {
+    pub(super) fn along(&mut self, along: StreamEvent) {
         let Some(commands) = &mut self.commands else { return };
         let present = commands.stream.connection;
         match along {
-            Along::Dial => self.dial(),
-            Along::Order(subject, bytes) => {
+            StreamEvent::Dial => self.dial(),
+            StreamEvent::Order(subject, bytes) => {
                 if let Some(sealed) = commands.stream.publish(Side::Server, subject, bytes) {
                     self.write(Side::Server, self.now, sealed);
                 }
             }
-            Along::Piece(connection, side, bytes) if connection == present => self.piece(side, &bytes),
-            Along::Reset(connection) if connection == present => {
+            StreamEvent::Piece(connection, side, bytes) if connection == present => self.piece(side, &bytes),
+            StreamEvent::Reset(connection) if connection == present => {
                 for side in [Side::Client, Side::Server] {
                     self.end(side, Sight::Closed);
                 }
             }
-            Along::Handshake(connection) if connection == present && !commands.stream.up => {
+            StreamEvent::Handshake(connection) if connection == present && !commands.stream.up => {
                 self.hang_up(Side::Server);
             }
-            Along::Patience(connection) if connection == present && !commands.stream.up => {
+            StreamEvent::Patience(connection) if connection == present && !commands.stream.up => {
                 self.hang_up(Side::Client);
             }
-            Along::KeepAlive(connection) if connection == present && commands.stream.up => self.keep_alive(),
+            StreamEvent::KeepAlive(connection) if connection == present && commands.stream.up => self.keep_alive(),
             // Of a connection that is over.
-            Along::Piece(..) | Along::Reset(_) | Along::Handshake(_) | Along::Patience(_) | Along::KeepAlive(_) => {}
+            StreamEvent::Piece(..)
+            | StreamEvent::Reset(_)
+            | StreamEvent::Handshake(_)
+            | StreamEvent::Patience(_)
+            | StreamEvent::KeepAlive(_) => {}
         }
     }
 
@@ -200,12 +204,12 @@ impl Twin {
         }
         if !alive(commands.relay) || self.broker.is_none() {
             let again = self.now + commands.redial.pause(self.now);
-            return self.queue.push(again, client, Happening::Along(Along::Dial));
+            return self.queue.push(again, client, Happening::Stream(StreamEvent::Dial));
         }
         let hello = commands.stream.dial();
         let connection = commands.stream.connection;
-        self.queue.push(self.now + HANDSHAKE, client, Happening::Along(Along::Handshake(connection)));
-        self.queue.push(self.now + PATIENCE, client, Happening::Along(Along::Patience(connection)));
+        self.queue.push(self.now + HANDSHAKE, client, Happening::Stream(StreamEvent::Handshake(connection)));
+        self.queue.push(self.now + PATIENCE, client, Happening::Stream(StreamEvent::Patience(connection)));
         self.write(Side::Client, self.now, hello);
     }
 
@@ -218,7 +222,7 @@ impl Twin {
         if let Some(ping) = commands.stream.ping() {
             self.write(Side::Client, self.now, ping);
         }
-        self.queue.push(self.now + KEEP_ALIVE, client, Happening::Along(Along::KeepAlive(connection)));
+        self.queue.push(self.now + KEEP_ALIVE, client, Happening::Stream(StreamEvent::KeepAlive(connection)));
     }
 
     /// The end at `side` writes bytes at `at`: they go to the relay. An empty piece is the end.
@@ -233,13 +237,13 @@ impl Twin {
     }
 
     /// The relay acted at `at`, in order with the other traffic towards `side`.
-    pub(super) fn relayed(&mut self, node: NodeIndex, at: Micros, side: Side, along: Along) {
+    pub(super) fn relayed(&mut self, node: NodeIndex, at: Micros, side: Side, along: StreamEvent) {
         let Some(commands) = self.commands.as_mut().filter(|c| c.relay == node) else { return };
         let to = commands.end(side, &self.nodes);
         let hop = self.delays.datagram((self.nodes[usize::from(node)].id, to), at);
         let latest = &mut commands.latest[2 + side as usize];
         *latest = (at + hop).max(*latest);
-        self.queue.push(*latest, commands.client, Happening::Along(along));
+        self.queue.push(*latest, commands.client, Happening::Stream(along));
     }
 
     /// Bytes, or the end, reach the end at `side`.
@@ -278,7 +282,7 @@ impl Twin {
                 let session = commands.stream.session();
                 let now = self.now;
                 self.commands.iter_mut().for_each(|commands| commands.redial.stands(now));
-                self.queue.push(self.now + KEEP_ALIVE, client, Happening::Along(Along::KeepAlive(connection)));
+                self.queue.push(self.now + KEEP_ALIVE, client, Happening::Stream(StreamEvent::KeepAlive(connection)));
                 let peer = self.nodes[usize::from(client)].commands.as_ref().map(|client| client.peer);
                 if let (Some(hostile), Some(peer)) = (self.index(NodeId::INSIDER_BROKER), peer) {
                     self.feed(hostile, Input::Opened { session, peer });
@@ -309,7 +313,7 @@ impl Twin {
         let (client, offset) = (commands.client, commands.stream.place(side).offset());
         if side == Side::Client {
             let again = self.now + commands.redial.pause(self.now);
-            self.queue.push(again, client, Happening::Along(Along::Dial));
+            self.queue.push(again, client, Happening::Stream(StreamEvent::Dial));
         }
         self.saw(side, sight, offset, &[]);
         if lost {

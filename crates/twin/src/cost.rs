@@ -17,11 +17,11 @@ use wire::time::Instant;
 
 use super::Twin;
 use super::part::Part;
+use super::part::baseline::Baseline;
 use super::part::make::AssemblyError;
-use super::part::trunk::Trunk;
 use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
-use super::trial::{Run, conclude, start, start_along, trunk};
+use super::trial::{Run, baseline, conclude, start, start_following};
 use super::verified::Asked;
 
 /// A trial that was watched.
@@ -54,24 +54,24 @@ pub fn watched(scenario: &Scenario, setup: &Setup, seed: u64, clock: fn() -> u64
 /// A trial that is known, to be run again.
 pub struct Known {
     seed: u64,
-    trunk: Arc<Trunk>,
+    baseline: Arc<Baseline>,
     cast: Cast,
     /// The trial a while before its end.
     twin: Twin,
 }
 
 impl Known {
-    /// Runs the trial once as a trunk, and once up to `suffix` before its end.
+    /// Runs the trial once as a baseline, and once up to `suffix` before its end.
     pub fn of(scenario: &Scenario, setup: &Setup, seed: u64, suffix: Micros) -> Result<Known, AssemblyError> {
-        let trunk = Arc::new(trunk(scenario, setup, seed)?);
+        let baseline = Arc::new(baseline(scenario, setup, seed)?);
         let (cast, mut twin) = start(scenario, setup, seed, false)?;
         twin.run_until(cast.duration.saturating_sub(suffix));
-        Ok(Known { seed, trunk, cast, twin })
+        Ok(Known { seed, baseline, cast, twin })
     }
 
-    /// Runs and judges it with every core going along with the trunk: casting, the engine and the judge are left.
+    /// Runs and judges it with every core going along with the baseline: casting, the engine and the judge are left.
     pub fn along(&self, scenario: &Scenario, setup: &Setup) -> Result<Run, AssemblyError> {
-        let (cast, twin) = start_along(scenario, setup, self.seed, &self.trunk)?;
+        let (cast, twin) = start_following(scenario, setup, self.seed, &self.baseline)?;
         Ok(conclude(cast, twin, setup))
     }
 

@@ -80,7 +80,7 @@ impl Delays {
             Part::Recorder(_) => (60, 260),
             Part::Adversary(Adversary::DatagramRelay(_) | Adversary::StreamRelay(_)) => (10, 60),
             Part::Adversary(_) => (40, 250),
-            Part::Along(along) => return self.stage(node, along.like(), outputs, at),
+            Part::Following(along) => return self.stage(node, along.like(), outputs, at),
         };
         self.draw(range, Kind::Stage, (node, node), at)
     }

@@ -42,7 +42,7 @@ use wire::sign::Key;
 use wire::time::Instant;
 
 use clock::HostClock;
-use command::{Along, Relayed};
+use command::{Relayed, StreamEvent};
 use delay::{Delays, Way};
 use disk::Disk;
 use guard::Guard;
@@ -107,7 +107,7 @@ enum Happening {
     Datagram { association: u8, end: u8, bytes: Vec<u8> },
     Stranger { association: u8, bytes: Vec<u8> },
     Open(u8),
-    Along(Along),
+    Stream(StreamEvent),
     Due(sessions::Due),
     Unfinished { bytes: Vec<u8> },
     Distribute { subject: Subject, bytes: Vec<u8> },
@@ -404,7 +404,7 @@ impl Twin {
             Happening::Datagram { association, end, bytes } => self.arrive(association, end, &bytes),
             Happening::Stranger { association, bytes } => self.stranger(association, &bytes),
             Happening::Open(association) => self.open(association),
-            Happening::Along(along) => {
+            Happening::Stream(along) => {
                 self.enter(Stage::Broker);
                 self.along(along);
                 self.enter(Stage::Engine);
@@ -536,9 +536,9 @@ impl Twin {
             }
             Output::Audit { bytes } => self.record(self.nodes[usize::from(node)].id, bytes),
             Output::Stream { connection, side, bytes } => {
-                self.relayed(node, at, side, Along::Piece(connection.0, side, bytes));
+                self.relayed(node, at, side, StreamEvent::Piece(connection.0, side, bytes));
             }
-            Output::Reset { connection } => self.relayed(node, at, Side::Client, Along::Reset(connection.0)),
+            Output::Reset { connection } => self.relayed(node, at, Side::Client, StreamEvent::Reset(connection.0)),
             Output::Join => self.want(node, true),
             Output::Leave => self.want(node, false),
             // For a person.

@@ -16,7 +16,7 @@ use wire::setup::Setup;
 use wire::step::StepName;
 use wire::time::Instant;
 
-use super::command::Along;
+use super::command::StreamEvent;
 use super::part::make::core;
 use super::queue::{Micros, NodeIndex};
 use super::{Happening, OPENS_AT, Twin};
@@ -212,12 +212,15 @@ impl Twin {
             Happening::Open(association) => halted(end(*association, 0)),
             Happening::Due(due) => halted(end(due.association, usize::from(due.end))),
             Happening::Distribute { .. } | Happening::Connect => halted(NodeId::BROKER),
-            Happening::Along(along) => match along {
-                Along::Dial | Along::Patience(_) | Along::KeepAlive(_) | Along::Piece(_, Side::Client, _) => {
-                    halted(id(node))
+            Happening::Stream(along) => match along {
+                StreamEvent::Dial
+                | StreamEvent::Patience(_)
+                | StreamEvent::KeepAlive(_)
+                | StreamEvent::Piece(_, Side::Client, _) => halted(id(node)),
+                StreamEvent::Order(..) | StreamEvent::Handshake(_) | StreamEvent::Piece(_, Side::Server, _) => {
+                    halted(NodeId::BROKER)
                 }
-                Along::Order(..) | Along::Handshake(_) | Along::Piece(_, Side::Server, _) => halted(NodeId::BROKER),
-                Along::Reset(_) => None,
+                StreamEvent::Reset(_) => None,
             },
             Happening::ProcessFault(..) => None,
         }
@@ -266,7 +269,7 @@ impl Twin {
             }
         }
         if self.commands.as_ref().is_some_and(|commands| commands.client == node) {
-            self.queue.push(self.now + OPENS_AT, node, Happening::Along(Along::Dial));
+            self.queue.push(self.now + OPENS_AT, node, Happening::Stream(StreamEvent::Dial));
         }
         self.settle(node, None);
     }

@@ -59,7 +59,7 @@ impl Stage {
             Part::Console(_) => Stage::Console,
             Part::Recorder(_) => Stage::Recorder,
             Part::Adversary(_) => Stage::Adversary,
-            Part::Along(along) => Stage::of(along.like()),
+            Part::Following(along) => Stage::of(along.like()),
         }
     }
 

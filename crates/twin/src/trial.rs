@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::Twin;
 use super::assemble::assemble;
+use super::part::baseline::Baseline;
 use super::part::make::AssemblyError;
-use super::part::trunk::Trunk;
 use super::queue::Micros;
 use super::stopwatch::{Stage, Stopwatch};
 use super::verified::Asked;
@@ -53,22 +53,22 @@ pub fn begin(cast: &Cast, setup: &Setup, seed: u64, mouths: bool) -> Result<Twin
     Ok(Twin::new(assemble(cast, seed, setup.policy.record_guard, mouths, None)?))
 }
 
-/// Runs the twin of `scenario` and keeps it as a trunk.
-pub fn trunk(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Trunk, AssemblyError> {
+/// Runs the twin of `scenario` and keeps it as a baseline.
+pub fn baseline(scenario: &Scenario, setup: &Setup, seed: u64) -> Result<Baseline, AssemblyError> {
     let (cast, twin) = start(scenario, setup, seed, true)?;
-    Trunk::record(&cast, twin, GRACE)
+    Baseline::record(&cast, twin, GRACE)
 }
 
-/// Starts the twin of `scenario` at time zero, each core along with `trunk` for as long as it is fed the same. Only
+/// Starts the twin of `scenario` at time zero, each core along with `baseline` for as long as it is fed the same. Only
 /// the time that it takes depends on that.
-pub fn start_along(
+pub fn start_following(
     scenario: &Scenario,
     setup: &Setup,
     seed: u64,
-    trunk: &Arc<Trunk>,
+    baseline: &Arc<Baseline>,
 ) -> Result<(Cast, Twin), AssemblyError> {
     let cast = cast(scenario, setup, seed, &RunSecret::seeded(seed));
-    let twin = Twin::new(assemble(&cast, seed, setup.policy.record_guard, false, Some(trunk))?);
+    let twin = Twin::new(assemble(&cast, seed, setup.policy.record_guard, false, Some(baseline))?);
     Ok((cast, twin))
 }
 

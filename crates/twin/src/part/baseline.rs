@@ -22,7 +22,7 @@ use crate::{Mouthful, Twin};
 const SNAPSHOTS: u64 = 64;
 
 /// A run that is known.
-pub struct Trunk {
+pub struct Baseline {
     tracks: Vec<Track>,
     verified: Verified,
 }
@@ -37,7 +37,7 @@ struct Track {
     snapshots: Vec<(usize, Part)>,
 }
 
-impl Trunk {
+impl Baseline {
     /// Runs `twin`, which has just been made from `cast` and keeps its mouths, to its end.
     ///
     /// # Errors
@@ -66,11 +66,11 @@ impl Trunk {
         Ok(Self { tracks, verified })
     }
 
-    /// A core of `member` that goes along; none where the trunk has none that was made in the same way.
-    pub fn along(self: &Arc<Self>, member: &Member, world: WorldId) -> Option<Along> {
+    /// A core of `member` that goes along; none where the baseline has none that was made in the same way.
+    pub fn along(self: &Arc<Self>, member: &Member, world: WorldId) -> Option<Following> {
         let same = |track: &Track| track.member.setup == member.setup && track.member.role == member.role;
         let track = self.tracks.iter().position(same)?;
-        Some(Along { trunk: Arc::clone(self), track, world, fed: 0, said: 0, left: None })
+        Some(Following { baseline: Arc::clone(self), track, world, fed: 0, said: 0, left: None })
     }
 
     /// The signatures that its cores know to be good, in a memory of its own.
@@ -79,9 +79,9 @@ impl Trunk {
     }
 }
 
-/// A core that goes along with a trunk, or has left it.
-pub struct Along {
-    trunk: Arc<Trunk>,
+/// A core that goes along with a baseline, or has left it.
+pub struct Following {
+    baseline: Arc<Baseline>,
     track: usize,
     world: WorldId,
     /// Mouthfuls that were the same.
@@ -91,12 +91,12 @@ pub struct Along {
     left: Option<Part>,
 }
 
-impl Along {
+impl Following {
     /// The same in a forked world.
     #[must_use]
-    pub fn fork(&self, world: WorldId) -> Along {
+    pub fn fork(&self, world: WorldId) -> Following {
         let left = self.left.as_ref().map(|part| part.fork(world));
-        Along { trunk: Arc::clone(&self.trunk), world, left, ..*self }
+        Following { baseline: Arc::clone(&self.baseline), world, left, ..*self }
     }
 
     /// The core once it runs by itself, or one of the same kind.
@@ -116,7 +116,7 @@ impl Along {
     }
 
     fn track(&self) -> &Track {
-        &self.trunk.tracks[self.track]
+        &self.baseline.tracks[self.track]
     }
 
     /// The core in its state after the inputs so far.
@@ -133,7 +133,7 @@ impl Along {
     }
 }
 
-impl Core for Along {
+impl Core for Following {
     fn handle(&mut self, now: Instant, input: &Input) {
         if let Some(part) = &mut self.left {
             return part.handle(now, input);
