@@ -40,7 +40,7 @@ use draw::Draw;
 
 pub use attack::is_attacked;
 pub use keys::RunSecret;
-pub use member::{Host, Member, Role, Seat};
+pub use member::{BusEndpoint, Host, Member, Role};
 pub use process::{ProcessFault, ProcessFaultKind, Turn, next_turn, node_of};
 pub use scene::needs_rendering;
 

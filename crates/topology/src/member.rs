@@ -52,7 +52,7 @@ pub enum Role {
 /// Endpoint of a participant on the shared memory of its host. With a gateway insider, messages from the gateway and
 /// messages for it are on channels *inside*, which the insider alone joins to those that everybody else uses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Seat {
+pub enum BusEndpoint {
     /// On the channels that everybody uses.
     #[default]
     Outside,
@@ -62,15 +62,15 @@ pub enum Seat {
     Between,
 }
 
-impl Seat {
+impl BusEndpoint {
     /// True if it reads `topic` inside.
     pub fn reads_inside(self, topic: Topic) -> bool {
-        self == Seat::Inside || (self == Seat::Between && topic == Topic::Feed)
+        self == BusEndpoint::Inside || (self == BusEndpoint::Between && topic == Topic::Feed)
     }
 
     /// True if it writes `topic` inside.
     pub fn writes_inside(self, topic: Topic) -> bool {
-        self == Seat::Inside || (self == Seat::Between && topic == Topic::Intents)
+        self == BusEndpoint::Inside || (self == BusEndpoint::Between && topic == Topic::Intents)
     }
 }
 
@@ -92,7 +92,7 @@ pub struct Member {
     /// True if it is connected to the broker.
     pub commands: bool,
     /// Endpoint on its host's shared memory.
-    pub seat: Seat,
+    pub endpoint: BusEndpoint,
 }
 
 impl Member {

@@ -83,7 +83,7 @@ fn fresh(member: &Member, clocks: &[HostClock], verified: &Verified) -> Result<P
 fn node(member: &Member, core: Part) -> Node {
     let mut node = Node::new(member.node(), core, member.host as u8);
     node.subscribes.clone_from(&member.subscribes);
-    node.seat = member.seat;
+    node.endpoint = member.endpoint;
     // The unit under test has its session over the modelled stream.
     let from_start = member.node() != NodeId::UNIT_A && !member.role.joins_later();
     node.commands = member.peer.filter(|_| member.commands).map(|peer| Client::new(peer, from_start));

@@ -32,7 +32,7 @@ use std::collections::{BTreeMap, VecDeque};
 use evidence::cue::{Cue, Watch};
 use evidence::log::{Logged, by_recorder};
 use evidence::sights::Claims;
-use topology::{Member, ProcessFault, Seat, Turn};
+use topology::{BusEndpoint, Member, ProcessFault, Turn};
 use wire::audit::Journal;
 use wire::core::{Core, Input, Output, Side, Subject, Topic};
 use wire::event::GuardVerdict;
@@ -71,7 +71,7 @@ pub struct Node {
     /// Channels it reads.
     pub subscribes: Vec<Topic>,
     /// Endpoint on its host's shared memory.
-    pub seat: Seat,
+    pub endpoint: BusEndpoint,
     /// Role on the command plane.
     pub commands: Option<Client>,
     /// True if it has steps that can be called.
@@ -90,7 +90,7 @@ impl Node {
             part,
             host,
             subscribes: Vec::new(),
-            seat: Seat::Outside,
+            endpoint: BusEndpoint::Outside,
             commands: None,
             takes_cues: false,
             alive: true,
@@ -256,7 +256,7 @@ impl Twin {
             part: n.part.fork(world),
             host: n.host,
             subscribes: n.subscribes.clone(),
-            seat: n.seat,
+            endpoint: n.endpoint,
             commands: n.commands.clone(),
             takes_cues: n.takes_cues,
             alive: n.alive,
@@ -556,11 +556,11 @@ impl Twin {
         if bytes.len() > topic.max_len() || !self.flushed(node, topic) {
             return;
         }
-        let Node { host, seat, .. } = self.nodes[usize::from(node)];
-        let inside = seat.writes_inside(topic);
+        let Node { host, endpoint, .. } = self.nodes[usize::from(node)];
+        let inside = endpoint.writes_inside(topic);
         for reader in 0..self.nodes.len() {
             let n = &self.nodes[reader];
-            if n.host == host && n.subscribes.contains(&topic) && n.seat.reads_inside(topic) == inside {
+            if n.host == host && n.subscribes.contains(&topic) && n.endpoint.reads_inside(topic) == inside {
                 let hop = self.delays.bus(self.way(node, reader as NodeIndex), at);
                 let at = self.in_order(node, reader as NodeIndex, at + hop);
                 let input = Input::Bus { topic, bytes: bytes.to_vec() };
