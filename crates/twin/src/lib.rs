@@ -118,7 +118,7 @@ enum Happening {
 
 /// One input of a core and its outputs.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Mouthful {
+pub struct JournalEntry {
     /// Local time.
     pub now: Instant,
     /// Input.
@@ -158,7 +158,7 @@ pub struct Twin {
     refusals: Journal,
     /// Messages that insiders claim to have sent.
     claims: Claims,
-    mouths: Option<Vec<Vec<Mouthful>>>,
+    mouths: Option<Vec<Vec<JournalEntry>>>,
     verified: Verified,
     stopwatch: Option<Stopwatch>,
 }
@@ -326,12 +326,12 @@ impl Twin {
     }
 
     /// Inputs and outputs of every core, by node, when they were asked for.
-    pub fn mouths(&self) -> Option<&[Vec<Mouthful>]> {
+    pub fn mouths(&self) -> Option<&[Vec<JournalEntry>]> {
         self.mouths.as_deref()
     }
 
     /// The same of a twin that has ended.
-    pub fn into_mouths(self) -> Vec<Vec<Mouthful>> {
+    pub fn into_mouths(self) -> Vec<Vec<JournalEntry>> {
         self.mouths.unwrap_or_default()
     }
 
@@ -462,7 +462,7 @@ impl Twin {
         }
         if let (Some(mouths), Some((now, input))) = (&mut self.mouths, fed) {
             let deadline = self.nodes[usize::from(node)].part.deadline();
-            mouths[usize::from(node)].push(Mouthful {
+            mouths[usize::from(node)].push(JournalEntry {
                 now,
                 input,
                 outputs: outputs.iter().cloned().collect(),

@@ -20,12 +20,12 @@ use wire::id::NodeId;
 use crate::clock::HostClock;
 use crate::part::make::{AssemblyError, part};
 use crate::trial::{GRACE, start};
-use crate::{Mouthful, Twin};
+use crate::{JournalEntry, Twin};
 
 /// A run with the known inputs and outputs of each core.
 pub struct Fed {
     cast: Cast,
-    mouths: Vec<Vec<Mouthful>>,
+    mouths: Vec<Vec<JournalEntry>>,
 }
 
 /// Runs the scenario and keeps the inputs and outputs of every core.
@@ -116,7 +116,7 @@ impl Fed {
     }
 }
 
-fn one(cast: &Cast, member: &Member, mouth: &[Mouthful], same: Same) -> Result<Refed, AssemblyError> {
+fn one(cast: &Cast, member: &Member, mouth: &[JournalEntry], same: Same) -> Result<Refed, AssemblyError> {
     let clock = HostClock::from(cast.clocks[member.host as usize]);
     let mut core = part(member, clock.read(0))?;
     // What a core says when it is made went into the run's log before its mouth opened.

@@ -16,7 +16,7 @@ use wire::time::Instant;
 use super::Part;
 use super::make::{AssemblyError, part};
 use crate::verified::Verified;
-use crate::{Mouthful, Twin};
+use crate::{JournalEntry, Twin};
 
 /// Snapshots of each core, evenly over the run: the part computed again when a core leaves the baseline is less than one of them.
 const SNAPSHOTS: u64 = 64;
@@ -32,8 +32,8 @@ struct Track {
     member: Member,
     /// Its outputs before its first input, and its first deadline.
     start: (Vec<Output>, Option<Instant>),
-    mouth: Vec<Mouthful>,
-    /// After how many mouthfuls, in order; the first after none.
+    mouth: Vec<JournalEntry>,
+    /// After how many entries, in order; the first after none.
     snapshots: Vec<(usize, Part)>,
 }
 
@@ -84,7 +84,7 @@ pub struct Following {
     baseline: Arc<Baseline>,
     track: usize,
     world: WorldId,
-    /// Mouthfuls that were the same.
+    /// Entries that were the same.
     fed: usize,
     /// Outputs given of the last of these.
     said: usize,
@@ -125,7 +125,7 @@ impl Following {
         let last = snapshots.partition_point(|(fed, _)| *fed <= self.fed) - 1;
         let (from, snapshot) = &snapshots[last];
         let mut part = snapshot.fork(self.world);
-        for Mouthful { now, input, .. } in &mouth[*from..self.fed] {
+        for JournalEntry { now, input, .. } in &mouth[*from..self.fed] {
             part.handle(*now, input);
             while part.output().is_some() {}
         }
