@@ -7,7 +7,7 @@ use wire::event::{Action, FaultKind, Sensor};
 use wire::id::{NodeId, ObjectId, PeerId};
 use wire::sensor::Class;
 use wire::step::StepName;
-use wire::stream::Deed;
+use wire::stream::StreamEffect;
 
 use super::Micros;
 
@@ -18,7 +18,7 @@ pub enum Planned {
     /// An action of the relay, of a teammate, or of a rogue on shared memory.
     Action(Action),
     /// Something that the relay does to a byte stream.
-    Stream(Deed),
+    Stream(StreamEffect),
     /// Something that a hostile broker does to publications.
     Broker(Action),
     /// Action of a gateway insider on messages to the display.

@@ -17,7 +17,7 @@ pub const MAX_MOMENTS: usize = 256;
 const AGAIN: Micros = 1_000_000;
 
 /// Something that was done.
-struct Deed {
+struct ToldAction {
     what: String,
     phase: Phase,
 }
@@ -29,7 +29,7 @@ enum Phase {
     Ends,
 }
 
-impl Deed {
+impl ToldAction {
     fn words(self) -> String {
         match self.phase {
             Phase::Once => self.what,
@@ -59,7 +59,7 @@ pub fn of(entries: &[Witnessed]) -> Vec<Happened> {
         if w.entry.node == NodeId::CONSOLE {
             clock = (w.at, w.entry.at.0);
         }
-        let Some(what) = deed(w).map(Deed::words) else { continue };
+        let Some(what) = deed(w).map(ToldAction::words) else { continue };
         let goes_on = told.insert(what.clone(), w.at).is_some_and(|before| w.at.saturating_sub(before) < AGAIN);
         if !goes_on && happened.len() < MAX_MOMENTS {
             happened.push(Happened { at_us: (clock.1 + w.at).saturating_sub(clock.0), what });
@@ -86,7 +86,7 @@ pub fn lasted(entries: &[Witnessed]) -> Vec<Lasted> {
     // Where in `all` the last of a name stands.
     let mut last: BTreeMap<String, usize> = BTreeMap::new();
     for w in entries {
-        let Some(Deed { what, phase }) = deed(w) else { continue };
+        let Some(ToldAction { what, phase }) = deed(w) else { continue };
         let goes_on = |before: &Lasted| match phase {
             Phase::Once => w.at.saturating_sub(before.to) < AGAIN,
             Phase::Begins => false,
@@ -103,7 +103,7 @@ pub fn lasted(entries: &[Witnessed]) -> Vec<Lasted> {
     all
 }
 
-fn deed(w: &Witnessed) -> Option<Deed> {
+fn deed(w: &Witnessed) -> Option<ToldAction> {
     let node = w.entry.node;
     let phase = |begins: bool| if begins { Phase::Begins } else { Phase::Ends };
     let (what, phase) = match w.entry.event {
@@ -129,7 +129,7 @@ fn deed(w: &Witnessed) -> Option<Deed> {
         Event::DiskFull { node, on } => (format!("full disk of {node}"), phase(on)),
         _ => return None,
     };
-    Some(Deed { what, phase })
+    Some(ToldAction { what, phase })
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use minicbor::{Decode, Encode};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Encode, Decode, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 #[cbor(index_only)]
-pub enum Deed {
+pub enum StreamEffect {
     /// Held bytes back for some time.
     #[n(0)]
     Held,

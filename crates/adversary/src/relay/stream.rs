@@ -13,7 +13,7 @@ use wire::event::{Event, wire_hash};
 use wire::id::{SessionId, WorldId};
 use wire::place::Place;
 use wire::setup::Setup;
-use wire::stream::Deed;
+use wire::stream::StreamEffect;
 use wire::time::{Instant, Span};
 
 use super::{SIDES, Tally, forge};
@@ -56,7 +56,7 @@ struct Lane {
 
 impl Lane {
     /// The journal's entry for the action on `bytes`, which come next.
-    fn tampered(&self, deed: Deed, side: Side, bytes: &[u8], delay: Span) -> Event {
+    fn tampered(&self, deed: StreamEffect, side: Side, bytes: &[u8], delay: Span) -> Event {
         let mut named = self.place.clone();
         named.pass(bytes);
         Event::Tampered {
@@ -138,7 +138,7 @@ impl StreamRelay {
         let lane = self.connections.get(&connection).map(|lanes| &lanes[towards as usize]);
         if let Some(lane) = lane.filter(|lane| lane.ended) {
             self.tally.dropped[from as usize] += 1;
-            let event = lane.tampered(Deed::HalfClosed, towards, bytes, Span::ZERO);
+            let event = lane.tampered(StreamEffect::HalfClosed, towards, bytes, Span::ZERO);
             self.outbox.write(now, event);
             return;
         }
@@ -185,11 +185,11 @@ impl StreamRelay {
         lane.last_due = due;
         lane.bytes += bytes.len();
         if damaged {
-            let event = lane.tampered(Deed::Damaged, towards, &bytes, due.since(now));
+            let event = lane.tampered(StreamEffect::Damaged, towards, &bytes, due.since(now));
             self.outbox.write(now, event);
         }
         if due > now {
-            let event = lane.tampered(Deed::Held, towards, &bytes, due.since(now));
+            let event = lane.tampered(StreamEffect::Held, towards, &bytes, due.since(now));
             self.outbox.write(now, event);
         }
         lane.place.pass(&bytes);
@@ -202,7 +202,7 @@ impl StreamRelay {
         for side in SIDES {
             let lane = &lanes[side as usize];
             self.tally.dropped[side.other() as usize] += lane.pieces.len() as u64;
-            self.outbox.write(now, lane.tampered(Deed::Reset, side, &[], Span::ZERO));
+            self.outbox.write(now, lane.tampered(StreamEffect::Reset, side, &[], Span::ZERO));
         }
         if self.cut.len() == MAX_CONNECTIONS {
             self.cut.pop_front();
@@ -252,7 +252,7 @@ impl StreamRelay {
         lane.pieces.push_back((now.max(lane.last_due), Vec::new()));
         lane.ended = true;
         self.tally.added[side as usize] += 1;
-        let event = lane.tampered(Deed::HalfClosed, side, &[], Span::ZERO);
+        let event = lane.tampered(StreamEffect::HalfClosed, side, &[], Span::ZERO);
         self.outbox.write(now, event);
     }
 

@@ -4,7 +4,7 @@ use evidence::{Micros, Plan, Planned, Takes};
 use scenario::{Direction, Order, OrderForgery, Scenario, Way, Windowed};
 use wire::event::{Action, FaultKind};
 use wire::id::{NodeId, ObjectId, PeerId};
-use wire::stream::Deed;
+use wire::stream::StreamEffect;
 
 use super::{needs, sensor};
 use crate::start::{start_ms, step_name};
@@ -92,13 +92,13 @@ impl Planner {
 
     fn streams(&mut self, s: &Scenario) {
         let deed = Planned::Stream;
-        s.stream_delay.iter().for_each(|a| self.taking(a, 0, deed(Deed::Held), Takes::Pieces));
-        s.stall.iter().for_each(|a| self.taking(a, 0, deed(Deed::Held), Takes::Pieces));
-        s.throttle.iter().for_each(|a| self.taking(a, 0, deed(Deed::Held), Takes::Pieces));
-        s.stream_corrupt.iter().for_each(|a| self.taking(a, 0, deed(Deed::Damaged), Takes::Pieces));
-        s.half_close.iter().for_each(|a| self.add(a, 0, deed(Deed::HalfClosed)));
-        s.reset.iter().for_each(|a| self.add(a, 0, deed(Deed::Reset)));
-        s.cut.iter().for_each(|a| self.add(a, 0, deed(Deed::Reset)));
+        s.stream_delay.iter().for_each(|a| self.taking(a, 0, deed(StreamEffect::Held), Takes::Pieces));
+        s.stall.iter().for_each(|a| self.taking(a, 0, deed(StreamEffect::Held), Takes::Pieces));
+        s.throttle.iter().for_each(|a| self.taking(a, 0, deed(StreamEffect::Held), Takes::Pieces));
+        s.stream_corrupt.iter().for_each(|a| self.taking(a, 0, deed(StreamEffect::Damaged), Takes::Pieces));
+        s.half_close.iter().for_each(|a| self.add(a, 0, deed(StreamEffect::HalfClosed)));
+        s.reset.iter().for_each(|a| self.add(a, 0, deed(StreamEffect::Reset)));
+        s.cut.iter().for_each(|a| self.add(a, 0, deed(StreamEffect::Reset)));
     }
 
     fn broker(&mut self, s: &Scenario) {

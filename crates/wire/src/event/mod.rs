@@ -20,7 +20,7 @@ use crate::policy::Waived;
 use crate::refusal::Reason;
 use crate::sensor::{Class, Modalities, Modality, Pose, ReceiverTime};
 use crate::step::StepName;
-use crate::stream::{Deed, Sight};
+use crate::stream::{Sight, StreamEffect};
 use crate::time::{Instant, Span};
 
 mod account;
@@ -157,7 +157,7 @@ pub enum Event {
     #[n(27)] Inconsistent { #[n(0)] unit: UnitId, #[n(1)] finding: Inconsistency, #[n(2)] record: RecordId },
     /// An adversary did something to a byte stream.
     #[n(28)] Tampered {
-        #[n(0)] deed: Deed,
+        #[n(0)] deed: StreamEffect,
         /// Side that the direction leads to.
         #[n(1)] side: Side,
         /// Name of the direction ([`crate::place::Place`]), as it leaves the adversary.

@@ -27,7 +27,7 @@ use wire::sensor::{
 use wire::settings::Settings;
 use wire::sign::{Key, Purpose, Signed};
 use wire::step::StepName;
-use wire::stream::{Deed, Sight};
+use wire::stream::{Sight, StreamEffect};
 use wire::time::{Echo, Instant, PeerStamp, Span};
 use wire::track::{StageProduct, Track, Tracks};
 use wire::trust::Revocation;
@@ -624,7 +624,7 @@ fn witnesses() -> Vec<(&'static str, Event)> {
         (
             "tampered",
             Event::Tampered {
-                deed: Deed::Held,
+                deed: StreamEffect::Held,
                 side: Side::Client,
                 stream: 1 << 50,
                 offset: 4_000,
